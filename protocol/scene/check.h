@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Range checks for fields of messages: each returns the value, or an Error that names the field. Pure functions.
+#pragma once
+
+#include <google/protobuf/repeated_field.h>
+
+#include <glm/vec3.hpp>
+#include <string>
+#include <string_view>
+
+#include "protocol/scene/error.h"
+
+namespace mote {
+
+/// A finite number in [least, greatest].
+Result<double> checkRange(double value, double least, double greatest, std::string_view field);
+
+/// Three finite numbers, each of magnitude at most `limit`.
+Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& values, double limit,
+                               std::string_view field);
+
+/// Three numbers in [0, 1], sRGB-encoded, returned linear; `fallback` (linear) where there are none.
+Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values, const glm::dvec3& fallback,
+                              std::string_view field);
+
+}   // namespace mote

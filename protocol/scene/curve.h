@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Curve: a piecewise linear function over [0, 1], constant beyond its ends: one half of a transfer function.
+// A value; knots ascend in x (equal x make a step: the later knot holds from there on).
+#pragma once
+
+#include <vector>
+
+#include "protocol/scene/error.h"
+
+namespace mote {
+
+class Curve {
+  public:
+    struct Knot {
+        double x;   ///< scaled log density, 0 to 1
+        double y;   ///< 0 to 1
+        bool operator==(const Knot&) const = default;
+    };
+
+    /// Errors: no knots, more than 256, a number outside [0, 1], x that descends.
+    static Result<Curve> create(std::vector<Knot> knots);
+    static Curve constant(double y);
+
+    double operator()(double x) const;
+    double maximum() const;
+    const std::vector<Knot>& knots() const { return knots_; }
+
+    bool operator==(const Curve&) const = default;
+
+  private:
+    explicit Curve(std::vector<Knot> knots) : knots_(std::move(knots)) {}
+    std::vector<Knot> knots_;
+};
+
+}   // namespace mote

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/particles_style.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocol/scene/check.h"
+#include "protocol/scene/log_density.h"
+#include "protocol/scene/srgb.h"
+
+namespace mote {
+namespace {
+
+// The thin half of the log densities as points, the dense half as a translucent volume, a soft seam between.
+const std::vector<Curve::Knot>& defaultVolumeKnots() {
+    static const std::vector<Curve::Knot> knots{{0.45, 0.0}, {0.75, 0.12}, {1.0, 0.3}};
+    return knots;
+}
+
+Result<Curve> parseVolumeCurve(const proto::VolumeStyle& message) {
+    std::vector<Curve::Knot> knots;
+    for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.opacity()});
+    auto curve = Curve::create(knots.empty() ? defaultVolumeKnots() : std::move(knots));
+    return curve.ok() ? curve : Result<Curve>(curve.error().within("volume.curve"));
+}
+
+Result<Curve> parsePointCurve(const proto::PointsStyle& message, const Curve& volume) {
+    const bool linked = !message.has_linked() || message.linked();
+    if (linked && !message.curve().empty()) {
+        return Error{ErrorCode::invalidArgument, "points.curve",
+                     "a point curve needs \"linked\": false; linked points follow the volume's curve"};
+    }
+    if (linked) return linkedFraction(volume);
+    std::vector<Curve::Knot> knots;
+    for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.fraction()});
+    auto curve = Curve::create(std::move(knots));
+    return curve.ok() ? curve : Result<Curve>(curve.error().within("points.curve"));
+}
+
+}   // namespace
+
+double ParticlesStyle::extinction(double t) const {
+    const double opacity = std::min(volumeOpacity(std::clamp(t, 0.0, 1.0)), opacityLimit);
+    return -std::log1p(-opacity) / opacityLength * LogDensity::presence(t);
+}
+
+Curve linkedFraction(const Curve& volumeOpacity) {
+    const double most = volumeOpacity.maximum();
+    if (most <= 0.0) return Curve::constant(1.0);
+    auto knots = volumeOpacity.knots();
+    for (auto& knot : knots) knot.y = std::clamp(1.0 - knot.y / most, 0.0, 1.0);
+    return Curve::create(std::move(knots)).value();
+}
+
+Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message) {
+    const auto& points = message.points();
+    auto volume = parseVolumeCurve(message.volume());
+    MOTE_RETURN_IF_ERROR(volume);
+    auto fraction = parsePointCurve(points, *volume);
+    MOTE_RETURN_IF_ERROR(fraction);
+    const auto& mapName = message.volume().color_map();
+    const auto map = ColorMap::find(mapName.empty() ? ColorMap::defaultName : std::string_view(mapName));
+    if (!map.ok()) return map.error().within("volume.colorMap");
+    const auto opacity =
+        checkRange(points.has_opacity() ? points.opacity() : 0.5, 0.0, 1.0, "points.opacity");
+    MOTE_RETURN_IF_ERROR(opacity);
+    const auto size =
+        checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0, 0.1, 64.0, "points.sizePixels");
+    MOTE_RETURN_IF_ERROR(size);
+    const auto color =
+        checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color");
+    MOTE_RETURN_IF_ERROR(color);
+    return ParticlesStyle{*std::move(volume), *map, *std::move(fraction),
+                          std::min(*opacity, ParticlesStyle::opacityLimit), *size, *color};
+}
+
+}   // namespace mote

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/view.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <glm/matrix.hpp>
+
+#include "protocol/scene/check.h"
+
+namespace mote {
+namespace {
+
+Error invalid(std::string where, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
+}
+
+Status checkSize(const proto::View& message) {
+    const auto side = [](std::uint32_t pixels, const char* field) -> Status {
+        if (pixels >= 1 && pixels <= View::maxSide) return success();
+        return invalid(field, fmt::format("a picture has 1 to {} pixels a side, not {}", View::maxSide, pixels));
+    };
+    MOTE_RETURN_IF_ERROR(side(message.width(), "width"));
+    MOTE_RETURN_IF_ERROR(side(message.height(), "height"));
+    const std::uint64_t pixels = std::uint64_t{message.width()} * message.height();
+    if (pixels <= View::maxPixels) return success();
+    return invalid("width", fmt::format("{} x {} is more than {} pixels in one picture", message.width(),
+                                        message.height(), View::maxPixels));
+}
+
+Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows) {
+    if (rows.empty()) return glm::dmat4(1.0);
+    if (rows.size() != 16) {
+        return invalid("transform", fmt::format("16 numbers are needed, not {}", rows.size()));
+    }
+    glm::dmat4 transform;
+    for (int i = 0; i < 16; ++i) {
+        MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e9, 1e9, fmt::format("transform[{}]", i)));
+        transform[i % 4][i / 4] = rows[i];   // glm keeps columns
+    }
+    if (rows[12] != 0.0 || rows[13] != 0.0 || rows[14] != 0.0 || rows[15] != 1.0) {
+        return invalid("transform", "the last row must be 0, 0, 0, 1");
+    }
+    const double determinant = std::abs(glm::determinant(glm::dmat3(transform)));
+    if (!(determinant > 1e-18 && determinant < 1e18)) {
+        return invalid("transform", "the matrix must be invertible and of sensible scale");
+    }
+    return transform;
+}
+
+Result<Layer> parseLayer(const proto::Layer& message) {
+    if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
+    if (message.kind_case() != proto::Layer::kParticles) {
+        return invalid("", "a layer holds exactly one kind; this version draws \"particles\"");
+    }
+    const auto transform = parseTransform(message.transform());
+    MOTE_RETURN_IF_ERROR(transform);
+    auto style = parseParticlesStyle(message.particles());
+    if (!style.ok()) return style.error().within("particles");
+    return Layer{message.dataset(), message.step(), *transform, *std::move(style)};
+}
+
+Bounds layersBounds(const std::vector<Layer>& layers) {
+    if (layers.empty()) return plotBounds;
+    Bounds bounds = plotBounds.transformed(layers.front().transform);
+    for (const auto& layer : layers) bounds = bounds.united(plotBounds.transformed(layer.transform));
+    return bounds;
+}
+
+}   // namespace
+
+Result<View> parseView(const proto::View& message) {
+    MOTE_RETURN_IF_ERROR(checkSize(message));
+    View view;
+    view.width = message.width();
+    view.height = message.height();
+    const auto background = checkColor(message.background(), glm::dvec3(0.0), "background");
+    MOTE_RETURN_IF_ERROR(background);
+    view.background = *background;
+    if (message.layers_size() > View::maxLayers) {
+        return invalid("layers", fmt::format("a view has at most {} layers, not {}", View::maxLayers,
+                                             message.layers_size()));
+    }
+    for (int i = 0; i < message.layers_size(); ++i) {
+        auto layer = parseLayer(message.layers(i));
+        if (!layer.ok()) return layer.error().within(fmt::format("layers[{}]", i));
+        view.layers.push_back(*std::move(layer));
+    }
+    if (!message.has_camera()) {
+        view.camera = fitCamera(layersBounds(view.layers), view.aspect());
+        return view;
+    }
+    const auto camera = parseCamera(message.camera());
+    if (!camera.ok()) return camera.error().within("camera");
+    view.camera = *camera;
+    return view;
+}
+
+}   // namespace mote

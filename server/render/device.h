@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Device: executes a frame plan. One owner, one thread: it is made, used and destroyed on the thread that renders
+// (an EGL context is bound to it). What a picture is: docs/PICTURE.md; how a device may approximate: Quality.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+
+#include "protocol/scene/error.h"
+#include "server/render/frame_plan.h"
+#include "server/render/picture.h"
+
+namespace mote::render {
+
+/// Thrown where the device itself fails: no context, out of memory, a shader that does not compile.
+class DeviceError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+class Device {
+  public:
+    virtual ~Device() = default;
+    /// "egl (llvmpipe (LLVM 15.0.6, 256 bits))".
+    virtual std::string name() const = 0;
+    /// Empty where `stop` was requested before the picture was done: it is asked often enough that a newer view need
+    /// not wait for an older one. Throws DeviceError, storage::StorageError.
+    virtual std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) = 0;
+    /// Frees what it keeps of steps that nobody else holds any more.
+    virtual void trim() = 0;
+};
+
+enum class DeviceKind { automatic, egl, cpu };
+
+/// Errors: "auto", "egl" and "cpu" are known; "cpu" is refused as unsupported until it exists.
+Result<DeviceKind> parseDeviceKind(std::string_view name);
+
+/// Throws DeviceError.
+std::unique_ptr<Device> createDevice(DeviceKind kind);
+
+}   // namespace mote::render

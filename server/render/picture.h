@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Picture: finished pixels, row 0 on top, RGBA. A value.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace mote::render {
+
+enum class PixelFormat {
+    srgb8,        ///< 4 bytes a pixel, sRGB-encoded
+    linearHalf,   ///< 8 bytes a pixel, IEEE half floats, linear
+};
+
+struct Picture {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    PixelFormat format = PixelFormat::srgb8;
+    std::vector<std::uint8_t> pixels;   ///< alpha is 1
+    std::uint64_t pointsDrawn = 0;
+};
+
+inline std::uint32_t bytesPerPixel(PixelFormat format) {
+    return format == PixelFormat::srgb8 ? 4 : 8;
+}
+
+}   // namespace mote::render

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Scene: a valid view together with the data of its layers: all that a picture depends on. A value that shares its
+// immutable steps; may be handed to any thread.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "protocol/scene/view.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+struct Scene {
+    View view;
+    std::vector<std::shared_ptr<const storage::ParticleStep>> steps;   ///< one a layer, never null
+};
+
+}   // namespace mote::render
