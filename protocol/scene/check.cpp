@@ -21,7 +21,7 @@ Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& va
         return Error{ErrorCode::invalidArgument, std::string(field),
                      fmt::format("three numbers are needed, not {}", values.size())};
     }
-    glm::dvec3 vector;
+    glm::dvec3 vector(0.0);
     for (int i = 0; i < 3; ++i) {
         const auto checked = checkRange(values[i], -limit, limit, fmt::format("{}[{}]", field, i));
         MOTE_RETURN_IF_ERROR(checked);
