@@ -27,4 +27,4 @@ Bounds Bounds::transformed(const glm::dmat4& transform) const {
     return result;
 }
 
-}   // namespace mote
+}  // namespace mote

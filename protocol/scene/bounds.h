@@ -27,4 +27,4 @@ struct Bounds {
 /// The box that every particle plot lies in, in layer space.
 inline constexpr Bounds plotBounds{glm::dvec3(-1.0), glm::dvec3(1.0)};
 
-}   // namespace mote
+}  // namespace mote

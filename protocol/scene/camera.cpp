@@ -11,13 +11,13 @@
 namespace mote {
 namespace {
 
-constexpr double worldLimit = 1e12;   // far from overflow when squared and transformed in double precision
+constexpr double worldLimit = 1e12;  // far from overflow when squared and transformed in double precision
 
 void assign(google::protobuf::RepeatedField<double>* field, const glm::dvec3& vector) {
     field->Assign(&vector.x, &vector.x + 3);
 }
 
-}   // namespace
+}  // namespace
 
 glm::dmat4 Camera::worldToEye() const {
     return glm::lookAt(eye, target, up);
@@ -65,7 +65,8 @@ Result<Camera> parseCamera(const proto::Camera& message) {
         camera.fovYDegrees = message.fov_y_degrees();
     }
     if (message.has_orthographic_height()) {
-        MOTE_RETURN_IF_ERROR(checkRange(message.orthographic_height(), 1e-9, worldLimit, "orthographicHeight"));
+        MOTE_RETURN_IF_ERROR(
+            checkRange(message.orthographic_height(), 1e-9, worldLimit, "orthographicHeight"));
         camera.orthographicHeight = message.orthographic_height();
     }
     return camera;
@@ -81,4 +82,4 @@ proto::Camera toProto(const Camera& camera) {
     return message;
 }
 
-}   // namespace mote
+}  // namespace mote

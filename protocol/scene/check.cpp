@@ -30,8 +30,8 @@ Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& va
     return vector;
 }
 
-Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values, const glm::dvec3& fallback,
-                              std::string_view field) {
+Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values,
+                              const glm::dvec3& fallback, std::string_view field) {
     if (values.empty()) return fallback;
     auto color = checkVector(values, 1.0, field);
     MOTE_RETURN_IF_ERROR(color);
@@ -41,4 +41,4 @@ Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& val
     return srgbToLinear(*color);
 }
 
-}   // namespace mote
+}  // namespace mote

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Range checks for fields of messages: each returns the value, or an Error that names the field. Pure functions.
+// Range checks for fields of messages: each returns the value, or an Error that names the field. Pure
+// functions.
 #pragma once
 
 #include <google/protobuf/repeated_field.h>
@@ -21,7 +22,7 @@ Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& va
                                std::string_view field);
 
 /// Three numbers in [0, 1], sRGB-encoded, returned linear; `fallback` (linear) where there are none.
-Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values, const glm::dvec3& fallback,
-                              std::string_view field);
+Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values,
+                              const glm::dvec3& fallback, std::string_view field);
 
-}   // namespace mote
+}  // namespace mote

@@ -41,4 +41,4 @@ glm::dvec3 ColorMap::operator()(double x) const {
     return glm::mix(color(below), color(below + 1), position - static_cast<double>(below));
 }
 
-}   // namespace mote
+}  // namespace mote

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ColorMap: a named table of colours over [0, 1], interpolated linearly in linear RGB. A value that refers to an
-// embedded table. The tables are perceptual maps by others; their sources and licences stand in docs/COLORMAPS.md.
+// ColorMap: a named table of colours over [0, 1], interpolated linearly in linear RGB. A value that refers to
+// an embedded table. The tables are perceptual maps by others; their sources and licences stand in
+// docs/COLORMAPS.md.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +32,7 @@ class ColorMap {
   private:
     ColorMap(std::string_view name, std::span<const std::uint8_t> srgb) : name_(name), srgb_(srgb) {}
     std::string_view name_;
-    std::span<const std::uint8_t> srgb_;   // three bytes a colour, sRGB-encoded
+    std::span<const std::uint8_t> srgb_;  // three bytes a colour, sRGB-encoded
 };
 
-}   // namespace mote
+}  // namespace mote

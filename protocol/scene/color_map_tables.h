@@ -413,9 +413,11 @@ inline constexpr std::array<std::uint8_t, 765> vikTable{
 };
 // clang-format on
 
-inline constexpr std::array<std::string_view, 12> colorMapNames{
-    "viridis", "plasma", "inferno", "magma", "cividis", "turbo", "twilight", "batlow", "hawaii", "lapaz", "oslo", "vik"};
+inline constexpr std::array<std::string_view, 12> colorMapNames{"viridis", "plasma", "inferno",  "magma",
+                                                                "cividis", "turbo",  "twilight", "batlow",
+                                                                "hawaii",  "lapaz",  "oslo",     "vik"};
 inline constexpr std::array<std::span<const std::uint8_t>, 12> colorMapTables{
-    viridisTable, plasmaTable, infernoTable, magmaTable, cividisTable, turboTable, twilightTable, batlowTable, hawaiiTable, lapazTable, osloTable, vikTable};
+    viridisTable,  plasmaTable, infernoTable, magmaTable, cividisTable, turboTable,
+    twilightTable, batlowTable, hawaiiTable,  lapazTable, osloTable,    vikTable};
 
-}   // namespace mote
+}  // namespace mote

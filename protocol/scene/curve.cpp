@@ -43,4 +43,4 @@ double Curve::maximum() const {
     return std::max_element(knots_.begin(), knots_.end(), [](auto& a, auto& b) { return a.y < b.y; })->y;
 }
 
-}   // namespace mote
+}  // namespace mote

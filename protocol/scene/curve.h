@@ -13,8 +13,8 @@ namespace mote {
 class Curve {
   public:
     struct Knot {
-        double x;   ///< scaled log density, 0 to 1
-        double y;   ///< 0 to 1
+        double x;  ///< scaled log density, 0 to 1
+        double y;  ///< 0 to 1
         bool operator==(const Knot&) const = default;
     };
 
@@ -33,4 +33,4 @@ class Curve {
     std::vector<Knot> knots_;
 };
 
-}   // namespace mote
+}  // namespace mote

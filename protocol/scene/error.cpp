@@ -48,4 +48,4 @@ Error Error::within(std::string_view outer) const {
     return nested;
 }
 
-}   // namespace mote
+}  // namespace mote

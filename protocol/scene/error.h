@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Error and Result: what untrusted bytes become instead of an exception. An Error has a code, the place (a field's
-// path, a file, a position) and one sentence that its reader can act on. Values, free of threads.
+// Error and Result: what untrusted bytes become instead of an exception. An Error has a code, the place (a
+// field's path, a file, a position) and one sentence that its reader can act on. Values, free of threads.
 #pragma once
 
 #include <string>
@@ -14,15 +14,15 @@
 namespace mote {
 
 enum class ErrorCode {
-    invalidArgument,     ///< a field or option is wrong
-    notFound,            ///< a dataset, file, record or job does not exist
-    alreadyExists,       ///< an output is there already
-    permissionDenied,    ///< the kernel or the token says no
-    corrupt,             ///< bytes differ from their digest, or contradict their format
-    unsupported,         ///< well-formed, but not something we read or draw
-    resourceExhausted,   ///< memory, disk or a stated limit
-    cancelled,           ///< on request
-    internal,            ///< a device or system failure
+    invalidArgument,    ///< a field or option is wrong
+    notFound,           ///< a dataset, file, record or job does not exist
+    alreadyExists,      ///< an output is there already
+    permissionDenied,   ///< the kernel or the token says no
+    corrupt,            ///< bytes differ from their digest, or contradict their format
+    unsupported,        ///< well-formed, but not something we read or draw
+    resourceExhausted,  ///< memory, disk or a stated limit
+    cancelled,          ///< on request
+    internal,           ///< a device or system failure
 };
 
 /// The code's name on the wire: "invalid_argument", "not_found", ...
@@ -30,8 +30,8 @@ std::string_view name(ErrorCode code);
 
 struct Error {
     ErrorCode code = ErrorCode::internal;
-    std::string where;     ///< "views[0].layers[0].step", "run.h5:/data/3/particles", ""
-    std::string message;   ///< one sentence, no full stop needed
+    std::string where;    ///< "views[0].layers[0].step", "run.h5:/data/3/particles", ""
+    std::string message;  ///< one sentence, no full stop needed
 
     /// "WHERE: MESSAGE", for people.
     std::string toString() const;
@@ -70,12 +70,12 @@ inline Status success() {
     return std::monostate{};
 }
 
-}   // namespace mote
+}  // namespace mote
 
 /// Returns the Error of a Result expression from the enclosing function, if it has one.
-#define MOTE_RETURN_IF_ERROR(expression)                              \
-    do {                                                              \
-        if (auto moteStatus = (expression); !moteStatus.ok()) {       \
-            return moteStatus.error();                                \
-        }                                                             \
+#define MOTE_RETURN_IF_ERROR(expression)                        \
+    do {                                                        \
+        if (auto moteStatus = (expression); !moteStatus.ok()) { \
+            return moteStatus.error();                          \
+        }                                                       \
     } while (false)

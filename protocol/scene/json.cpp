@@ -23,7 +23,7 @@ std::string print(const google::protobuf::Message& message, bool indented, bool 
     return text;
 }
 
-}   // namespace
+}  // namespace
 
 Status parseJson(std::string_view text, google::protobuf::Message& message, std::string_view source) {
     const auto status =
@@ -33,7 +33,8 @@ Status parseJson(std::string_view text, google::protobuf::Message& message, std:
                  std::string(status.message().data(), status.message().size())};
 }
 
-Status readJsonFile(const std::filesystem::path& path, google::protobuf::Message& message, std::size_t limit) {
+Status readJsonFile(const std::filesystem::path& path, google::protobuf::Message& message,
+                    std::size_t limit) {
     std::error_code code;
     if (std::filesystem::is_directory(path, code)) {
         return Error{ErrorCode::invalidArgument, path.string(), "is a directory, not a JSON file"};
@@ -62,4 +63,4 @@ std::string toJsonLine(const google::protobuf::Message& message, bool complete) 
     return print(message, false, complete);
 }
 
-}   // namespace mote
+}  // namespace mote

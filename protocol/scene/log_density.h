@@ -2,9 +2,10 @@
 //
 // LogDensity: the map from a density to its scaled log density t, shared by all steps of a plot. A value.
 //
-// t is 0 at the plot's least leaf density and 1 at its greatest. A leaf's t lies in [0, 1]. A cell of the volume may
-// be thinner than any leaf, or empty: its t goes down to -fade, where extinction has faded to nothing. This keeps the
-// interpolated field continuous at the border of the beam and empty space transparent whatever the curve says.
+// t is 0 at the plot's least leaf density and 1 at its greatest. A leaf's t lies in [0, 1]. A cell of the
+// volume may be thinner than any leaf, or empty: its t goes down to -fade, where extinction has faded to
+// nothing. This keeps the interpolated field continuous at the border of the beam and empty space transparent
+// whatever the curve says.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +16,8 @@ namespace mote {
 struct LogDensity {
     static constexpr double fade = 0.125;
 
-    double min = 1.0;   ///< the plot's least leaf density, weight per plot volume, > 0
-    double max = 1.0;   ///< the plot's greatest
+    double min = 1.0;  ///< the plot's least leaf density, weight per plot volume, > 0
+    double max = 1.0;  ///< the plot's greatest
 
     /// Of a leaf, in [0, 1]; 0 where the plot knows only one density.
     double ofLeaf(double density) const {
@@ -35,4 +36,4 @@ struct LogDensity {
     static double presence(double t) { return std::clamp(1.0 + t / fade, 0.0, 1.0); }
 };
 
-}   // namespace mote
+}  // namespace mote

@@ -37,7 +37,7 @@ Result<Curve> parsePointCurve(const proto::PointsStyle& message, const Curve& vo
     return curve.ok() ? curve : Result<Curve>(curve.error().within("points.curve"));
 }
 
-}   // namespace
+}  // namespace
 
 double ParticlesStyle::extinction(double t) const {
     const double opacity = std::min(volumeOpacity(std::clamp(t, 0.0, 1.0)), opacityLimit);
@@ -46,9 +46,8 @@ double ParticlesStyle::extinction(double t) const {
 
 Curve linkedFraction(const Curve& volumeOpacity) {
     const double most = volumeOpacity.maximum();
-    if (most <= 0.0) return Curve::constant(1.0);
     auto knots = volumeOpacity.knots();
-    for (auto& knot : knots) knot.y = std::clamp(1.0 - knot.y / most, 0.0, 1.0);
+    for (auto& knot : knots) knot.y = most > 0.0 ? std::clamp(1.0 - knot.y / most, 0.0, 1.0) : 1.0;
     return Curve::create(std::move(knots)).value();
 }
 
@@ -67,11 +66,14 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
     const auto size =
         checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0, 0.1, 64.0, "points.sizePixels");
     MOTE_RETURN_IF_ERROR(size);
-    const auto color =
-        checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color");
+    const auto color = checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color");
     MOTE_RETURN_IF_ERROR(color);
-    return ParticlesStyle{*std::move(volume), *map, *std::move(fraction),
-                          std::min(*opacity, ParticlesStyle::opacityLimit), *size, *color};
+    return ParticlesStyle{*std::move(volume),
+                          *map,
+                          *std::move(fraction),
+                          std::min(*opacity, ParticlesStyle::opacityLimit),
+                          *size,
+                          *color};
 }
 
-}   // namespace mote
+}  // namespace mote

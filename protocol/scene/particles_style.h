@@ -3,7 +3,8 @@
 // ParticlesStyle: the two linked transfer functions of a hybrid particle picture and the look of its points.
 // Source: section 3.3.3 of the dissertation. A value; a parsed one is valid.
 //
-// Density enters as *scaled log density* t: 0 at the plot's least leaf density, 1 at its greatest (log_density.h).
+// Density enters as *scaled log density* t: 0 at the plot's least leaf density, 1 at its greatest
+// (log_density.h).
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -16,8 +17,8 @@
 namespace mote {
 
 struct ParticlesStyle {
-    /// The length, in layer space, over which a volume of constant density has the curve's opacity: one cell of a
-    /// 64^3 volume across the plot's edge of 2, the slice distance of the dissertation.
+    /// The length, in layer space, over which a volume of constant density has the curve's opacity: one cell
+    /// of a 64^3 volume across the plot's edge of 2, the slice distance of the dissertation.
     static constexpr double opacityLength = 2.0 / 64.0;
     /// Opacities are held below one, so that extinction stays finite; what is left is invisible in 8 bits.
     static constexpr double opacityLimit = 0.9999;
@@ -35,12 +36,12 @@ struct ParticlesStyle {
     bool operator==(const ParticlesStyle&) const = default;
 };
 
-/// The point curve that mirrors a volume curve: 1 - opacity / max(opacity), sampled at its knots; all points where
-/// the volume is nowhere opaque.
+/// The point curve that mirrors a volume curve: 1 - opacity / max(opacity), sampled at its knots; all points
+/// where the volume is nowhere opaque.
 Curve linkedFraction(const Curve& volumeOpacity);
 
-/// Fills every default. Errors: a curve, colour map, colour, size (0.1 to 64) or opacity out of range; a point curve
-/// given while linked.
+/// Fills every default. Errors: a curve, colour map, colour, size (0.1 to 64) or opacity out of range; a
+/// point curve given while linked.
 Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message);
 
-}   // namespace mote
+}  // namespace mote

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The sRGB transfer function (IEC 61966-2-1): colours are linear inside, encoded at the edges. Pure functions.
+// The sRGB transfer function (IEC 61966-2-1): colours are linear inside, encoded at the edges. Pure
+// functions.
 #pragma once
 
 #include <cmath>
@@ -24,4 +25,4 @@ inline glm::dvec3 linearToSrgb(const glm::dvec3& linear) {
     return {linearToSrgb(linear.x), linearToSrgb(linear.y), linearToSrgb(linear.z)};
 }
 
-}   // namespace mote
+}  // namespace mote

@@ -18,7 +18,8 @@ Error invalid(std::string where, std::string message) {
 Status checkSize(const proto::View& message) {
     const auto side = [](std::uint32_t pixels, const char* field) -> Status {
         if (pixels >= 1 && pixels <= View::maxSide) return success();
-        return invalid(field, fmt::format("a picture has 1 to {} pixels a side, not {}", View::maxSide, pixels));
+        return invalid(field,
+                       fmt::format("a picture has 1 to {} pixels a side, not {}", View::maxSide, pixels));
     };
     MOTE_RETURN_IF_ERROR(side(message.width(), "width"));
     MOTE_RETURN_IF_ERROR(side(message.height(), "height"));
@@ -36,7 +37,7 @@ Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>&
     glm::dmat4 transform(1.0);
     for (int i = 0; i < 16; ++i) {
         MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e9, 1e9, fmt::format("transform[{}]", i)));
-        transform[i % 4][i / 4] = rows[i];   // glm keeps columns
+        transform[i % 4][i / 4] = rows[i];  // glm keeps columns
     }
     if (rows[12] != 0.0 || rows[13] != 0.0 || rows[14] != 0.0 || rows[15] != 1.0) {
         return invalid("transform", "the last row must be 0, 0, 0, 1");
@@ -67,7 +68,7 @@ Bounds layersBounds(const std::vector<Layer>& layers) {
     return bounds;
 }
 
-}   // namespace
+}  // namespace
 
 Result<View> parseView(const proto::View& message) {
     MOTE_RETURN_IF_ERROR(checkSize(message));
@@ -96,4 +97,4 @@ Result<View> parseView(const proto::View& message) {
     return view;
 }
 
-}   // namespace mote
+}  // namespace mote

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// View: what one picture shows: its size, its camera and its layers, which share one depth. A value; a parsed one is
-// valid in itself (whether its datasets exist, the catalogue knows).
+// View: what one picture shows: its size, its camera and its layers, which share one depth. A value; a parsed
+// one is valid in itself (whether its datasets exist, the catalogue knows).
 #pragma once
 
 #include <cstdint>
@@ -19,23 +19,23 @@
 namespace mote {
 
 struct Layer {
-    std::string dataset;         ///< "ROOT/NAME"
-    std::uint32_t step = 0;      ///< index into the dataset's steps
-    glm::dmat4 transform{1.0};   ///< layer space to world space, affine and invertible
+    std::string dataset;        ///< "ROOT/NAME"
+    std::uint32_t step = 0;     ///< index into the dataset's steps
+    glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
     ParticlesStyle style;
 
     bool operator==(const Layer&) const = default;
 };
 
 struct View {
-    static constexpr std::uint32_t maxSide = 16384;          ///< pixels
-    static constexpr std::uint64_t maxPixels = 1ULL << 25;   ///< 8K and a little more
+    static constexpr std::uint32_t maxSide = 16384;         ///< pixels
+    static constexpr std::uint64_t maxPixels = 1ULL << 25;  ///< 8K and a little more
     static constexpr int maxLayers = 8;
 
-    std::uint32_t width = 0;    ///< pixels
-    std::uint32_t height = 0;   ///< pixels
-    glm::dvec3 background{0.0};   ///< linear RGB
-    Camera camera;              ///< fitted to the layers where the message has none
+    std::uint32_t width = 0;     ///< pixels
+    std::uint32_t height = 0;    ///< pixels
+    glm::dvec3 background{0.0};  ///< linear RGB
+    Camera camera;               ///< fitted to the layers where the message has none
     std::vector<Layer> layers;
 
     double aspect() const { return static_cast<double>(width) / height; }
@@ -45,4 +45,4 @@ struct View {
 /// Errors name the field: "layers[0].particles.volume.curve[1]".
 Result<View> parseView(const proto::View& message);
 
-}   // namespace mote
+}  // namespace mote

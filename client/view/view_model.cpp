@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/view_model.h"
+
+#include <algorithm>
+
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/srgb.h"
+#include "protocol/scene/view.h"
+
+namespace mote::client {
+namespace {
+
+std::array<float, 3> toFloats(const glm::dvec3& color) {
+    return {static_cast<float>(color.x), static_cast<float>(color.y), static_cast<float>(color.z)};
+}
+
+void assign(google::protobuf::RepeatedField<double>* field, const std::array<float, 3>& color) {
+    field->Clear();
+    // Sliders may be a rounding error outside.
+    for (const float value : color) field->Add(std::clamp(static_cast<double>(value), 0.0, 1.0));
+}
+
+}  // namespace
+
+ViewModel::ViewModel() {
+    base_.add_layers()->mutable_particles();
+    readStyle();
+}
+
+void ViewModel::readStyle() {
+    const auto style = parseParticlesStyle(layer().particles()).value();
+    functions.read(layer().particles());
+    colorMap = style.colorMap.name();
+    pointOpacity =
+        static_cast<float>(layer().particles().points().has_opacity() ? layer().particles().points().opacity()
+                                                                      : style.pointOpacity);
+    pointSize = static_cast<float>(style.pointSize);
+    pointColor = toFloats(linearToSrgb(style.pointColor));
+}
+
+Status ViewModel::load(const proto::View& view) {
+    proto::View sized = view;
+    if (sized.width() == 0) sized.set_width(1280);  // a saved view may leave the size to the window
+    if (sized.height() == 0) sized.set_height(720);
+    const auto parsed = parseView(sized);
+    MOTE_RETURN_IF_ERROR(parsed);
+    if (view.layers().empty()) return Error{ErrorCode::invalidArgument, "layers", "the view shows nothing"};
+    base_ = view;
+    cameraSet_ = view.has_camera();
+    camera_ = parsed->camera;
+    background = toFloats(linearToSrgb(parsed->background));
+    readStyle();
+    return success();
+}
+
+proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
+    proto::View view = base_;
+    view.set_width(width);
+    view.set_height(height);
+    assign(view.mutable_background(), background);
+    *view.mutable_camera() = toProto(camera(static_cast<double>(width) / std::max(height, 1U)));
+    auto& style = *view.mutable_layers(0)->mutable_particles();
+    functions.write(style);
+    style.mutable_volume()->set_color_map(colorMap);
+    style.mutable_points()->set_opacity(std::clamp(pointOpacity, 0.0F, 1.0F));
+    style.mutable_points()->set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
+    assign(style.mutable_points()->mutable_color(), pointColor);
+    return view;
+}
+
+void ViewModel::setDataset(const std::string& name, std::uint32_t steps) {
+    mutableLayer().set_dataset(name);
+    setStep(std::min(step(), steps == 0 ? 0 : steps - 1));
+}
+
+Camera ViewModel::camera(double aspect) const {
+    return cameraSet_ ? camera_ : fitCamera(plotBounds, aspect);
+}
+
+void ViewModel::setCamera(const Camera& camera) {
+    camera_ = camera;
+    cameraSet_ = true;
+}
+
+}  // namespace mote::client

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/window.h"
+
+#include <epoxy/gl.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace mote::client {
+namespace {
+
+[[noreturn]] void fail(const char* what) {
+    const char* reason = nullptr;
+    glfwGetError(&reason);
+    throw WindowError(fmt::format("{}: {}", what, reason ? reason : "unknown reason"));
+}
+
+void styleInterface(float scale) {
+    ImGui::StyleColorsDark();
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = 0.0F;
+    style.FrameRounding = 4.0F;
+    style.GrabRounding = 4.0F;
+    style.WindowBorderSize = 0.0F;
+    style.ItemSpacing = {8.0F, 6.0F};
+    style.Colors[ImGuiCol_WindowBg] = {0.085F, 0.092F, 0.11F, 1.0F};
+    style.Colors[ImGuiCol_Header] = {0.16F, 0.19F, 0.25F, 1.0F};
+    style.ScaleAllSizes(scale);
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;  // the panel has one place; nothing to remember
+    // A readable font where the system has it; Dear ImGui's own bitmap font otherwise.
+    const char* font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+    if (std::filesystem::exists(font)) io.Fonts->AddFontFromFileTTF(font, 14.0F * scale);
+}
+
+}  // namespace
+
+Window::Window(int width, int height, const std::string& title) {
+    if (glfwInit() == GLFW_FALSE) fail("no window system can be reached");
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    if (window_ == nullptr) {
+        const char* reason = nullptr;
+        glfwGetError(&reason);
+        const auto message = fmt::format("no window with OpenGL 3.3: {}", reason ? reason : "unknown reason");
+        glfwTerminate();
+        throw WindowError(message);
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(1);
+    ImGui::CreateContext();
+    styleInterface(contentScale());
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);
+    ImGui_ImplOpenGL3_Init("#version 330 core");
+}
+
+Window::~Window() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+}
+
+bool Window::shouldClose() const {
+    return glfwWindowShouldClose(window_) != GLFW_FALSE;
+}
+
+void Window::setTitle(const std::string& title) {
+    glfwSetWindowTitle(window_, title.c_str());
+}
+
+void Window::beginFrame(double seconds) {
+    if (seconds > 0.0) {
+        glfwWaitEventsTimeout(seconds);
+    } else {
+        glfwPollEvents();
+    }
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+}
+
+void Window::endFrame() {
+    ImGui::Render();
+    glViewport(0, 0, framebufferWidth(), framebufferHeight());
+    glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
+    glClear(GL_COLOR_BUFFER_BIT);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    glfwSwapBuffers(window_);
+}
+
+void Window::wake() {
+    glfwPostEmptyEvent();
+}
+
+int Window::framebufferWidth() const {
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_, &width, &height);
+    return width;
+}
+
+int Window::framebufferHeight() const {
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_, &width, &height);
+    return height;
+}
+
+float Window::contentScale() const {
+    float x = 1.0F, y = 1.0F;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return std::max(x, 1.0F);
+}
+
+std::vector<std::uint8_t> Window::readPixels() const {
+    const auto width = static_cast<std::size_t>(framebufferWidth());
+    const auto height = static_cast<std::size_t>(framebufferHeight());
+    std::vector<std::uint8_t> pixels(3 * width * height);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadBuffer(GL_FRONT);
+    glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGB, GL_UNSIGNED_BYTE,
+                 pixels.data());
+    for (std::size_t row = 0; row < height / 2; ++row) {
+        std::swap_ranges(pixels.begin() + static_cast<std::ptrdiff_t>(3 * width * row),
+                         pixels.begin() + static_cast<std::ptrdiff_t>(3 * width * (row + 1)),
+                         pixels.begin() + static_cast<std::ptrdiff_t>(3 * width * (height - 1 - row)));
+    }
+    return pixels;
+}
+
+}  // namespace mote::client

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Window: a GLFW window with an OpenGL 3.3 context and Dear ImGui in it. Move-only by being neither; main
+// thread.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+struct GLFWwindow;
+
+namespace mote::client {
+
+class WindowError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+class Window {
+  public:
+    /// Size in screen coordinates. Throws WindowError: no display, no OpenGL 3.3.
+    Window(int width, int height, const std::string& title);
+    ~Window();
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    bool shouldClose() const;
+    void setTitle(const std::string& title);
+    /// Waits up to `seconds` for input, then starts a frame of the user interface.
+    void beginFrame(double seconds);
+    /// Draws the user interface and shows the frame.
+    void endFrame();
+    /// Wakes a waiting beginFrame; any thread.
+    static void wake();
+
+    int framebufferWidth() const;   ///< pixels
+    int framebufferHeight() const;  ///< pixels
+    /// Pixels to a screen coordinate, more than 1 on dense displays.
+    float contentScale() const;
+    /// What the window shows, RGB, row 0 on top. Between endFrame and the next beginFrame.
+    std::vector<std::uint8_t> readPixels() const;
+
+  private:
+    GLFWwindow* window_ = nullptr;
+};
+
+}  // namespace mote::client
