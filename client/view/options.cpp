@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/options.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdlib>
+#include <string>
+
+namespace mote::client {
+namespace {
+
+constexpr int wrongUsage = 2;
+
+/// "1600x900" into two numbers from 64 to 16384.
+bool parseSize(const std::string& text, ViewOptions& options) {
+    const char* end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, options.width);
+    if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return false;
+    const auto height = std::from_chars(width.ptr + 1, end, options.height);
+    if (height.ec != std::errc() || height.ptr != end) return false;
+    const auto sensible = [](int side) { return side >= 64 && side <= 16384; };
+    return sensible(options.width) && sensible(options.height);
+}
+
+/// Where a server writes its connection file unless told otherwise.
+std::filesystem::path standardConnection() {
+    const char* home = std::getenv("HOME");
+    return std::filesystem::path(home ? home : ".") / ".mote" / "connection.json";
+}
+
+}  // namespace
+
+std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* argv) {
+    ViewOptions options;
+    options.connection = standardConnection();
+    std::string size;
+    CLI::App app("mote-view shows the datasets of a mote-server.", "mote-view");
+    app.footer(
+        "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
+        "Keys: F fits the view, O toggles perspective, left and right change the step, Tab hides the "
+        "panel.\n\n"
+        "Examples:\n"
+        "  mote-view --connect ~/.mote/connection.json\n"
+        "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still");
+    app.add_option("--connect", options.connection, "Connection file of the server")->capture_default_str();
+    app.add_option("--view", options.view, "A saved view (JSON) to start with");
+    app.add_option("--size", size, "Size of the window, WIDTHxHEIGHT")->default_str("1600x900");
+    app.add_option("--screenshot", options.screenshot,
+                   "Write the window as PNG once the exact picture is shown");
+    app.add_flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
+    try {
+        app.parse(argc, argv);
+        if (!size.empty() && !parseSize(size, options)) {
+            throw CLI::ValidationError("--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each");
+        }
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : wrongUsage;
+    }
+    return options;
+}
+
+}  // namespace mote::client

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <set>
+
+#include "client/view/camera_control.h"
+#include "client/view/curve_editor.h"
+#include "protocol/scene/color_map.h"
+
+namespace mote::client {
+namespace {
+
+void text(const std::string& line) {
+    ImGui::TextUnformatted(line.c_str());
+}
+
+void dim(const std::string& line) {
+    ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    ImGui::PushTextWrapPos(0.0F);
+    text(line);
+    ImGui::PopTextWrapPos();
+    ImGui::PopStyleColor();
+}
+
+/// A number with a metric prefix and three digits: "1.23 M".
+std::string metric(double value) {
+    const char* prefix = "";
+    for (const char* next : {"k", "M", "G"}) {
+        if (value < 1000.0) break;
+        value /= 1000.0;
+        prefix = next;
+    }
+    return fmt::format("{:.3g} {}", value, prefix);
+}
+
+const proto::ParticleStepEntry* shownStep(const ViewModel& model, const ServerState& server) {
+    if (!server.shown) return nullptr;
+    const auto& steps = server.shown->manifest().particles().steps();
+    return model.step() < static_cast<std::uint32_t>(steps.size()) ? &steps[static_cast<int>(model.step())]
+                                                                   : nullptr;
+}
+
+/// Notes that the last widget changed the view, and whether it is still held.
+void note(PanelActions& actions, bool changed) {
+    actions.viewChanged |= changed;
+    actions.editing |= ImGui::IsItemActive();
+}
+
+template <class Names>
+bool chooseName(const char* label, std::string& chosen, const Names& names) {
+    bool changed = false;
+    if (!ImGui::BeginCombo(label, chosen.c_str())) return false;
+    for (const std::string_view name : names) {
+        if (ImGui::Selectable(std::string(name).c_str(), name == chosen) && name != chosen) {
+            chosen = name;
+            changed = true;
+        }
+    }
+    ImGui::EndCombo();
+    return changed;
+}
+
+const char* stateName(proto::JobStatus::State state) {
+    switch (state) {
+        case proto::JobStatus::QUEUED:
+            return "queued";
+        case proto::JobStatus::RUNNING:
+            return "running";
+        case proto::JobStatus::SUCCEEDED:
+            return "done";
+        case proto::JobStatus::FAILED:
+            return "failed";
+        case proto::JobStatus::CANCELLED:
+            return "cancelled";
+        default:
+            return "unknown";
+    }
+}
+
+}  // namespace
+
+PanelActions Panel::draw(ViewModel& model, const ServerState& server, float scale) {
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({display.x - width * scale, 0.0F});
+    ImGui::SetNextWindowSize({width * scale, display.y});
+    ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration & ~ImGuiWindowFlags_NoScrollbar);
+    ImGui::PushItemWidth(-95.0F * scale);
+    PanelActions actions;
+    drawConnection(server, actions);
+    drawDataset(model, server, actions);
+    drawCurves(model, server, actions, scale);
+    drawPoints(model, actions);
+    drawCamera(model, actions);
+    drawJobs(server, actions);
+    ImGui::PopItemWidth();
+    ImGui::End();
+    return actions;
+}
+
+void Panel::drawConnection(const ServerState& server, PanelActions& actions) {
+    dim(server.connection);
+    if (!server.connected) {
+        actions.reconnect = ImGui::Button("Reconnect");
+    } else {
+        text(fmt::format("{:5.1f} frames/s   {:6.1f} ms   {}B/s", server.framesPerSecond, server.roundTripMs,
+                         metric(server.bytesPerSecond)));
+    }
+    if (server.frame) {
+        const auto& frame = *server.frame;
+        text(fmt::format("{}points   {} x {}   {}", metric(static_cast<double>(frame.points_drawn())),
+                         frame.width(), frame.height(), frame.final() ? "exact" : "refining"));
+    }
+    if (!server.message.empty()) {
+        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+        ImGui::TextWrapped("%s", server.message.c_str());
+        ImGui::PopStyleColor();
+    }
+}
+
+void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelActions& actions) {
+    if (!ImGui::CollapsingHeader("Dataset", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    std::vector<std::string_view> names;
+    for (const auto& entry : server.catalogue.datasets()) names.emplace_back(entry.name());
+    std::string chosen = model.dataset();
+    if (chooseName("plot", chosen, names)) actions.openDataset = chosen;
+    if (!server.shown) return;
+    const auto& particles = server.shown->manifest().particles();
+    if (particles.steps_size() > 1) {
+        int step = static_cast<int>(model.step());
+        const bool changed = ImGui::SliderInt("step", &step, 0, particles.steps_size() - 1, "%d",
+                                              ImGuiSliderFlags_AlwaysClamp);
+        if (changed) model.setStep(static_cast<std::uint32_t>(step));
+        note(actions, changed);
+    }
+    if (const auto* step = shownStep(model, server)) {
+        dim(fmt::format("{}particles, {} lost, t = {:.4g} s", metric(static_cast<double>(step->particles())),
+                        step->lost(), step->time()));
+    }
+    drawAxes(server, actions);
+}
+
+void Panel::drawAxes(const ServerState& server, PanelActions& actions) {
+    const auto shown = axesOf(*server.shown);
+    if (!shown) return;
+    if (axesOfDataset_ != server.shown->dataset()) {
+        axes_ = *shown;
+        axesOfDataset_ = server.shown->dataset();
+    }
+    ImGui::PushItemWidth(78.0F * ImGui::GetFontSize() / 14.0F);
+    for (int i = 0; i < 3; ++i) {
+        if (i > 0) ImGui::SameLine();
+        chooseName(fmt::format("##axis{}", i).c_str(), axes_[static_cast<std::size_t>(i)], plotAxes());
+    }
+    ImGui::PopItemWidth();
+    ImGui::SameLine();
+    const bool three = std::set<std::string>(axes_.begin(), axes_.end()).size() == 3;
+    const bool possible = three && axes_ != *shown && server.shown->has_replot();
+    ImGui::BeginDisabled(!possible);
+    if (ImGui::Button("Plot")) actions.plot = axes_;
+    ImGui::EndDisabled();
+    for (const auto& axis : server.shown->manifest().particles().axes()) {
+        dim(fmt::format("{}: {:.4g} to {:.4g} {}", axis.name(), axis.min(), axis.max(), axis.unit()));
+    }
+    if (!server.shown->has_replot()) dim("Its run is not beneath the server's roots: no other plots.");
+}
+
+void Panel::drawCurves(ViewModel& model, const ServerState& server, PanelActions& actions, float scale) {
+    if (!ImGui::CollapsingHeader("Transfer functions", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    std::span<const std::uint64_t> histogram;
+    if (const auto* step = shownStep(model, server)) {
+        histogram = {step->density_histogram().data(),
+                     static_cast<std::size_t>(step->density_histogram_size())};
+    }
+    const auto map = ColorMap::find(model.colorMap);
+    text("Volume: opacity over log density");
+    note(actions, curveEditor("volume", model.functions,
+                              {TransferFunctions::Which::volume, histogram,
+                               map.ok() ? std::optional(*map) : std::nullopt, 120.0F * scale}));
+    actions.editing |= ImGui::IsMouseDown(ImGuiMouseButton_Left) && ImGui::IsAnyItemActive();
+    note(actions, chooseName("colours", model.colorMap, ColorMap::names()));
+    text("Points: fraction over log density");
+    note(actions, curveEditor("points", model.functions,
+                              {TransferFunctions::Which::points, histogram, std::nullopt, 90.0F * scale}));
+    bool linked = model.functions.linked();
+    if (ImGui::Checkbox("linked", &linked)) {
+        model.functions.setLinked(linked);
+        actions.viewChanged = true;
+    }
+}
+
+void Panel::drawPoints(ViewModel& model, PanelActions& actions) {
+    if (!ImGui::CollapsingHeader("Points", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    constexpr auto flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
+    note(actions, ImGui::SliderFloat("opacity", &model.pointOpacity, 0.005F, 1.0F, "%.3f", flags));
+    note(actions, ImGui::SliderFloat("size (pixels)", &model.pointSize, 0.3F, 16.0F, "%.1f", flags));
+    note(actions, ImGui::ColorEdit3("colour", model.pointColor.data(), ImGuiColorEditFlags_NoInputs));
+    ImGui::SameLine();
+    note(actions, ImGui::ColorEdit3("background", model.background.data(), ImGuiColorEditFlags_NoInputs));
+}
+
+void Panel::drawCamera(ViewModel& model, PanelActions& actions) {
+    if (!ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    if (ImGui::Button("Fit (F)")) {
+        model.fit();
+        actions.viewChanged = true;
+    }
+    ImGui::SameLine();
+    const auto camera = model.camera(1.0);
+    if (ImGui::Button(camera.perspective() ? "Orthographic (O)" : "Perspective (O)")) {
+        model.setCamera(toggleProjection(camera));
+        actions.viewChanged = true;
+    }
+    ImGui::SameLine();
+    actions.saveView = ImGui::Button("Save view");
+}
+
+void Panel::drawJobs(const ServerState& server, PanelActions& actions) {
+    if (server.jobs.empty() || !ImGui::CollapsingHeader("Jobs", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    constexpr std::size_t most = 6;  // the newest; the panel is no log
+    for (std::size_t i = 0; i < std::min(server.jobs.size(), most); ++i) {
+        const auto& job = server.jobs[i];
+        ImGui::PushID(job.id().c_str());
+        text(fmt::format("{}: {}", datasetName(job.request()), stateName(job.state())));
+        if (job.state() == proto::JobStatus::RUNNING || job.state() == proto::JobStatus::QUEUED) {
+            ImGui::ProgressBar(static_cast<float>(job.progress()), {-70.0F, 0.0F}, job.phase().c_str());
+            ImGui::SameLine();
+            if (ImGui::SmallButton("Cancel")) actions.cancelJob = job.id();
+        }
+        if (!job.error().empty()) dim(job.error());
+        ImGui::PopID();
+    }
+}
+
+}  // namespace mote::client

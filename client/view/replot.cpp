@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/replot.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace mote::client {
+namespace {
+
+constexpr std::string_view suffix = ".mote";
+constexpr std::array<std::string_view, 15> axisNames{
+    "x", "y", "z", "t", "px", "py", "pz", "r", "theta", "xp", "yp", "pr", "delta", "gamma", "energy"};
+
+std::string joined(const AxisNames& axes) {
+    return fmt::format("{}", fmt::join(axes, "-"));
+}
+
+/// The plot's name without the axes that an earlier replot put behind it.
+std::string baseName(const std::string& dataset, const AxisNames& axes) {
+    const std::string tail = "-" + joined(axes);
+    const bool named = dataset.size() > tail.size() && dataset.ends_with(tail);
+    return named ? dataset.substr(0, dataset.size() - tail.size()) : dataset;
+}
+
+}  // namespace
+
+std::span<const std::string_view> plotAxes() {
+    return axisNames;
+}
+
+std::optional<AxisNames> axesOf(const proto::Description& description) {
+    const auto& axes = description.manifest().particles().axes();
+    if (axes.size() != 3) return std::nullopt;
+    return AxisNames{axes[0].name(), axes[1].name(), axes[2].name()};
+}
+
+std::optional<proto::JobRequest> replotRequest(const proto::Description& description, const AxisNames& axes) {
+    const auto shown = axesOf(description);
+    if (!shown || !description.has_replot() || !description.replot().has_particles()) return std::nullopt;
+    proto::JobRequest request = description.replot();
+    auto& particles = *request.mutable_particles();
+    particles.clear_axes();
+    for (const auto& axis : axes) particles.add_axes(axis);
+    particles.clear_bounds();  // they belonged to the other axes
+    request.set_output(fmt::format("{}-{}{}", baseName(description.dataset(), *shown), joined(axes), suffix));
+    return request;
+}
+
+std::string datasetName(const proto::JobRequest& request) {
+    const auto& output = request.output();
+    return output.ends_with(suffix) ? output.substr(0, output.size() - suffix.size()) : output;
+}
+
+}  // namespace mote::client

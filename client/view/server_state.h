@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ServerState: what the viewer knows of its server, for the panel to show. A value, filled by the viewer from
+// the connection; main thread.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+
+namespace mote::client {
+
+struct ServerState {
+    std::string connection;  ///< "connected to mote-server 0.1.0, egl (llvmpipe)"
+    bool connected = false;
+    double framesPerSecond = 0.0;
+    double roundTripMs = 0.0;
+    double bytesPerSecond = 0.0;
+    proto::Catalogue catalogue;
+    std::optional<proto::Description> shown;  ///< of the dataset in the view
+    std::optional<proto::Frame> frame;        ///< header of the picture on the screen
+    std::vector<proto::JobStatus> jobs;       ///< newest first
+    std::string message;                      ///< the last failure or news, one sentence
+};
+
+}  // namespace mote::client
