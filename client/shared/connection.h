@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Connection: a client's line to its server. It owns an I/O thread that connects, authenticates, sends,
+// receives and decodes; its owner's thread asks and is answered: every function may be called from any
+// thread, every callback runs inside poll() and nowhere else. Destroying it closes the line; callbacks not
+// yet run are then dropped.
+//
+// A view is a state: setView replaces the view that is wanted, and one that was not sent yet is never sent.
+// Frames are a state too: takeFrame gives the newest one, older ones nobody took are dropped. Everything else
+// is a question with one answer.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/shared/decode.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+struct ConnectionSettings {
+    std::string client = "mote client";  ///< program and version, for the server's log
+    /// Called by the I/O thread when poll() or takeFrame() has something new; must only wake the owner.
+    std::function<void()> wake;
+    std::chrono::milliseconds pingInterval{1000};     ///< the round trip is measured this often; 0: never
+    std::chrono::milliseconds connectTimeout{10000};  ///< from the socket to the server's welcome
+};
+
+struct ViewRequest {
+    bool finalOnly = false;                    ///< only the exact picture: scripts
+    bool moving = false;                       ///< the hand is still on it: no refinement yet
+    proto::PixelFormat format = proto::SRGB8;  ///< of the final picture
+};
+
+/// A frame as it arrived, decoded.
+struct ReceivedFrame {
+    proto::Frame message;  ///< whose picture it is, its quality, where the time went on the server
+    FramePixels pixels;
+    std::size_t payloadBytes = 0;
+    double latencyMs = 0.0;  ///< from setView to the decoded picture, by this machine's clock
+    double decodeMs = 0.0;   ///< of that, decoding
+};
+
+struct ConnectionStatistics {
+    double framesPerSecond = 0.0;  ///< received, over the last two seconds
+    double bytesPerSecond = 0.0;   ///< received, over the last two seconds
+    double roundTripMs = 0.0;      ///< of the latest ping; 0 before the first answer
+    std::uint64_t frames = 0;      ///< received since the connection object was made
+    std::uint64_t bytes = 0;
+};
+
+class Connection {
+  public:
+    enum class State { connecting, connected, lost };
+    template <class T>
+    using Reply = std::function<void(Result<T>)>;
+
+    /// Begins to connect to the server of a connection file; returns at once. A file that is missing or wrong
+    /// is a lost connection with that reason.
+    Connection(std::filesystem::path connectionFile, ConnectionSettings settings);
+    ~Connection();
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+
+    State state() const;
+    /// Why the connection is lost; empty while it is not.
+    std::optional<Error> lostReason() const;
+    /// What the server said of itself; default values before it is connected.
+    proto::Welcome welcome() const;
+    ConnectionStatistics statistics() const;
+
+    /// Drops the present connection if there is one, reads the connection file again (a restarted server has
+    /// a new token) and connects. The latest view is asked for again; jobs are watched again only on request.
+    void reconnect();
+
+    /// Runs the callbacks that are due, on the caller's thread: replies and the listeners below. Returns how
+    /// many ran. Not to be called from a callback.
+    std::size_t poll();
+    /// Blocks until poll() or takeFrame() has something, at most `timeout`. Returns whether it has.
+    bool wait(std::chrono::milliseconds timeout);
+
+    /// Wants this view from now on. Returns its id, which frames of it carry; ids ascend. Kept and sent once
+    /// connected where it is not yet.
+    std::uint64_t setView(proto::View view, const ViewRequest& request);
+    /// The newest decoded frame that was not taken yet; the server may then render another.
+    std::optional<ReceivedFrame> takeFrame();
+
+    // Each question is answered once: by the server's answer, its failure, or an Error (internal) that says
+    // why the connection was lost. Questions are sent in order, also those asked before it is connected.
+    void listDatasets(Reply<proto::Catalogue> reply);
+    void describe(const std::string& dataset, Reply<proto::Description> reply);
+    void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply);
+    void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);
+    /// All jobs; from then on onJob hears of every change.
+    void watchJobs(Reply<proto::Jobs> reply);
+    void ping(Reply<double> reply);  ///< the round trip, ms
+
+    // Listeners, one each; set them before the first poll().
+    void onState(std::function<void(State)> listener);
+    /// The catalogue changed (not: an answer to listDatasets).
+    void onCatalogue(std::function<void(const proto::Catalogue&)> listener);
+    void onJob(std::function<void(const proto::JobStatus&)> listener);
+    /// A view cannot be drawn, or a frame of it was damaged; or id 0: the server reports something that
+    /// belongs to no question.
+    void onViewFailed(std::function<void(std::uint64_t viewId, const Error&)> listener);
+
+  private:
+    class Impl;
+    std::shared_ptr<Impl> impl_;  // handlers hold it weakly
+};
+
+}  // namespace mote::client
