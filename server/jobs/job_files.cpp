@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/jobs/job_files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+#include "protocol/scene/json.h"
+#include "server/jobs/file_descriptor.h"
+
+namespace mote::server {
+namespace {
+
+constexpr std::uint64_t kTail = 16 * 1024;        // bytes of a file that are looked at
+constexpr std::uint64_t kLargestFile = 16 << 20;  // bytes; then it begins anew
+constexpr std::size_t kLogLines = 50;
+constexpr std::size_t kLongestLine = 300;   // bytes
+constexpr std::size_t kLongestPhase = 200;  // bytes
+
+/// The last bytes of a file that has another size than before, from a line's begin; nothing where it is the
+/// same.
+std::optional<std::string> newTail(const std::filesystem::path& path, std::uint64_t& knownSize) {
+    const FileDescriptor file(open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    struct stat information {};
+    if (!file.valid() || fstat(file.get(), &information) != 0 || !S_ISREG(information.st_mode)) return {};
+    const auto size = static_cast<std::uint64_t>(information.st_size);
+    if (size == knownSize) return {};
+    const auto begin = size - std::min(size, kTail);
+    std::string text(size - begin, '\0');
+    const auto got = pread(file.get(), text.data(), text.size(), static_cast<off_t>(begin));
+    text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    if (begin > 0) text.erase(0, text.find('\n') + 1);
+    knownSize = size;
+    // Its writers append, so that they go on at the new end.
+    if (size > kLargestFile && ftruncate(file.get(), 0) == 0) knownSize = 0;
+    return text;
+}
+
+std::vector<std::string_view> linesOf(std::string_view text) {
+    std::vector<std::string_view> lines;
+    while (!text.empty()) {
+        const auto end = text.find('\n');
+        if (const auto line = text.substr(0, end); !line.empty()) lines.push_back(line);
+        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    }
+    return lines;
+}
+
+/// The latest line that is whole and sound.
+std::optional<proto::JobProgress> latestProgress(std::string_view text) {
+    const auto end = text.rfind('\n');
+    if (end == std::string_view::npos) return {};
+    const auto lines = linesOf(text.substr(0, end));
+    for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+        proto::JobProgress progress;
+        if (parseJson(*line, progress, "progress").ok() && std::isfinite(progress.progress()))
+            return progress;
+    }
+    return {};
+}
+
+/// Bytes of a well-formed UTF-8 sequence at the begin of `text`, 0 where there is none.
+std::size_t sequenceLength(std::string_view text) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    const std::size_t length = byte(0) < 0x80 ? 1 : byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+    if (byte(0) >= 0x80 && (byte(0) < 0xc2 || byte(0) > 0xf4)) return 0;
+    if (length > text.size()) return 0;
+    for (std::size_t i = 1; i < length; ++i) {
+        if ((byte(i) & 0xc0) != 0x80) return 0;
+    }
+    const bool overlong = (byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xf0 && byte(1) < 0x90);
+    const bool surrogate = byte(0) == 0xed && byte(1) > 0x9f;
+    const bool beyond = byte(0) == 0xf4 && byte(1) > 0x8f;
+    return overlong || surrogate || beyond ? 0 : length;
+}
+
+Status writeFile(const std::filesystem::path& path, const std::string& text) {
+    const FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+    if (file.valid() && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size())) {
+        return success();
+    }
+    const auto kind = errno == ENOSPC || errno == EDQUOT ? ErrorCode::resourceExhausted
+                      : errno == EACCES                  ? ErrorCode::permissionDenied
+                                                         : ErrorCode::internal;
+    return Error{kind, path.string(), fmt::format("cannot be written: {}", std::strerror(errno))};
+}
+
+}  // namespace
+
+std::string plainText(std::string_view text, std::size_t longest) {
+    std::string plain;
+    while (!text.empty()) {
+        const auto length = sequenceLength(text);
+        const auto first = static_cast<unsigned char>(text[0]);
+        const bool printable = length > 1 || (length == 1 && first >= 0x20 && first != 0x7f);
+        const auto piece = printable ? text.substr(0, length) : first == '\t' ? std::string_view(" ") : "?";
+        if (plain.size() + piece.size() > longest) break;
+        plain += piece;
+        text.remove_prefix(std::max<std::size_t>(length, 1));
+    }
+    return plain;
+}
+
+Status JobFiles::prepare(const proto::JobRequest& request) {
+    if (mkdir(directory_.c_str(), 0700) != 0 && errno != EEXIST) {
+        return Error{errno == EACCES ? ErrorCode::permissionDenied : ErrorCode::internal, directory_.string(),
+                     fmt::format("cannot be made: {}", std::strerror(errno))};
+    }
+    for (const char* name : {"result", "result.new", "progress"}) unlink((directory_ / name).c_str());
+    progressSize_ = 0;
+    return writeFile(directory_ / "request.json", toJson(request));
+}
+
+bool JobFiles::refresh(proto::JobStatus& status) {
+    bool changed = false;
+    if (const auto text = newTail(directory_ / "progress", progressSize_)) {
+        if (const auto latest = latestProgress(*text)) {
+            status.set_progress(std::clamp(latest->progress(), 0.0, 1.0));
+            status.set_phase(plainText(latest->phase(), kLongestPhase));
+            changed = true;
+        }
+    }
+    if (const auto text = newTail(directory_ / "log", logSize_)) {
+        const auto lines = linesOf(*text);
+        status.clear_log();
+        for (auto i = lines.size() - std::min(lines.size(), kLogLines); i < lines.size(); ++i) {
+            status.add_log(plainText(lines[i], kLongestLine));
+        }
+        changed = true;
+    }
+    return changed;
+}
+
+std::optional<JobFiles::Outcome> JobFiles::outcome() const {
+    std::uint64_t size = 0;
+    const auto text = newTail(directory_ / "result", size);
+    Outcome outcome;
+    if (!text) return {};
+    if (std::sscanf(text->c_str(), "exit %d", &outcome.number) == 1) return outcome;
+    outcome.signalled = true;
+    if (std::sscanf(text->c_str(), "signal %d", &outcome.number) == 1) return outcome;
+    return {};
+}
+
+void JobFiles::note(const std::string& line) const {
+    const FileDescriptor file(
+        open((directory_ / "log").c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
+    const auto text = line + "\n";
+    if (!file.valid() || write(file.get(), text.data(), text.size()) < 0) return;
+}
+
+void JobFiles::remove() const {
+    std::error_code code;
+    std::filesystem::remove_all(directory_, code);
+}
+
+}  // namespace mote::server

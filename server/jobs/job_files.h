@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// JobFiles: the directory of one job, through which a server and a running job speak: request.json in,
+// progress (lines of JobProgress), log and result out. What a job writes is not trusted: it is bounded and
+// made plain text. Owned by the queue and used on its thread.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::server {
+
+class JobFiles {
+  public:
+    /// How the job's program ended.
+    struct Outcome {
+        bool signalled = false;
+        int number = 0;  ///< exit code, or signal
+    };
+
+    explicit JobFiles(std::filesystem::path directory) : directory_(std::move(directory)) {}
+
+    const std::filesystem::path& directory() const { return directory_; }
+
+    /// Makes the directory (0700) with the request, without results of an earlier attempt. Errors:
+    /// permissionDenied, resourceExhausted (the disk), internal.
+    Status prepare(const proto::JobRequest& request);
+
+    /// Puts what the job has written into `status`; false where nothing is new since the last call.
+    bool refresh(proto::JobStatus& status);
+
+    /// Nothing: it has not ended, or was interrupted.
+    std::optional<Outcome> outcome() const;
+
+    /// Adds a line to the job's log.
+    void note(const std::string& line) const;
+    void remove() const;
+
+  private:
+    std::filesystem::path directory_;
+    std::uint64_t progressSize_ = 0;  // bytes at the last refresh
+    std::uint64_t logSize_ = 0;
+};
+
+/// Printable and valid UTF-8, whatever a program wrote: other bytes become "?"; cut to `longest` bytes.
+std::string plainText(std::string_view text, std::size_t longest);
+
+}  // namespace mote::server

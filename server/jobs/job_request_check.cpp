@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/jobs/job_request_check.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+namespace mote::server {
+namespace {
+
+constexpr std::size_t kLargestRequest = 64 * 1024;  // bytes of the whole message
+constexpr std::size_t kLongestTitle = 256;          // bytes
+constexpr std::size_t kLongestWord = 64;            // bytes of an axis, a format, a species, a range
+constexpr int kMostInputs = 4096;
+constexpr int kMostBounds = 16;
+
+Error bad(std::string field, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
+}
+
+Status checkWord(const std::string& word, std::string field, std::size_t longest = kLongestWord) {
+    if (word.size() > longest) return bad(std::move(field), fmt::format("is longer than {} bytes", longest));
+    for (const unsigned char c : word) {
+        if (c < 0x20 || c == 0x7f) return bad(std::move(field), "holds a control character");
+    }
+    return success();
+}
+
+Status checkInputs(const proto::ParticlesJob& job, const JobRoots& roots) {
+    if (job.inputs().empty()) return bad("particles.inputs", "names no file");
+    if (job.inputs_size() > kMostInputs) {
+        return bad("particles.inputs", fmt::format("names more than {} files", kMostInputs));
+    }
+    for (int i = 0; i < job.inputs_size(); ++i) {
+        const auto field = fmt::format("particles.inputs[{}]", i);
+        auto place = roots.locate(job.inputs(i), field);
+        if (!place.ok()) return place.error();
+        const auto there = JobRoots::exists(*place, field);
+        if (!there.ok()) return there.error();
+        if (!there.value()) {
+            return Error{ErrorCode::notFound, field, fmt::format("{} does not exist", job.inputs(i))};
+        }
+    }
+    return success();
+}
+
+Status checkAxes(const proto::ParticlesJob& job) {
+    if (job.axes_size() != 3)
+        return bad("particles.axes", fmt::format("needs three names, not {}", job.axes_size()));
+    for (int i = 0; i < 3; ++i) {
+        const auto field = fmt::format("particles.axes[{}]", i);
+        if (job.axes(i).empty()) return bad(field, "is empty");
+        MOTE_RETURN_IF_ERROR(checkWord(job.axes(i), field));
+        for (int j = 0; j < i; ++j) {
+            if (job.axes(i) == job.axes(j))
+                return bad(field, fmt::format("\"{}\" is given twice", job.axes(i)));
+        }
+    }
+    return success();
+}
+
+Status checkBounds(const proto::ParticlesJob& job) {
+    if (job.bounds_size() > kMostBounds) {
+        return bad("particles.bounds", fmt::format("has more than {} entries", kMostBounds));
+    }
+    for (int i = 0; i < job.bounds_size(); ++i) {
+        const auto& axis = job.bounds(i);
+        const auto field = fmt::format("particles.bounds[{}]", i);
+        MOTE_RETURN_IF_ERROR(checkWord(axis.name(), field + ".name"));
+        MOTE_RETURN_IF_ERROR(checkWord(axis.unit(), field + ".unit"));
+        if (!std::isfinite(axis.min()) || !std::isfinite(axis.max()) || !(axis.min() < axis.max())) {
+            return bad(field, "needs finite numbers, min below max");
+        }
+    }
+    return success();
+}
+
+Status checkImpact(const proto::ImpactOptions& impact) {
+    for (const double value :
+         {impact.frequency(), impact.mass(), impact.kinetic_energy(), impact.current()}) {
+        if (!std::isfinite(value)) return bad("particles.impact", "needs finite numbers");
+    }
+    return success();
+}
+
+Status checkParticles(const proto::ParticlesJob& job, const JobRoots& roots) {
+    MOTE_RETURN_IF_ERROR(checkAxes(job));
+    MOTE_RETURN_IF_ERROR(checkWord(job.format(), "particles.format"));
+    MOTE_RETURN_IF_ERROR(checkWord(job.species(), "particles.species", 256));
+    MOTE_RETURN_IF_ERROR(checkWord(job.steps(), "particles.steps"));
+    MOTE_RETURN_IF_ERROR(checkBounds(job));
+    MOTE_RETURN_IF_ERROR(checkImpact(job.impact()));
+    return checkInputs(job, roots);
+}
+
+Status checkSynthBeam(const proto::SynthBeamJob& job) {
+    if (job.particles() == 0) return bad("synthBeam.particles", "must be at least 1");
+    if (job.steps() == 0) return bad("synthBeam.steps", "must be at least 1");
+    if (!std::isfinite(job.mismatch())) return bad("synthBeam.mismatch", "must be a finite number");
+    return success();
+}
+
+Result<JobRoots::Place> checkOutput(const proto::JobRequest& request, const JobRoots& roots) {
+    auto place = roots.locate(request.output(), "output");
+    if (!place.ok()) return place.error();
+    const std::string_view ending = request.has_synth_beam() ? ".h5" : ".mote";
+    const auto file = place->relative.filename().string();
+    if (file.size() <= ending.size() || !file.ends_with(ending) || file.starts_with('.')) {
+        return bad("output", fmt::format("must end in a name like NAME{}", ending));
+    }
+    const auto there = JobRoots::exists(*place, "output");
+    if (!there.ok()) return there.error();
+    if (there.value()) {
+        return Error{ErrorCode::alreadyExists, "output", fmt::format("{} exists already", request.output())};
+    }
+    return place;
+}
+
+}  // namespace
+
+Result<JobRoots::Place> checkJobRequest(const proto::JobRequest& request, const JobRoots& roots) {
+    if (request.ByteSizeLong() > kLargestRequest) {
+        return Error{ErrorCode::resourceExhausted, "",
+                     fmt::format("the request has more than {} bytes", kLargestRequest)};
+    }
+    MOTE_RETURN_IF_ERROR(checkWord(request.title(), "title", kLongestTitle));
+    switch (request.kind_case()) {
+        case proto::JobRequest::kParticles:
+            MOTE_RETURN_IF_ERROR(checkParticles(request.particles(), roots));
+            break;
+        case proto::JobRequest::kSynthBeam:
+            MOTE_RETURN_IF_ERROR(checkSynthBeam(request.synth_beam()));
+            break;
+        case proto::JobRequest::KIND_NOT_SET:
+            return bad("kind", "is missing: give particles or synthBeam");
+    }
+    return checkOutput(request, roots);
+}
+
+}  // namespace mote::server

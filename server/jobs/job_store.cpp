@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/jobs/job_store.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sqlite3.h>
+
+#include <string_view>
+
+#include "protocol/scene/json.h"
+#include "server/jobs/sql_statement.h"
+
+namespace mote::server {
+namespace {
+
+constexpr int kApplicationId = 0x6d6f7465;  // "mote"
+constexpr int kVersion = 1;                 // of the schema
+
+// A server that ends between two transactions must find every job as it was: WAL with one process, which
+// EXCLUSIVE lets work on network file systems too.
+constexpr const char* kPragmas =
+    "PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL; PRAGMA "
+    "trusted_schema=OFF;";
+
+constexpr const char* kSchema =
+    "BEGIN IMMEDIATE;"
+    "CREATE TABLE jobs("
+    " number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT UNIQUE NOT NULL, state INTEGER NOT NULL,"
+    " request TEXT NOT NULL, progress REAL NOT NULL, phase TEXT NOT NULL, error TEXT NOT NULL, log TEXT NOT "
+    "NULL,"
+    " created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL, finished_ms INTEGER NOT NULL,"
+    " attempts INTEGER NOT NULL, cancel INTEGER NOT NULL, handle TEXT NOT NULL) STRICT;"
+    "PRAGMA application_id=1836020837;"
+    "PRAGMA user_version=1;"
+    "COMMIT;";
+static_assert(kApplicationId == 1836020837 && kVersion == 1, "as in kSchema");
+
+Error failure(sqlite3* database) {
+    const int code = sqlite3_errcode(database) & 0xff;
+    const auto kind = code == SQLITE_FULL                               ? ErrorCode::resourceExhausted
+                      : code == SQLITE_CORRUPT || code == SQLITE_NOTADB ? ErrorCode::corrupt
+                      : code == SQLITE_PERM || code == SQLITE_READONLY || code == SQLITE_CANTOPEN
+                          ? ErrorCode::permissionDenied
+                          : ErrorCode::internal;
+    return {kind, "jobs.sqlite", sqlite3_errmsg(database)};
+}
+
+Status execute(sqlite3* database, const char* sql) {
+    if (sqlite3_exec(database, sql, nullptr, nullptr, nullptr) == SQLITE_OK) return success();
+    auto error = failure(database);
+    sqlite3_exec(database, "ROLLBACK", nullptr, nullptr, nullptr);
+    return error;
+}
+
+/// The first column of the first row.
+Result<std::string> ask(sqlite3* database, const char* sql) {
+    SqlStatement statement(database, sql);
+    if (statement.step() != SQLITE_ROW) return failure(database);
+    return statement.text(0);
+}
+
+/// Whether the file is a job database of ours; makes the table in an empty one.
+Status prepareSchema(sqlite3* database) {
+    const auto check = ask(database, "PRAGMA quick_check(1)");
+    if (!check.ok()) return check.error();
+    if (check.value() != "ok") return Error{ErrorCode::corrupt, "jobs.sqlite", check.value()};
+    const auto tables = ask(database, "SELECT count(*) FROM sqlite_schema");
+    const auto id = ask(database, "PRAGMA application_id");
+    const auto version = ask(database, "PRAGMA user_version");
+    if (!tables.ok() || !id.ok() || !version.ok()) return failure(database);
+    if (tables.value() == "0") return execute(database, kSchema);
+    if (id.value() != std::to_string(kApplicationId)) {
+        return Error{ErrorCode::corrupt, "jobs.sqlite", "is no database of jobs"};
+    }
+    if (version.value() != std::to_string(kVersion)) {
+        return Error{ErrorCode::unsupported, "jobs.sqlite",
+                     fmt::format("has version {}, this program knows version {}", version.value(), kVersion)};
+    }
+    return ask(database, "SELECT count(number) FROM jobs").ok() ? success() : Status(failure(database));
+}
+
+/// Renames the file (its log files go: they belong to it) to the first free FILE.broken-N.
+Result<std::filesystem::path> moveAside(const std::filesystem::path& file) {
+    std::error_code code;
+    for (int n = 1; n < 1000; ++n) {
+        const std::filesystem::path aside = fmt::format("{}.broken-{}", file.string(), n);
+        if (std::filesystem::exists(aside, code)) continue;
+        std::filesystem::rename(file, aside, code);
+        if (code) break;
+        for (const char* suffix : {"-wal", "-shm"}) {
+            std::filesystem::rename(file.string() + suffix, aside.string() + suffix, code);
+        }
+        return aside;
+    }
+    return Error{ErrorCode::permissionDenied, file.string(), "is broken and cannot be moved aside"};
+}
+
+void bindStatus(SqlStatement& statement, const JobRecord& record) {
+    const auto& status = record.status;
+    std::string log;
+    for (const auto& line : status.log()) log += line + "\n";
+    statement.bind(status.id()).bind(std::int64_t{status.state()}).bind(toJsonLine(status.request()));
+    statement.bind(status.progress()).bind(status.phase()).bind(status.error()).bind(log);
+    statement.bind(status.created_ms()).bind(status.started_ms()).bind(status.finished_ms());
+    statement.bind(std::int64_t{record.attempts})
+        .bind(std::int64_t{record.cancelRequested})
+        .bind(record.handle);
+}
+
+Result<JobRecord> readRecord(const SqlStatement& row) {
+    JobRecord record;
+    record.number = row.integer(0);
+    auto& status = record.status;
+    status.set_id(row.text(1));
+    const auto state = row.integer(2);
+    if (state < proto::JobStatus::QUEUED || state > proto::JobStatus::CANCELLED) {
+        return Error{ErrorCode::corrupt, "jobs.sqlite",
+                     fmt::format("job {} has no known state", status.id())};
+    }
+    status.set_state(static_cast<proto::JobStatus::State>(state));
+    MOTE_RETURN_IF_ERROR(parseJson(row.text(3), *status.mutable_request(), "jobs.sqlite"));
+    status.set_progress(row.real(4));
+    status.set_phase(row.text(5));
+    status.set_error(row.text(6));
+    const auto log = row.text(7);
+    for (std::string_view rest = log; !rest.empty();) {
+        const auto end = rest.find('\n');
+        status.add_log(std::string(rest.substr(0, end)));
+        rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    }
+    status.set_created_ms(row.integer(8));
+    status.set_started_ms(row.integer(9));
+    status.set_finished_ms(row.integer(10));
+    record.attempts = static_cast<int>(row.integer(11));
+    record.cancelRequested = row.integer(12) != 0;
+    record.handle = row.text(13);
+    return record;
+}
+
+}  // namespace
+
+void JobStore::Close::operator()(sqlite3* database) const {
+    sqlite3_close_v2(database);
+}
+
+Result<JobStore::Database> JobStore::connect(const std::filesystem::path& file) {
+    sqlite3* raw = nullptr;
+    const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_NOFOLLOW;
+    const int opened = sqlite3_open_v2(file.c_str(), &raw, flags, nullptr);
+    Database database(raw);
+    if (opened != SQLITE_OK) return failure(raw);
+    MOTE_RETURN_IF_ERROR(execute(raw, kPragmas));
+    MOTE_RETURN_IF_ERROR(prepareSchema(raw));
+    return database;
+}
+
+Result<JobStore> JobStore::open(const std::filesystem::path& file) {
+    auto database = connect(file);
+    std::filesystem::path aside;
+    if (!database.ok() && database.error().code == ErrorCode::corrupt) {
+        auto moved = moveAside(file);
+        if (!moved.ok()) return moved.error();
+        aside = *moved;
+        spdlog::error("the database of jobs is broken ({}): it was moved to {} and a new one begun",
+                      database.error().message, aside.string());
+        database = connect(file);
+    }
+    if (!database.ok()) return database.error();
+    JobStore store(*std::move(database));
+    store.setAside_ = std::move(aside);
+    return store;
+}
+
+Result<std::vector<JobRecord>> JobStore::load() const {
+    SqlStatement rows(
+        database_.get(),
+        "SELECT number, id, state, request, progress, phase, error, log, created_ms, started_ms,"
+        " finished_ms, attempts, cancel, handle FROM jobs ORDER BY number");
+    std::vector<JobRecord> records;
+    int code = SQLITE_ROW;
+    while ((code = rows.step()) == SQLITE_ROW) {
+        auto record = readRecord(rows);
+        if (record.ok()) {
+            records.push_back(*std::move(record));
+        } else {
+            spdlog::warn("a job is left out: {}", record.error().toString());
+        }
+    }
+    if (code != SQLITE_DONE) return failure(database_.get());
+    return records;
+}
+
+Status JobStore::insert(JobRecord& record) {
+    SqlStatement statement(database_.get(),
+                           "INSERT INTO jobs(id, state, request, progress, phase, error, log, created_ms,"
+                           " started_ms, finished_ms, attempts, cancel, handle)"
+                           " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    bindStatus(statement, record);
+    if (statement.step() != SQLITE_DONE) return failure(database_.get());
+    record.number = sqlite3_last_insert_rowid(database_.get());
+    return success();
+}
+
+Status JobStore::update(const JobRecord& record) {
+    SqlStatement statement(database_.get(),
+                           "UPDATE jobs SET id=?, state=?, request=?, progress=?, phase=?, error=?, log=?,"
+                           " created_ms=?, started_ms=?, finished_ms=?, attempts=?, cancel=?, handle=?"
+                           " WHERE number=?");
+    bindStatus(statement, record);
+    statement.bind(record.number);
+    return statement.step() == SQLITE_DONE ? success() : Status(failure(database_.get()));
+}
+
+Status JobStore::remove(std::int64_t number) {
+    SqlStatement statement(database_.get(), "DELETE FROM jobs WHERE number=?");
+    statement.bind(number);
+    return statement.step() == SQLITE_DONE ? success() : Status(failure(database_.get()));
+}
+
+}  // namespace mote::server

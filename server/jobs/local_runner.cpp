@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/jobs/local_runner.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <asio/io_context.hpp>
+#include <asio/posix/stream_descriptor.hpp>
+#include <cerrno>
+#include <cstring>
+
+#include "server/jobs/file_descriptor.h"
+#include "server/jobs/process_identity.h"
+
+namespace mote::server {
+namespace {
+
+constexpr const char* kPrefix = "local ";  // of handles
+constexpr int kGate = 3;  // the supervisor's descriptor of it, and the progress's of mote-prep
+
+class LocalRun final : public Run {
+  public:
+    LocalRun(asio::io_context& context, ProcessIdentity identity, FileDescriptor process, FileDescriptor gate)
+        : identity_(std::move(identity)), process_(context, process.release()), gate_(std::move(gate)) {}
+
+    std::string handle() const override { return kPrefix + identity_.toString(); }
+
+    void go() override {
+        // No SIGPIPE from a supervisor that has ended: onEnd tells of it.
+        const char byte = 'g';
+        if (gate_.valid() && ::send(gate_.get(), &byte, 1, MSG_NOSIGNAL) != 1) {
+        }
+        gate_.close();
+    }
+
+    void onEnd(std::function<void()> ended) override {
+        process_.async_wait(asio::posix::stream_descriptor::wait_read,
+                            [this, ended = std::move(ended)](const std::error_code& code) {
+                                if (code == asio::error::operation_aborted) return;
+                                reap();
+                                ended();
+                            });
+    }
+
+    void cancel() override {
+        // Through the pidfd: never to a stranger who has the number by now.
+        syscall(SYS_pidfd_send_signal, process_.native_handle(), SIGTERM, nullptr, 0);
+    }
+
+  private:
+    /// Takes the ended process from the kernel if it is a child of this server, and not of an earlier one.
+    void reap() {
+        siginfo_t info{};
+        waitid(static_cast<idtype_t>(P_PIDFD), static_cast<id_t>(process_.native_handle()), &info,
+               WEXITED | WNOHANG);
+    }
+
+    ProcessIdentity identity_;
+    asio::posix::stream_descriptor process_;  // a pidfd: readable when the process has ended
+    FileDescriptor gate_;
+};
+
+std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor,
+                                             const std::string& prep) {
+    std::vector<std::string> words{supervisor,
+                                   "--directory",
+                                   order.directory.string(),
+                                   "--memory",
+                                   std::to_string(order.memory),
+                                   "--write",
+                                   order.writable.string()};
+    for (const auto& folder : order.readable) words.insert(words.end(), {"--read", folder.string()});
+    words.insert(words.end(), {"--", prep, "job", (order.directory / "request.json").string()});
+    for (const auto& root : order.roots) words.insert(words.end(), {"--root", root});
+    words.insert(words.end(), {"--progress-fd", std::to_string(kGate)});
+    if (order.memory != 0) words.insert(words.end(), {"--memory", std::to_string(order.memory)});
+    if (order.threads != 0) words.insert(words.end(), {"--threads", std::to_string(order.threads)});
+    return words;
+}
+
+/// posix_spawn with a session of its own, its output in the job's log and the gate at kGate; 0 or an errno.
+int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_t& pid) {
+    std::vector<char*> argv;
+    for (auto& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, 1, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+    posix_spawn_file_actions_adddup2(&files, 1, 2);
+    posix_spawn_file_actions_adddup2(&files, gate, kGate);
+    posix_spawn_file_actions_addclosefrom_np(&files, kGate + 1);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t all, none;
+    sigfillset(&all);
+    sigemptyset(&none);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setflags(&attributes,
+                             POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
+    const int error = posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    return error;
+}
+
+}  // namespace
+
+LocalRunner::LocalRunner(asio::io_context& context, std::filesystem::path supervisor,
+                         std::filesystem::path prep)
+    : context_(context), supervisor_(std::move(supervisor)), prep_(std::move(prep)) {}
+
+Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+        return Error{ErrorCode::internal, "",
+                     fmt::format("the job cannot be started: {}", std::strerror(errno))};
+    }
+    FileDescriptor gate(ends[0]);
+    const FileDescriptor theirs(ends[1]);
+    pid_t pid = 0;
+    const auto words = supervisorArguments(order, supervisor_.string(), prep_.string());
+    const int error = spawn(words, (order.directory / "log").string(), theirs.get(), pid);
+    if (error != 0) {
+        return Error{error == ENOENT ? ErrorCode::notFound : ErrorCode::internal, supervisor_.string(),
+                     fmt::format("cannot be started: {}", std::strerror(error))};
+    }
+    // A child that is not waited for keeps its number: these two cannot meet another process.
+    auto identity = ProcessIdentity::of(pid);
+    FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
+    if (!identity || !process.valid()) {
+        gate.close();  // it ends by itself
+        waitpid(pid, nullptr, 0);
+        return Error{ErrorCode::internal, "",
+                     "the job's process cannot be watched (no /proc or no pidfd_open)"};
+    }
+    return std::unique_ptr<Run>(
+        std::make_unique<LocalRun>(context_, *std::move(identity), std::move(process), std::move(gate)));
+}
+
+std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
+    if (!handle.starts_with(kPrefix)) return nullptr;
+    const auto identity = ProcessIdentity::parse(handle.substr(std::string_view(kPrefix).size()));
+    if (!identity) return nullptr;
+    auto process = identity->open();
+    if (!process.valid()) return nullptr;
+    return std::make_unique<LocalRun>(context_, *identity, std::move(process), FileDescriptor());
+}
+
+}  // namespace mote::server
