@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Viewer: ties window, model, panel and connection together: a frame loop that sends the latest view, shows
+// the newest picture and sleeps while nothing changes. Main thread.
+#pragma once
+
+#include <string>
+
+#include "client/shared/connection.h"
+#include "client/view/options.h"
+#include "client/view/panel.h"
+#include "client/view/picture_texture.h"
+#include "client/view/server_state.h"
+#include "client/view/view_model.h"
+#include "client/view/window.h"
+
+namespace mote::client {
+
+class Viewer {
+  public:
+    /// Loads the saved view if one was given. Throws WindowError.
+    explicit Viewer(const ViewOptions& options);
+
+    /// Errors of options.view; to be asked before run().
+    const Status& loaded() const { return loaded_; }
+    /// Runs until the window closes or, on request, the exact picture was shown. Returns the exit status.
+    int run();
+
+  private:
+    struct Area {
+        float width, height;          // screen coordinates
+        std::uint32_t columns, rows;  // pixels of the view
+    };
+
+    void listen();
+    void askServer();
+    void openDataset(const std::string& name);
+    /// Opens the plot that a job of ours was to make, once the catalogue knows it.
+    bool openAwaited();
+    void plot(const AxisNames& axes);
+    void replaceJob(const proto::JobStatus& job);
+    void saveView();
+    void say(const std::string& message);
+
+    Area pictureArea() const;
+    void takeInput(const Area& area);
+    void takeKeys();
+    void apply(const PanelActions& actions);
+    void sendView(const Area& area);
+    void takePicture();
+    void showPicture(const Area& area) const;
+    bool finished();
+    void refreshStatistics();
+
+    ViewOptions options_;
+    Window window_;
+    PictureTexture texture_;
+    Panel panel_;
+    ViewModel model_;
+    ServerState server_;
+    Status loaded_ = success();
+    bool panelShown_ = true;
+    bool dirty_ = true;        // the model differs from what was sent
+    bool moving_ = false;      // a gesture is under way
+    bool sentMoving_ = false;  // the sent view was announced as moving
+    std::uint32_t sentColumns_ = 0, sentRows_ = 0;
+    std::uint64_t sentView_ = 0;  // id of the latest view
+    std::string awaitedDataset_;  // a plot that a job of ours makes
+    int exitStatus_ = 0;
+    // Last: its destructor ends the callbacks into this object.
+    Connection connection_;
+};
+
+}  // namespace mote::client
