@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StorageError: thrown where a file of ours cannot be made, or an array of ours differs from its digest while it is
-// in use. Carries an Error (code, file and position, sentence). May be thrown on any thread.
+// StorageError: thrown where a file of ours cannot be made, or an array of ours differs from its digest while
+// it is in use. Carries an Error (code, file and position, sentence). May be thrown on any thread.
 #pragma once
 
 #include <stdexcept>
@@ -19,4 +19,4 @@ class StorageError : public std::runtime_error {
     Error error_;
 };
 
-}   // namespace mote::storage
+}  // namespace mote::storage

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/catalogue.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "storage/manifest.h"
+#include "storage/system_error.h"
+
+namespace mote::storage {
+
+namespace fs = std::filesystem;
+
+/// What one refresh has found so far.
+struct Catalogue::Walk {
+    std::vector<Entry> entries;
+    std::vector<Error> errors;
+    std::map<fs::path, Cached> cache;
+    std::size_t visited = 0;
+    bool full = false;
+
+    void fail(Error error) {
+        if (errors.size() < 100) errors.push_back(std::move(error));
+    }
+};
+
+namespace {
+
+bool isDataset(const fs::path& path) {
+    return path.extension() == datasetSuffix && path.stem() != "";
+}
+
+std::string_view withoutSuffix(std::string_view name) {
+    const std::string_view suffix = datasetSuffix;
+    if (name.ends_with(suffix)) name.remove_suffix(suffix.size());
+    return name;
+}
+
+bool sameEntry(const Catalogue::Entry& a, const Catalogue::Entry& b) {
+    return a.name == b.name && a.directory == b.directory && a.manifest == b.manifest;
+}
+
+}  // namespace
+
+bool Catalogue::refresh() {
+    Walk walk;
+    for (const auto& root : roots_.entries()) walkRoot(root, walk);
+    std::sort(walk.entries.begin(), walk.entries.end(),
+              [](const Entry& a, const Entry& b) { return a.name < b.name; });
+    const bool changed =
+        !std::equal(entries_.begin(), entries_.end(), walk.entries.begin(), walk.entries.end(), sameEntry);
+    entries_ = std::move(walk.entries);
+    errors_ = std::move(walk.errors);
+    cache_ = std::move(walk.cache);
+    return changed;
+}
+
+void Catalogue::walkRoot(const Roots::Entry& root, Walk& walk) {
+    std::error_code code;
+    // A recursive iterator does not follow links to folders unless asked to.
+    fs::recursive_directory_iterator at(root.folder, fs::directory_options::skip_permission_denied, code);
+    for (; !code && at != fs::recursive_directory_iterator(); at.increment(code)) {
+        if (walk.entries.size() >= maxDatasets || ++walk.visited > maxVisited) {
+            if (!std::exchange(walk.full, true)) {
+                walk.fail({ErrorCode::resourceExhausted, root.name,
+                           fmt::format("the catalogue stops at {} datasets and {} files and folders",
+                                       maxDatasets, maxVisited)});
+            }
+            return;
+        }
+        std::error_code ignored;
+        if (at->symlink_status(ignored).type() != fs::file_type::directory) continue;
+        if (at.depth() >= maxDepth) at.disable_recursion_pending();
+        if (!isDataset(at->path())) continue;
+        at.disable_recursion_pending();
+        const auto relative = at->path().lexically_relative(root.folder).generic_string();
+        addDataset(at->path(), root.name + "/" + std::string(withoutSuffix(relative)), walk);
+    }
+    if (code) walk.fail(systemError(code.value(), root.name, "its folders cannot be listed"));
+}
+
+void Catalogue::addDataset(const fs::path& directory, std::string name, Walk& walk) {
+    struct stat status {};
+    if (::stat((directory / manifestName).c_str(), &status) != 0) {
+        return walk.fail(systemError(errno, name, "its manifest.json cannot be read"));
+    }
+    const Stamp stamp{status.st_dev, status.st_ino, static_cast<std::uint64_t>(status.st_size),
+                      status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+    auto known = cache_.find(directory);
+    if (known == cache_.end() || !(known->second.stamp == stamp)) {
+        auto read = readManifest(directory);
+        using Shared = std::shared_ptr<const proto::Manifest>;
+        auto shared = read.ok() ? Result<Shared>(std::make_shared<const proto::Manifest>(*std::move(read)))
+                                : Result<Shared>(read.error());
+        known = cache_.insert_or_assign(directory, Cached{stamp, std::move(shared)}).first;
+    }
+    const auto& cached = walk.cache.insert_or_assign(directory, known->second).first->second;
+    if (!cached.manifest.ok()) return walk.fail(cached.manifest.error());
+    walk.entries.push_back({std::move(name), directory, *cached.manifest});
+}
+
+const Catalogue::Entry* Catalogue::find(std::string_view name) const {
+    const auto wanted = withoutSuffix(name);
+    const auto found =
+        std::lower_bound(entries_.begin(), entries_.end(), wanted,
+                         [](const Entry& entry, std::string_view text) { return entry.name < text; });
+    return found != entries_.end() && found->name == wanted ? &*found : nullptr;
+}
+
+proto::Catalogue Catalogue::summary() const {
+    proto::Catalogue message;
+    for (const auto& entry : entries_) {
+        auto& dataset = *message.add_datasets();
+        dataset.set_name(entry.name);
+        dataset.set_kind(entry.manifest->kind());
+        dataset.set_title(entry.manifest->title());
+        const auto& steps = entry.manifest->particles().steps();
+        dataset.set_steps(static_cast<std::uint32_t>(steps.size()));
+        std::uint64_t most = 0;
+        for (const auto& step : steps) most = std::max(most, step.particles());
+        dataset.set_particles(most);
+    }
+    return message;
+}
+
+}  // namespace mote::storage

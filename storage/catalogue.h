@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Catalogue: the datasets beneath the roots, by name. Looks for folders `*.mote` with bounds on depth and
+// number, reads each manifest once and again only when it changed. A broken dataset is left out and reported,
+// never fatal. One owner, one thread at a time; what entries hold is immutable and may be shared.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "storage/roots.h"
+
+namespace mote::storage {
+
+class Catalogue {
+  public:
+    struct Entry {
+        std::string name;                 ///< "ROOT/NAME" or "ROOT/FOLDER/NAME", without ".mote"
+        std::filesystem::path directory;  ///< absolute
+        std::shared_ptr<const proto::Manifest> manifest;
+    };
+
+    static constexpr int maxDepth = 8;  ///< folders below a root
+    static constexpr std::size_t maxDatasets = 4096;
+    static constexpr std::size_t maxVisited = 200000;  ///< directory entries looked at in one refresh
+
+    /// Empty until the first refresh.
+    explicit Catalogue(Roots roots) : roots_(std::move(roots)) {}
+
+    /// Looks again; true where entries appeared, vanished or changed. Symbolic links are not followed. Never
+    /// fails: what cannot be read is in errors().
+    bool refresh();
+
+    /// Ascending by name.
+    const std::vector<Entry>& entries() const { return entries_; }
+    /// By name, with or without ".mote"; nullptr where there is none. Valid until the next refresh.
+    const Entry* find(std::string_view name) const;
+    /// Why datasets or folders were left out by the last refresh.
+    const std::vector<Error>& errors() const { return errors_; }
+    const Roots& roots() const { return roots_; }
+
+    /// The entries as a message: name, kind, title, steps, particles of the largest step.
+    proto::Catalogue summary() const;
+
+  private:
+    /// Tells one version of a manifest from the next.
+    struct Stamp {
+        std::uint64_t device, inode, size;
+        std::int64_t seconds, nanoseconds;
+        bool operator==(const Stamp&) const = default;
+    };
+    struct Cached {
+        Stamp stamp;
+        Result<std::shared_ptr<const proto::Manifest>> manifest;
+    };
+    struct Walk;
+
+    void walkRoot(const Roots::Entry& root, Walk& walk);
+    void addDataset(const std::filesystem::path& directory, std::string name, Walk& walk);
+
+    Roots roots_;
+    std::vector<Entry> entries_;
+    std::vector<Error> errors_;
+    std::map<std::filesystem::path, Cached> cache_;
+};
+
+}  // namespace mote::storage

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/hash.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cerrno>
+#include <memory>
+
+#include "storage/file_descriptor.h"
+#include "storage/system_error.h"
+
+namespace mote::storage {
+namespace {
+
+std::string toHex(XXH128_hash_t hash) {
+    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+struct FreeState {
+    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
+};
+
+}  // namespace
+
+std::uint64_t hashBlock(std::span<const std::byte> bytes) {
+    return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::vector<std::uint64_t> hashBlocks(std::span<const std::byte> bytes) {
+    std::vector<std::uint64_t> hashes;
+    hashes.reserve((bytes.size() + blockBytes - 1) / blockBytes);
+    for (std::size_t at = 0; at < bytes.size(); at += blockBytes) {
+        hashes.push_back(hashBlock(bytes.subspan(at, std::min<std::size_t>(blockBytes, bytes.size() - at))));
+    }
+    return hashes;
+}
+
+std::string hash128(std::span<const std::byte> bytes) {
+    return toHex(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+Result<FileHash> hashFile(const std::filesystem::path& path, const std::function<bool()>& cancelled) {
+    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
+    const std::unique_ptr<XXH3_state_t, FreeState> state(XXH3_createState());
+    XXH3_128bits_reset(state.get());
+    std::vector<char> buffer(4 * blockBytes);
+    FileHash result;
+    while (true) {
+        if (cancelled && cancelled()) return Error{ErrorCode::cancelled, path.string(), "cancelled"};
+        const ssize_t got = ::read(file.get(), buffer.data(), buffer.size());
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return systemError(errno, path.string(), "cannot be read");
+        if (got == 0) break;
+        XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(got));
+        result.size += static_cast<std::uint64_t>(got);
+    }
+    result.xxh3_128 = toHex(XXH3_128bits_digest(state.get()));
+    return result;
+}
+
+}  // namespace mote::storage

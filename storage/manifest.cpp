@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/manifest.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "protocol/scene/json.h"
+#include "storage/write_file.h"
+
+namespace mote::storage {
+namespace {
+
+Error corrupt(std::string where, std::string message) {
+    return {ErrorCode::corrupt, std::move(where), std::move(message)};
+}
+
+/// A file directly in the dataset: no name leads out of it.
+bool isPlainName(const std::string& name) {
+    return !name.empty() && name.size() <= 255 && name != "." && name != ".." && name != manifestName &&
+           name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+}
+
+bool isHex32(const std::string& text) {
+    return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+using Names = std::set<std::string_view>;
+
+Status checkFiles(const proto::Manifest& manifest, Names& names) {
+    for (int i = 0; i < manifest.files_size(); ++i) {
+        const auto& file = manifest.files(i);
+        const auto where = fmt::format("files[{}]", i);
+        if (!isPlainName(file.name()))
+            return corrupt(where + ".name", "is not the name of a file in the dataset");
+        if (!names.insert(file.name()).second) return corrupt(where + ".name", "names a file twice");
+        if (!isHex32(file.xxh3_128())) return corrupt(where + ".xxh3128", "must be 32 hexadecimal digits");
+    }
+    return success();
+}
+
+Status checkAxes(const proto::ParticlesManifest& particles) {
+    if (particles.axes_size() != 3) return corrupt("axes", "a particle plot has three axes");
+    for (int i = 0; i < 3; ++i) {
+        const auto& axis = particles.axes(i);
+        if (axis.name().empty()) return corrupt(fmt::format("axes[{}].name", i), "is missing");
+        if (!std::isfinite(axis.max() - axis.min()) || !(axis.min() < axis.max())) {
+            return corrupt(fmt::format("axes[{}]", i), "the bounds must be finite and min below max");
+        }
+    }
+    return success();
+}
+
+Status checkStep(const Names& files, const proto::ParticleStepEntry& step) {
+    if (!files.contains(step.file())) return corrupt("file", "is not among the dataset's files");
+    if (!files.contains(step.digest())) return corrupt("digest", "is not among the dataset's files");
+    if (!std::isfinite(step.time())) return corrupt("time", "must be finite");
+    if (!(std::isfinite(step.total_weight()) && step.total_weight() >= 0.0)) {
+        return corrupt("totalWeight", "must be finite and not negative");
+    }
+    const auto& histogram = step.density_histogram();
+    if (histogram.size() != densityHistogramBins) {
+        return corrupt("densityHistogram", fmt::format("must have {} bins", densityHistogramBins));
+    }
+    if (std::accumulate(histogram.begin(), histogram.end(), std::uint64_t{0}) != step.particles()) {
+        return corrupt("densityHistogram", "does not add up to the step's particles");
+    }
+    return success();
+}
+
+Status checkParticles(const Names& files, const proto::ParticlesManifest& particles) {
+    MOTE_RETURN_IF_ERROR(checkAxes(particles));
+    const double least = particles.density_min();
+    const double greatest = particles.density_max();
+    if (!(least > 0.0 && least <= greatest && std::isfinite(greatest))) {
+        return corrupt("densityMin",
+                       "densities must be positive and finite, the least not above the greatest");
+    }
+    if (particles.volume_level() < 1 || particles.volume_level() > maxVolumeLevel) {
+        return corrupt("volumeLevel", fmt::format("must be 1 to {}", maxVolumeLevel));
+    }
+    if (particles.max_level() > maxOctreeLevel) {
+        return corrupt("maxLevel", fmt::format("must be 0 to {}", maxOctreeLevel));
+    }
+    if (particles.leaf_capacity() < 1) return corrupt("leafCapacity", "must be at least 1");
+    if (particles.steps_size() < 1 || particles.steps_size() > maxSteps) {
+        return corrupt("steps", fmt::format("a dataset has 1 to {} steps", maxSteps));
+    }
+    for (int i = 0; i < particles.steps_size(); ++i) {
+        const auto checked = checkStep(files, particles.steps(i));
+        if (!checked.ok()) return checked.error().within(fmt::format("steps[{}]", i));
+    }
+    return success();
+}
+
+Error inFile(const std::filesystem::path& path, Error error) {
+    error.where = path.string() + ": " + error.where;
+    return error;
+}
+
+}  // namespace
+
+Status checkManifest(const proto::Manifest& manifest) {
+    if (manifest.format() > formatVersion) {
+        return Error{ErrorCode::unsupported, "format",
+                     fmt::format("is {}, from a later version of Mote than this one ({})", manifest.format(),
+                                 formatVersion)};
+    }
+    if (manifest.format() != formatVersion) return corrupt("format", "is missing or wrong");
+    if (manifest.kind() != "particles" || !manifest.has_particles()) {
+        return Error{ErrorCode::unsupported, "kind",
+                     fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};
+    }
+    Names files;
+    MOTE_RETURN_IF_ERROR(checkFiles(manifest, files));
+    const auto checked = checkParticles(files, manifest.particles());
+    return checked.ok() ? checked : Status(checked.error().within("particles"));
+}
+
+Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {
+    const auto path = directory / manifestName;
+    proto::Manifest manifest;
+    const auto read = readJsonFile(path, manifest, manifestLimit);
+    if (!read.ok()) {
+        Error error = read.error();
+        // A dataset's own file that is not what it must be is damage, not somebody's wrong argument.
+        if (error.code == ErrorCode::invalidArgument) error.code = ErrorCode::corrupt;
+        return error;
+    }
+    const auto checked = checkManifest(manifest);
+    if (!checked.ok()) return inFile(path, checked.error());
+    return manifest;
+}
+
+Status writeManifest(const std::filesystem::path& directory, const proto::Manifest& manifest) {
+    const auto path = directory / manifestName;
+    const auto checked = checkManifest(manifest);
+    if (!checked.ok()) return inFile(path, checked.error());
+    const std::string text = toJson(manifest);
+    if (text.size() > manifestLimit) {
+        return Error{ErrorCode::resourceExhausted, path.string(), "would be larger than a manifest may be"};
+    }
+    return writeNewFile(path, text);
+}
+
+const proto::FileEntry* findFile(const proto::Manifest& manifest, const std::string& name) {
+    for (const auto& file : manifest.files()) {
+        if (file.name() == name) return &file;
+    }
+    return nullptr;
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Bytes into files and files into place: whole writes, syncs and the one rename by which an output appears.
+// Any thread; no state.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+#include "protocol/scene/error.h"
+
+namespace mote::storage {
+
+/// Writes and syncs a file that must not exist yet. Errors: alreadyExists, permissionDenied, notFound (its
+/// folder), resourceExhausted (disk full). The file is removed after an error.
+Status writeNewFile(const std::filesystem::path& path, std::string_view text);
+
+/// All of `bytes` at `offset` of an open file called `name`. Errors: resourceExhausted (disk full), internal.
+Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
+               const std::filesystem::path& name);
+
+/// Asks the kernel to put a file, or a folder's entries, on the disk. Errors: notFound, resourceExhausted,
+/// internal.
+Status syncPath(const std::filesystem::path& path);
+
+/// Gives `from` the name `to`, which must not exist (nothing is ever replaced), and syncs the folder. Errors:
+/// alreadyExists, permissionDenied, internal.
+Status publishByRename(const std::filesystem::path& from, const std::filesystem::path& to);
+
+}  // namespace mote::storage
