@@ -112,7 +112,7 @@ class Connection {
 
   private:
     class Impl;
-    std::shared_ptr<Impl> impl_;  // handlers hold it weakly
+    std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace mote::client

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The I/O thread's side of a connection.
+#include <fmt/format.h>
+
+#include "client/shared/connection_impl.h"
+#include "client/shared/failure.h"
+#include "protocol/wire/address.h"
+#include "protocol/wire/connection_file.h"
+#include "protocol/wire/framing.h"
+#include "protocol/wire/limits.h"
+
+namespace mote::client {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Milliseconds = std::chrono::duration<double, std::milli>;
+
+/// Requests whose view is remembered: a failure answers one of the latest.
+constexpr std::size_t rememberedViews = 64;
+
+/// Since a time of our own that the server echoed; nothing it sends back can make it negative.
+double msSince(std::int64_t ns, Clock::time_point now) {
+    const Clock::time_point then{std::chrono::nanoseconds(ns)};
+    return then > now ? 0.0 : Milliseconds(now - then).count();
+}
+
+}  // namespace
+
+void Connection::Impl::connect() {
+    if (line_) line_->close();
+    line_.reset();
+    welcomed_ = false;
+    {
+        const std::lock_guard lock(mutex_);
+        if (state_ != State::connecting) setState(State::connecting);
+        // Questions asked before the first connection wait for it; those of an old one are lost with it.
+        frame_.reset();
+        credits_ = 0;
+        welcome_.Clear();
+        sentViews_.clear();
+        pingSince_.reset();
+        if (view_) view_->sent = false;
+    }
+    const auto server = wire::readConnectionFile(connectionFile_);
+    if (!server.ok()) return drop(server.error());
+    openLine(*server);
+}
+
+void Connection::Impl::openLine(const proto::ConnectionFile& server) {
+    const auto address = wire::parseAddress(server.address());
+    if (!address.ok()) return drop(address.error());
+    hello_.emplace();
+    auto& hello = *hello_->mutable_hello();
+    hello.set_token(server.token());
+    hello.set_client(settings_.client);
+    hello.set_minor(wire::ownVersion.minor);
+    LineHandlers handlers;
+    handlers.next = [this] { return next(); };
+    handlers.received = [this](proto::ServerMessage message, std::vector<std::uint8_t> payload) {
+        received(std::move(message), std::move(payload));
+    };
+    handlers.lost = [this](const Error& reason) { drop(reason); };
+    line_ = std::make_shared<Line>(context_.get_executor(), std::move(handlers));
+    line_->open(*address);
+    watchTime(settings_.connectTimeout);
+}
+
+void Connection::Impl::drop(const Error& reason) {
+    if (line_) line_->close();
+    line_.reset();
+    timer_.cancel();
+    {
+        const std::lock_guard lock(mutex_);
+        lostReason_ = reason;
+        setState(State::lost);
+        failAll(reason);
+        pingSince_.reset();
+    }
+    notify();
+}
+
+void Connection::Impl::watchTime(std::chrono::milliseconds wait) {
+    timer_.expires_after(wait);
+    timer_.async_wait([this, line = std::weak_ptr(line_)](const asio::error_code& code) {
+        // A timer of an earlier line may already be on its way here.
+        if (!code && line_ && line.lock() == line_) tick();
+    });
+}
+
+void Connection::Impl::tick() {
+    if (!welcomed_) return drop({ErrorCode::internal, "", "the server did not answer in time"});
+    {
+        const std::lock_guard lock(mutex_);
+        if (!pingSince_) {
+            pingSince_ = Clock::now();
+            proto::ClientMessage ping;
+            ping.mutable_ping();
+            ping.set_request(++lastRequest_);
+            outbox_.push_back(std::move(ping));
+        }
+    }
+    if (line_) line_->wakeWriter();
+    watchTime(settings_.pingInterval);
+}
+
+std::optional<proto::ClientMessage> Connection::Impl::next() {
+    const std::lock_guard lock(mutex_);
+    if (hello_) {
+        hello_->set_request(++lastRequest_);
+        return std::exchange(hello_, std::nullopt);
+    }
+    if (!welcomed_) return std::nullopt;
+    proto::ClientMessage message;
+    if (credits_ > 0) {
+        message.mutable_credit()->set_frames(std::exchange(credits_, 0));
+        message.set_request(++lastRequest_);
+        return message;
+    }
+    if (!outbox_.empty()) {
+        message = std::move(outbox_.front());
+        outbox_.pop_front();
+        if (message.has_ping()) message.mutable_ping()->set_sent_ns(Clock::now().time_since_epoch().count());
+        return message;
+    }
+    if (!view_ || view_->sent) return std::nullopt;
+    view_->sent = true;
+    *message.mutable_set_view() = view_->message;
+    message.set_request(++lastRequest_);
+    if (message.ByteSizeLong() > wire::clientLimits.message) {
+        viewFailed(view_->message.view_id(),
+                   {ErrorCode::invalidArgument, "", "the view is larger than a server accepts"});
+        return std::nullopt;
+    }
+    sentViews_.emplace_back(lastRequest_, view_->message.view_id());
+    if (sentViews_.size() > rememberedViews) sentViews_.pop_front();
+    return message;
+}
+
+void Connection::Impl::received(proto::ServerMessage message, std::vector<std::uint8_t> payload) {
+    {
+        const std::lock_guard lock(mutex_);
+        const auto size = message.ByteSizeLong() + payload.size();
+        byteRate_.add(Clock::now(), static_cast<double>(size));
+        totals_.bytes += size;
+    }
+    if (!welcomed_) return welcomed(message);
+    switch (message.body_case()) {
+        case proto::ServerMessage::kFrame:
+            return receivedFrame(message, payload);
+        case proto::ServerMessage::kFailure:
+            return receivedFailure(message);
+        default:
+            return answered(std::move(message));
+    }
+}
+
+void Connection::Impl::welcomed(const proto::ServerMessage& message) {
+    if (message.has_failure()) return drop(toError(message.failure()));
+    if (!message.has_welcome()) return;
+    welcomed_ = true;
+    {
+        const std::lock_guard lock(mutex_);
+        welcome_ = message.welcome();
+        setState(State::connected);
+    }
+    if (settings_.pingInterval.count() > 0) {
+        watchTime(settings_.pingInterval);
+    } else {
+        timer_.cancel();
+    }
+    line_->wakeWriter();
+    notify();
+}
+
+void Connection::Impl::receivedFrame(const proto::ServerMessage& message,
+                                     const std::vector<std::uint8_t>& payload) {
+    ReceivedFrame frame;
+    frame.message = message.frame();
+    frame.payloadBytes = payload.size();
+    const auto start = Clock::now();
+    auto pixels = decodeFrame(frame.message, payload);  // outside the lock: it takes milliseconds
+    const auto now = Clock::now();
+    frame.decodeMs = Milliseconds(now - start).count();
+    frame.latencyMs = msSince(frame.message.asked_ns(), now);
+    {
+        const std::lock_guard lock(mutex_);
+        frameRate_.add(now, 1.0);
+        ++totals_.frames;
+        if (frame_ || !pixels.ok()) ++credits_;  // one frame goes unseen
+        if (pixels.ok()) {
+            frame.pixels = *std::move(pixels);
+            frame_ = std::move(frame);
+        } else {
+            viewFailed(frame.message.view_id(), pixels.error());
+        }
+    }
+    line_->wakeWriter();
+    notify();
+}
+
+void Connection::Impl::receivedFailure(const proto::ServerMessage& message) {
+    const Error error = toError(message.failure());
+    if (message.failure().fatal()) return drop(error);
+    {
+        const std::lock_guard lock(mutex_);
+        const auto question = questions_.find(message.reply_to());
+        if (question == questions_.end()) {
+            viewFailed(viewOfRequest(message.reply_to()), error);
+        } else {
+            push({}, [answer = std::move(question->second.answer), error] { answer(error); });
+            questions_.erase(question);
+        }
+    }
+    notify();
+}
+
+void Connection::Impl::answered(proto::ServerMessage message) {
+    if (message.has_pong()) {
+        const std::lock_guard lock(mutex_);
+        totals_.roundTripMs = msSince(message.pong().sent_ns(), Clock::now());
+        pingSince_.reset();
+    }
+    {
+        const std::lock_guard lock(mutex_);
+        const auto question = questions_.find(message.reply_to());
+        if (message.reply_to() != 0 && question != questions_.end()) {
+            Result<proto::ServerMessage> result =
+                Error{ErrorCode::internal, "", "the server answered something else"};
+            if (message.body_case() == question->second.expected) result = std::move(message);
+            push({}, [answer = std::move(question->second.answer), result = std::move(result)] {
+                answer(result);
+            });
+            questions_.erase(question);
+        } else {
+            receivedNews(std::move(message));
+        }
+    }
+    notify();
+}
+
+/// With mutex_ held.
+void Connection::Impl::receivedNews(proto::ServerMessage message) {
+    if (message.has_catalogue()) {
+        push("catalogue", [this, catalogue = std::move(*message.mutable_catalogue())] {
+            if (catalogueListener) catalogueListener(catalogue);
+        });
+    }
+    if (message.has_job()) {
+        push("job " + message.job().id(), [this, job = std::move(*message.mutable_job())] {
+            if (jobListener) jobListener(job);
+        });
+    }
+}
+
+}  // namespace mote::client

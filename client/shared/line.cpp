@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/shared/line.h"
+
+#include <asio/co_spawn.hpp>
+#include <asio/detached.hpp>
+#include <asio/error.hpp>
+#include <asio/local/stream_protocol.hpp>
+#include <asio/redirect_error.hpp>
+#include <asio/use_awaitable.hpp>
+
+#include "protocol/wire/limits.h"
+
+namespace mote::client {
+namespace {
+
+auto into(asio::error_code& code) {
+    return asio::redirect_error(asio::use_awaitable, code);
+}
+
+Error noServer(const wire::Address& address, const asio::error_code& code) {
+    if (code == asio::error::connection_refused || code == std::errc::no_such_file_or_directory) {
+        return {ErrorCode::notFound, address.toString(), "no server listens here; is it still running?"};
+    }
+    const bool denied = code == asio::error::access_denied;
+    return {denied ? ErrorCode::permissionDenied : ErrorCode::internal, address.toString(),
+            "no connection to the server: " + code.message()};
+}
+
+/// Of a stream that ended: to us its being closed is always the other side's doing.
+Error lostServer(Error error) {
+    if (error.code != ErrorCode::cancelled) return error;
+    return {ErrorCode::internal, "", "the server closed the connection"};
+}
+
+}  // namespace
+
+Line::Line(const asio::any_io_executor& executor, LineHandlers handlers)
+    : handlers_(std::move(handlers)), stream_(wire::MessageStream::Socket(executor)), writerSleep_(executor) {
+    writerSleep_.expires_at(asio::steady_timer::time_point::max());
+}
+
+void Line::open(const wire::Address& address) {
+    asio::co_spawn(
+        writerSleep_.get_executor(), [self = shared_from_this(), address] { return self->run(address); },
+        asio::detached);
+}
+
+void Line::wakeWriter() {
+    writerSleep_.cancel();
+}
+
+void Line::close() {
+    closed_ = true;
+    stream_.close();
+    writerSleep_.cancel();
+}
+
+void Line::fail(const Error& error) {
+    if (closed_) return;
+    close();
+    handlers_.lost(error);
+}
+
+asio::awaitable<void> Line::run(wire::Address address) {
+    const auto connected = co_await connect(address);
+    if (!connected.ok()) co_return fail(connected.error());
+    const auto version = co_await stream_.greet();
+    if (!version.ok()) co_return fail(lostServer(version.error()));
+    asio::co_spawn(
+        writerSleep_.get_executor(), [self = shared_from_this()] { return self->writeAll(); },
+        asio::detached);
+    co_await readAll();
+}
+
+asio::awaitable<Status> Line::connect(const wire::Address& address) {
+    if (address.kind != wire::Address::Kind::unixSocket) {
+        co_return Error{ErrorCode::unsupported, address.toString(),
+                        "this version connects to Unix sockets only; forward the server's by ssh -L"};
+    }
+    asio::error_code code;
+    const asio::local::stream_protocol::endpoint endpoint(address.path);  // its length has been checked
+    co_await stream_.socket().async_connect(endpoint, into(code));
+    if (code) co_return noServer(address, code);
+    co_return success();
+}
+
+asio::awaitable<void> Line::readAll() {
+    while (!closed_) {
+        proto::ServerMessage message;
+        std::vector<std::uint8_t> payload;
+        const auto read = co_await stream_.read(message, payload, wire::serverLimits);
+        if (!read.ok()) co_return fail(lostServer(read.error()));
+        if (!closed_) handlers_.received(std::move(message), std::move(payload));
+    }
+}
+
+asio::awaitable<void> Line::writeAll() {
+    while (!closed_) {
+        if (const auto message = handlers_.next()) {
+            const auto written = co_await stream_.write(*message, {}, wire::clientLimits);
+            if (!written.ok()) co_return fail(lostServer(written.error()));
+        } else {
+            asio::error_code woken;
+            co_await writerSleep_.async_wait(into(woken));
+        }
+    }
+}
+
+}  // namespace mote::client
