@@ -8,6 +8,7 @@
 #include <set>
 
 #include "protocol/scene/json.h"
+#include "storage/read_file.h"
 #include "storage/write_file.h"
 
 namespace mote::storage {
@@ -121,14 +122,12 @@ Status checkManifest(const proto::Manifest& manifest) {
 
 Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {
     const auto path = directory / manifestName;
+    const auto text = readWhole(path, manifestLimit);
+    if (!text.ok()) return text.error();
     proto::Manifest manifest;
-    const auto read = readJsonFile(path, manifest, manifestLimit);
-    if (!read.ok()) {
-        Error error = read.error();
-        // A dataset's own file that is not what it must be is damage, not somebody's wrong argument.
-        if (error.code == ErrorCode::invalidArgument) error.code = ErrorCode::corrupt;
-        return error;
-    }
+    const auto parsed = parseJson(*text, manifest, path.string());
+    // A dataset's own file that is not what it must be is damage, not somebody's wrong argument.
+    if (!parsed.ok()) return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
     const auto checked = checkManifest(manifest);
     if (!checked.ok()) return inFile(path, checked.error());
     return manifest;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ParticleStep: one step of a particle plot, memory-mapped: octree, leaves, points and density volume. Opened from
-// its digest, which knows where each array lies in the HDF5 file, so that no HDF5 code runs on it. Immutable and safe
-// to use from any number of threads; shared by the catalogue and the renderers.
+// ParticleStep: one step of a particle plot, memory-mapped: octree, leaves, points and density volume. Opened
+// from its digest, which knows where each array lies in the HDF5 file, so that no HDF5 code runs on it.
+// Immutable and safe to use from any number of threads; shared by the catalogue and the renderers.
 //
 // Space: the plot's box [0, 1]^3 for the octree; layer space is that box scaled to [-1, 1]^3.
-// Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError (corrupt, naming
-// file, array and offset) where they differ from the digest. Layout: docs/FORMAT.md.
+// Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
+// (corrupt, naming file, array and offset) where they differ from the digest. Layout: docs/FORMAT.md.
 #pragma once
 
 #include <cstdint>
@@ -20,30 +20,32 @@
 
 namespace mote::storage {
 
-/// The octree's nodes, breadth first; the children of a node stand side by side, in Morton order.
+/// The octree's nodes, at least the root, breadth first; the children of a node stand side by side, in Morton
+/// order.
 struct OctreeNodes {
-    std::span<const std::uint8_t> level;          ///< 0: the root, the whole box
-    std::span<const std::uint64_t> morton;        ///< of the cell at its level, x in bit 0, y in bit 1, z in bit 2
-    std::span<const std::uint32_t> firstChild;    ///< a node; in a leaf (childCount 0) its index in Leaves
-    std::span<const std::uint8_t> childCount;     ///< children that hold particles, 0 to 8
-    std::span<const std::uint64_t> count;         ///< particles below
-    std::span<const float> density;               ///< weight below, over the cell's share of the box
-    std::span<const float> minDensity;            ///< least density of a leaf below
+    std::span<const std::uint8_t> level;    ///< 0: the root, the whole box
+    std::span<const std::uint64_t> morton;  ///< of the cell at its level, x in bit 0, y in bit 1, z in bit 2
+    std::span<const std::uint32_t> firstChild;  ///< a node; in a leaf (childCount 0) its index in Leaves
+    std::span<const std::uint8_t> childCount;   ///< children that hold particles, 0 to 8
+    std::span<const std::uint64_t> count;       ///< particles below
+    std::span<const float> density;             ///< weight below, over the cell's share of the box
+    std::span<const float> minDensity;          ///< least density of a leaf below
 
     std::size_t size() const { return level.size(); }
 };
 
 /// The leaves in ascending density: the halo first, the core last.
 struct Leaves {
-    std::span<const std::uint32_t> node;          ///< index in OctreeNodes
-    std::span<const std::uint64_t> pointBegin;    ///< ascending, without gaps
-    std::span<const std::uint32_t> pointCount;    ///< at least 1
-    std::span<const float> density;               ///< ascending
+    std::span<const std::uint32_t> node;        ///< index in OctreeNodes
+    std::span<const std::uint64_t> pointBegin;  ///< ascending, without gaps
+    std::span<const std::uint32_t> pointCount;  ///< at least 1
+    std::span<const float> density;             ///< ascending
 
     std::size_t size() const { return node.size(); }
 };
 
-/// One point: its place in its leaf's cell, the cell's edge being 65536; it lies at (p + 1/2) / 65536 of the edge.
+/// One point: its place in its leaf's cell, the cell's edge being 65536; it lies at (p + 1/2) / 65536 of the
+/// edge.
 struct PackedPosition {
     std::uint16_t x, y, z;
 };
@@ -54,23 +56,25 @@ class ParticleStep {
     /// `directory` is the dataset; checks the digest's shapes against each other and the file's size.
     /// Errors: notFound, corrupt.
     static Result<std::shared_ptr<const ParticleStep>> open(const std::filesystem::path& directory,
-                                                            const proto::Manifest& manifest, std::uint32_t step);
+                                                            const proto::Manifest& manifest,
+                                                            std::uint32_t step);
     virtual ~ParticleStep() = default;
 
     virtual OctreeNodes nodes() const = 0;
     virtual Leaves leaves() const = 0;
     virtual std::uint64_t pointCount() const = 0;
-    /// Points [begin, begin + count) in the order of the leaves; within a leaf a shuffle, so a prefix is a sample.
+    /// Points [begin, begin + count) in the order of the leaves; within a leaf a shuffle, so a prefix is a
+    /// sample.
     virtual std::span<const PackedPosition> positions(std::uint64_t begin, std::uint64_t count) const = 0;
     /// Each point's row in its source file.
     virtual std::span<const std::uint64_t> rows(std::uint64_t begin, std::uint64_t count) const = 0;
     /// D^3 densities, x fastest, weight over the cell's share of the box; the cells are those of octree level
     /// log2(D), counted from the particles themselves.
     virtual std::span<const float> volume() const = 0;
-    virtual std::uint32_t volumeSize() const = 0;   ///< D
+    virtual std::uint32_t volumeSize() const = 0;  ///< D
 
     /// The plot's density scale, the same for all steps.
     virtual LogDensity logDensity() const = 0;
 };
 
-}   // namespace mote::storage
+}  // namespace mote::storage

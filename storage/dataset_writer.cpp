@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/dataset_writer.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "storage/hash.h"
+#include "storage/manifest.h"
+#include "storage/system_error.h"
+#include "storage/write_file.h"
+
+namespace mote::storage {
+
+namespace fs = std::filesystem;
+
+Result<DatasetWriter> DatasetWriter::create(const fs::path& output) {
+    if (output.extension() != datasetSuffix || output.stem().empty()) {
+        return Error{ErrorCode::invalidArgument, output.string(), "a dataset's name ends with .mote"};
+    }
+    std::error_code code;
+    if (fs::exists(fs::symlink_status(output, code))) {
+        return Error{ErrorCode::alreadyExists, output.string(), "exists already and is never replaced"};
+    }
+    // A process that was killed may have left a folder under our number: take the next name, touch nothing.
+    for (int attempt = 0; attempt < 100; ++attempt) {
+        fs::path partial = output;
+        partial += fmt::format(".partial-{}", ::getpid());
+        if (attempt > 0) partial += fmt::format("-{}", attempt);
+        if (::mkdir(partial.c_str(), 0777) == 0) return DatasetWriter(output, partial);
+        if (errno != EEXIST) return systemError(errno, output.string(), "cannot be made");
+    }
+    return Error{ErrorCode::alreadyExists, output.string(), "too many unfinished copies lie beside it"};
+}
+
+DatasetWriter::DatasetWriter(DatasetWriter&& other) noexcept
+    : output_(std::move(other.output_)),
+      partial_(std::exchange(other.partial_, {})),
+      files_(std::move(other.files_)) {}
+
+DatasetWriter::~DatasetWriter() {
+    if (partial_.empty()) return;
+    std::error_code ignored;
+    fs::remove_all(partial_, ignored);
+}
+
+Status DatasetWriter::add(const std::string& name, const std::function<bool()>& cancelled) {
+    auto hash = hashFile(partial_ / name, cancelled);
+    if (!hash.ok()) return hash.error();
+    auto& entry = files_.emplace_back();
+    entry.set_name(name);
+    entry.set_size(hash->size);
+    entry.set_xxh3_128(std::move(hash->xxh3_128));
+    return success();
+}
+
+Status DatasetWriter::publish(proto::Manifest manifest) {
+    manifest.mutable_files()->Assign(files_.begin(), files_.end());
+    MOTE_RETURN_IF_ERROR(writeManifest(partial_, manifest));
+    for (const auto& file : files_) MOTE_RETURN_IF_ERROR(syncPath(partial_ / file.name()));
+    MOTE_RETURN_IF_ERROR(syncPath(partial_));
+    MOTE_RETURN_IF_ERROR(publishByRename(partial_, output_));
+    partial_.clear();
+    return success();
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// DatasetWriter: a dataset while it is made: a folder beside its final place, published by one rename and
+// removed in every other case. Move-only; one owner, one thread.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::storage {
+
+class DatasetWriter {
+  public:
+    /// `output` is "FOLDER/NAME.mote", which must not exist; FOLDER must. Errors: invalidArgument (the name),
+    /// alreadyExists, notFound, permissionDenied, resourceExhausted.
+    static Result<DatasetWriter> create(const std::filesystem::path& output);
+
+    DatasetWriter(DatasetWriter&& other) noexcept;
+    DatasetWriter& operator=(DatasetWriter&&) = delete;
+    /// Removes what was not published.
+    ~DatasetWriter();
+
+    /// Where the dataset's files are to be made: "FOLDER/NAME.mote.partial-PID".
+    const std::filesystem::path& directory() const { return partial_; }
+
+    /// Takes a complete file of directory() into the dataset: its size and hash. Errors: as hashFile.
+    Status add(const std::string& name, const std::function<bool()>& cancelled = {});
+    /// Those added so far, in their order.
+    const std::vector<proto::FileEntry>& files() const { return files_; }
+
+    /// Writes the manifest with files(), puts everything on the disk and gives the dataset its name. Errors:
+    /// as writeManifest and publishByRename.
+    Status publish(proto::Manifest manifest);
+
+  private:
+    DatasetWriter(std::filesystem::path output, std::filesystem::path partial)
+        : output_(std::move(output)), partial_(std::move(partial)) {}
+
+    std::filesystem::path output_;
+    std::filesystem::path partial_;  ///< empty once published or moved from
+    std::vector<proto::FileEntry> files_;
+};
+
+}  // namespace mote::storage

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/particles/mapped_step.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "protocol/scene/json.h"
+#include "storage/hash.h"
+#include "storage/manifest.h"
+#include "storage/particles/octree_check.h"
+#include "storage/read_file.h"
+#include "storage/storage_error.h"
+
+namespace mote::storage {
+namespace {
+
+constexpr std::size_t digestLimit = std::size_t{1} << 26;  // bytes; enough for arrays of some 2 TB
+
+Result<proto::Digest> readDigest(const std::filesystem::path& path, const proto::FileEntry& entry) {
+    const auto text = readWhole(path, digestLimit);
+    if (!text.ok()) return text.error();
+    if (text->size() != entry.size() || hash128(std::as_bytes(std::span(*text))) != entry.xxh3_128()) {
+        return Error{ErrorCode::corrupt, path.string(),
+                     "differs from its hash in the manifest; the dataset is damaged: copy or make it again"};
+    }
+    proto::Digest digest;
+    const auto parsed = parseJson(*text, digest, path.string());
+    if (parsed.ok()) return digest;
+    return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesystem::path& directory,
+                                                               const proto::Manifest& manifest,
+                                                               std::uint32_t step) {
+    const auto checked = checkManifest(manifest);
+    if (!checked.ok()) return checked.error().within((directory / manifestName).string() + ":");
+    if (step >= static_cast<std::uint32_t>(manifest.particles().steps_size())) {
+        return Error{
+            ErrorCode::notFound, directory.string(),
+            fmt::format("has {} steps, so none with index {}", manifest.particles().steps_size(), step)};
+    }
+    auto opened = MappedStep::open(directory, manifest, step);
+    if (!opened.ok()) return opened.error();
+    return std::shared_ptr<const ParticleStep>(*std::move(opened));
+}
+
+Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem::path& directory,
+                                                           const proto::Manifest& manifest,
+                                                           std::uint32_t step) {
+    const auto& particles = manifest.particles();
+    const auto& entry = particles.steps(static_cast<int>(step));
+    const auto digest = readDigest(directory / entry.digest(), *findFile(manifest, entry.digest()));
+    if (!digest.ok()) return digest.error();
+    const auto path = directory / entry.file();
+    auto file = MappedFile::open(path, findFile(manifest, entry.file())->size());
+    if (!file.ok()) return file.error();
+    const std::shared_ptr<MappedStep> mapped(new MappedStep(*std::move(file), path.string()));
+    mapped->volumeSize_ = 1U << particles.volume_level();
+    mapped->maxLevel_ = particles.max_level();
+    mapped->logDensity_ = {particles.density_min(), particles.density_max()};
+    MOTE_RETURN_IF_ERROR(mapped->readArrays(*digest));
+    MOTE_RETURN_IF_ERROR(mapped->checkShapes(entry));
+    return std::shared_ptr<const MappedStep>(mapped);
+}
+
+Status MappedStep::readArrays(const proto::Digest& digest) {
+    for (const auto& wanted : stepArrays) {
+        const proto::DigestArray* found = nullptr;
+        for (const auto& candidate : digest.arrays()) {
+            if (candidate.name() == wanted.name) found = &candidate;
+        }
+        const auto where = name_ + ":" + wanted.name;
+        if (!found) return Error{ErrorCode::corrupt, where, "is missing in the digest"};
+        if (found->type() != wanted.type) return Error{ErrorCode::corrupt, where, "has the wrong type"};
+        auto made = VerifiedArray::make(name_, file_.bytes(), *found);
+        if (!made.ok()) return made.error();
+        arrays_.push_back(*std::move(made));
+    }
+    return success();
+}
+
+Status MappedStep::checkShapes(const proto::ParticleStepEntry& entry) const {
+    using Shape = std::vector<std::uint64_t>;
+    const std::uint64_t nodes = array(StepArray::octreeLevel).size();
+    const std::uint64_t leaves = array(StepArray::leafNode).size();
+    const std::uint64_t points = entry.particles();
+    constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
+    if (nodes < 1 || nodes > most || leaves < 1 || leaves > nodes) {
+        return Error{ErrorCode::corrupt, name_, "the octree has no sensible number of nodes and leaves"};
+    }
+    for (std::size_t i = 0; i < stepArrays.size(); ++i) {
+        const auto which = static_cast<StepArray>(i);
+        Shape expected{leaves};
+        if (which <= StepArray::octreeMinDensity) expected = {nodes};
+        if (which == StepArray::pointPosition) expected = {points, 3};
+        if (which == StepArray::pointRow) expected = {points};
+        if (which == StepArray::volumeDensity) expected = Shape(3, volumeSize_);
+        if (arrays_[i].shape() == expected) continue;
+        return Error{ErrorCode::corrupt, name_ + ":" + stepArrays[i].name,
+                     fmt::format("has the shape [{}], not [{}]", fmt::join(arrays_[i].shape(), ", "),
+                                 fmt::join(expected, ", "))};
+    }
+    return success();
+}
+
+OctreeNodes MappedStep::rawNodes() const {
+    return {array(StepArray::octreeLevel).all<std::uint8_t>(),
+            array(StepArray::octreeMorton).all<std::uint64_t>(),
+            array(StepArray::octreeFirstChild).all<std::uint32_t>(),
+            array(StepArray::octreeChildCount).all<std::uint8_t>(),
+            array(StepArray::octreeCount).all<std::uint64_t>(),
+            array(StepArray::octreeDensity).all<float>(),
+            array(StepArray::octreeMinDensity).all<float>()};
+}
+
+Leaves MappedStep::rawLeaves() const {
+    return {array(StepArray::leafNode).all<std::uint32_t>(),
+            array(StepArray::leafPointBegin).all<std::uint64_t>(),
+            array(StepArray::leafPointCount).all<std::uint32_t>(),
+            array(StepArray::leafDensity).all<float>()};
+}
+
+Status MappedStep::checkTree() const {
+    const auto checked = checkOctree(rawNodes(), rawLeaves(), pointCount(), maxLevel_);
+    if (checked.ok()) return checked;
+    Error error = checked.error();
+    error.where = name_ + ":" + error.where;
+    return error;
+}
+
+void MappedStep::requireTree() const {
+    std::call_once(treeChecked_, [this] {
+        const auto checked = checkTree();
+        if (!checked.ok()) throw StorageError(checked.error());
+    });
+}
+
+OctreeNodes MappedStep::nodes() const {
+    requireTree();
+    return rawNodes();
+}
+
+Leaves MappedStep::leaves() const {
+    requireTree();
+    return rawLeaves();
+}
+
+std::span<const PackedPosition> MappedStep::positions(std::uint64_t begin, std::uint64_t count) const {
+    MOTE_CHECK(begin <= pointCount() && count <= pointCount() - begin);
+    const auto numbers = array(StepArray::pointPosition).get<std::uint16_t>(3 * begin, 3 * count);
+    return {reinterpret_cast<const PackedPosition*>(numbers.data()), count};
+}
+
+std::span<const std::uint64_t> MappedStep::rows(std::uint64_t begin, std::uint64_t count) const {
+    MOTE_CHECK(begin <= pointCount() && count <= pointCount() - begin);
+    return array(StepArray::pointRow).get<std::uint64_t>(begin, count);
+}
+
+std::span<const float> MappedStep::volume() const {
+    return array(StepArray::volumeDensity).all<float>();
+}
+
+std::vector<Error> MappedStep::verify(const std::function<bool()>& cancelled) const {
+    std::vector<Error> errors;
+    for (const auto& one : arrays_) {
+        for (std::size_t block = 0; block < one.blockCount(); ++block) {
+            if (cancelled && cancelled()) return {Error{ErrorCode::cancelled, name_, "cancelled"}};
+            if (auto error = one.checkBlock(block)) errors.push_back(*std::move(error));
+        }
+    }
+    if (!errors.empty()) return errors;
+    const auto checked = checkTree();
+    if (!checked.ok()) errors.push_back(checked.error());
+    return errors;
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Writes a step file, NAME.h5, and its digest, NAME.digest. HDF5 lays the file out and writes what describes
+// it; the arrays themselves go to their places without it, so that a full disk is an errno and not a library
+// in disorder. The same content gives the same bytes. One call at a time in a process: HDF5 is not
+// thread-safe.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "protocol/scene/error.h"
+#include "storage/particles/step_content.h"
+
+namespace mote::storage {
+
+/// `directory`/`name`.h5 and .digest, both new. Errors: resourceExhausted (disk full), permissionDenied,
+/// alreadyExists, internal; the directory may then hold parts of them.
+Status writeStep(const std::filesystem::path& directory, const std::string& name, const StepContent& content);
+
+/// "step-000012"
+std::string stepName(std::uint32_t step);
+
+}  // namespace mote::storage

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/verify.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "storage/hash.h"
+#include "storage/manifest.h"
+#include "storage/particles/mapped_step.h"
+#include "storage/read_file.h"
+#include "storage/system_error.h"
+
+namespace mote::storage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t maxErrors = 1000;
+
+class Verifier {
+  public:
+    Verifier(fs::path directory, proto::Manifest manifest, std::function<bool()> cancelled,
+             std::function<void(double)> progress)
+        : directory_(std::move(directory)),
+          manifest_(std::move(manifest)),
+          cancelled_(std::move(cancelled)),
+          progress_(std::move(progress)) {}
+
+    std::vector<Error> run() {
+        findExtra();
+        const auto& steps = manifest_.particles().steps();
+        for (int i = 0; i < steps.size() && errors_.size() < maxErrors; ++i) {
+            checkStep(static_cast<std::uint32_t>(i));
+            if (wasCancelled()) return {errors_.back()};
+            if (progress_) progress_((i + 1.0) / steps.size());
+        }
+        if (errors_.size() > maxErrors) errors_.resize(maxErrors);
+        return errors_;
+    }
+
+  private:
+    bool wasCancelled() const { return !errors_.empty() && errors_.back().code == ErrorCode::cancelled; }
+
+    void findExtra() {
+        std::error_code code;
+        fs::directory_iterator at(directory_, code);
+        for (; !code && at != fs::directory_iterator() && errors_.size() < maxErrors; at.increment(code)) {
+            const auto name = at->path().filename().string();
+            if (name == manifestName || findFile(manifest_, name)) continue;
+            errors_.push_back({ErrorCode::corrupt, at->path().string(), "is no part of the dataset"});
+        }
+        if (code) errors_.push_back(systemError(code.value(), directory_.string(), "cannot be listed"));
+    }
+
+    /// A file against the manifest; nothing where it is whole.
+    std::optional<Error> checkFile(const std::string& name) const {
+        const auto path = directory_ / name;
+        const auto regular = openRegular(path);
+        if (!regular.ok()) return regular.error();
+        const auto hash = hashFile(path, cancelled_);
+        if (!hash.ok()) return hash.error();
+        const auto& entry = *findFile(manifest_, name);
+        if (hash->size == entry.size() && hash->xxh3_128 == entry.xxh3_128()) return std::nullopt;
+        return Error{ErrorCode::corrupt, path.string(),
+                     hash->size == entry.size()
+                         ? "differs from its hash in the manifest"
+                         : fmt::format("has {} bytes where the manifest says {}", hash->size, entry.size())};
+    }
+
+    void checkStep(std::uint32_t step) {
+        const auto& entry = manifest_.particles().steps(static_cast<int>(step));
+        std::vector<Error> found;
+        for (const auto* name : {&entry.digest(), &entry.file()}) {
+            if (auto error = checkFile(*name)) found.push_back(*std::move(error));
+            if (!found.empty() && found.back().code == ErrorCode::cancelled) break;
+        }
+        const bool cancelled = !found.empty() && found.back().code == ErrorCode::cancelled;
+        errors_.insert(errors_.end(), found.begin(), found.end());
+        if (cancelled) return;
+        // The arrays too: they say which block of which array it is, and what no hash can say of the octree.
+        const auto opened = MappedStep::open(directory_, manifest_, step);
+        const auto more = opened.ok() ? (*opened)->verify(cancelled_) : std::vector<Error>{opened.error()};
+        // A file that is not there, or not whole, is said once.
+        if (!opened.ok() && !found.empty()) return;
+        errors_.insert(errors_.end(), more.begin(), more.end());
+    }
+
+    fs::path directory_;
+    proto::Manifest manifest_;
+    std::function<bool()> cancelled_;
+    std::function<void(double)> progress_;
+    std::vector<Error> errors_;
+};
+
+}  // namespace
+
+std::vector<Error> verifyDataset(const fs::path& directory, const std::function<bool()>& cancelled,
+                                 const std::function<void(double)>& progress) {
+    auto manifest = readManifest(directory);
+    if (!manifest.ok()) return {manifest.error()};
+    return Verifier(directory, *std::move(manifest), cancelled, progress).run();
+}
+
+}  // namespace mote::storage
