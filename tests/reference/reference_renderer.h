@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The reference renderer: docs/PICTURE.md in double precision and plain loops, slow and exact, for tests
+// only. It shares no rendering code with the devices; what it takes from elsewhere (camera, styles, log
+// density, drawnPoints) is part of the definition of the picture. A pure function that uses all cores.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "server/render/scene.h"
+#include "tests/support/image.h"
+
+namespace mote::reference {
+
+struct Options {
+    double samplesPerCell = 16.0;  ///< volume samples along a ray, the edge of the finest volume's cell
+};
+
+struct Picture {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<glm::dvec3> linear;  ///< linear RGB, row 0 on top
+    /// 1 where a point of at most one pixel lies so close to the pixel's border that single precision may put
+    /// it on the other side: such a pixel may rightly differ.
+    std::vector<std::uint8_t> ambiguous;
+
+    const glm::dvec3& at(std::uint32_t column, std::uint32_t row) const {
+        return linear[std::size_t{row} * width + column];
+    }
+};
+
+/// Throws storage::StorageError where the step's bytes are damaged.
+Picture render(const render::Scene& scene, const Options& options = {});
+
+/// sRGB-encoded, rounded to the nearest of 256 steps, alpha 255.
+test::Image encode(const Picture& picture);
+
+}  // namespace mote::reference

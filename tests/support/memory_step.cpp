@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/support/memory_step.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "protocol/scene/mote_check.h"
+
+namespace mote::test {
+namespace {
+
+/// A cell while the octree grows: all its points, nothing shared.
+struct Cell {
+    std::uint8_t level = 0;
+    std::array<std::uint32_t, 3> place{};  // column, row and slice at its level
+    std::vector<std::uint64_t> points;     // rows
+};
+
+std::uint64_t mortonOf(const std::array<std::uint32_t, 3>& place) {
+    std::uint64_t code = 0;
+    for (unsigned bit = 0; bit < 21; ++bit) {
+        for (unsigned axis = 0; axis < 3; ++axis) {
+            code |= std::uint64_t{(place[axis] >> bit) & 1U} << (3 * bit + axis);
+        }
+    }
+    return code;
+}
+
+std::uint32_t placeAt(double coordinate, std::uint32_t cells) {
+    return std::min(static_cast<std::uint32_t>(coordinate * cells), cells - 1);
+}
+
+std::uint16_t packed(double coordinate, std::uint32_t place, std::uint8_t level) {
+    const double inCell = std::ldexp(coordinate, level) - place;
+    return static_cast<std::uint16_t>(std::clamp(inCell * 65536.0, 0.0, 65535.0));
+}
+
+/// The cells of a cell's points one level below that hold any, in Morton order.
+std::vector<Cell> childrenOf(const Cell& cell, const std::vector<WeightedPoint>& points) {
+    std::array<Cell, 8> children;
+    const auto level = static_cast<std::uint8_t>(cell.level + 1);
+    for (const auto row : cell.points) {
+        std::array<std::uint32_t, 3> place{};
+        for (int axis = 0; axis < 3; ++axis) place[axis] = placeAt(points[row].position[axis], 1U << level);
+        auto& child = children[mortonOf(place) & 7U];
+        child.level = level;
+        child.place = place;
+        child.points.push_back(row);
+    }
+    std::vector<Cell> filled;
+    for (auto& child : children) {
+        if (!child.points.empty()) filled.push_back(std::move(child));
+    }
+    return filled;
+}
+
+}  // namespace
+
+class MemoryStepBuilder {
+  public:
+    MemoryStepBuilder(const std::vector<WeightedPoint>& points, const MemoryStepOptions& options)
+        : points_(points), options_(options) {
+        for (const auto& point : points) {
+            for (int axis = 0; axis < 3; ++axis) {
+                MOTE_CHECK(point.position[axis] >= 0.0 && point.position[axis] <= 1.0);
+            }
+            MOTE_CHECK(point.weight > 0.0);
+        }
+        MOTE_CHECK(options.maxLevel <= 20 && options.volumeLevel <= 8);
+    }
+
+    std::shared_ptr<const MemoryStep> build() {
+        growTree();
+        if (!points_.empty()) orderLeaves();
+        spreadLeastDensities();
+        writePoints();
+        countVolume();
+        setScale();
+        return step_;
+    }
+
+  private:
+    /// Breadth first: a node's children are numbered when the node is visited.
+    void growTree() {
+        Cell root;
+        root.points.resize(points_.size());
+        std::iota(root.points.begin(), root.points.end(), std::uint64_t{0});
+        cells_.push_back(std::move(root));
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+            addNode(cells_[i]);
+            const bool full = cells_[i].points.size() > options_.leafCapacity;
+            if (!full || cells_[i].level >= options_.maxLevel) continue;
+            auto children = childrenOf(cells_[i], points_);
+            step_->firstChild_[i] = static_cast<std::uint32_t>(cells_.size());
+            step_->childCount_[i] = static_cast<std::uint8_t>(children.size());
+            for (auto& child : children) cells_.push_back(std::move(child));
+        }
+    }
+
+    void addNode(const Cell& cell) {
+        double weight = 0.0;
+        for (const auto row : cell.points) weight += points_[row].weight;
+        step_->level_.push_back(cell.level);
+        step_->morton_.push_back(mortonOf(cell.place));
+        step_->firstChild_.push_back(0);
+        step_->childCount_.push_back(0);
+        step_->count_.push_back(cell.points.size());
+        step_->density_.push_back(static_cast<float>(std::ldexp(weight, 3 * cell.level)));
+    }
+
+    void orderLeaves() {
+        for (std::uint32_t i = 0; i < cells_.size(); ++i) {
+            if (step_->childCount_[i] == 0) step_->leafNode_.push_back(i);
+        }
+        std::stable_sort(step_->leafNode_.begin(), step_->leafNode_.end(),
+                         [&](auto a, auto b) { return step_->density_[a] < step_->density_[b]; });
+        std::uint64_t begin = 0;
+        for (std::uint32_t leaf = 0; leaf < step_->leafNode_.size(); ++leaf) {
+            const auto node = step_->leafNode_[leaf];
+            step_->firstChild_[node] = leaf;
+            step_->leafBegin_.push_back(begin);
+            step_->leafCount_.push_back(static_cast<std::uint32_t>(step_->count_[node]));
+            step_->leafDensity_.push_back(step_->density_[node]);
+            begin += step_->count_[node];
+        }
+    }
+
+    void spreadLeastDensities() {
+        step_->minDensity_ = step_->density_;
+        for (std::size_t i = cells_.size(); i-- > 0;) {
+            if (step_->childCount_[i] == 0) continue;
+            float least = std::numeric_limits<float>::infinity();
+            for (std::uint32_t k = 0; k < step_->childCount_[i]; ++k) {
+                least = std::min(least, step_->minDensity_[step_->firstChild_[i] + k]);
+            }
+            step_->minDensity_[i] = least;
+        }
+    }
+
+    void writePoints() {
+        std::mt19937_64 random(options_.seed);
+        for (const auto node : step_->leafNode_) {
+            auto& cell = cells_[node];
+            for (std::size_t i = cell.points.size(); i > 1; --i) {
+                std::swap(cell.points[i - 1], cell.points[random() % i]);
+            }
+            for (const auto row : cell.points) {
+                const auto& p = points_[row].position;
+                step_->positions_.push_back({packed(p.x, cell.place[0], cell.level),
+                                             packed(p.y, cell.place[1], cell.level),
+                                             packed(p.z, cell.place[2], cell.level)});
+                step_->rows_.push_back(row);
+            }
+        }
+    }
+
+    void countVolume() {
+        const std::uint32_t size = 1U << options_.volumeLevel;
+        step_->volumeSize_ = size;
+        const std::size_t cells = std::size_t{size} * size * size;
+        if (!options_.volume.empty()) {
+            MOTE_CHECK(options_.volume.size() == cells);
+            step_->volume_ = options_.volume;
+            return;
+        }
+        std::vector<double> weights(cells, 0.0);
+        for (const auto& [p, weight] : points_) {
+            const std::size_t row = std::size_t{placeAt(p.z, size)} * size + placeAt(p.y, size);
+            weights[row * size + placeAt(p.x, size)] += weight;
+        }
+        step_->volume_.resize(cells);
+        std::transform(weights.begin(), weights.end(), step_->volume_.begin(), [&](double weight) {
+            return static_cast<float>(weight * static_cast<double>(cells));
+        });
+    }
+
+    void setScale() {
+        if (options_.logDensity) {
+            step_->logDensity_ = *options_.logDensity;
+        } else if (!step_->leafDensity_.empty()) {
+            step_->logDensity_ = {step_->leafDensity_.front(), step_->leafDensity_.back()};
+        }
+    }
+
+    const std::vector<WeightedPoint>& points_;
+    const MemoryStepOptions& options_;
+    std::vector<Cell> cells_;
+    std::shared_ptr<MemoryStep> step_ = std::make_shared<MemoryStep>();
+};
+
+std::shared_ptr<const MemoryStep> MemoryStep::make(const std::vector<WeightedPoint>& points,
+                                                   const MemoryStepOptions& options) {
+    return MemoryStepBuilder(points, options).build();
+}
+
+storage::OctreeNodes MemoryStep::nodes() const {
+    return {level_, morton_, firstChild_, childCount_, count_, density_, minDensity_};
+}
+
+storage::Leaves MemoryStep::leaves() const {
+    return {leafNode_, leafBegin_, leafCount_, leafDensity_};
+}
+
+std::span<const storage::PackedPosition> MemoryStep::positions(std::uint64_t begin,
+                                                               std::uint64_t count) const {
+    MOTE_CHECK(begin <= positions_.size() && count <= positions_.size() - begin);
+    return std::span(positions_).subspan(begin, count);
+}
+
+std::span<const std::uint64_t> MemoryStep::rows(std::uint64_t begin, std::uint64_t count) const {
+    MOTE_CHECK(begin <= rows_.size() && count <= rows_.size() - begin);
+    return std::span(rows_).subspan(begin, count);
+}
+
+}  // namespace mote::test
