@@ -12,10 +12,12 @@
 #include <cstring>
 
 #include "protocol/scene/json.h"
-#include "server/jobs/file_descriptor.h"
+#include "storage/file_descriptor.h"
 
 namespace mote::server {
 namespace {
+
+using storage::FileDescriptor;
 
 constexpr std::uint64_t kTail = 16 * 1024;        // bytes of a file that are looked at
 constexpr std::uint64_t kLargestFile = 16 << 20;  // bytes; then it begins anew

@@ -18,7 +18,6 @@
 
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/local_runner.h"
-#include "server/jobs/partial_output.h"
 
 namespace mote::server {
 namespace {
@@ -60,7 +59,7 @@ JobQueue::Impl::Impl(asio::io_context& context, JobSettings settings)
 
 Status JobQueue::Impl::start() {
     MOTE_CHECK(!table_);
-    auto roots = JobRoots::parse(settings_.roots);
+    auto roots = storage::Roots::parse(settings_.roots);
     if (!roots.ok()) return roots.error();
     roots_ = *std::move(roots);
     if (settings_.supervisor.empty()) settings_.supervisor = settings_.prep.parent_path() / "mote-supervise";
@@ -84,7 +83,7 @@ Status JobQueue::Impl::openState() {
     if (code || (mkdir((state / "jobs").c_str(), 0700) != 0 && errno != EEXIST)) {
         return Error{ErrorCode::permissionDenied, state.string(), "cannot hold the jobs' directories"};
     }
-    lock_ = FileDescriptor(open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    lock_ = storage::FileDescriptor(open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
     if (!lock_.valid()) {
         return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), strerror(errno)};
     }
@@ -107,7 +106,7 @@ void JobQueue::Impl::stop() {
     timer_.cancel();
     listener_ = nullptr;
     table_.reset();
-    lock_.close();
+    lock_ = {};
 }
 
 void JobQueue::Impl::removeStrayDirectories() {
@@ -139,8 +138,8 @@ void JobQueue::Impl::goOnWith(JobRecord& record) {
 
 Result<proto::JobStatus> JobQueue::Impl::submit(const proto::JobRequest& request) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
-    const auto place = checkJobRequest(request, roots_);
-    if (!place.ok()) return place.error();
+    const auto checked = checkJobRequest(request, roots_);
+    if (!checked.ok()) return checked.error();
     if (const auto* maker = table_->maker(request.output())) {
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
@@ -228,14 +227,16 @@ void JobQueue::Impl::begin(JobRecord& record) {
 }
 
 Result<std::unique_ptr<Run>> JobQueue::Impl::launch(JobRecord& record, JobFiles& files) {
-    const auto output = outputOf(record);
-    if (!output) return Error{ErrorCode::notFound, "output", "its root is no longer configured"};
+    const auto output = findOutput(record.status.request(), roots_);
+    if (!output.ok()) return Error{output.error().code, "output", output.error().toString()};
     MOTE_RETURN_IF_ERROR(files.prepare(record.status.request()));
     RunOrder order;
     order.directory = files.directory();
-    order.roots = roots_.options();
-    order.readable = roots_.folders();
-    order.writable = output->root;
+    for (const auto& [name, folder] : roots_.entries()) {
+        order.roots.push_back(name + "=" + folder.string());
+        order.readable.push_back(folder);
+    }
+    order.writable = output.value().root;
     order.memory = settings_.memory;
     order.threads = settings_.threads;
     return runner_->start(order);
@@ -287,11 +288,10 @@ void JobQueue::Impl::end(std::int64_t number) {
 /// Nothing of the job runs any more: what came of it?
 void JobQueue::Impl::conclude(JobRecord& record, JobFiles& files) {
     const auto outcome = files.outcome();
-    const auto output = outputOf(record);
-    const auto published = output ? JobRoots::exists(*output, "output") : Result<bool>(false);
-    const bool there = published.ok() && published.value();
+    const auto output = findOutput(record.status.request(), roots_);
+    const bool there = output.ok() && output.value().exists;
     const bool clean = outcome && !outcome->signalled;
-    if (!clean && output) removePartialOutput(output->path());
+    if (!clean && output.ok()) removeDrafts(output.value());
     if (there && !(clean && outcome->number != 0)) return finish(record, State::SUCCEEDED);
     if (record.cancelRequested) return finish(record, State::CANCELLED);
     if (!outcome) return interrupted(record, files);
@@ -347,12 +347,6 @@ void JobQueue::Impl::changed(const JobRecord& record) {
 
 std::filesystem::path JobQueue::Impl::directoryOf(const JobRecord& record) const {
     return settings_.stateDirectory / "jobs" / record.status.id();
-}
-
-std::optional<JobRoots::Place> JobQueue::Impl::outputOf(const JobRecord& record) const {
-    auto place = roots_.locate(record.status.request().output(), "output");
-    if (!place.ok()) return std::nullopt;
-    return *std::move(place);
 }
 
 }  // namespace mote::server

@@ -9,12 +9,12 @@
 #include <map>
 #include <optional>
 
-#include "server/jobs/file_descriptor.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/job_queue.h"
-#include "server/jobs/job_roots.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/runner.h"
+#include "storage/file_descriptor.h"
+#include "storage/roots.h"
 
 namespace mote::server {
 
@@ -58,13 +58,11 @@ class JobQueue::Impl : public std::enable_shared_from_this<Impl> {
     /// Stores the record and tells the listener, soon.
     void changed(const JobRecord& record);
     std::filesystem::path directoryOf(const JobRecord& record) const;
-    /// Where its output appears; nothing where its root is no longer configured.
-    std::optional<JobRoots::Place> outputOf(const JobRecord& record) const;
 
     asio::io_context& context_;
     JobSettings settings_;
-    JobRoots roots_;
-    FileDescriptor lock_;  // held: no other server has this state directory
+    storage::Roots roots_;
+    storage::FileDescriptor lock_;  // held: no other server has this state directory
     std::optional<JobTable> table_;
     std::unique_ptr<Runner> runner_;
     std::map<std::int64_t, Active> active_;  // by the job's number

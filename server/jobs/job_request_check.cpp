@@ -12,11 +12,17 @@ namespace {
 constexpr std::size_t kLargestRequest = 64 * 1024;  // bytes of the whole message
 constexpr std::size_t kLongestTitle = 256;          // bytes
 constexpr std::size_t kLongestWord = 64;            // bytes of an axis, a format, a species, a range
+constexpr std::size_t kLongestName = 1024;          // bytes of "ROOT/PATH"
 constexpr int kMostInputs = 4096;
 constexpr int kMostBounds = 16;
 
 Error bad(std::string field, std::string message) {
     return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
+}
+
+/// An error about a path, told of the field that holds it.
+Error ofField(std::string field, const Error& error) {
+    return {error.code, std::move(field), error.toString()};
 }
 
 Status checkWord(const std::string& word, std::string field, std::size_t longest = kLongestWord) {
@@ -27,20 +33,16 @@ Status checkWord(const std::string& word, std::string field, std::size_t longest
     return success();
 }
 
-Status checkInputs(const proto::ParticlesJob& job, const JobRoots& roots) {
+Status checkInputs(const proto::ParticlesJob& job, const storage::Roots& roots) {
     if (job.inputs().empty()) return bad("particles.inputs", "names no file");
     if (job.inputs_size() > kMostInputs) {
         return bad("particles.inputs", fmt::format("names more than {} files", kMostInputs));
     }
     for (int i = 0; i < job.inputs_size(); ++i) {
         const auto field = fmt::format("particles.inputs[{}]", i);
-        auto place = roots.locate(job.inputs(i), field);
-        if (!place.ok()) return place.error();
-        const auto there = JobRoots::exists(*place, field);
-        if (!there.ok()) return there.error();
-        if (!there.value()) {
-            return Error{ErrorCode::notFound, field, fmt::format("{} does not exist", job.inputs(i))};
-        }
+        MOTE_RETURN_IF_ERROR(checkWord(job.inputs(i), field, kLongestName));
+        const auto path = roots.resolveExisting(job.inputs(i));
+        if (!path.ok()) return ofField(field, path.error());
     }
     return success();
 }
@@ -84,7 +86,7 @@ Status checkImpact(const proto::ImpactOptions& impact) {
     return success();
 }
 
-Status checkParticles(const proto::ParticlesJob& job, const JobRoots& roots) {
+Status checkParticles(const proto::ParticlesJob& job, const storage::Roots& roots) {
     MOTE_RETURN_IF_ERROR(checkAxes(job));
     MOTE_RETURN_IF_ERROR(checkWord(job.format(), "particles.format"));
     MOTE_RETURN_IF_ERROR(checkWord(job.species(), "particles.species", 256));
@@ -101,25 +103,25 @@ Status checkSynthBeam(const proto::SynthBeamJob& job) {
     return success();
 }
 
-Result<JobRoots::Place> checkOutput(const proto::JobRequest& request, const JobRoots& roots) {
-    auto place = roots.locate(request.output(), "output");
-    if (!place.ok()) return place.error();
+Result<JobOutput> checkOutput(const proto::JobRequest& request, const storage::Roots& roots) {
+    MOTE_RETURN_IF_ERROR(checkWord(request.output(), "output", kLongestName));
     const std::string_view ending = request.has_synth_beam() ? ".h5" : ".mote";
-    const auto file = place->relative.filename().string();
+    const auto slash = request.output().rfind('/');
+    const auto file = std::string_view(request.output()).substr(slash == std::string::npos ? 0 : slash + 1);
     if (file.size() <= ending.size() || !file.ends_with(ending) || file.starts_with('.')) {
-        return bad("output", fmt::format("must end in a name like NAME{}", ending));
+        return bad("output", fmt::format("must be ROOT/PATH and end in a name like NAME{}", ending));
     }
-    const auto there = JobRoots::exists(*place, "output");
-    if (!there.ok()) return there.error();
-    if (there.value()) {
+    auto output = findOutput(request, roots);
+    if (!output.ok()) return ofField("output", output.error());
+    if (output->exists) {
         return Error{ErrorCode::alreadyExists, "output", fmt::format("{} exists already", request.output())};
     }
-    return place;
+    return output;
 }
 
 }  // namespace
 
-Result<JobRoots::Place> checkJobRequest(const proto::JobRequest& request, const JobRoots& roots) {
+Result<JobOutput> checkJobRequest(const proto::JobRequest& request, const storage::Roots& roots) {
     if (request.ByteSizeLong() > kLargestRequest) {
         return Error{ErrorCode::resourceExhausted, "",
                      fmt::format("the request has more than {} bytes", kLargestRequest)};

@@ -7,12 +7,13 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/jobs/job_roots.h"
+#include "server/jobs/job_output.h"
+#include "storage/roots.h"
 
 namespace mote::server {
 
 /// Where the output is to appear. Errors: invalidArgument, notFound (a root, an input), alreadyExists (the
 /// output), permissionDenied; each with the path of its field, as in JSON.
-Result<JobRoots::Place> checkJobRequest(const proto::JobRequest& request, const JobRoots& roots);
+Result<JobOutput> checkJobRequest(const proto::JobRequest& request, const storage::Roots& roots);
 
 }  // namespace mote::server

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -15,11 +16,13 @@
 #include <cerrno>
 #include <cstring>
 
-#include "server/jobs/file_descriptor.h"
 #include "server/jobs/process_identity.h"
+#include "storage/file_descriptor.h"
 
 namespace mote::server {
 namespace {
+
+using storage::FileDescriptor;
 
 constexpr const char* kPrefix = "local ";  // of handles
 constexpr int kGate = 3;  // the supervisor's descriptor of it, and the progress's of mote-prep
@@ -27,7 +30,9 @@ constexpr int kGate = 3;  // the supervisor's descriptor of it, and the progress
 class LocalRun final : public Run {
   public:
     LocalRun(asio::io_context& context, ProcessIdentity identity, FileDescriptor process, FileDescriptor gate)
-        : identity_(std::move(identity)), process_(context, process.release()), gate_(std::move(gate)) {}
+        : identity_(std::move(identity)),
+          process_(context, fcntl(process.get(), F_DUPFD_CLOEXEC, 0)),
+          gate_(std::move(gate)) {}
 
     std::string handle() const override { return kPrefix + identity_.toString(); }
 
@@ -36,7 +41,7 @@ class LocalRun final : public Run {
         const char byte = 'g';
         if (gate_.valid() && ::send(gate_.get(), &byte, 1, MSG_NOSIGNAL) != 1) {
         }
-        gate_.close();
+        gate_ = {};
     }
 
     void onEnd(std::function<void()> ended) override {
@@ -136,7 +141,7 @@ Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
     auto identity = ProcessIdentity::of(pid);
     FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
     if (!identity || !process.valid()) {
-        gate.close();  // it ends by itself
+        gate = {};  // it ends by itself
         waitpid(pid, nullptr, 0);
         return Error{ErrorCode::internal, "",
                      "the job's process cannot be watched (no /proc or no pidfd_open)"};
@@ -150,7 +155,8 @@ std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
     const auto identity = ProcessIdentity::parse(handle.substr(std::string_view(kPrefix).size()));
     if (!identity) return nullptr;
     auto process = identity->open();
-    if (!process.valid()) return nullptr;
+    pollfd end{process.get(), POLLIN, 0};
+    if (!process.valid() || poll(&end, 1, 0) != 0) return nullptr;  // ended, and perhaps not waited for yet
     return std::make_unique<LocalRun>(context_, *identity, std::move(process), FileDescriptor());
 }
 

@@ -50,11 +50,11 @@ std::string ProcessIdentity::toString() const {
     return fmt::format("{} {} {}", pid, startTime, boot);
 }
 
-FileDescriptor ProcessIdentity::open() const {
-    FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
+storage::FileDescriptor ProcessIdentity::open() const {
+    storage::FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
     // First hold it, then look: what is looked at cannot be replaced any more once it is held and still the
     // same.
-    if (!process.valid() || of(pid) != *this) return FileDescriptor();
+    if (!process.valid() || of(pid) != *this) return {};
     return process;
 }
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/jobs/file_descriptor.h"
+#include "storage/file_descriptor.h"
 
 namespace mote::server {
 
@@ -25,7 +25,7 @@ struct ProcessIdentity {
     std::string toString() const;
 
     /// A pidfd of just this process; invalid where it has gone, even if another has its pid by now.
-    FileDescriptor open() const;
+    storage::FileDescriptor open() const;
 
     bool operator==(const ProcessIdentity&) const = default;
 };

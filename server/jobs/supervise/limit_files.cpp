@@ -7,11 +7,13 @@
 #include <cerrno>
 #include <cstring>
 
-#include "server/jobs/file_descriptor.h"
 #include "server/jobs/supervise/rights.h"
+#include "storage/file_descriptor.h"
 
 namespace mote::server {
 namespace {
+
+using storage::FileDescriptor;
 
 // Of ABI 3, which the headers of this system may not know yet.
 constexpr std::uint64_t kTruncate = std::uint64_t{1} << 14;

@@ -23,11 +23,13 @@
 #include <string_view>
 #include <vector>
 
-#include "server/jobs/file_descriptor.h"
 #include "server/jobs/supervise/rights.h"
+#include "storage/file_descriptor.h"
 
 namespace mote::server {
 namespace {
+
+using storage::FileDescriptor;
 
 using Clock = std::chrono::steady_clock;
 

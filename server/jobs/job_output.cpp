@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/jobs/job_output.h"
+
+#include <string>
+#include <vector>
+
+namespace mote::server {
+
+Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Roots& roots) {
+    const auto& name = request.output();
+    JobOutput output;
+    auto path = roots.resolveNew(name);
+    if (!path.ok() && path.error().code == ErrorCode::alreadyExists) {
+        output.exists = true;
+        path = roots.resolveExisting(name);
+    }
+    if (!path.ok()) return path.error();
+    output.path = *std::move(path);
+    for (const auto& entry : roots.entries()) {
+        if (name.starts_with(entry.name + "/")) output.root = entry.folder;
+    }
+    return output;
+}
+
+std::size_t removeDrafts(const JobOutput& output) {
+    const auto draft = output.path.filename().string() + ".partial-";  // and the process that makes it
+    std::vector<std::filesystem::path> drafts;
+    std::error_code code;
+    for (const auto& entry : std::filesystem::directory_iterator(output.path.parent_path(), code)) {
+        if (entry.path().filename().string().starts_with(draft)) drafts.push_back(entry.path());
+    }
+    for (const auto& path : drafts) std::filesystem::remove_all(path, code);
+    return drafts.size();
+}
+
+}  // namespace mote::server
