@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Picture files: pixels as PNG, EXR or JPEG, written by OpenImageIO. The same pixels and key give the same
+// bytes: no dates, hosts or versions are written. A file appears by one rename and is whole then. Functions;
+// any thread.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/shared/decode.h"
+
+namespace mote::client {
+
+enum class PictureFormat {
+    png,  ///< RGB, 8 bits, sRGB
+    exr,  ///< RGB, half floats, linear
+    jpg,  ///< RGB, quality 95, 4:4:4, sRGB
+};
+
+/// "png", "exr", "jpg"; empty for other names.
+std::optional<PictureFormat> pictureFormat(std::string_view name);
+/// Also the extension of its files.
+std::string_view name(PictureFormat format);
+/// What a server must be asked for.
+proto::PixelFormat pixelFormat(PictureFormat format);
+
+/// The bytes of a picture file. `key` goes into its description, where readPictureKey finds it: what the
+/// picture shows, in hexadecimal digits. Errors: unsupported (pixels of another format), internal.
+Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, PictureFormat format,
+                                                std::string_view key);
+
+/// Writes bytes beside `path` and renames them to it; nothing is left after a failure. Errors:
+/// permissionDenied, resourceExhausted (the disk is full), notFound, internal, with the file's name.
+Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes);
+
+/// The key of a picture that mote-frames wrote; empty where there is none, or where the file is not whole:
+/// all its pixels are read and its size is `width` x `height`.
+std::optional<std::string> readPictureKey(const std::filesystem::path& path, PictureFormat format,
+                                          std::uint32_t width, std::uint32_t height);
+
+}  // namespace mote::client

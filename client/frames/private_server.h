@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PrivateServer: a mote-server of our own, in a temporary folder, for as long as the object lives. It stands
+// in a process group of its own (a Ctrl-C at the terminal is for us alone), and is told to end where we are
+// killed. Main thread.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/frames/interrupt.h"
+#include "client/frames/temporary_folder.h"
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+struct ServerCommand {
+    std::filesystem::path program;
+    std::vector<std::string> roots;     ///< "NAME=DIR"
+    std::optional<std::string> device;  ///< the server's own choice where absent
+};
+
+class PrivateServer {
+  public:
+    /// Starts one and waits until it is ready. Errors: notFound (no program), internal with what the server
+    /// said, cancelled (interrupted).
+    static Result<std::unique_ptr<PrivateServer>> start(const ServerCommand& command,
+                                                        const Interrupt& interrupt);
+    /// SIGTERM, after 15 s SIGKILL; then its folder is removed.
+    ~PrivateServer();
+    PrivateServer(const PrivateServer&) = delete;
+    PrivateServer& operator=(const PrivateServer&) = delete;
+
+    std::filesystem::path connectionFile() const { return folder_.path() / "connection.json"; }
+    /// The end of what it said on stderr, one line; empty where it said nothing.
+    std::string lastWords() const;
+
+  private:
+    PrivateServer();
+    Status launch(const ServerCommand& command, const Interrupt& interrupt);
+    Status waitUntilReady(const Interrupt& interrupt);
+    std::filesystem::path logFile() const { return folder_.path() / "log"; }
+    Error died() const;
+
+    TemporaryFolder folder_;
+    pid_t child_ = -1;
+    int process_ = -1;  // pidfd
+    int output_ = -1;   // its stdout, our end
+};
+
+/// The server's program beside our own.
+std::filesystem::path serverBesideUs();
+
+}  // namespace mote::client

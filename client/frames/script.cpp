@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/frames/script.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/struct.pb.h>
+
+#include <algorithm>
+
+#include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
+
+namespace mote::client {
+namespace {
+
+constexpr std::size_t maxScriptBytes = std::size_t{256} << 20;
+
+Error inScript(const std::filesystem::path& path, const Error& error) {
+    return {error.code, fmt::format("{}: {}", path.string(), error.where), error.message};
+}
+
+/// A script that is well-formed but of the other kind deserves a better word than "unknown field".
+bool hasKeyframes(const std::filesystem::path& path) {
+    google::protobuf::Struct object;
+    if (!readJsonFile(path, object, maxScriptBytes).ok()) return false;
+    return object.fields().count("keyframes") > 0;
+}
+
+std::string knownDatasets(const proto::Catalogue& catalogue) {
+    if (catalogue.datasets().empty()) return "the server has none";
+    constexpr int shown = 8;
+    std::string names;
+    for (int i = 0; i < std::min(shown, catalogue.datasets_size()); ++i) {
+        names += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", catalogue.datasets(i).name());
+    }
+    const int more = catalogue.datasets_size() - shown;
+    return "there are " + names + (more > 0 ? fmt::format(" and {} more", more) : std::string());
+}
+
+Status checkLayer(const proto::Layer& layer, const proto::Catalogue& catalogue) {
+    const auto& entries = catalogue.datasets();
+    const auto entry = std::find_if(entries.begin(), entries.end(),
+                                    [&](const auto& each) { return each.name() == layer.dataset(); });
+    if (entry == entries.end()) {
+        return Error{
+            ErrorCode::notFound, "dataset",
+            fmt::format("there is no dataset \"{}\"; {}", layer.dataset(), knownDatasets(catalogue))};
+    }
+    if (layer.step() < entry->steps()) return success();
+    return Error{ErrorCode::invalidArgument, "step",
+                 fmt::format("\"{}\" has {} steps, numbered from 0; there is no step {}", layer.dataset(),
+                             entry->steps(), layer.step())};
+}
+
+}  // namespace
+
+Result<std::vector<proto::View>> readScript(const std::filesystem::path& path) {
+    proto::Script script;
+    if (const auto read = readJsonFile(path, script, maxScriptBytes); !read.ok()) {
+        if (!hasKeyframes(path)) return read.error();
+        return Error{ErrorCode::unsupported, path.string() + ": keyframes",
+                     "keyframes are not in this version; write one view a frame"};
+    }
+    if (script.views_size() == 0) {
+        return Error{ErrorCode::invalidArgument, path.string() + ": views",
+                     "a script needs at least one view"};
+    }
+    if (script.views_size() > maxViews) {
+        return Error{ErrorCode::resourceExhausted, path.string() + ": views",
+                     fmt::format("a script has at most {} views, not {}", maxViews, script.views_size())};
+    }
+    for (int i = 0; i < script.views_size(); ++i) {
+        const auto view = parseView(script.views(i));
+        if (!view.ok()) return inScript(path, view.error().within(fmt::format("views[{}]", i)));
+    }
+    return std::vector<proto::View>(script.views().begin(), script.views().end());
+}
+
+Status checkDatasets(const std::vector<proto::View>& views, const proto::Catalogue& catalogue) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        for (int j = 0; j < views[i].layers_size(); ++j) {
+            const auto found = checkLayer(views[i].layers(j), catalogue);
+            if (!found.ok()) return found.error().within(fmt::format("views[{}].layers[{}]", i, j));
+        }
+    }
+    return success();
+}
+
+}  // namespace mote::client
