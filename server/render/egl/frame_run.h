@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FrameRun: one plan being drawn: band by band of tile rows, and in each the passes of docs/RENDERING.md. Made for one
+// picture by the device, on its thread, while its context is current.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "server/render/egl/egl_device.h"
+#include "server/render/egl/frame_block.h"
+#include "server/render/egl/pacer.h"
+#include "server/render/egl/resident_steps.h"
+#include "server/render/egl/shader_library.h"
+#include "server/render/egl/transfer_textures.h"
+
+namespace mote::render {
+
+/// Buffers that frames use again.
+struct FrameBuffers {
+    GlBuffer masks, offsets, cells, counter, volumeMasks, pixels, uniforms, blocks;
+};
+
+class FrameRun {
+  public:
+    FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
+             ResidentSteps& steps, TransferTextures& transfers, FrameBuffers& buffers, std::stop_token stop);
+
+    /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
+    std::optional<Picture> draw();
+    const StageTimes& times() const { return times_; }
+
+  private:
+    struct LayerWork {
+        const LayerPlan* plan;
+        ResidentStep* resident;
+        PointNumbers numbers;
+        const StepVolume* volume = nullptr;       ///< null where none of it is visible
+        const TransferTexture* transfer = nullptr;
+        GlBuffer bricks;
+        std::uint32_t brickCount = 0;
+    };
+    struct Band {
+        std::uint32_t firstRow, rows, tiles;   ///< tile rows; tiles of them
+    };
+    class Stage;
+
+    bool prepare();
+    bool prepareVolume(LayerWork& work);
+    bool drawBand(const Band& band, Picture& picture);
+    void bindBand(const Band& band);
+    void markVolumes(const Band& band);
+    bool markPoints();
+    /// How many cells the band needs.
+    std::uint32_t allocateCells(const Band& band);
+    bool drawCells(const Band& band, std::uint32_t cells);
+    bool addPoints(std::uint32_t firstCell, std::uint32_t count);
+    bool dispatchPoints(std::size_t layer, GLuint program);
+    bool composite(const Band& band, std::uint32_t firstCell, std::uint32_t count);
+    void readBack(const Band& band, Picture& picture);
+    GLuint program(std::string_view name) const;
+    GLuint pointsProgram(std::string_view name, std::size_t layer) const;
+
+    const FramePlan& plan_;
+    PixelFormat format_;
+    const EglOptions& options_;
+    ShaderLibrary& shaders_;
+    ResidentSteps& steps_;
+    TransferTextures& transfers_;
+    FrameBuffers& buffers_;
+    Pacer pacer_;
+    StageTimes times_;
+    std::vector<LayerWork> layers_;
+    std::uint32_t words_;   ///< of slab bits a pixel
+    std::uint32_t tilesAcross_, tilesDown_;
+};
+
+}   // namespace mote::render

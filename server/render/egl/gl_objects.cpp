@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/egl/gl_objects.h"
+
+#include <algorithm>
+#include <string>
+
+#include "server/render/device.h"
+
+namespace mote::render {
+namespace {
+
+GLuint newBuffer() {
+    GLuint name = 0;
+    glCreateBuffers(1, &name);
+    return name;
+}
+
+}   // namespace
+
+GlBuffer::GlBuffer(std::size_t bytes, const void* data) : name_(newBuffer()), bytes_(std::max<std::size_t>(bytes, 16)) {
+    // GL rejects empty buffers; data covers `bytes` only, so a padded buffer is filled in a second step.
+    const bool padded = bytes_ != bytes;
+    glNamedBufferStorage(get(), static_cast<GLsizeiptr>(bytes_), padded ? nullptr : data, GL_DYNAMIC_STORAGE_BIT);
+    checkGl("a buffer");
+    if (padded && data != nullptr && bytes > 0) write(0, bytes, data);
+}
+
+void GlBuffer::grow(std::size_t bytes) {
+    if (bytes <= bytes_) return;
+    *this = GlBuffer();   // first give back, then take
+    *this = GlBuffer(bytes);
+}
+
+void GlBuffer::write(std::size_t offset, std::size_t bytes, const void* data) {
+    if (bytes == 0) return;
+    glNamedBufferSubData(get(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), data);
+}
+
+void GlBuffer::read(std::size_t offset, std::size_t bytes, void* data) const {
+    if (bytes == 0) return;
+    glGetNamedBufferSubData(get(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), data);
+}
+
+void GlBuffer::zero(std::size_t bytes) {
+    if (bytes == 0) return;
+    const GLuint nothing = 0;
+    glClearNamedBufferSubData(get(), GL_R32UI, 0, static_cast<GLsizeiptr>(bytes), GL_RED_INTEGER, GL_UNSIGNED_INT,
+                              &nothing);
+}
+
+GlTexture bufferTexture(const GlBuffer& buffer, GLenum format) {
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &name);
+    GlTexture texture(name);
+    glTextureBuffer(texture.get(), format, buffer.get());
+    checkGl("a buffer texture");
+    return texture;
+}
+
+void checkGl(const char* what) {
+    const GLenum error = glGetError();
+    if (error == GL_NO_ERROR) return;
+    while (glGetError() != GL_NO_ERROR) {
+    }
+    if (error == GL_OUT_OF_MEMORY) throw DeviceError(std::string("the device has no memory left for ") + what);
+    throw DeviceError(std::string("OpenGL error ") + std::to_string(error) + " while making or drawing " + what);
+}
+
+}   // namespace mote::render

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// GL objects as move-only values. Made, used and destroyed while their context is current.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <cstddef>
+#include <span>
+#include <utility>
+
+namespace mote::render {
+
+/// A name that GL gave out, deleted with its owner.
+template <void (*destroy)(GLuint)>
+class GlName {
+  public:
+    GlName() = default;
+    explicit GlName(GLuint name) : name_(name) {}
+    GlName(GlName&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    GlName& operator=(GlName&& other) noexcept {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+    ~GlName() {
+        if (name_ != 0) destroy(name_);
+    }
+    GLuint get() const { return name_; }
+    explicit operator bool() const { return name_ != 0; }
+
+  private:
+    GLuint name_ = 0;
+};
+
+namespace detail {
+inline void deleteBuffer(GLuint name) { glDeleteBuffers(1, &name); }
+inline void deleteTexture(GLuint name) { glDeleteTextures(1, &name); }
+inline void deleteProgram(GLuint name) { glDeleteProgram(name); }
+inline void deleteShader(GLuint name) { glDeleteShader(name); }
+}   // namespace detail
+
+using GlTexture = GlName<detail::deleteTexture>;
+using GlProgram = GlName<detail::deleteProgram>;
+using GlShader = GlName<detail::deleteShader>;
+
+/// Bytes in the device's memory.
+class GlBuffer {
+  public:
+    GlBuffer() = default;
+    /// Filled from `data` where it is not null. Throws DeviceError where memory runs out.
+    explicit GlBuffer(std::size_t bytes, const void* data = nullptr);
+    template <class T>
+    static GlBuffer of(std::span<const T> values) {
+        return GlBuffer(values.size_bytes(), values.data());
+    }
+
+    GLuint get() const { return name_.get(); }
+    std::size_t bytes() const { return bytes_; }
+    /// Makes it at least as large; what it held is lost where it grows.
+    void grow(std::size_t bytes);
+    void write(std::size_t offset, std::size_t bytes, const void* data);
+    void read(std::size_t offset, std::size_t bytes, void* data) const;
+    /// Zeros the first `bytes`, a multiple of 4.
+    void zero(std::size_t bytes);
+    void bindStorage(GLuint binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, get()); }
+
+  private:
+    GlName<detail::deleteBuffer> name_;
+    std::size_t bytes_ = 0;
+};
+
+/// A view of a buffer as a one-dimensional array of texels.
+GlTexture bufferTexture(const GlBuffer& buffer, GLenum format);
+
+/// Throws DeviceError that names `what` where GL has an error pending.
+void checkGl(const char* what);
+
+}   // namespace mote::render

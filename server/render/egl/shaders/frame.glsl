@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What all shaders know of the frame; mirrors egl/frame_block.h. Compiled with LAYERS and WORDS.
+//
+// A picture is drawn in bands of tile rows. A tile is 8 x 8 pixels; pixels are numbered tile by tile, so that those of
+// a workgroup lie side by side. Depth is counted in slabs, from the frame's near depth.
+
+const uint layerCount = uint(LAYERS);
+const uint wordCount = uint(WORDS);   // of 32 slab bits a pixel or tile
+
+struct Layer {
+    mat4 boxToScreen;    // box [0,1]^3 to (px * w, py * w, slab, w)
+    vec4 entry[3];       // box position where a ray meets slab 0: entry[0] + x * entry[1] + y * entry[2]
+    vec4 advance[3];     // and how far it moves in the box in one slab, likewise
+    vec4 point;          // linear RGB; optical depth of a whole point
+    vec4 scale;          // points a unit of weight; the volume's cells a side, 0 where it is nowhere visible
+};
+
+layout(std140, binding = 0) uniform Frame {
+    ivec4 picture;       // width, height, tiles a row, first tile row of the band
+    ivec4 band;          // tiles, slabs, half floats wanted, unused
+    vec4 window;         // half width and half height of the picture at depth 1; samples a cell; unused
+    vec4 background;     // linear RGB
+    Layer layers[8];
+} frame;
+
+uint pixelNumber(uint x, uint y) {   // picture coordinates, row 0 on top
+    uint tile = ((y >> 3) - uint(frame.picture.w)) * uint(frame.picture.z) + (x >> 3);
+    return tile * 64u + ((y & 7u) << 3) + (x & 7u);
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A point's pixels and slab, for points_mark and points_add, which define touch(). Both must find the very same ones,
+// hence `precise`. Compiled with LAYERS, WORDS (of slab bits a pixel), DISCS (points larger than a pixel).
+
+layout(local_size_x = 256) in;
+layout(binding = 0) uniform usamplerBuffer points;   // place in units of 2^-32 of the box; leaf within the chunk
+layout(binding = 1) uniform usamplerBuffer ends;     // of each leaf: the point of the chunk before which it is drawn
+layout(std430, binding = 0) buffer Masks { uint masks[]; };   // bits of slabs: [layer][pixel][wordCount]
+layout(std430, binding = 3) readonly buffer Blocks { uint blocks[]; };   // of 256 points, those with drawn ones
+
+layout(location = 0) uniform mat4 toScreen;   // from places in units of 2^-31 of the box, relative to `origin`
+layout(location = 1) uniform uvec3 origin;    // so that few digits are lost where the camera is close
+layout(location = 2) uniform uint layer;
+layout(location = 3) uniform float radius;    // DISCS: where coverage reaches 0, in pixels
+
+void touch(uint pixel, uint slab, float fraction, float coverage);
+
+void draw(vec2 at, uint slab, float fraction) {
+#if DISCS
+    ivec2 first = ivec2(max(ceil(at - radius - 0.5), vec2(0.0, float(frame.picture.w * 8))));
+    int rows = min(frame.picture.y, (frame.picture.w + frame.band.x / frame.picture.z) * 8);
+    ivec2 last = ivec2(min(floor(at + radius - 0.5), vec2(frame.picture.x - 1, rows - 1)));
+    for (int y = first.y; y <= last.y; ++y) {
+        for (int x = first.x; x <= last.x; ++x) {
+            precise float coverage = min(radius - distance(vec2(x, y) + 0.5, at), 1.0);
+            if (coverage > 0.0) touch(pixelNumber(uint(x), uint(y)), slab, fraction, coverage);
+        }
+    }
+#else
+    uvec2 place = uvec2(at);
+    uint row = place.y >> 3;
+    uint firstRow = uint(frame.picture.w);
+    uint rows = uint(frame.band.x) / uint(frame.picture.z);
+    if (row - firstRow < rows) touch(pixelNumber(place.x, place.y), slab, fraction, 1.0);
+#endif
+}
+
+void main() {
+    uint index = blocks[gl_WorkGroupID.x] * 256u + gl_LocalInvocationID.x;
+    uvec4 point = texelFetch(points, int(index));
+    if (index >= texelFetch(ends, int(point.w)).x) return;
+    vec3 place = vec3(ivec3((point.xyz >> 1) - origin));
+    precise vec4 screen = toScreen[0] * place.x + toScreen[1] * place.y + toScreen[2] * place.z + toScreen[3];
+    precise vec2 at = screen.xy / screen.w;
+#if DISCS
+    vec2 margin = vec2(radius);
+#else
+    vec2 margin = vec2(0.0);
+#endif
+    bool seen = screen.w > 0.0 && screen.z > -0.001 && all(greaterThanEqual(at, -margin)) &&
+                all(lessThan(at, vec2(frame.picture.xy) + margin));
+    if (!seen) return;
+    uint slab = uint(clamp(screen.z, 0.0, float(frame.band.y) - 0.5));
+    draw(at, slab, clamp(screen.z - float(slab), 0.0, 1.0));
+}

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/egl/step_points.h"
+
+#include <algorithm>
+#include <glm/vec3.hpp>
+#include <string>
+
+#include "server/render/octree_cell.h"
+#include "storage/storage_error.h"
+
+namespace mote::render {
+namespace {
+
+struct DevicePoint {
+    std::uint32_t x, y, z, leaf;
+};
+
+[[noreturn]] void damaged(const char* array, std::size_t index) {
+    throw storage::StorageError(Error{ErrorCode::corrupt, std::string(array) + "[" + std::to_string(index) + "]",
+                                      "the leaves do not describe the points that are there"});
+}
+
+/// A leaf's cell: its corner in units of 2^-32 of the box, and how its points' places are scaled to them.
+struct LeafFrame {
+    glm::uvec3 corner;
+    std::uint32_t level;
+
+    /// The middle of place p, (2 p + 1) / 2^17 of the cell's edge.
+    std::uint32_t place(std::uint32_t base, std::uint16_t p) const {
+        const std::uint64_t middle = (2ULL * p + 1) << 15;   // 2^-32 of the cell's edge
+        return base + static_cast<std::uint32_t>(middle >> level);
+    }
+};
+
+LeafFrame leafFrame(const storage::OctreeNodes& nodes, std::size_t node) {
+    if (node >= nodes.size() || nodes.level[node] > deepestLevel) damaged("/leaves/node", node);
+    const std::uint32_t level = nodes.level[node];
+    const glm::uvec3 place = cellPlace(nodes.morton[node]);
+    const auto corner = [&](std::uint32_t index) {
+        return static_cast<std::uint32_t>((std::uint64_t{index} << 32) >> level);
+    };
+    return {{corner(place.x), corner(place.y), corner(place.z)}, level};
+}
+
+/// The last leaf that begins at or before a point.
+std::size_t leafAt(const storage::Leaves& leaves, std::uint64_t point) {
+    const auto after = std::upper_bound(leaves.pointBegin.begin(), leaves.pointBegin.end(), point);
+    if (after == leaves.pointBegin.begin()) damaged("/leaves/point_begin", 0);
+    return static_cast<std::size_t>(after - leaves.pointBegin.begin()) - 1;
+}
+
+/// Where [begin, begin + count) of the step lies in a chunk that begins at `chunkBegin`, cut to its size.
+std::pair<std::uint32_t, std::uint32_t> within(std::uint64_t begin, std::uint64_t count, std::uint64_t chunkBegin,
+                                               std::uint64_t size) {
+    const auto cut = [&](std::uint64_t at) {
+        return static_cast<std::uint32_t>(std::clamp(at, chunkBegin, chunkBegin + size) - chunkBegin);
+    };
+    return {cut(begin), cut(begin + count)};
+}
+
+std::vector<DevicePoint> decode(const storage::ParticleStep& step, std::uint64_t begin, std::uint64_t count,
+                                std::size_t firstLeaf) {
+    const auto nodes = step.nodes();
+    const auto leaves = step.leaves();
+    const auto positions = step.positions(begin, count);
+    std::vector<DevicePoint> points(count);
+    std::uint64_t done = 0;
+    for (std::size_t leaf = firstLeaf; done < count; ++leaf) {
+        if (leaf >= leaves.size()) damaged("/leaves/point_count", leaves.size() - 1);
+        const LeafFrame frame = leafFrame(nodes, leaves.node[leaf]);
+        const auto [first, last] = within(leaves.pointBegin[leaf], leaves.pointCount[leaf], begin, count);
+        if (first != done) damaged("/leaves/point_begin", leaf);
+        for (; done < last; ++done) {
+            const auto& p = positions[done];
+            points[done] = {frame.place(frame.corner.x, p.x), frame.place(frame.corner.y, p.y),
+                            frame.place(frame.corner.z, p.z), static_cast<std::uint32_t>(leaf - firstLeaf)};
+        }
+    }
+    return points;
+}
+
+}   // namespace
+
+StepPoints::StepPoints(const storage::ParticleStep& step)
+    : pointCount_(step.pointCount()),
+      chunks_((pointCount_ + chunkPoints - 1) / chunkPoints),
+      selected_(chunks_.size()) {}
+
+void StepPoints::select(const storage::ParticleStep& step, const std::vector<std::uint32_t>& drawn) {
+    if (drawn == drawn_) return;
+    drawn_.clear();   // until all chunks follow: an exception must not leave half of them behind
+    for (auto& selected : selected_) selected = {};
+    const auto leaves = step.leaves();
+    if (drawn.size() != leaves.size()) damaged("/leaves/node", drawn.size());
+    drawn_ = drawn;
+    for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk) selectChunk(leaves, chunk);
+}
+
+void StepPoints::selectChunk(const storage::Leaves& leaves, std::size_t chunk) {
+    const std::uint64_t begin = chunk * chunkPoints;
+    const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
+    Selected& selected = selected_[chunk];
+    selected.firstLeaf = leafAt(leaves, begin);
+    std::uint32_t nextBlock = 0;   // leaves ascend, so blocks do
+    for (std::size_t leaf = selected.firstLeaf; leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
+        const auto [first, end] = within(leaves.pointBegin[leaf], drawn_[leaf], begin, size);
+        selected.ends.push_back(end);
+        if (first == end) continue;
+        nextBlock = std::max(nextBlock, first / blockPoints);
+        for (; nextBlock <= (end - 1) / blockPoints; ++nextBlock) selected.blocks.push_back(nextBlock);
+    }
+}
+
+PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chunk) {
+    Selected& selected = selected_[chunk];
+    auto& resident = chunks_[chunk];
+    if (!resident) {
+        const std::uint64_t begin = chunk * chunkPoints;
+        const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
+        const auto points = decode(step, begin, size, selected.firstLeaf);
+        PointChunk made;
+        made.points = GlBuffer::of(std::span<const DevicePoint>(points));
+        made.pointsTexture = bufferTexture(made.points, GL_RGBA32UI);
+        made.firstLeaf = selected.firstLeaf;
+        made.leafCount = selected.ends.size();
+        made.ends = GlBuffer(selected.ends.size() * sizeof(std::uint32_t));
+        made.endsTexture = bufferTexture(made.ends, GL_R32UI);
+        resident = std::move(made);
+        selected.uploaded = false;
+    }
+    if (!selected.uploaded) {
+        resident->ends.write(0, selected.ends.size() * sizeof(std::uint32_t), selected.ends.data());
+        selected.uploaded = true;
+    }
+    return *resident;
+}
+
+}   // namespace mote::render

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// StepPoints: the points of one step in the device's memory, chunk by chunk, each uploaded when first one of its
+// points is drawn (the halo, at the head of the file, comes first). Owned by the device's ResidentSteps; used while
+// its context is current. It does not keep the step.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "server/render/egl/gl_objects.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+/// A run of points with what a frame draws of them.
+struct PointChunk {
+    GlBuffer points;             ///< uvec4 each: place in units of 2^-32 of the box; leaf, counted from firstLeaf
+    GlTexture pointsTexture;
+    std::size_t firstLeaf = 0;   ///< the leaf of the first point
+    std::size_t leafCount = 0;
+    GlBuffer ends;               ///< uint a leaf: the point of the chunk before which it is drawn
+    GlTexture endsTexture;
+    std::uint64_t lastUse = 0;   ///< counted by ResidentSteps
+
+    std::size_t bytes() const { return points.bytes() + ends.bytes(); }
+};
+
+class StepPoints {
+  public:
+    static constexpr std::uint64_t chunkPoints = 1U << 20;
+    static constexpr std::uint32_t blockPoints = 256;   ///< a workgroup's
+
+    explicit StepPoints(const storage::ParticleStep& step);
+
+    /// Which points are drawn from now on. Cheap where they are the same as before.
+    void select(const storage::ParticleStep& step, const std::vector<std::uint32_t>& drawn);
+
+    std::size_t chunkCount() const { return chunks_.size(); }
+    /// The blocks of a chunk that hold drawn points.
+    std::span<const std::uint32_t> blocks(std::size_t chunk) const { return selected_[chunk].blocks; }
+    bool resident(std::size_t chunk) const { return chunks_[chunk].has_value(); }
+    /// Uploads what is missing. Throws DeviceError, storage::StorageError.
+    PointChunk& load(const storage::ParticleStep& step, std::size_t chunk);
+    void evict(std::size_t chunk) { chunks_[chunk].reset(); }
+    const std::optional<PointChunk>& at(std::size_t chunk) const { return chunks_[chunk]; }
+
+  private:
+    struct Selected {
+        std::size_t firstLeaf = 0;
+        std::vector<std::uint32_t> ends;
+        std::vector<std::uint32_t> blocks;
+        bool uploaded = false;
+    };
+    void selectChunk(const storage::Leaves& leaves, std::size_t chunk);
+
+    std::uint64_t pointCount_;
+    std::vector<std::optional<PointChunk>> chunks_;
+    std::vector<Selected> selected_;
+    std::vector<std::uint32_t> drawn_;
+};
+
+}   // namespace mote::render

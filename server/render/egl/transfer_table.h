@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TransferTable: a volume's transfer functions as running integrals over t, from which the mean over any stretch of t
+// is a difference (pre-integration in one dimension, for a ray along which t changes linearly between two samples).
+// A value; the upload is the device's.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "protocol/scene/particles_style.h"
+
+namespace mote::render {
+
+class TransferTable {
+  public:
+    static constexpr std::uint32_t cells = 4096;   ///< of t in [-LogDensity::fade, 1]
+
+    explicit TransferTable(const ParticlesStyle& style);
+
+    /// cells + 1 running integrals of (extinction * linear RGB, extinction) dt.
+    const std::vector<glm::vec4>& integrals() const { return integrals_; }
+    /// Whether any t in [low, high] has extinction.
+    bool visible(float low, float high) const;
+
+  private:
+    std::vector<glm::vec4> integrals_;
+    std::vector<std::uint32_t> visibleBefore_;   ///< cells + 1: how many cells below the i-th have extinction
+};
+
+}   // namespace mote::render

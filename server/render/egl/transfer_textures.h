@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TransferTextures: transfer tables in the device's memory, kept as long as their curves are in use. Owned by the
+// device; used while its context is current.
+#pragma once
+
+#include <cstdint>
+#include <list>
+
+#include "server/render/egl/gl_objects.h"
+#include "server/render/egl/transfer_table.h"
+
+namespace mote::render {
+
+struct TransferTexture {
+    Curve volumeOpacity;
+    ColorMap colorMap;
+    TransferTable table;
+    GlBuffer buffer;
+    GlTexture texture;
+};
+
+class TransferTextures {
+  public:
+    /// The table of a style's volume curve and colour map. The reference stays valid for the next 15 calls.
+    const TransferTexture& of(const ParticlesStyle& style);
+
+  private:
+    static constexpr std::size_t kept = 16;
+    std::list<TransferTexture> textures_;   ///< last used first
+};
+
+}   // namespace mote::render

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/frame_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numeric>
+
+#include "protocol/scene/mote_check.h"
+#include "server/render/point_selection.h"
+
+namespace mote::render {
+namespace {
+
+std::uint32_t scaledSide(std::uint32_t pixels, double scale) {
+    return std::max(1U, static_cast<std::uint32_t>(std::lround(pixels * scale)));
+}
+
+/// How far a point's footprint reaches from its centre (docs/PICTURE.md, "Points").
+double footprintReach(double pointSize) {
+    return pointSize > 1.0 ? 0.5 * pointSize + 0.5 : 0.0;
+}
+
+ParticlesStyle scaledStyle(const ParticlesStyle& style, double pixels, double share) {
+    ParticlesStyle result = style;
+    result.pointSize = style.pointSize * pixels;
+    result.pointOpacity =
+        std::min(-std::expm1(std::log1p(-style.pointOpacity) / share), ParticlesStyle::opacityLimit);
+    return result;
+}
+
+double nearLimit(const Camera& camera) {
+    return camera.perspective() ? nearShare * glm::length(camera.target - camera.eye)
+                                : -std::numeric_limits<double>::infinity();
+}
+
+/// All depths of the layers' boxes that can be seen; empty (near = far) where there are none.
+void setDepths(FramePlan& plan) {
+    double nearest = std::numeric_limits<double>::infinity();
+    double farthest = -nearest;
+    for (const auto& layer : plan.layers) {
+        const Bounds box = plotBounds.transformed(layer.layerToEye);
+        nearest = std::min(nearest, -box.max.z);
+        farthest = std::max(farthest, -box.min.z);
+    }
+    nearest = std::max(nearest, nearLimit(plan.camera));
+    if (!(farthest > nearest)) {
+        plan.nearDepth = plan.farDepth = 0.0;
+        return;
+    }
+    plan.nearDepth = nearest;
+    plan.farDepth = farthest;
+}
+
+LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step, const FramePlan& plan,
+                    double pixels, double share) {
+    LayerPlan result{.step = std::move(step),
+                     .layerToEye = plan.camera.worldToEye() * layer.transform,
+                     .style = scaledStyle(layer.style, pixels, share),
+                     .drawn = {}};
+    const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(result.style.pointSize),
+                          nearLimit(plan.camera), result.layerToEye);
+    result.drawn = selectPoints(*result.step, frustum, layer.style.pointFraction, share);
+    result.pointsDrawn = std::accumulate(result.drawn.begin(), result.drawn.end(), std::uint64_t{0});
+    return result;
+}
+
+}   // namespace
+
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
+    MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
+    MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
+    MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
+    const View& view = scene.view;
+    FramePlan plan{.width = scaledSide(view.width, quality.resolutionScale),
+                   .height = scaledSide(view.height, quality.resolutionScale),
+                   .camera = view.camera,
+                   .background = view.background,
+                   .slabs = std::max(1U, quality.slabs),
+                   .samplesPerCell = quality.samplesPerCell,
+                   .layers = {}};
+    const double pixels = static_cast<double>(plan.height) / view.height;
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        plan.layers.push_back(planLayer(view.layers[i], scene.steps[i], plan, pixels, quality.pointFraction));
+    }
+    setDepths(plan);
+    return plan;
+}
+
+}   // namespace mote::render
