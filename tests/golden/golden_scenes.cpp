@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/golden/golden_scenes.h"
+
+#include <map>
+#include <stdexcept>
+
+#include "tests/support/beams.h"
+#include "tests/support/memory_step.h"
+#include "tests/support/view_text.h"
+
+namespace mote::test {
+namespace {
+
+std::shared_ptr<const MemoryStep> denseBeam() {
+    const BeamShape shape{.core = 80000, .halo = 8000, .filaments = 4000};
+    return MemoryStep::make(beam(shape), {.leafCapacity = 64, .maxLevel = 9, .volumeLevel = 6});
+}
+
+/// A wide core of uneven weights, coarse leaves and a coarse volume: the seam between points and volume is
+/// broad.
+std::shared_ptr<const MemoryStep> wideBeam() {
+    BeamShape shape{.core = 40000, .halo = 20000, .filaments = 8000};
+    shape.coreSigma = 0.12;
+    shape.evenWeights = false;
+    shape.seed = 2;
+    return MemoryStep::make(beam(shape), {.leafCapacity = 128, .maxLevel = 7, .volumeLevel = 5});
+}
+
+std::shared_ptr<const MemoryStep> largeBeam() {
+    const BeamShape shape{.core = 160000, .halo = 30000, .filaments = 10000, .seed = 3};
+    return MemoryStep::make(beam(shape), {.leafCapacity = 100, .maxLevel = 10, .volumeLevel = 6});
+}
+
+const char* const denseCore = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.2, 'opacity': 0}, {'density': 0.5, 'opacity': 0.4},
+                         {'density': 1, 'opacity': 0.9}]},
+    'points': {'opacity': 1}}}]})";
+
+const char* const haloOnly = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [-0.6, 1.6, 0.9], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0, 'opacity': 0}]},
+    'points': {'linked': false, 'opacity': 0.7, 'color': [0.6, 0.85, 1],
+               'curve': [{'density': 0.5, 'fraction': 1}, {'density': 0.8, 'fraction': 0}]}}}]})";
+
+const char* const linked = R"({'width': 480, 'height': 270, 'layers': [{'particles': {}}]})";
+
+const char* const unlinked = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [0.9, -1.4, 2.4], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'viridis',
+               'curve': [{'density': 0, 'opacity': 0.02}, {'density': 0.5, 'opacity': 0.08},
+                         {'density': 1, 'opacity': 0.3}]},
+    'points': {'linked': false, 'opacity': 1, 'color': [1, 0.3, 0.2],
+               'curve': [{'density': 0, 'fraction': 1}, {'density': 1, 'fraction': 0.4}]}}}]})";
+
+const char* const zoomedInside = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [0.3, 0.12, 0.42], 'target': [0, 0, 0], 'fovYDegrees': 60},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'plasma', 'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.12}]},
+    'points': {'opacity': 0.8}}}]})";
+
+const char* const orthographic = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [2, 1, 3], 'target': [0, 0, 0], 'up': [0.2, 1, 0], 'orthographicHeight': 1.5},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'magma', 'curve': [{'density': 0.1, 'opacity': 0}, {'density': 1, 'opacity': 0.4}]},
+    'points': {'opacity': 1}}}]})";
+
+// The eye stands in the middle of the beam; half of the picture lies behind it.
+const char* const orthographicInside = R"({
+  'width': 160, 'height': 120,
+  'camera': {'eye': [0, 0, 0], 'target': [0.3, 0.1, -1], 'orthographicHeight': 1.2},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.2}]},
+    'points': {'opacity': 0.6}}}]})";
+
+const char* const discs = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'oslo', 'curve': [{'density': 0.1, 'opacity': 0}, {'density': 0.8, 'opacity': 0.4}]},
+    'points': {'opacity': 0.9, 'sizePixels': 3, 'color': [0.9, 1, 0.5]}}}]})";
+
+// The second beam stands across the first, smaller, turned and moved, so that the cores pass through each
+// other.
+const char* const twoLayers = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [0.8, 0.9, 2], 'target': [0, 0, 0]},
+  'layers': [
+    {'particles': {
+      'volume': {'curve': [{'density': 0.1, 'opacity': 0}, {'density': 1, 'opacity': 0.35}]},
+      'points': {'opacity': 1}}},
+    {'transform': [0.1, -0.7, 0, 0.15,  0.6, 0.1, 0.2, 0.05,  0, -0.2, 0.8, 0.1,  0, 0, 0, 1],
+     'particles': {
+      'volume': {'colorMap': 'viridis', 'curve': [{'density': 0.2, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},
+      'points': {'linked': false, 'opacity': 0.8, 'sizePixels': 2, 'color': [0.4, 0.8, 1],
+                 'curve': [{'density': 0.1, 'fraction': 1}, {'density': 0.5, 'fraction': 0.05}]}}}]})";
+
+const char* const whiteBackground = R"({
+  'width': 320, 'height': 180, 'background': [1, 1, 1],
+  'camera': {'eye': [-1.5, 1, 2.3], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'cividis', 'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.4}]},
+    'points': {'opacity': 0.9, 'sizePixels': 0.7, 'color': [0.1, 0.1, 0.4]}}}]})";
+
+// Transfer functions with steps: shells of density, and points from some density on.
+const char* const steps = R"({
+  'width': 320, 'height': 180, 'background': [0.1, 0.1, 0.1],
+  'camera': {'eye': [1.2, 0.8, 2.3], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'turbo',
+               'curve': [{'density': 0.4, 'opacity': 0}, {'density': 0.4, 'opacity': 0.05},
+                         {'density': 0.5, 'opacity': 0.05}, {'density': 0.5, 'opacity': 0},
+                         {'density': 0.75, 'opacity': 0}, {'density': 0.75, 'opacity': 0.2}]},
+    'points': {'linked': false, 'opacity': 0.8,
+               'curve': [{'density': 0.2, 'fraction': 0}, {'density': 0.2, 'fraction': 0.7},
+                         {'density': 0.6, 'fraction': 0.7}, {'density': 0.6, 'fraction': 0}]}}}]})";
+
+// A world in metres, a beam of half a millimetre, a kilometre from the origin.
+const char* const farAway = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [1000.0006, 0.0004, 0.0008], 'target': [1000, 0, 0]},
+  'layers': [{'transform': [0.0005, 0, 0, 1000,  0, 0.0005, 0, 0,  0, 0, 0.0005, 0,  0, 0, 0, 1],
+    'particles': {
+    'volume': {'curve': [{'density': 0.2, 'opacity': 0}, {'density': 1, 'opacity': 0.3}]},
+    'points': {'opacity': 0.9}}}]})";
+
+const char* const onePixel = R"({
+  'width': 1, 'height': 1, 'background': [0.2, 0.4, 0.6],
+  'camera': {'eye': [1, 1, 3], 'target': [0, 0, 0], 'fovYDegrees': 2},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.05}]},
+    'points': {'opacity': 0.01}}}]})";
+
+const char* const oddSize = R"({
+  'width': 17, 'height': 5, 'background': [0.2, 0.4, 0.6],
+  'camera': {'eye': [1, 1, 3], 'target': [0, 0, 0], 'fovYDegrees': 25},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.1}]},
+    'points': {'opacity': 0.005, 'sizePixels': 1.5}}}]})";
+
+const char* const tallAndNarrow = R"({
+  'width': 3, 'height': 257,
+  'camera': {'eye': [0, 0, 3], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.2}]},
+    'points': {'opacity': 0.6, 'sizePixels': 9}}}]})";
+
+struct Recipe {
+    const char* view;
+    std::vector<std::shared_ptr<const MemoryStep> (*)()> steps;
+};
+
+const std::map<std::string, Recipe>& recipes() {
+    static const std::map<std::string, Recipe> all{
+        {"denseCore", {denseCore, {denseBeam}}},
+        {"haloOnly", {haloOnly, {largeBeam}}},
+        {"linked", {linked, {largeBeam}}},
+        {"unlinked", {unlinked, {wideBeam}}},
+        {"zoomedInside", {zoomedInside, {largeBeam}}},
+        {"orthographic", {orthographic, {denseBeam}}},
+        {"orthographicInside", {orthographicInside, {wideBeam}}},
+        {"discs", {discs, {denseBeam}}},
+        {"twoLayers", {twoLayers, {denseBeam, wideBeam}}},
+        {"whiteBackground", {whiteBackground, {wideBeam}}},
+        {"steps", {steps, {wideBeam}}},
+        {"farAway", {farAway, {denseBeam}}},
+        {"onePixel", {onePixel, {denseBeam}}},
+        {"oddSize", {oddSize, {wideBeam}}},
+        {"tallAndNarrow", {tallAndNarrow, {wideBeam}}},
+    };
+    return all;
+}
+
+}  // namespace
+
+const std::vector<GoldenScene>& goldenScenes() {
+    // The shares are about two thirds of what the scenes show.
+    static const std::vector<GoldenScene> all{
+        {"denseCore", 0.25, 0.25, 0.07},
+        {"haloOnly", 0.2, 0.0, 0.2},
+        {"linked", 0.05, 0.04, 0.04},
+        {"unlinked", 0.35, 0.35, 0.15},
+        {"zoomedInside", 0.7, 0.7, 0.1},
+        {"orthographic", 0.25, 0.25, 0.09},
+        {"orthographicInside", 0.6, 0.6, 0.35},
+        {"discs", 0.25, 0.25, 0.1},
+        {"twoLayers", 0.3, 0.3, 0.13},
+        {"whiteBackground", 0.25, 0.25, 0.07},
+        {"steps", 0.25, 0.25, 0.04},
+        {"farAway", 0.3, 0.3, 0.11},
+        {"onePixel", 1.0, 1.0, 1.0},
+        {"oddSize", 0.3, 0.14, 0.3},
+        {"tallAndNarrow", 0.5, 0.4, 0.5},
+    };
+    return all;
+}
+
+render::Scene makeScene(const std::string& name) {
+    const auto found = recipes().find(name);
+    if (found == recipes().end()) throw std::invalid_argument("no golden scene is called " + name);
+    render::Scene scene{viewOf(found->second.view), {}};
+    for (const auto make : found->second.steps) scene.steps.push_back(make());
+    return scene;
+}
+
+}  // namespace mote::test

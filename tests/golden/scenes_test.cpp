@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The golden scenes themselves: each shows what its name says, so that a device cannot pass with half a
+// picture.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tests/golden/golden_files.h"
+#include "tests/golden/golden_scenes.h"
+#include "tests/reference/reference_renderer.h"
+
+namespace mote::test {
+namespace {
+
+/// The share of pixels that differ by more than what counts as close.
+double changedShare(const Image& one, const Image& other) {
+    return 1.0 - compare(one, other).closeShare;
+}
+
+/// Few samples are enough to see whether something is there.
+Image quickly(const render::Scene& scene) {
+    return reference::encode(reference::render(scene, {2.0}));
+}
+
+class GoldenSceneTest : public testing::TestWithParam<GoldenScene> {};
+
+TEST_P(GoldenSceneTest, ShowsVolumeAndPoints) {
+    const auto scene = makeScene(GetParam().name);
+    const auto whole = quickly(scene);
+    const auto empty =
+        quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}}, {}});
+    auto noVolume = scene, noPoints = scene;
+    for (auto& layer : noVolume.view.layers) layer.style.volumeOpacity = Curve::constant(0.0);
+    for (auto& layer : noPoints.view.layers) layer.style.pointFraction = Curve::constant(0.0);
+    const double covered = changedShare(whole, empty);
+    const double volume = changedShare(whole, quickly(noVolume));
+    const double points = changedShare(whole, quickly(noPoints));
+    EXPECT_GE(covered, GetParam().coveredShare);
+    EXPECT_GE(volume, GetParam().volumeShare);
+    EXPECT_GE(points, GetParam().pointsShare);
+    RecordProperty("covered", std::to_string(covered));
+    RecordProperty("volume", std::to_string(volume));
+    RecordProperty("points", std::to_string(points));
+    if (keepAll()) keep(whole, GetParam().name + "-quick");
+}
+
+TEST(GoldenScenes, HaveTheirOwnNames) {
+    std::set<std::string> names;
+    for (const auto& scene : goldenScenes()) EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
+    EXPECT_GE(names.size(), 6U);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GoldenSceneTest, testing::ValuesIn(goldenScenes()),
+                         [](const auto& scene) { return scene.param.name; });
+
+}  // namespace
+}  // namespace mote::test
