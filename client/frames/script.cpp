@@ -12,7 +12,16 @@
 namespace mote::client {
 namespace {
 
-constexpr std::size_t maxScriptBytes = std::size_t{256} << 20;
+constexpr std::uintmax_t maxScriptBytes = std::uintmax_t{256} << 20;
+constexpr std::uintmax_t usualScriptBytes = std::uintmax_t{1} << 20;
+
+/// What to take memory for: the reader takes as much as it may.
+std::size_t limitOf(const std::filesystem::path& path) {
+    std::error_code code;
+    const auto size = std::filesystem::file_size(path, code);
+    if (code) return std::size_t{16} << 20;  // a pipe
+    return static_cast<std::size_t>(std::clamp(size, usualScriptBytes, maxScriptBytes));
+}
 
 Error inScript(const std::filesystem::path& path, const Error& error) {
     return {error.code, fmt::format("{}: {}", path.string(), error.where), error.message};
@@ -21,7 +30,7 @@ Error inScript(const std::filesystem::path& path, const Error& error) {
 /// A script that is well-formed but of the other kind deserves a better word than "unknown field".
 bool hasKeyframes(const std::filesystem::path& path) {
     google::protobuf::Struct object;
-    if (!readJsonFile(path, object, maxScriptBytes).ok()) return false;
+    if (!readJsonFile(path, object, limitOf(path)).ok()) return false;
     return object.fields().count("keyframes") > 0;
 }
 
@@ -55,7 +64,7 @@ Status checkLayer(const proto::Layer& layer, const proto::Catalogue& catalogue) 
 
 Result<std::vector<proto::View>> readScript(const std::filesystem::path& path) {
     proto::Script script;
-    if (const auto read = readJsonFile(path, script, maxScriptBytes); !read.ok()) {
+    if (const auto read = readJsonFile(path, script, limitOf(path)); !read.ok()) {
         if (!hasKeyframes(path)) return read.error();
         return Error{ErrorCode::unsupported, path.string() + ": keyframes",
                      "keyframes are not in this version; write one view a frame"};

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/shared/decode.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/unit/client/frames.h"
+
+namespace mote::client {
+namespace {
+
+using test::frameMessage;
+using test::samplePixels;
+
+Result<FramePixels> decode(const proto::Frame& message, const std::string& payload) {
+    return decodeFrame(message, {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()});
+}
+
+class Lossless : public testing::TestWithParam<proto::PixelFormat> {};
+
+TEST_P(Lossless, PixelsComeBackBitByBit) {
+    for (const auto& [width, height] : {std::pair{1U, 1U}, {1U, 7U}, {7U, 1U}, {64U, 48U}, {641U, 3U}}) {
+        const auto pixels = samplePixels(width, height, GetParam());
+        const auto decoded = decode(frameMessage(width, height, GetParam(), proto::Frame::ZSTD),
+                                    test::zstdPayload(pixels, width, GetParam()));
+        ASSERT_TRUE(decoded.ok()) << decoded.error().toString();
+        EXPECT_EQ(decoded->width, width);
+        EXPECT_EQ(decoded->height, height);
+        EXPECT_EQ(decoded->format, GetParam());
+        EXPECT_EQ(decoded->bytes, pixels);
+    }
+}
+
+TEST_P(Lossless, EveryTruncationIsDamage) {
+    const auto message = frameMessage(16, 8, GetParam(), proto::Frame::ZSTD);
+    const auto payload = test::zstdPayload(samplePixels(16, 8, GetParam()), 16, GetParam());
+    for (std::size_t size = 0; size < payload.size(); ++size) {
+        const auto decoded = decode(message, payload.substr(0, size));
+        ASSERT_FALSE(decoded.ok()) << size << " of " << payload.size();
+        EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, Lossless, testing::Values(proto::SRGB8, proto::LINEAR_HALF));
+
+TEST(Decode, JpegIsCloseToThePicture) {
+    const auto pixels = samplePixels(64, 48, proto::SRGB8);
+    const auto decoded =
+        decode(frameMessage(64, 48, proto::SRGB8, proto::Frame::JPEG), test::jpegPayload(pixels, 64));
+    ASSERT_TRUE(decoded.ok()) << decoded.error().toString();
+    ASSERT_EQ(decoded->bytes.size(), pixels.size());
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+        // At quality 100 every coefficient is rounded to a whole number (error 1/2 each, 64 a block, two
+        // transforms and a change of colour space): a few steps, never as many as 16.
+        ASSERT_NEAR(decoded->bytes[i], pixels[i], 16) << i;
+        if (i % 4 == 3) {
+            ASSERT_EQ(decoded->bytes[i], 255);
+        }
+    }
+}
+
+TEST(Decode, ATruncatedJpegIsDamage) {
+    const auto message = frameMessage(64, 48, proto::SRGB8, proto::Frame::JPEG);
+    const auto payload = test::jpegPayload(samplePixels(64, 48, proto::SRGB8), 64);
+    for (const std::size_t size :
+         {std::size_t{0}, std::size_t{10}, payload.size() / 2, payload.size() - 40}) {
+        const auto decoded = decode(message, payload.substr(0, size));
+        ASSERT_FALSE(decoded.ok()) << size;
+        EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+    }
+}
+
+TEST(Decode, SizesThatDifferFromTheMessageAreDamage) {
+    const auto pixels = samplePixels(64, 48, proto::SRGB8);
+    const auto zstd = test::zstdPayload(pixels, 64, proto::SRGB8);
+    const auto jpeg = test::jpegPayload(pixels, 64);
+    for (const auto& [width, height] : {std::pair{64U, 47U}, {64U, 49U}, {48U, 64U + 1}, {16384U, 2048U}}) {
+        EXPECT_FALSE(decode(frameMessage(width, height, proto::SRGB8, proto::Frame::ZSTD), zstd).ok());
+        EXPECT_FALSE(decode(frameMessage(width, height, proto::SRGB8, proto::Frame::JPEG), jpeg).ok());
+    }
+    EXPECT_FALSE(decode(frameMessage(64, 48, proto::LINEAR_HALF, proto::Frame::ZSTD), zstd).ok());
+    EXPECT_FALSE(decode(frameMessage(64, 48, proto::LINEAR_HALF, proto::Frame::JPEG), jpeg).ok());
+}
+
+TEST(Decode, SizesOutOfRangeAreRefusedBeforeMemoryIsTaken) {
+    for (const auto& [width, height] :
+         {std::pair{0U, 48U}, {64U, 0U}, {16385U, 1U}, {1U, 16385U}, {16384U, 16384U}, {~0U, ~0U}}) {
+        const auto decoded = decode(frameMessage(width, height, proto::SRGB8, proto::Frame::ZSTD), "");
+        ASSERT_FALSE(decoded.ok());
+        EXPECT_EQ(decoded.error().code, ErrorCode::corrupt);
+        EXPECT_THAT(decoded.error().message, testing::HasSubstr("pixels"));
+    }
+}
+
+TEST(Decode, WhatANewerServerSendsIsUnsupported) {
+    auto message = frameMessage(4, 4, proto::SRGB8, proto::Frame::ENCODING_UNSPECIFIED);
+    EXPECT_EQ(decode(message, "").error().code, ErrorCode::unsupported);
+    message.set_encoding(static_cast<proto::Frame::Encoding>(77));
+    EXPECT_EQ(decode(message, "").error().code, ErrorCode::unsupported);
+    message.set_encoding(proto::Frame::ZSTD);
+    message.set_format(static_cast<proto::PixelFormat>(77));
+    EXPECT_EQ(decode(message, "").error().code, ErrorCode::unsupported);
+}
+
+TEST(Decode, RandomBytesNeverCrash) {
+    std::mt19937 random(7);
+    for (int round = 0; round < 2000; ++round) {
+        std::string payload(random() % 200, '\0');
+        for (auto& byte : payload) byte = static_cast<char>(random());
+        const auto encoding = round % 2 == 0 ? proto::Frame::ZSTD : proto::Frame::JPEG;
+        EXPECT_FALSE(decode(frameMessage(16, 16, proto::SRGB8, encoding), payload).ok());
+    }
+}
+
+TEST(Decode, FlippedBitsNeverCrash) {
+    std::mt19937 random(8);
+    const auto pixels = samplePixels(32, 32, proto::SRGB8);
+    const std::string payloads[] = {test::zstdPayload(pixels, 32, proto::SRGB8),
+                                    test::jpegPayload(pixels, 32)};
+    for (int round = 0; round < 2000; ++round) {
+        auto payload = payloads[round % 2];
+        payload[random() % payload.size()] ^= static_cast<char>(1 << random() % 8);
+        const auto encoding = round % 2 == 0 ? proto::Frame::ZSTD : proto::Frame::JPEG;
+        const auto decoded = decode(frameMessage(32, 32, proto::SRGB8, encoding), payload);
+        if (decoded.ok()) {
+            EXPECT_EQ(decoded->bytes.size(), pixels.size());
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mote::client

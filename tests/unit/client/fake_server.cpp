@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/unit/client/fake_server.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <stdexcept>
+
+#include "protocol/wire/connection_file.h"
+#include "protocol/wire/framing.h"
+
+namespace mote::test {
+namespace {
+
+constexpr int patienceMs = 20'000;
+
+void require(bool condition, const char* what) {
+    if (!condition) throw std::runtime_error(std::string("fake server: ") + what);
+}
+
+void awaitReadable(int descriptor, const char* what) {
+    pollfd readable{descriptor, POLLIN, 0};
+    require(::poll(&readable, 1, patienceMs) == 1, what);
+}
+
+}  // namespace
+
+FakeServer::FakeServer() {
+    const auto path = (folder_ / "socket").string();
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    require(path.size() < sizeof(address.sun_path), "the temporary folder's path is too long");
+    std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+    listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    require(::bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0, "bind");
+    require(::listen(listener_, 8) == 0, "listen");
+    proto::ConnectionFile file;
+    file.set_address("unix:" + path);
+    file.set_token(token);
+    file.set_pid(::getpid());
+    file.set_protocol_major(wire::ownVersion.major);
+    file.set_protocol_minor(wire::ownVersion.minor);
+    require(wire::writeConnectionFile(connectionFile(), file).ok(), "connection file");
+}
+
+FakeServer::~FakeServer() {
+    drop();
+    stop();
+}
+
+void FakeServer::accept() {
+    drop();
+    awaitReadable(listener_, "nobody connects");
+    client_ = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    require(client_ >= 0, "accept");
+    const auto greeting = wire::encodeGreeting(wire::ownVersion);
+    const std::string theirs = receive(greeting.size());
+    require(std::equal(theirs.begin(), theirs.end(), greeting.begin(),
+                       [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }),
+            "not our greeting");
+    sendRaw({greeting.begin(), greeting.end()});
+}
+
+void FakeServer::welcome() {
+    accept();
+    const auto hello = read(proto::ClientMessage::kHello);
+    require(hello.hello().token() == token, "the token is another");
+    proto::ServerMessage message;
+    message.set_reply_to(hello.request());
+    message.mutable_welcome()->set_server("fake 1");
+    message.mutable_welcome()->set_device("paper");
+    message.mutable_welcome()->set_frame_credits(wire::frameCredits);
+    send(message);
+}
+
+std::string FakeServer::receive(std::size_t size) {
+    std::string bytes(size, '\0');
+    std::size_t done = 0;
+    while (done < size) {
+        awaitReadable(client_, "the client sends nothing");
+        const auto count = ::read(client_, bytes.data() + done, size - done);
+        require(count > 0, "the client closed the connection");
+        done += static_cast<std::size_t>(count);
+    }
+    return bytes;
+}
+
+proto::ClientMessage FakeServer::read() {
+    wire::Header header{};
+    const auto bytes = receive(header.size());
+    std::memcpy(header.data(), bytes.data(), header.size());
+    const auto lengths = wire::decodeHeader(header, wire::clientLimits);
+    require(lengths.ok() && lengths->payload == 0, "a header beyond the limits");
+    proto::ClientMessage message;
+    require(message.ParseFromString(receive(lengths->message)), "no message");
+    return message;
+}
+
+proto::ClientMessage FakeServer::read(proto::ClientMessage::BodyCase body) {
+    auto message = read();
+    while (message.body_case() != body) message = read();
+    return message;
+}
+
+bool FakeServer::quiet() const {
+    pollfd readable{client_, POLLIN, 0};
+    return ::poll(&readable, 1, 0) == 0;
+}
+
+void FakeServer::send(const proto::ServerMessage& message, const std::string& payload) {
+    std::vector<std::uint8_t> bytes;
+    require(wire::encodeFrame(message, payload.size(), wire::serverLimits, bytes).ok(), "too long");
+    sendRaw({bytes.begin(), bytes.end()});
+    sendRaw(payload);
+}
+
+void FakeServer::sendRaw(const std::string& bytes) {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const auto count = ::send(client_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
+        require(count > 0, "cannot send");
+        done += static_cast<std::size_t>(count);
+    }
+}
+
+void FakeServer::drop() {
+    if (client_ >= 0) ::close(client_);
+    client_ = -1;
+}
+
+void FakeServer::stop() {
+    if (listener_ >= 0) ::close(listener_);
+    listener_ = -1;
+}
+
+}  // namespace mote::test
