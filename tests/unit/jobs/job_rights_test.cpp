@@ -59,6 +59,9 @@ TEST_F(JobRightsTest, itHasNoNetwork) {
 }
 
 TEST_F(JobRightsTest, itsLimitsAreSet) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "a sanitizer takes more memory than this test allows";
+#endif
     auto limited = settings();
     limited.memory = std::uint64_t{1} << 30;
     startServer(limited);
