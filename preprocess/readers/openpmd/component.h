@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// OpenpmdComponent: one component of an openPMD particle record ("position/x", "weighting"), be it a dataset
+// or a constant written as the attributes `value` and `shape`. Owned by a species; one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "preprocess/readers/hdf5/h5_column.h"
+#include "preprocess/readers/hdf5/h5_file.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class OpenpmdComponent {
+  public:
+    /// Component `name` of `record` in `species`; the record itself where `name` is empty. Nothing where it
+    /// is absent. Errors: corrupt, unsupported.
+    static Result<std::optional<OpenpmdComponent>> open(const H5File& file, const H5Object& species,
+                                                        std::string_view record, std::string_view name);
+
+    /// Rows that it declares; nothing for a constant without `shape`, which fits any number.
+    std::optional<std::uint64_t> rows() const { return rows_; }
+    bool constant() const { return !column_.has_value(); }
+    const std::string& where() const { return where_; }
+    /// The power of the weighting that its values carry: 0 for those of one real particle.
+    double weightingPower() const { return weightingPower_; }
+    /// unitDimension of the record: powers of L, M, T, I, theta, N, J; nothing where it is not given.
+    const std::optional<std::vector<double>>& unitDimension() const { return unitDimension_; }
+
+    /// Values of rows [begin, begin + values.size()) in SI units.
+    Status read(std::uint64_t begin, std::span<double> values) const;
+    /// As integers, without units.
+    Status readIntegers(std::uint64_t begin, std::span<std::uint64_t> values) const;
+
+  private:
+    Status readConstant(const H5Object& object);
+    Status readMeaning(const H5Object& record, const H5Object& component, bool scalesWithWeight);
+
+    std::string where_;
+    std::optional<H5Column> column_;
+    double value_ = 0.0;
+    std::optional<std::uint64_t> rows_;
+    double unitSI_ = 1.0;
+    double weightingPower_ = 0.0;
+    std::optional<std::vector<double>> unitDimension_;
+};
+
+}  // namespace mote::prep

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/openpmd/source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "preprocess/readers/file_number.h"
+#include "preprocess/readers/hdf5/h5_attribute.h"
+#include "preprocess/readers/openpmd/layout.h"
+#include "preprocess/readers/openpmd/species.h"
+
+namespace mote::prep {
+namespace {
+
+/// Where a step's particles lie. An iteration without the species is an empty step.
+struct Place {
+    std::filesystem::path file;
+    std::string iteration;
+    std::optional<std::string> species;
+};
+
+class OpenpmdSource : public ParticleSource {
+  public:
+    OpenpmdSource(std::string species, Progress& progress)
+        : wantedSpecies_(std::move(species)), progress_(progress) {}
+
+    Status addFile(const std::filesystem::path& path);
+    Status finish();
+
+    std::string format() const override { return "openpmd"; }
+    const std::vector<SourceStep>& steps() const override { return steps_; }
+    bool has(Column column) const override { return has_[static_cast<std::size_t>(column)]; }
+    double mass() const override { return mass_; }
+    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                ParticleChunk& chunk) override;
+
+  private:
+    Status addIteration(const H5File& file, const std::filesystem::path& path, const OpenpmdLayout& layout,
+                        const OpenpmdIteration& iteration);
+    Result<std::optional<std::string>> choose(const H5File& file, const OpenpmdIteration& iteration,
+                                              const std::vector<OpenpmdSpeciesPath>& all) const;
+    void addSpecies(const OpenpmdSpecies& species, SourceStep& step);
+    void noteOnce(const std::string& sentence) {
+        if (noted_.insert(sentence).second) progress_.note(sentence);
+    }
+    Status openStep(std::size_t step);
+
+    std::string wantedSpecies_;
+    Progress& progress_;
+    std::set<std::string> noted_;
+    std::vector<SourceStep> steps_;
+    std::vector<Place> places_;
+    bool has_[columnCount] = {};
+    bool anyParticles_ = false, anySpecies_ = false;
+    double mass_ = 0.0;
+
+    std::size_t openStep_ = static_cast<std::size_t>(-1);
+    std::optional<OpenpmdSpecies> open_;
+};
+
+Status OpenpmdSource::addFile(const std::filesystem::path& path) {
+    const auto file = H5File::open(path);
+    if (!file) return file.error();
+    const auto layout = readOpenpmdLayout(*file);
+    if (!layout) return layout.error();
+    for (const OpenpmdIteration& iteration : layout->iterations) {
+        if (progress_.cancelled())
+            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
+        MOTE_RETURN_IF_ERROR(addIteration(*file, path, *layout, iteration));
+    }
+    return success();
+}
+
+Status OpenpmdSource::addIteration(const H5File& file, const std::filesystem::path& path,
+                                   const OpenpmdLayout& layout, const OpenpmdIteration& iteration) {
+    const auto all = listSpecies(file, layout, iteration);
+    if (!all) return all.error();
+    auto chosen = choose(file, iteration, *all);
+    if (!chosen) return chosen.error();
+    SourceStep step;
+    step.file = file.name();
+    step.iteration = iteration.numbered ? iteration.number : fileNumber(path).value_or(0);
+    if (*chosen) {
+        const auto species = OpenpmdSpecies::open(file, **chosen, iteration.path);
+        if (!species) return species.error();
+        addSpecies(*species, step);
+    } else {
+        noteOnce("some iterations hold no such particles; they are empty steps");
+    }
+    steps_.push_back(std::move(step));
+    places_.push_back({path, iteration.path, std::move(*chosen)});
+    return success();
+}
+
+Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
+                                                         const OpenpmdIteration& iteration,
+                                                         const std::vector<OpenpmdSpeciesPath>& all) const {
+    if (all.empty()) return std::optional<std::string>();
+    if (all.size() == 1 && (wantedSpecies_.empty() || wantedSpecies_ == all[0].name)) return {all[0].path};
+    if (all.size() == 1 && all[0].name.empty()) {
+        const auto group = file.require(file.root(), all[0].path);
+        if (!group) return group.error();
+        const auto type = textAttribute(*group, "speciesType");
+        if (!type) return type.error();
+        if (type->value_or("") == wantedSpecies_) return {all[0].path};
+        return Error{ErrorCode::notFound, group->where,
+                     "holds no species '" + wantedSpecies_ + "' but one without a name" +
+                         (*type ? " of type '" + **type + "'" : std::string()) + "; leave --species out"};
+    }
+    std::string names;
+    for (const OpenpmdSpeciesPath& species : all) {
+        if (!wantedSpecies_.empty() && species.name == wantedSpecies_) return {species.path};
+        names += (names.empty() ? "" : ", ") + species.name;
+    }
+    const std::string where = file.name() + ":" + iteration.path;
+    if (wantedSpecies_.empty()) {
+        return Error{ErrorCode::invalidArgument, where,
+                     "holds several species; choose one with --species: " + names};
+    }
+    if (anySpecies_) return std::optional<std::string>();
+    return Error{ErrorCode::notFound, where, "holds no species '" + wantedSpecies_ + "' but " + names};
+}
+
+void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) {
+    anySpecies_ = true;
+    step.particles = species.rows();
+    step.time = species.time().value_or(0.0);
+    for (const std::string& note : species.notes()) noteOnce(note);
+    if (mass_ == 0.0) mass_ = species.mass();
+    if (species.mass() > 0.0 && std::abs(species.mass() - mass_) > 1e-5 * mass_) {
+        noteOnce("the steps differ in the particles' mass; that of the first is taken for all");
+    }
+    // What an empty step lacks is missed by no particle.
+    if (step.particles == 0 && anyParticles_) return;
+    for (std::size_t i = 0; i < columnCount; ++i) {
+        const bool here = species.has(static_cast<Column>(i));
+        has_[i] = anyParticles_ ? has_[i] && here : here;
+    }
+    if (step.particles > 0) anyParticles_ = true;
+}
+
+Status OpenpmdSource::finish() {
+    if (!anySpecies_) {
+        return Error{ErrorCode::notFound, steps_.empty() ? "" : steps_.front().file,
+                     "no iteration holds particles (a group with the record 'position' or 'momentum')"};
+    }
+    std::vector<std::size_t> order(steps_.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return steps_[a].iteration < steps_[b].iteration; });
+    std::vector<SourceStep> steps;
+    std::vector<Place> places;
+    for (const std::size_t i : order) {
+        if (!steps.empty() && steps.back().iteration == steps_[i].iteration) {
+            noteOnce("several files hold the same iteration; their steps stand in the order of the files");
+        }
+        steps.push_back(std::move(steps_[i]));
+        places.push_back(std::move(places_[i]));
+    }
+    steps_ = std::move(steps);
+    places_ = std::move(places);
+    return success();
+}
+
+Status OpenpmdSource::openStep(std::size_t step) {
+    if (openStep_ == step) return success();
+    openStep_ = static_cast<std::size_t>(-1);
+    open_.reset();
+    const Place& place = places_[step];
+    if (place.species) {
+        const auto file = H5File::open(place.file);
+        if (!file) return file.error();
+        auto species = OpenpmdSpecies::open(*file, *place.species, place.iteration);
+        if (!species) return species.error();
+        if (species->rows() != steps_[step].particles) {
+            return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
+        }
+        open_ = std::move(*species);
+    }
+    openStep_ = step;
+    return success();
+}
+
+Status OpenpmdSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
+                           const std::vector<Column>& wanted, ParticleChunk& chunk) {
+    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+    MOTE_RETURN_IF_ERROR(openStep(step));
+    if (open_) return open_->read(begin, count, wanted, chunk);
+    chunk = ParticleChunk();
+    chunk.begin = begin;
+    return success();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ParticleSource>> openOpenpmd(const std::vector<std::filesystem::path>& files,
+                                                    const std::string& species, Progress& progress) {
+    auto source = std::make_unique<OpenpmdSource>(species, progress);
+    for (const std::filesystem::path& file : files) MOTE_RETURN_IF_ERROR(source->addFile(file));
+    MOTE_RETURN_IF_ERROR(source->finish());
+    return std::unique_ptr<ParticleSource>(std::move(source));
+}
+
+}  // namespace mote::prep

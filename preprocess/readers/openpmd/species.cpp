@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/openpmd/species.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "preprocess/readers/hdf5/h5_attribute.h"
+#include "preprocess/readers/units.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr const char* axisNames[3] = {"x", "y", "z"};
+// Where every component is a constant, nothing in the file's size bears out the number of particles.
+constexpr std::uint64_t maxConstantRows = 1ull << 22;
+
+Error notFound(std::string where, std::string message) {
+    return {ErrorCode::notFound, std::move(where), std::move(message)};
+}
+
+}  // namespace
+
+Result<OpenpmdSpecies> OpenpmdSpecies::open(const H5File& file, const std::string& path,
+                                            const std::string& iterationPath) {
+    auto group = file.require(file.root(), path);
+    if (!group) return group.error();
+    auto iteration = file.require(file.root(), iterationPath);
+    if (!iteration) return iteration.error();
+    OpenpmdSpecies species;
+    MOTE_RETURN_IF_ERROR(species.openRecords(file, *group));
+    MOTE_RETURN_IF_ERROR(species.checkRows());
+    MOTE_RETURN_IF_ERROR(species.checkMomentumUnits());
+    MOTE_RETURN_IF_ERROR(species.findMass(file, *group, *iteration));
+    MOTE_RETURN_IF_ERROR(species.findTime(*iteration));
+    return species;
+}
+
+Status OpenpmdSpecies::openQuantity(const H5File& file, const H5Object& group, Quantity& quantity,
+                                    const char* record, const char* offset, const char* component) {
+    auto value = OpenpmdComponent::open(file, group, record, component);
+    if (!value) return value.error();
+    quantity.value = std::move(*value);
+    if (!quantity.value) return success();
+    auto added = OpenpmdComponent::open(file, group, offset, component);
+    if (!added) return added.error();
+    quantity.offset = std::move(*added);
+    return success();
+}
+
+Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        MOTE_RETURN_IF_ERROR(
+            openQuantity(file, group, position_[i], "position", "positionOffset", axisNames[i]));
+        MOTE_RETURN_IF_ERROR(
+            openQuantity(file, group, momentum_[i], "momentum", "momentumOffset", axisNames[i]));
+    }
+    MOTE_RETURN_IF_ERROR(openQuantity(file, group, positionT_, "position", "positionOffset", "t"));
+    MOTE_RETURN_IF_ERROR(openQuantity(file, group, momentumT_, "momentum", "momentumOffset", "t"));
+    MOTE_RETURN_IF_ERROR(openQuantity(file, group, time_record_, "time", "timeOffset", ""));
+    MOTE_RETURN_IF_ERROR(openQuantity(file, group, total_, "totalMomentum", "totalMomentumOffset", ""));
+    struct Scalar {
+        const char* record;
+        std::optional<OpenpmdComponent>& component;
+    };
+    for (const Scalar& scalar :
+         {Scalar{"weighting", weighting_}, Scalar{"weight", charge_}, Scalar{"particleStatus", status_},
+          Scalar{"id", id_}, Scalar{"mass", massRecord_}}) {
+        auto component = OpenpmdComponent::open(file, group, scalar.record, "");
+        if (!component) return component.error();
+        scalar.component = std::move(*component);
+    }
+    if (positionT_.value && !position_[2].value) {
+        auto reference = ReferenceParticle::open(group);
+        if (!reference) return reference.error();
+        if (!reference->has_value()) {
+            return notFound(
+                group.where + "@gamma_ref",
+                "is missing: position has t in place of z, which is read relative to a reference particle");
+        }
+        reference_ = std::move(*reference);
+    }
+    return success();
+}
+
+Status OpenpmdSpecies::checkRows() {
+    std::vector<const std::optional<OpenpmdComponent>*> all = {&weighting_, &charge_, &status_, &id_,
+                                                               &massRecord_};
+    for (const auto* group : {&position_, &momentum_}) {
+        for (const Quantity& quantity : *group) all.insert(all.end(), {&quantity.value, &quantity.offset});
+    }
+    for (const Quantity* quantity : {&positionT_, &momentumT_, &time_record_, &total_}) {
+        all.insert(all.end(), {&quantity->value, &quantity->offset});
+    }
+    const OpenpmdComponent* first = nullptr;
+    for (const auto* component : all) {
+        if (!*component || !(*component)->rows()) continue;
+        if (first == nullptr || (first->constant() && !(*component)->constant())) first = &**component;
+    }
+    if (first == nullptr) return success();
+    rows_ = *first->rows();
+    if (first->constant() && rows_ > maxConstantRows) {
+        return Error{ErrorCode::corrupt, first->where(),
+                     "declares " + std::to_string(rows_) + " particles, but every record is a constant"};
+    }
+    for (const auto* component : all) {
+        if (!*component || !(*component)->rows() || *(*component)->rows() == rows_) continue;
+        return Error{ErrorCode::corrupt, (*component)->where(),
+                     "has " + std::to_string(*(*component)->rows()) + " values where " + first->where() +
+                         " has " + std::to_string(rows_)};
+    }
+    return success();
+}
+
+Status OpenpmdSpecies::checkMomentumUnits() const {
+    if (reference_) return success();
+    for (const Quantity& quantity : momentum_) {
+        if (!quantity.value || !quantity.value->unitDimension()) continue;
+        const auto& powers = *quantity.value->unitDimension();
+        if (powers.size() < 3 || (powers[0] == 1.0 && powers[1] == 1.0 && powers[2] == -1.0)) continue;
+        return Error{ErrorCode::unsupported, quantity.value->where() + "@unitDimension",
+                     "is not that of a momentum (1, 1, -1)"};
+    }
+    return success();
+}
+
+Status OpenpmdSpecies::findMass(const H5File&, const H5Object& group, const H5Object& iteration) {
+    if (reference_ && reference_->mass > 0.0) {
+        mass_ = reference_->mass;
+        return success();
+    }
+    if (massRecord_ && rows_ > 0) {
+        double ends[2] = {};
+        for (std::size_t i = 0; i < 2; ++i) {
+            const std::uint64_t row = i == 0 ? 0 : rows_ - 1;
+            double weighting = 1.0;
+            MOTE_RETURN_IF_ERROR(massRecord_->read(row, {&ends[i], 1}));
+            if (massRecord_->weightingPower() != 0.0) {
+                if (!weighting_)
+                    return notFound(massRecord_->where(),
+                                    "is of macro-particles, but 'weighting' is missing");
+                MOTE_RETURN_IF_ERROR(weighting_->read(row, {&weighting, 1}));
+            }
+            ends[i] *= massInEv / std::pow(weighting, massRecord_->weightingPower());
+        }
+        if (std::isfinite(ends[0]) && ends[0] > 0.0) mass_ = ends[0];
+        // 1e-5: macro-particles store mass and weighting in single precision.
+        if (std::abs(ends[0] - ends[1]) > 1e-5 * std::abs(ends[0])) {
+            notes_.push_back("the particles differ in mass; that of the first is taken for all");
+        }
+        return success();
+    }
+    for (const H5Object* object : {&group, &iteration}) {
+        const auto name = textAttribute(*object, "speciesType");
+        if (!name) return name.error();
+        if (!name->has_value()) continue;
+        if (const auto known = speciesMass(**name))
+            mass_ = *known;
+        else
+            notes_.push_back("the mass of species '" + **name + "' is not known");
+        return success();
+    }
+    const std::string name = group.where.substr(group.where.rfind('/') + 1);
+    if (const auto known = speciesMass(name)) {
+        mass_ = *known;
+        notes_.push_back("the mass is that of species '" + name + "', after the name of its group");
+    }
+    return success();
+}
+
+Status OpenpmdSpecies::findTime(const H5Object& iteration) {
+    if (reference_) {
+        time_ = reference_->time;
+        return success();
+    }
+    const auto time = numberAttribute(iteration, "time");
+    if (!time) return time.error();
+    const auto unit = numberAttribute(iteration, "timeUnitSI");
+    if (!unit) return unit.error();
+    if (time->has_value()) {
+        time_ = **time * unit->value_or(1.0);
+    } else if (time_record_.offset && rows_ > 0) {
+        double first = 0.0;
+        MOTE_RETURN_IF_ERROR(time_record_.offset->read(0, {&first, 1}));
+        time_ = first;
+    }
+    if (time_ && !std::isfinite(*time_)) time_.reset();
+    return success();
+}
+
+bool OpenpmdSpecies::has(Column column) const {
+    const auto axis = static_cast<std::size_t>(column);
+    switch (column) {
+        case Column::x:
+        case Column::y:
+            return position_[axis].value.has_value();
+        case Column::z:
+            return reference_ || position_[2].value;
+        case Column::t:
+            return reference_ || time_record_.value;
+        case Column::px:
+        case Column::py:
+            return momentum_[axis - 4].value && (!reference_ || mass_ > 0.0);
+        case Column::pz:
+            if (reference_)
+                return momentumT_.value && momentum_[0].value && momentum_[1].value && mass_ > 0.0;
+            return momentum_[2].value || (total_.value && momentum_[0].value && momentum_[1].value);
+        case Column::weight:
+            return weighting_ || charge_;
+        case Column::id:
+            return id_.has_value();
+    }
+    return false;
+}
+
+Status OpenpmdSpecies::read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                            ParticleChunk& chunk) {
+    chunk.begin = begin;
+    chunk.size = count;
+    for (const Column column : wanted) {
+        if (column == Column::id) {
+            chunk.id.resize(count);
+            if (id_) {
+                MOTE_RETURN_IF_ERROR(id_->readIntegers(begin, chunk.id));
+            } else {
+                for (std::size_t i = 0; i < count; ++i) chunk.id[i] = begin + i;
+            }
+            continue;
+        }
+        chunk[column].resize(count);
+        MOTE_RETURN_IF_ERROR(readColumn(column, begin, chunk[column]));
+    }
+    chunk.lost.assign(count, 0);
+    return readLost(begin, chunk.lost);
+}
+
+Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vector<double>& values) {
+    if (column == Column::weight) return readWeight(begin, values);
+    if (!has(column)) {
+        return Error{ErrorCode::invalidArgument, "", "a column that the run does not have was asked for"};
+    }
+    if (reference_) return readReferenceColumn(column, begin, values);
+    const auto axis = static_cast<std::size_t>(column);
+    if (column == Column::t) return readQuantity(time_record_, begin, values);
+    if (axis < 3) return readQuantity(position_[axis], begin, values);
+    if (column == Column::pz && !momentum_[2].value) return readLongitudinalFromTotal(begin, values);
+    return readMomentum(momentum_[axis - 4], begin, values);
+}
+
+Status OpenpmdSpecies::readQuantity(const Quantity& quantity, std::uint64_t begin,
+                                    std::vector<double>& values) {
+    MOTE_RETURN_IF_ERROR(quantity.value->read(begin, values));
+    if (!quantity.offset) return success();
+    scratch_.resize(values.size());
+    MOTE_RETURN_IF_ERROR(quantity.offset->read(begin, scratch_));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] += scratch_[i];
+    return success();
+}
+
+Status OpenpmdSpecies::readMomentum(const Quantity& quantity, std::uint64_t begin,
+                                    std::vector<double>& values) {
+    MOTE_RETURN_IF_ERROR(readQuantity(quantity, begin, values));
+    const double power = quantity.value->weightingPower();
+    if (power != 0.0) {
+        if (!weighting_)
+            return notFound(quantity.value->where(), "is of macro-particles, but 'weighting' is missing");
+        scratch_.resize(values.size());
+        MOTE_RETURN_IF_ERROR(weighting_->read(begin, scratch_));
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            values[i] /= power == 1.0 ? scratch_[i] : std::pow(scratch_[i], power);
+        }
+    }
+    for (double& value : values) value *= momentumInEv;
+    return success();
+}
+
+Status OpenpmdSpecies::readLongitudinalFromTotal(std::uint64_t begin, std::vector<double>& values) {
+    MOTE_RETURN_IF_ERROR(readMomentum(total_, begin, values));
+    for (double& value : values) value *= value;
+    std::vector<double> transverse(values.size());
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        MOTE_RETURN_IF_ERROR(readMomentum(momentum_[axis], begin, transverse));
+        for (std::size_t i = 0; i < values.size(); ++i) values[i] -= transverse[i] * transverse[i];
+    }
+    for (double& value : values) value = std::sqrt(value);
+    return success();
+}
+
+Status OpenpmdSpecies::readReferenceColumn(Column column, std::uint64_t begin, std::vector<double>& values) {
+    const ReferenceParticle& reference = *reference_;
+    const auto axis = static_cast<std::size_t>(column);
+    if (axis < 2) return position_[axis].value->read(begin, values);
+    if (column == Column::z || column == Column::t) {
+        MOTE_RETURN_IF_ERROR(positionT_.value->read(begin, values));
+        const double factor = column == Column::z ? -reference.beta() : 1.0 / speedOfLight;
+        for (double& value : values) value *= factor;
+        return success();
+    }
+    const double unit = reference.betaGamma * mass_;
+    if (column != Column::pz) {
+        MOTE_RETURN_IF_ERROR(momentum_[axis - 4].value->read(begin, values));
+        for (double& value : values) value *= unit;
+        return success();
+    }
+    MOTE_RETURN_IF_ERROR(momentumT_.value->read(begin, values));
+    for (double& value : values) {
+        const double gamma = reference.gammaOf(value);
+        value = (gamma - 1.0) * (gamma + 1.0);
+    }
+    scratch_.resize(values.size());
+    for (std::size_t i = 0; i < 2; ++i) {
+        MOTE_RETURN_IF_ERROR(momentum_[i].value->read(begin, scratch_));
+        for (std::size_t row = 0; row < values.size(); ++row) {
+            const double transverse = scratch_[row] * reference.betaGamma;
+            values[row] -= transverse * transverse;
+        }
+    }
+    for (double& value : values) value = std::sqrt(value) * mass_;
+    return success();
+}
+
+Status OpenpmdSpecies::readWeight(std::uint64_t begin, std::vector<double>& values) {
+    if (!weighting_ && !charge_) {
+        std::fill(values.begin(), values.end(), 1.0);
+        return success();
+    }
+    MOTE_RETURN_IF_ERROR((weighting_ ? *weighting_ : *charge_).read(begin, values));
+    for (double& value : values) value = std::abs(value);
+    return success();
+}
+
+Status OpenpmdSpecies::readLost(std::uint64_t begin, std::vector<std::uint8_t>& lost) {
+    if (!status_) return success();
+    scratch_.resize(lost.size());
+    MOTE_RETURN_IF_ERROR(status_->read(begin, scratch_));
+    for (std::size_t i = 0; i < lost.size(); ++i) lost[i] = scratch_[i] == 1.0 ? 0 : 1;
+    return success();
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// OpenpmdSpecies: one species in one iteration of an openPMD file, its records turned into the columns of a
+// run. Owned by the source; used from one thread at a time. It keeps its file open.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "preprocess/readers/hdf5/h5_file.h"
+#include "preprocess/readers/openpmd/component.h"
+#include "preprocess/readers/openpmd/reference_particle.h"
+#include "preprocess/readers/particle_source.h"
+
+namespace mote::prep {
+
+class OpenpmdSpecies {
+  public:
+    /// The group at `path`; `iterationPath` is asked for what the group does not say. Errors: notFound,
+    /// corrupt (records of different lengths), unsupported.
+    static Result<OpenpmdSpecies> open(const H5File& file, const std::string& path,
+                                       const std::string& iterationPath);
+
+    std::uint64_t rows() const { return rows_; }
+    bool has(Column column) const;
+    double mass() const { return mass_; }                 ///< eV/c^2; 0: unknown
+    std::optional<double> time() const { return time_; }  ///< s, of the iteration
+    const std::vector<std::string>& notes() const { return notes_; }
+
+    /// As ParticleSource::read.
+    Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                ParticleChunk& chunk);
+
+  private:
+    struct Quantity {
+        std::optional<OpenpmdComponent> value, offset;  ///< they add up
+    };
+
+    Status openRecords(const H5File& file, const H5Object& group);
+    Status openQuantity(const H5File& file, const H5Object& group, Quantity& quantity, const char* record,
+                        const char* offset, const char* component);
+    Status checkRows();
+    Status checkMomentumUnits() const;
+    Status findMass(const H5File& file, const H5Object& group, const H5Object& iteration);
+    Status findTime(const H5Object& iteration);
+
+    Status readColumn(Column column, std::uint64_t begin, std::vector<double>& values);
+    Status readQuantity(const Quantity& quantity, std::uint64_t begin, std::vector<double>& values);
+    Status readMomentum(const Quantity& quantity, std::uint64_t begin, std::vector<double>& values);
+    Status readLongitudinalFromTotal(std::uint64_t begin, std::vector<double>& values);
+    Status readReferenceColumn(Column column, std::uint64_t begin, std::vector<double>& values);
+    Status readWeight(std::uint64_t begin, std::vector<double>& values);
+    Status readLost(std::uint64_t begin, std::vector<std::uint8_t>& lost);
+
+    std::uint64_t rows_ = 0;
+    double mass_ = 0.0;
+    std::optional<double> time_;
+    std::vector<std::string> notes_;
+    std::array<Quantity, 3> position_, momentum_;
+    Quantity positionT_, momentumT_;  ///< instead of z, relative to the reference particle (ImpactX)
+    Quantity time_record_, total_;
+    std::optional<OpenpmdComponent> weighting_, charge_, status_, id_, massRecord_;
+    std::optional<ReferenceParticle> reference_;
+    std::vector<double> scratch_;
+};
+
+}  // namespace mote::prep
