@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The rule by which a plot gets its bounds where the request gives none; in words in docs/FORMAT.md. Pure
+// functions.
+#pragma once
+
+#include <span>
+
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+/// A closed range of values; empty where min > max.
+struct Range {
+    double min = 1.0;
+    double max = 0.0;
+
+    bool empty() const { return min > max; }
+    Range united(const Range& other) const;
+    bool operator==(const Range&) const = default;
+};
+
+/// Least and greatest of `values` (finite), but for those further than 1000 interquartile ranges from the
+/// median. Where half of the values are the same, the ranges from 5 to 95% and from 1 to 99% take the place
+/// of the quartiles'; where these are nothing too, all values count. Quantiles are those of at most 65536
+/// evenly strided values. Uses all threads of the calling arena, with the same result for any number.
+Range robustRange(std::span<const double> values);
+
+/// A range that is one value gets a width, the value in its middle. Errors: resourceExhausted, where the
+/// range is too wide for a difference of its ends.
+Result<Range> widened(Range range);
+
+}  // namespace mote::prep

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Apart from the rest of the job, so that only this needs the readers.
+#include "preprocess/particles/particles_job.h"
+
+namespace mote::prep {
+
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
+                                        const std::vector<std::filesystem::path>& inputs,
+                                        const std::filesystem::path& output,
+                                        const ParticlesJobOptions& options, Progress& progress) {
+    MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
+    auto source = openParticleSource(request.particles(), inputs, progress);
+    if (!source.ok()) return source.error();
+    return runParticlesJob(request, **source, inputs, output, options, progress);
+}
+
+}  // namespace mote::prep

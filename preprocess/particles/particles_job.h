@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The particles job: from a run to a dataset of kind "particles". Called from one thread; works on as many as
+// it is given. The same request and input give the same bytes, whatever the threads and the memory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "preprocess/progress.h"
+#include "preprocess/readers/particle_source.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+/// What changes how the job works, and not what it makes.
+struct ParticlesJobOptions {
+    int threads = 0;           ///< 0: as many as there are cores
+    std::uint64_t memory = 0;  ///< bytes that the job may take; 0: as much as there is
+};
+
+inline constexpr std::uint32_t defaultLeafCapacity = 32;
+inline constexpr std::uint32_t defaultMaxLevel = 10;
+inline constexpr std::uint32_t defaultVolumeLevel = 6;
+
+/// What can be said of a request before its inputs are looked at. Errors: invalidArgument with the field's
+/// path.
+Status checkParticlesJob(const proto::ParticlesJob& job);
+
+/// Makes `output`, which appears by one rename, from `source`, which was opened from `inputs`. Returns its
+/// manifest. Errors: invalidArgument, notFound (an axis that the run does not have), alreadyExists,
+/// permissionDenied, resourceExhausted (memory, disk), cancelled, and the source's own. Throws
+/// storage::StorageError where what it has just written cannot be read again.
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
+                                        const std::vector<std::filesystem::path>& inputs,
+                                        const std::filesystem::path& output,
+                                        const ParticlesJobOptions& options, Progress& progress);
+
+/// Opens the inputs by openParticleSource, then as above.
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
+                                        const std::vector<std::filesystem::path>& inputs,
+                                        const std::filesystem::path& output,
+                                        const ParticlesJobOptions& options, Progress& progress);
+
+}  // namespace mote::prep

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/step_selection.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <optional>
+#include <string>
+
+namespace mote::prep {
+namespace {
+
+struct Selection {
+    std::size_t first = 0;
+    std::optional<std::size_t> last;
+    std::size_t stride = 1;
+};
+
+Error invalid(std::string message) {
+    return {ErrorCode::invalidArgument, "steps", std::move(message)};
+}
+
+std::optional<std::size_t> parseNumber(std::string_view text) {
+    std::size_t number = 0;
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (code != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return number;
+}
+
+Result<Selection> parse(std::string_view text) {
+    const Error wrong =
+        invalid(fmt::format("\"{}\" is not FIRST:LAST:STRIDE of step indices", text.substr(0, 60)));
+    std::vector<std::optional<std::size_t>> numbers;
+    std::string_view rest = text;
+    while (true) {
+        const auto colon = rest.find(':');
+        const auto part = rest.substr(0, colon);
+        numbers.push_back(parseNumber(part));
+        if ((!part.empty() && !numbers.back()) || numbers.size() > 3) return wrong;
+        if (colon == std::string_view::npos) break;
+        rest.remove_prefix(colon + 1);
+    }
+    Selection selection{numbers[0].value_or(0), std::nullopt, 1};
+    if (numbers.size() == 1) {
+        if (!numbers[0]) return wrong;
+        selection.last = numbers[0];
+    } else {
+        selection.last = numbers[1];
+    }
+    if (numbers.size() == 3) selection.stride = numbers[2].value_or(1);
+    if (selection.stride == 0) return invalid("the stride must be at least 1");
+    if (selection.last && *selection.last < selection.first)
+        return invalid("the last step lies before the first");
+    return selection;
+}
+
+}  // namespace
+
+Status checkStepSelection(std::string_view text) {
+    if (text.empty()) return success();
+    const auto parsed = parse(text);
+    return parsed.ok() ? success() : Status(parsed.error());
+}
+
+Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t available) {
+    Selection selection;
+    if (!text.empty()) {
+        const auto parsed = parse(text);
+        if (!parsed.ok()) return parsed.error();
+        selection = *parsed;
+    }
+    if (available == 0) return Error{ErrorCode::notFound, "steps", "the run has no steps"};
+    const std::size_t last = selection.last.value_or(available - 1);
+    if (last >= available || selection.first >= available) {
+        return invalid(fmt::format("{} reaches beyond the run's {} step{}, 0 to {}", text, available,
+                                   available == 1 ? "" : "s", available - 1));
+    }
+    std::vector<std::size_t> steps;
+    for (std::size_t step = selection.first; step <= last; step += selection.stride) {
+        steps.push_back(step);
+        if (selection.stride > last - step) break;
+    }
+    return steps;
+}
+
+}  // namespace mote::prep
