@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/e2e/station.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <stdexcept>
+
+namespace mote::test {
+namespace {
+
+void prepare(const std::vector<std::string>& arguments) {
+    const auto done = runProcess(program("mote-prep"), arguments);
+    if (done.status != 0) {
+        throw std::runtime_error(
+            fmt::format("mote-prep {} failed ({}): {}", arguments.front(), done.status, done.errors));
+    }
+}
+
+class BeamFolder {
+  public:
+    BeamFolder() {
+        const auto run = (folder_ / "run.h5").string();
+        prepare({"synth", "beam", "--particles", "20000", "--steps", "2", "--seed", "1", "--out", run,
+                 "--quiet"});
+        prepare({"particles", run, "--axes", "x,px,y", "--out", (folder_ / "beam.mote").string(), "--quiet"});
+    }
+    const std::filesystem::path& path() const { return folder_.path(); }
+
+  private:
+    TempDir folder_;
+};
+
+std::string withQuotes(std::string json) {
+    std::replace(json.begin(), json.end(), '\'', '"');
+    return json;
+}
+
+}  // namespace
+
+std::filesystem::path program(const std::string& name) {
+    return std::filesystem::path(MOTE_BIN) / name;
+}
+
+const std::filesystem::path& beamFolder() {
+    static const BeamFolder folder;
+    return folder.path();
+}
+
+Station::Station() {
+    std::filesystem::create_directory(temporary());
+    std::filesystem::copy(beamFolder(), root(), std::filesystem::copy_options::recursive);
+}
+
+Station::~Station() {
+    if (!server_) return;
+    server_->signal(SIGTERM);
+    server_->wait();
+}
+
+void Station::startServer() {
+    server_ = std::make_unique<Process>(
+        program("mote-server"),
+        std::vector<std::string>{"--root", "data=" + root().string(), "--state", (folder_ / "state").string(),
+                                 "--connection", connection().string()});
+    if (server_->waitForOutput("ready")) return;
+    server_->wait();
+    throw std::runtime_error("mote-server is not ready: " + server_->errors());
+}
+
+std::filesystem::path Station::writeScript(const std::string& json) const {
+    const auto path = folder_ / "script.json";
+    std::ofstream(path) << withQuotes(json);
+    return path;
+}
+
+std::vector<std::string> Station::framesArguments(const std::string& script,
+                                                  const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments{writeScript(script).string(), "--out", out().string()};
+    const bool spawns = std::find(more.begin(), more.end(), "--spawn") != more.end();
+    if (!spawns) arguments.insert(arguments.end(), {"--connect", connection().string()});
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+Finished Station::frames(const std::string& script, const std::vector<std::string>& more,
+                         const ProcessOptions& options) const {
+    return runProcess(program("mote-frames"), framesArguments(script, more), options);
+}
+
+std::string beamView(int width, int step, double distance, const std::string& dataset) {
+    return fmt::format(
+        "{{'width': {}, 'height': {}, 'camera': {{'eye': [0, 0, {}], 'target': [0, 0, 0], 'up': [0, 1, 0]}}, "
+        "'layers': [{{'dataset': '{}', 'step': {}, 'particles': {{}}}}]}}",
+        width, width * 3 / 4, distance, dataset, step);
+}
+
+std::string scriptOf(const std::vector<std::string>& views) {
+    return fmt::format("{{'views': [{}]}}", fmt::join(views, ", "));
+}
+
+std::string bytesOf(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::vector<std::string> namesIn(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    std::error_code code;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
+        names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+}  // namespace mote::test

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Station: what every end-to-end test needs: a folder with a small beam run and a plot of it, made by the
+// real mote-prep, and a real mote-server on it. One owner; the server ends with it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/e2e/process.h"
+#include "tests/support/temp_dir.h"
+
+namespace mote::test {
+
+std::filesystem::path program(const std::string& name);
+
+/// A folder with `run.h5` and `beam.mote` of 20,000 particles and two steps, made once a test program and
+/// only read. Throws std::runtime_error with what mote-prep said.
+const std::filesystem::path& beamFolder();
+
+class Station {
+  public:
+    /// Its root "data" holds copies, which a test may change. Starts no server yet.
+    Station();
+    ~Station();
+    Station(const Station&) = delete;
+    Station& operator=(const Station&) = delete;
+
+    /// Waits until it is ready. Throws std::runtime_error with what it said.
+    void startServer();
+    Process& server() { return *server_; }
+
+    std::filesystem::path root() const { return folder_ / "root"; }
+    std::filesystem::path connection() const { return folder_ / "connection.json"; }
+    std::filesystem::path out() const { return folder_ / "out"; }
+    /// For TMPDIR, so that what is left behind is seen.
+    std::filesystem::path temporary() const { return folder_ / "tmp"; }
+
+    std::filesystem::path writeScript(const std::string& json) const;
+    /// mote-frames SCRIPT --connect ... --out ... and more; apostrophes in the script stand for quotation
+    /// marks.
+    Finished frames(const std::string& script, const std::vector<std::string>& more = {},
+                    const ProcessOptions& options = {}) const;
+    std::vector<std::string> framesArguments(const std::string& script,
+                                             const std::vector<std::string>& more) const;
+
+  private:
+    TempDir folder_;
+    std::unique_ptr<Process> server_;
+};
+
+/// A view of a step of "data/beam", `width` x 3/4 `width` pixels, from `distance` in front.
+std::string beamView(int width, int step = 0, double distance = 4.0,
+                     const std::string& dataset = "data/beam");
+std::string scriptOf(const std::vector<std::string>& views);
+
+std::string bytesOf(const std::filesystem::path& file);
+/// Names in a folder, sorted; empty where there is none.
+std::vector<std::string> namesIn(const std::filesystem::path& folder);
+
+}  // namespace mote::test
