@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The run itself, with the options that only tests turn: a channel's plan carried out on any number of
+// particles, chunk after chunk. Called from one thread; works on all that oneTBB grants.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "preprocess/progress.h"
+#include "preprocess/synth/channel_plan.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct BeamRun {
+    std::uint64_t particles = 0;
+    std::uint64_t seed = 0;
+    std::size_t chunkRows = std::size_t{1} << 18;  ///< particles in memory at once
+};
+
+/// Writes the run to `output`. Errors: as synthesizeBeam.
+Status writeBeamRun(const ChannelPlan& plan, const BeamRun& run, const std::filesystem::path& output,
+                    Progress& progress);
+
+}  // namespace mote::prep

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/synth/openpmd_writer.h"
+
+#include <fmt/format.h>
+
+#include "preprocess/synth/h5_output.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::array<const char*, 3> axisNames{"x", "y", "z"};
+constexpr double electronvoltOverC = elementaryCharge / speedOfLight;                           // kg m/s
+constexpr double protonMass = protonMassEv * elementaryCharge / (speedOfLight * speedOfLight);  // kg
+
+/// What openPMD asks of a record: powers of m, kg, s, A, K, mol, cd; how values scale with a macro-particle's
+/// weight.
+struct RecordKind {
+    const char* name;
+    std::array<double, 7> dimension;
+    std::uint32_t macroWeighted;
+    double weightingPower;
+};
+
+constexpr RecordKind position{"position", {1, 0, 0, 0, 0, 0, 0}, 0, 0.0};
+constexpr RecordKind positionOffset{"positionOffset", {1, 0, 0, 0, 0, 0, 0}, 0, 0.0};
+constexpr RecordKind momentum{"momentum", {1, 1, -1, 0, 0, 0, 0}, 0, 1.0};
+constexpr RecordKind mass{"mass", {0, 1, 0, 0, 0, 0, 0}, 0, 1.0};
+constexpr RecordKind charge{"charge", {0, 0, 1, 1, 0, 0, 0}, 0, 1.0};
+constexpr RecordKind weighting{"weighting", {0, 0, 0, 0, 0, 0, 0}, 1, 1.0};
+constexpr RecordKind identity{"id", {0, 0, 0, 0, 0, 0, 0}, 0, 0.0};
+
+bool describe(hid_t record, const RecordKind& kind) {
+    return setDoubles(record, "unitDimension", kind.dimension) && setDouble(record, "timeOffset", 0.0) &&
+           setUnsigned32(record, "macroWeighted", kind.macroWeighted) &&
+           setDouble(record, "weightingPower", kind.weightingPower);
+}
+
+bool setConstant(hid_t component, double value, double unit, std::uint64_t rows) {
+    return setDouble(component, "value", value) && setExtent(component, "shape", rows) &&
+           setDouble(component, "unitSI", unit);
+}
+
+bool addConstantScalar(hid_t species, const RecordKind& kind, double value, std::uint64_t rows) {
+    const H5Handle record = createGroup(species, kind.name);
+    return record.ok() && describe(record.get(), kind) && setConstant(record.get(), value, 1.0, rows);
+}
+
+bool addVector(hid_t species, const RecordKind& kind, hid_t type, double unit, std::uint64_t rows) {
+    const H5Handle record = createGroup(species, kind.name);
+    if (!record.ok() || !describe(record.get(), kind)) return false;
+    for (const char* axis : axisNames) {
+        const H5Handle component = createColumn(record.get(), axis, type, rows);
+        if (!component.ok() || !setDouble(component.get(), "unitSI", unit)) return false;
+    }
+    return true;
+}
+
+bool addOffset(hid_t species, std::uint64_t rows) {
+    const H5Handle record = createGroup(species, positionOffset.name);
+    if (!record.ok() || !describe(record.get(), positionOffset)) return false;
+    for (const char* axis : axisNames) {
+        const H5Handle component = createGroup(record.get(), axis);
+        if (!component.ok() || !setConstant(component.get(), 0.0, 1.0, rows)) return false;
+    }
+    return true;
+}
+
+bool addIdentity(hid_t species, std::uint64_t rows) {
+    const H5Handle column = createColumn(species, identity.name, H5T_STD_U64LE, rows);
+    return column.ok() && describe(column.get(), identity) && setDouble(column.get(), "unitSI", 1.0);
+}
+
+bool addSpecies(hid_t file, const std::string& path, const ChannelPlan& plan, std::uint64_t particles) {
+    const H5Handle species = createGroup(file, path);
+    const double weight = plan.beam.particlesPerBunch / static_cast<double>(particles);
+    return species.ok() && addVector(species.get(), position, H5T_IEEE_F32LE, 1.0, particles) &&
+           addOffset(species.get(), particles) &&
+           addVector(species.get(), momentum, H5T_IEEE_F64LE, electronvoltOverC, particles) &&
+           addConstantScalar(species.get(), weighting, weight, particles) &&
+           addConstantScalar(species.get(), mass, protonMass, particles) &&
+           addConstantScalar(species.get(), charge, elementaryCharge, particles) &&
+           addIdentity(species.get(), particles);
+}
+
+bool addIteration(hid_t file, const std::string& path, const ChannelPlan& plan, const PlanDump& dump) {
+    const H5Handle group = createGroup(file, path);
+    const double speed = plan.beam.beta * speedOfLight;
+    const std::array<double, 3> core{dump.core.axes[0], dump.core.axes[1],
+                                     dump.core.axes[2] / plan.beam.gamma};
+    // "place" and "coreSemiAxes" are ours, in m; the rest is the standard's.
+    return group.ok() && setDouble(group.get(), "time", dump.place / speed) &&
+           setDouble(group.get(), "dt", plan.sliceLength / speed) &&
+           setDouble(group.get(), "timeUnitSI", 1.0) && setDouble(group.get(), "place", dump.place) &&
+           setDoubles(group.get(), "coreSemiAxes", core);
+}
+
+bool describeRun(hid_t file, const ChannelPlan& plan, std::uint64_t seed) {
+    return setText(file, "openPMD", "1.1.0") && setUnsigned32(file, "openPMDextension", 0) &&
+           setText(file, "basePath", "/data/%T/") && setText(file, "particlesPath", "particles/") &&
+           setText(file, "iterationEncoding", "groupBased") &&
+           setText(file, "iterationFormat", "/data/%T/") &&
+           setText(file, "software", "mote-prep synth beam") &&
+           setText(file, "softwareVersion", MOTE_VERSION) &&
+           setText(
+               file, "comment",
+               "A mismatched 6D waterbag in a FODO channel, particle-core model. z is the distance from the "
+               "synchronous particle; an iteration counts the slices of the channel.") &&
+           setUnsigned64(file, "seed", seed) && setDoubles(file, "mismatch", plan.design.mismatch);
+}
+
+}  // namespace
+
+Result<OpenPmdWriter> OpenPmdWriter::create(const std::filesystem::path& path, const ChannelPlan& plan,
+                                            std::uint64_t particles, std::uint64_t seed) {
+    OpenPmdWriter writer(path.string(), createFile(path.string()));
+    const hid_t file = writer.file_.get();
+    if (!writer.file_.ok() || !describeRun(file, plan, seed)) return h5Failure(writer.name_);
+    for (const PlanDump& dump : plan.dumps) {
+        const std::string iteration = fmt::format("/data/{}", dump.slice);
+        const std::string& species = writer.species_.emplace_back(iteration + "/particles/beam");
+        if (!addIteration(file, iteration, plan, dump) || !addSpecies(file, species, plan, particles)) {
+            return h5Failure(writer.name_);
+        }
+    }
+    return writer;
+}
+
+std::uint64_t OpenPmdWriter::bytes() const {
+    hsize_t size = 0;
+    H5Fget_filesize(file_.get(), &size);
+    return size;
+}
+
+Status OpenPmdWriter::write(std::size_t step, std::uint64_t first, std::size_t rows,
+                            const BeamColumns& columns) {
+    const hid_t file = file_.get();
+    const std::string& species = species_[step];
+    bool ok = true;
+    for (std::size_t axis = 0; ok && axis < 3; ++axis) {
+        ok = writeColumn(file, species + "/position/" + axisNames[axis], H5T_NATIVE_FLOAT, first, rows,
+                         columns.position[axis].data()) &&
+             writeColumn(file, species + "/momentum/" + axisNames[axis], H5T_NATIVE_DOUBLE, first, rows,
+                         columns.momentum[axis].data());
+    }
+    ok = ok && writeColumn(file, species + "/id", H5T_NATIVE_UINT64, first, rows, columns.id.data());
+    if (!ok) return h5Failure(name_);
+    return success();
+}
+
+Status OpenPmdWriter::close() {
+    if (H5Fflush(file_.get(), H5F_SCOPE_GLOBAL) < 0) return h5Failure(name_);
+    file_ = {};
+    return success();
+}
+
+}  // namespace mote::prep

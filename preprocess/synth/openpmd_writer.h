@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// OpenPmdWriter: the run as openPMD 1.1.0 in HDF5: group-based iterations, one species "beam". All datasets
+// are laid out when the file is made, so that its bytes do not depend on the order in which rows are written;
+// nothing in it names the time or the machine. One owner, one thread.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "preprocess/readers/hdf5/h5_handle.h"
+#include "preprocess/synth/beam_columns.h"
+#include "preprocess/synth/channel_plan.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class OpenPmdWriter {
+  public:
+    /// Overwrites `path`. Errors: resourceExhausted (disk full), permissionDenied, internal.
+    static Result<OpenPmdWriter> create(const std::filesystem::path& path, const ChannelPlan& plan,
+                                        std::uint64_t particles, std::uint64_t seed);
+
+    /// Bytes of the finished file, as far as they are known now: all but the last metadata.
+    std::uint64_t bytes() const;
+
+    /// Writes the first `rows` rows of `columns` at row `first` of step `step`. Errors: resourceExhausted,
+    /// internal.
+    Status write(std::size_t step, std::uint64_t first, std::size_t rows, const BeamColumns& columns);
+
+    /// Writes what HDF5 still holds back. Errors: resourceExhausted, internal. The writer is then done.
+    Status close();
+
+  private:
+    OpenPmdWriter(std::string name, H5Handle file) : name_(std::move(name)), file_(std::move(file)) {}
+
+    std::string name_;  ///< for messages
+    H5Handle file_;
+    std::vector<std::string> species_;  ///< by step: "/data/53/particles/beam"
+};
+
+}  // namespace mote::prep
