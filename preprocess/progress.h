@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Progress: where a job says how far it is and learns that it should stop. One owner; report() and cancelled() may be
-// called from any thread.
+// Progress: where a job says how far it is and learns that it should stop. One owner; report() and
+// cancelled() may be called from any thread.
 #pragma once
 
 #include <string_view>
@@ -19,4 +19,4 @@ class Progress {
     virtual bool cancelled() const = 0;
 };
 
-}   // namespace mote::prep
+}  // namespace mote::prep

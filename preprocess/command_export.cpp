@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+#include "preprocess/export_vdb.h"
+#include "storage/manifest.h"
+
+namespace mote::prep {
+namespace {
+
+struct Options {
+    std::string dataset;
+    std::string file;
+    std::uint32_t step = 0;
+};
+
+int run(const CommandLine& line, const Options& options) {
+    const auto manifest = storage::readManifest(options.dataset);
+    if (!manifest.ok()) return fail(line, manifest.error());
+    const auto made = exportVdb(options.dataset, *manifest, options.step, options.file);
+    if (!made.ok()) return fail(line, made.error());
+    if (line.json) {
+        fmt::print("{{\"output\":\"{}\"}}\n", CLI::detail::trim_copy(options.file));
+    } else if (!line.quiet) {
+        fmt::print("{}: density of step {}\n", options.file, options.step);
+    }
+    return 0;
+}
+
+}  // namespace
+
+void addExportCommand(CLI::App& program, CommandLine& line) {
+    auto& command = *program.add_subcommand("export", "Write a step's density volume for other tools");
+    const auto options = std::make_shared<Options>();
+    command.add_option("DATASET", options->dataset, "NAME.mote")->required();
+    command.add_option("--vdb", options->file, "The OpenVDB file to make, which must not exist")
+        ->required()
+        ->type_name("FILE");
+    command.add_option("--step", options->step, "Index of the step")->capture_default_str()->type_name("N");
+    addOutputFlags(command, line);
+    command.footer("Example:\n  mote-prep export beam.mote --step 3 --vdb beam-3.vdb");
+    command.callback([options, &line] { line.command = [options, &line] { return run(line, *options); }; });
+}
+
+}  // namespace mote::prep

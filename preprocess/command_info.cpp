@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+#include "protocol/scene/json.h"
+#include "storage/manifest.h"
+
+namespace mote::prep {
+namespace {
+
+void printText(const proto::Manifest& manifest) {
+    const auto& particles = manifest.particles();
+    fmt::print("title    {}\nkind     {}\nwriter   {}\n", manifest.title(), manifest.kind(),
+               manifest.writer());
+    for (const auto& input : manifest.request().particles().inputs()) fmt::print("input    {}\n", input);
+    for (const auto& axis : particles.axes()) {
+        fmt::print("axis     {} from {:.6g} to {:.6g} {}\n", axis.name(), axis.min(), axis.max(),
+                   axis.unit());
+    }
+    const auto size = 1U << particles.volume_level();
+    fmt::print("volume   {0} x {0} x {0}\noctree   at most {1} particles a leaf, to level {2}\n", size,
+               particles.leaf_capacity(), particles.max_level());
+    fmt::print("density  {:.4g} to {:.4g}\n\n", particles.density_min(), particles.density_max());
+    fmt::print("{:>6} {:>10} {:>12} {:>12} {:>9} {:>9} {:>9} {:>12}\n", "step", "iteration", "time/s",
+               "particles", "lost", "invalid", "outside", "weight");
+    for (int i = 0; i < particles.steps_size(); ++i) {
+        const auto& step = particles.steps(i);
+        fmt::print("{:>6} {:>10} {:>12.5g} {:>12} {:>9} {:>9} {:>9} {:>12.5g}\n", i, step.iteration(),
+                   step.time(), step.particles(), step.lost(), step.invalid(), step.outside(),
+                   step.total_weight());
+    }
+}
+
+int run(const CommandLine& line, const std::string& directory) {
+    const auto manifest = storage::readManifest(directory);
+    if (!manifest.ok()) return fail(line, manifest.error());
+    if (line.json) {
+        fmt::print("{}", toJson(*manifest));
+    } else {
+        printText(*manifest);
+    }
+    return 0;
+}
+
+}  // namespace
+
+void addInfoCommand(CLI::App& program, CommandLine& line) {
+    auto& command = *program.add_subcommand("info", "Say what a dataset holds");
+    const auto directory = std::make_shared<std::string>();
+    command.add_option("DATASET", *directory, "NAME.mote")->required();
+    addOutputFlags(command, line);
+    command.footer(
+        "Examples:\n  mote-prep info beam.mote\n  mote-prep info beam.mote --json | jq .particles.axes");
+    command.callback(
+        [directory, &line] { line.command = [directory, &line] { return run(line, *directory); }; });
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fcntl.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+#include "protocol/scene/json.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr const char* examples = R"(Example:
+  mote-prep job request.json --root data=/scratch/runs --progress-fd 3
+
+REQUEST.json is a JobRequest: {"output": "data/beam.mote", "particles": {"inputs": ["data/run.h5"],
+"axes": ["x", "px", "y"]}}. With --root, inputs and output are named ROOT/PATH and lie beneath these roots; without,
+they are paths. Each change of progress is one line {"progress": 0.25, "phase": "..."} on the descriptor.)";
+
+struct Options {
+    std::string request;
+    std::vector<std::string> roots;
+    int progressDescriptor = -1;
+    ParticlesJobOptions job;
+};
+
+int run(const CommandLine& line, const Options& options) {
+    if (options.progressDescriptor >= 0 && ::fcntl(options.progressDescriptor, F_GETFD) < 0) {
+        return fail(line, {ErrorCode::invalidArgument, "--progress-fd", "is not an open descriptor"});
+    }
+    const auto roots = storage::Roots::parse(options.roots);
+    if (!roots.ok()) return fail(line, roots.error());
+    proto::JobRequest request;
+    const auto read = readJsonFile(options.request, request);
+    if (!read.ok()) return fail(line, read.error());
+    return runAndPrint(line, request, *roots, options.job, options.progressDescriptor);
+}
+
+}  // namespace
+
+void addJobCommand(CLI::App& program, CommandLine& line) {
+    auto& command = *program.add_subcommand("job", "Do what a job request says");
+    const auto options = std::make_shared<Options>();
+    command.add_option("REQUEST", options->request, "The request, a JSON file")->required();
+    command.add_option("--root", options->roots, "A folder that names may begin with; may be repeated")
+        ->allow_extra_args(false)
+        ->type_name("NAME=DIR");
+    command.add_option("--progress-fd", options->progressDescriptor, "Write progress as JSON lines")
+        ->check(CLI::Range(0, 1 << 20))
+        ->type_name("N");
+    addResourceOptions(command, options->job);
+    addOutputFlags(command, line);
+    command.footer(examples);
+    command.callback([options, &line] { line.command = [options, &line] { return run(line, *options); }; });
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/command_line.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/struct.pb.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+
+#include "preprocess/console_progress.h"
+#include "protocol/scene/json.h"
+
+namespace mote::prep {
+namespace {
+
+struct Totals {
+    std::uint64_t particles = 0, lost = 0, invalid = 0, outside = 0;
+};
+
+Totals totalsOf(const proto::ParticlesManifest& particles) {
+    Totals totals;
+    for (const auto& step : particles.steps()) {
+        totals.particles += step.particles();
+        totals.lost += step.lost();
+        totals.invalid += step.invalid();
+        totals.outside += step.outside();
+    }
+    return totals;
+}
+
+void printJson(const JobOutcome& outcome, double seconds) {
+    google::protobuf::Struct object;
+    auto& fields = *object.mutable_fields();
+    fields["output"].set_string_value(outcome.output.string());
+    fields["seconds"].set_number_value(seconds);
+    if (outcome.manifest) {
+        const auto totals = totalsOf(outcome.manifest->particles());
+        fields["kind"].set_string_value(outcome.manifest->kind());
+        fields["steps"].set_number_value(outcome.manifest->particles().steps_size());
+        fields["particles"].set_number_value(static_cast<double>(totals.particles));
+        fields["lost"].set_number_value(static_cast<double>(totals.lost));
+        fields["invalid"].set_number_value(static_cast<double>(totals.invalid));
+        fields["outside"].set_number_value(static_cast<double>(totals.outside));
+    }
+    fmt::print("{}\n", toJsonLine(object));
+}
+
+void printText(const JobOutcome& outcome, double seconds) {
+    if (!outcome.manifest) {
+        fmt::print("{}: made in {:.1f} s\n", outcome.output.string(), seconds);
+        return;
+    }
+    const auto& particles = outcome.manifest->particles();
+    fmt::print("{}: {} step{}, {} particles in leaves, made in {:.1f} s\n", outcome.output.string(),
+               particles.steps_size(), particles.steps_size() == 1 ? "" : "s", totalsOf(particles).particles,
+               seconds);
+}
+
+}  // namespace
+
+void addOutputFlags(CLI::App& command, CommandLine& line) {
+    command.add_flag("--json", line.json, "Print one JSON object on stdout");
+    command.add_flag("--quiet", line.quiet, "Print errors only");
+}
+
+void addResourceOptions(CLI::App& command, ParticlesJobOptions& options) {
+    command.add_option("--threads", options.threads, "Threads; as many as there are cores unless given")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    command
+        .add_option("--memory", options.memory,
+                    "Memory that the job may take, as 8G; an error if it needs more")
+        ->transform(CLI::AsSizeValue(false))
+        ->check(CLI::Range(std::uint64_t{1} << 20, std::uint64_t{1} << 50))
+        ->type_name("BYTES");
+}
+
+int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
+                const ParticlesJobOptions& options, int progressDescriptor) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto outcome = [&] {
+        ConsoleProgress progress(line.signal, {line.quiet, progressDescriptor});
+        return runJob(request, roots, options, progress);
+    }();
+    if (!outcome.ok()) return fail(line, outcome.error());
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    if (line.json) {
+        printJson(*outcome, seconds.count());
+    } else if (!line.quiet) {
+        printText(*outcome, seconds.count());
+    }
+    return 0;
+}
+
+int fail(const CommandLine& line, const Error& error) {
+    if (error.code == ErrorCode::cancelled && line.signal.received() != 0) {
+        fmt::print(stderr, "mote-prep: cancelled, nothing was made\n");
+        return 128 + line.signal.received();
+    }
+    fmt::print(stderr, "mote-prep: {}\n", error.toString());
+    return error.code == ErrorCode::invalidArgument ? 2 : 1;
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The command line of mote-prep: one function a subcommand, which adds it to the program and, where it was
+// chosen, says how it went. What they share is owned by main.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "preprocess/cancel_signal.h"
+#include "preprocess/run_job.h"
+#include "protocol/scene/error.h"
+
+namespace CLI {
+class App;
+}
+
+namespace mote::prep {
+
+/// What all subcommands share. `command` is set by the one that was chosen; it returns the program's exit
+/// status.
+struct CommandLine {
+    const CancelSignal& signal;
+    bool json = false;
+    bool quiet = false;
+    std::function<int()> command;
+};
+
+void addSynthCommand(CLI::App& program, CommandLine& line);
+void addParticlesCommand(CLI::App& program, CommandLine& line);
+void addInfoCommand(CLI::App& program, CommandLine& line);
+void addVerifyCommand(CLI::App& program, CommandLine& line);
+void addExportCommand(CLI::App& program, CommandLine& line);
+void addJobCommand(CLI::App& program, CommandLine& line);
+
+/// --json and --quiet.
+void addOutputFlags(CLI::App& command, CommandLine& line);
+/// --threads and --memory.
+void addResourceOptions(CLI::App& command, ParticlesJobOptions& options);
+
+/// Runs a job with a progress bar, then prints what it made.
+int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
+                const ParticlesJobOptions& options, int progressDescriptor = -1);
+
+/// Prints the error on stderr; 2 for wrong usage, 128 + signal where one came, else 1.
+int fail(const CommandLine& line, const Error& error);
+
+}  // namespace mote::prep

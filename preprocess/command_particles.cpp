@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr const char* examples = R"(Examples:
+  mote-prep particles run.h5 --axes x,px,y --out plots/beam.mote
+  mote-prep particles dtl/ --axes x,y,energy --format impactz --out dtl.mote
+  mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
+
+Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a plot's bounds are the least and the
+greatest value over all selected steps, but for values further than 1000 interquartile ranges from a step's median,
+which are left out and counted.)";
+
+/// As the command line gives it.
+struct Options {
+    std::vector<std::string> inputs;
+    std::string axes;
+    std::string out;
+    std::string title;
+    std::string format;
+    std::string species;
+    std::string steps;
+    std::vector<std::string> bounds;
+    std::optional<std::uint32_t> volumeLevel, leafCapacity, maxLevel;
+    std::optional<double> frequency, mass, kineticEnergy, current;
+    ParticlesJobOptions job;
+};
+
+std::vector<std::string> split(const std::string& text, char separator) {
+    std::vector<std::string> parts;
+    std::size_t begin = 0;
+    for (auto end = text.find(separator); end != std::string::npos; end = text.find(separator, begin)) {
+        parts.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    parts.push_back(text.substr(begin));
+    return parts;
+}
+
+/// "AXIS=MIN:MAX"
+Result<proto::Axis> parseBounds(const std::string& text) {
+    const Error wrong{ErrorCode::invalidArgument, "--bounds",
+                      fmt::format("\"{}\" is not AXIS=MIN:MAX", text)};
+    const auto equals = text.find('=');
+    const auto colon = text.find(':', equals);
+    if (equals == std::string::npos || colon == std::string::npos) return wrong;
+    double least = 0.0;
+    double greatest = 0.0;
+    if (!CLI::detail::lexical_cast(text.substr(equals + 1, colon - equals - 1), least) ||
+        !CLI::detail::lexical_cast(text.substr(colon + 1), greatest)) {
+        return wrong;
+    }
+    proto::Axis axis;
+    axis.set_name(text.substr(0, equals));
+    axis.set_min(least);
+    axis.set_max(greatest);
+    return axis;
+}
+
+void setImpact(const Options& options, proto::ParticlesJob& job) {
+    if (options.frequency) job.mutable_impact()->set_frequency(*options.frequency);
+    if (options.mass) job.mutable_impact()->set_mass(*options.mass);
+    if (options.kineticEnergy) job.mutable_impact()->set_kinetic_energy(*options.kineticEnergy);
+    if (options.current) job.mutable_impact()->set_current(*options.current);
+}
+
+Result<proto::JobRequest> toRequest(const Options& options) {
+    proto::JobRequest request;
+    request.set_title(options.title);
+    request.set_output(options.out);
+    auto& job = *request.mutable_particles();
+    for (const auto& input : options.inputs) job.add_inputs(input);
+    for (const auto& axis : split(options.axes, ',')) job.add_axes(axis);
+    job.set_format(options.format == "auto" ? "" : options.format);
+    job.set_species(options.species);
+    job.set_steps(options.steps);
+    if (options.volumeLevel) job.set_volume_level(*options.volumeLevel);
+    if (options.leafCapacity) job.set_leaf_capacity(*options.leafCapacity);
+    if (options.maxLevel) job.set_max_level(*options.maxLevel);
+    for (const auto& text : options.bounds) {
+        auto axis = parseBounds(text);
+        if (!axis.ok()) return axis.error();
+        *job.add_bounds() = *std::move(axis);
+    }
+    setImpact(options, job);
+    return request;
+}
+
+void addInputOptions(CLI::App& command, Options& options) {
+    command.add_option("INPUT", options.inputs, "Files or folders of one run")->required();
+    command
+        .add_option("--format", options.format, "auto, openpmd, h5part, impactz, impactt, sdds, csv or npy")
+        ->check(CLI::IsMember({"auto", "openpmd", "h5part", "impactz", "impactt", "sdds", "csv", "npy"}))
+        ->type_name("NAME");
+    command.add_option("--species", options.species, "openPMD species; needed where there are several")
+        ->type_name("NAME");
+    command.add_option("--steps", options.steps, "Step indices, the last included")
+        ->type_name("FIRST:LAST:STRIDE");
+    command.add_option("--frequency", options.frequency, "IMPACT: scaling frequency, Hz")->type_name("HZ");
+    command.add_option("--mass", options.mass, "IMPACT: rest mass, eV/c^2")->type_name("EV");
+    command.add_option("--kinetic-energy", options.kineticEnergy, "IMPACT: reference kinetic energy, eV")
+        ->type_name("EV");
+    command.add_option("--current", options.current, "IMPACT: beam current, A")->type_name("A");
+}
+
+void addPlotOptions(CLI::App& command, Options& options) {
+    command.add_option("--axes", options.axes, "Three axes")->required()->type_name("A,B,C");
+    command.add_option("--out", options.out, "The dataset to make, which must not exist")
+        ->required()
+        ->type_name("DIR/NAME.mote");
+    command.add_option("--title", options.title, "What viewers call it")->type_name("TEXT");
+    command.add_option("--bounds", options.bounds, "Fixed bounds of an axis, in its unit; may be repeated")
+        ->allow_extra_args(false)
+        ->type_name("AXIS=MIN:MAX");
+    command
+        .add_option("--volume-level", options.volumeLevel,
+                    fmt::format("The volume has 2^LEVEL cells a side; default {}", defaultVolumeLevel))
+        ->type_name("LEVEL");
+    command
+        .add_option("--leaf-capacity", options.leafCapacity,
+                    fmt::format("A leaf with more particles is divided; default {}", defaultLeafCapacity))
+        ->type_name("N");
+    command
+        .add_option("--max-level", options.maxLevel,
+                    fmt::format("No leaf is divided below this level; default {}", defaultMaxLevel))
+        ->type_name("LEVEL");
+}
+
+}  // namespace
+
+void addParticlesCommand(CLI::App& program, CommandLine& line) {
+    auto& command = *program.add_subcommand("particles", "Make the hybrid plot of a particle run");
+    const auto options = std::make_shared<Options>();
+    addInputOptions(command, *options);
+    addPlotOptions(command, *options);
+    addResourceOptions(command, options->job);
+    addOutputFlags(command, line);
+    command.footer(examples);
+    command.callback([options, &line] {
+        line.command = [options, &line] {
+            const auto request = toRequest(*options);
+            if (!request.ok()) return fail(line, request.error());
+            return runAndPrint(line, *request, {}, options->job);
+        };
+    });
+}
+
+}  // namespace mote::prep

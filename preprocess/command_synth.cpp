@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr const char* examples = R"(Example:
+  mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out run.h5)";
+
+struct Options {
+    std::uint64_t particles = 1000000;
+    std::uint32_t steps = 10;
+    std::uint64_t seed = 1;
+    std::optional<double> mismatch;
+    std::string out;
+};
+
+proto::JobRequest toRequest(const Options& options) {
+    proto::JobRequest request;
+    request.set_output(options.out);
+    auto& job = *request.mutable_synth_beam();
+    job.set_particles(options.particles);
+    job.set_steps(options.steps);
+    job.set_seed(options.seed);
+    if (options.mismatch) job.set_mismatch(*options.mismatch);
+    return request;
+}
+
+}  // namespace
+
+void addSynthCommand(CLI::App& program, CommandLine& line) {
+    auto& synth = *program.add_subcommand("synth", "Make a synthetic run");
+    synth.require_subcommand(1);
+    auto& command =
+        *synth.add_subcommand("beam", "A mismatched beam in a FODO channel, in which a halo forms");
+    const auto options = std::make_shared<Options>();
+    command.add_option("--particles", options->particles, "Macro-particles")->capture_default_str();
+    command.add_option("--steps", options->steps, "Steps to write")->capture_default_str();
+    command.add_option("--seed", options->seed, "The same seed gives the same bytes")->capture_default_str();
+    command.add_option("--mismatch", options->mismatch, "Initial envelope over the matched one; default 1.5");
+    command.add_option("--out", options->out, "The openPMD file to make, which must not exist")
+        ->required()
+        ->type_name("FILE.h5");
+    addOutputFlags(command, line);
+    command.footer(examples);
+    command.callback([options, &line] {
+        line.command = [options, &line] { return runAndPrint(line, toRequest(*options), {}, {}); };
+    });
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+#include <google/protobuf/struct.pb.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+#include "preprocess/console_progress.h"
+#include "protocol/scene/json.h"
+#include "storage/verify.h"
+
+namespace mote::prep {
+namespace {
+
+void printJson(const std::string& directory, const std::vector<Error>& errors) {
+    google::protobuf::Struct object;
+    auto& fields = *object.mutable_fields();
+    fields["dataset"].set_string_value(directory);
+    fields["whole"].set_bool_value(errors.empty());
+    auto& list = *fields["errors"].mutable_list_value();
+    for (const auto& error : errors) {
+        auto& entry = *list.add_values()->mutable_struct_value()->mutable_fields();
+        entry["code"].set_string_value(std::string(name(error.code)));
+        entry["where"].set_string_value(error.where);
+        entry["message"].set_string_value(error.message);
+    }
+    fmt::print("{}\n", toJsonLine(object));
+}
+
+int run(const CommandLine& line, const std::string& directory) {
+    const auto errors = [&] {
+        ConsoleProgress progress(line.signal, {line.quiet, -1});
+        return storage::verifyDataset(
+            directory, [&] { return progress.cancelled(); },
+            [&](double done) { progress.report(done, "verifying"); });
+    }();
+    if (errors.size() == 1 && errors.front().code == ErrorCode::cancelled) return fail(line, errors.front());
+    for (const auto& error : errors) fmt::print(stderr, "mote-prep: {}\n", error.toString());
+    if (line.json) printJson(directory, errors);
+    if (errors.empty() && !line.json && !line.quiet) fmt::print("{}: whole\n", directory);
+    return errors.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void addVerifyCommand(CLI::App& program, CommandLine& line) {
+    auto& command = *program.add_subcommand("verify", "Check every byte of a dataset");
+    const auto directory = std::make_shared<std::string>();
+    command.add_option("DATASET", *directory, "NAME.mote")->required();
+    addOutputFlags(command, line);
+    command.footer("Example:\n  mote-prep verify beam.mote && echo whole");
+    command.callback(
+        [directory, &line] { line.command = [directory, &line] { return run(line, *directory); }; });
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// mote-prep: turns raw runs into datasets, and tells of them. A process of its own, so that a foreign file
+// can hurt nobody else.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <new>
+
+#include "preprocess/command_line.h"
+#include "storage/storage_error.h"
+
+namespace {
+
+using namespace mote;
+
+constexpr const char* examples = R"(Examples:
+  mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out run.h5
+  mote-prep particles run.h5 --axes x,px,y --out beam.mote
+  mote-prep info beam.mote
+
+Exit status: 0 on success, 2 for wrong usage, 128 + N after signal N, else 1.)";
+
+int runCommand(const prep::CommandLine& line) {
+    try {
+        return line.command();
+    } catch (const storage::StorageError& error) {
+        return prep::fail(line, error.error());
+    } catch (const std::bad_alloc&) {
+        return prep::fail(line,
+                          {ErrorCode::resourceExhausted, "", "there is not enough memory for this job"});
+    } catch (const std::exception& error) {
+        return prep::fail(line, {ErrorCode::internal, "", error.what()});
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const prep::CancelSignal signal;
+    prep::CommandLine line{signal};
+    CLI::App program("Prepares particle runs for viewing: makes, checks and exports datasets.", "mote-prep");
+    program.set_version_flag("--version", "mote-prep " MOTE_VERSION);
+    program.require_subcommand(1);
+    program.footer(examples);
+#ifdef MOTE_HAVE_SYNTH
+    prep::addSynthCommand(program, line);
+#endif
+    prep::addParticlesCommand(program, line);
+    prep::addInfoCommand(program, line);
+    prep::addVerifyCommand(program, line);
+    prep::addExportCommand(program, line);
+    prep::addJobCommand(program, line);
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        // --help and --version end here too, with 0.
+        return program.exit(error) == 0 ? 0 : 2;
+    }
+    return runCommand(line);
+}

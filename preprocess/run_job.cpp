@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/run_job.h"
+
+#include <fmt/format.h>
+
+#ifdef MOTE_HAVE_SYNTH
+#include "preprocess/synth/beam.h"
+#endif
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "FIELD (NAME): sentence", keeping what kind of error it is.
+Error inField(const Error& error, std::string_view field) {
+    return {error.code, error.where.empty() ? std::string(field) : fmt::format("{} ({})", field, error.where),
+            error.message};
+}
+
+Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roots& roots) {
+    if (request.output().empty()) return Error{ErrorCode::invalidArgument, "output", "is missing"};
+    if (roots.empty()) return fs::path(request.output());
+    auto path = roots.resolveNew(request.output());
+    return path.ok() ? path : inField(path.error(), "output");
+}
+
+Result<std::vector<fs::path>> inputPaths(const proto::ParticlesJob& job, const storage::Roots& roots) {
+    std::vector<fs::path> paths;
+    for (int i = 0; i < job.inputs_size(); ++i) {
+        if (roots.empty()) {
+            paths.emplace_back(job.inputs(i));
+            continue;
+        }
+        auto path = roots.resolveExisting(job.inputs(i));
+        if (!path.ok()) return inField(path.error(), fmt::format("particles.inputs[{}]", i));
+        paths.push_back(*std::move(path));
+    }
+    return paths;
+}
+
+Result<JobOutcome> runParticles(const proto::JobRequest& request, const storage::Roots& roots,
+                                fs::path output, const ParticlesJobOptions& options, Progress& progress) {
+    const auto checked = checkParticlesJob(request.particles());
+    if (!checked.ok()) return checked.error().within("particles");
+    const auto inputs = inputPaths(request.particles(), roots);
+    if (!inputs.ok()) return inputs.error();
+    auto manifest = runParticlesJob(request, *inputs, output, options, progress);
+    if (!manifest.ok()) return manifest.error();
+    return JobOutcome{std::move(output), *std::move(manifest)};
+}
+
+}  // namespace
+
+Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots& roots,
+                          const ParticlesJobOptions& options, Progress& progress) {
+    auto output = outputPath(request, roots);
+    if (!output.ok()) return output.error();
+    switch (request.kind_case()) {
+        case proto::JobRequest::kParticles:
+            return runParticles(request, roots, *std::move(output), options, progress);
+#ifdef MOTE_HAVE_SYNTH
+        case proto::JobRequest::kSynthBeam: {
+            const auto made = synthesizeBeam(request.synth_beam(), *output, progress);
+            if (!made.ok()) return made.error();
+            return JobOutcome{*std::move(output), std::nullopt};
+        }
+#endif
+        default:
+            return Error{ErrorCode::invalidArgument, "", "the request holds no job that this program knows"};
+    }
+}
+
+}  // namespace mote::prep
