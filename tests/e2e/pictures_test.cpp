@@ -3,12 +3,13 @@
 // From a run to picture files, through the real programs and a real socket.
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
-#include <google/protobuf/struct.pb.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <regex>
+#include <sstream>
 
-#include "protocol/scene/json.h"
 #include "protocol/scene/srgb.h"
 #include "tests/e2e/station.h"
 
@@ -44,6 +45,18 @@ double litShare(const Pixels& pixels) {
         lit += pixels.values[i] + pixels.values[i + 1] + pixels.values[i + 2] > 0.02F;
     }
     return static_cast<double>(lit) / (static_cast<double>(pixels.values.size()) / 3.0);
+}
+
+/// The fields of a flat JSON object on one line; a line that is none has none.
+std::map<std::string, std::string> fieldsOf(const std::string& line) {
+    static const std::regex whole(R"(\{("\w+": ("[^"]*"|[-0-9.e]+)(, )?)+\})");
+    static const std::regex field(R"re("(\w+)": (?:"([^"]*)"|([-0-9.e]+)))re");
+    std::map<std::string, std::string> fields;
+    if (!std::regex_match(line, whole)) return fields;
+    for (std::sregex_iterator match(line.begin(), line.end(), field), end; match != end; ++match) {
+        fields[(*match)[1]] = (*match)[2].str() + (*match)[3].str();
+    }
+    return fields;
 }
 
 class Pictures : public testing::Test {
@@ -130,22 +143,21 @@ TEST_F(Pictures, JsonSaysWhatWasDrawn) {
     std::string line;
     for (int index = 0; index < 2; ++index) {
         ASSERT_TRUE(std::getline(lines, line));
-        google::protobuf::Struct object;
-        ASSERT_TRUE(parseJson(line, object, "line").ok()) << line;
+        const auto object = fieldsOf(line);
         std::vector<std::string> keys;
-        for (const auto& [key, value] : object.fields()) keys.push_back(key);
+        for (const auto& [key, value] : object) keys.push_back(key);
         EXPECT_THAT(keys,
                     testing::UnorderedElementsAre("index", "file", "width", "height", "device", "pointsDrawn",
                                                   "planMs", "renderMs", "encodeMs", "totalMs"));
-        const auto number = [&](const char* key) { return object.fields().at(key).number_value(); };
+        const auto number = [&](const char* key) { return std::stod(object.at(key)); };
         EXPECT_EQ(number("index"), index);
         EXPECT_EQ(number("width"), index == 0 ? 64 : 96);
         EXPECT_EQ(number("height"), index == 0 ? 48 : 72);
         EXPECT_GT(number("pointsDrawn"), 0.0);
         EXPECT_GT(number("renderMs"), 0.0);
         EXPECT_GE(number("totalMs"), number("renderMs"));
-        EXPECT_NE(object.fields().at("device").string_value(), "");
-        EXPECT_TRUE(std::filesystem::exists(object.fields().at("file").string_value()));
+        EXPECT_NE(object.at("device"), "");
+        EXPECT_TRUE(std::filesystem::exists(object.at("file")));
     }
     EXPECT_FALSE(std::getline(lines, line));
 }

@@ -81,7 +81,9 @@ INSTANTIATE_TEST_SUITE_P(
             "views[0].layers[0]"},
         Bad{"BadCamera", R"({"views": [{"width": 4, "height": 4, "camera": {"eye": [0, 0]}}]})",
             "views[0].camera.eye"},
-        Bad{"Keyframes", R"({"fps": 30, "keyframes": []})", "keyframes", ErrorCode::unsupported}),
+        Bad{"Keyframes", R"({"keyframes": []})", "keyframes", ErrorCode::unsupported},
+        Bad{"FpsAndKeyframes", R"({"fps": 30, "keyframes": []})", "keyframes", ErrorCode::unsupported},
+        Bad{"KeyframesInAView", R"({"views": [{"width": 4, "height": 4, "keyframe": []}]})", "keyframe"}),
     [](const auto& each) { return each.param.name; });
 
 TEST_F(ScriptTest, AMissingFileIsNotFound) {
