@@ -15,7 +15,7 @@ namespace mote::test {
 struct Limits {
     double psnr = 45.0;         ///< dB, at least
     double closeShare = 0.999;  ///< of the pixels, at least, are close
-    int worst = 24;             ///< of 255, at most, outside pixels in doubt
+    int worst = 12;             ///< of 255, at most, outside pixels in doubt
 };
 
 struct Comparison {

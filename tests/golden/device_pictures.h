@@ -13,10 +13,10 @@
 
 namespace mote::test {
 
-/// The names of all devices that a version may have.
+/// The names of all devices that this version has.
 std::vector<std::string> deviceKinds();
 
-/// Null where this version has no such device. Throws DeviceError where it has one that does not work here.
+/// Throws DeviceError where it does not work here.
 std::unique_ptr<render::Device> deviceOf(const std::string& kind);
 
 /// The 8-bit picture of a scene, not stopped. Throws std::runtime_error where it is stopped nevertheless or
