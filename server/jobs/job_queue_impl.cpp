@@ -46,7 +46,12 @@ std::string sentenceOf(const JobFiles::Outcome& outcome, const proto::JobStatus&
         return fmt::format("mote-prep was ended by signal {} ({}){}", outcome.number,
                            strsignal(outcome.number), hint);
     }
-    if (status.log_size() > 0) return status.log(status.log_size() - 1);
+    // Its last line says why, as programs do: "mote-prep: WHERE: WHAT".
+    constexpr std::string_view self = "mote-prep: ";
+    if (status.log_size() > 0) {
+        const auto& last = status.log(status.log_size() - 1);
+        return last.starts_with(self) ? last.substr(self.size()) : last;
+    }
     return fmt::format("mote-prep ended with exit code {} and no message", outcome.number);
 }
 
