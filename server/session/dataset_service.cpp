@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/session/dataset_service.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "server/session/replot.h"
+#include "server/session/utf8.h"
+#include "storage/manifest.h"
+
+namespace mote::server {
+namespace {
+
+std::string withoutSuffix(const std::string& dataset) {
+    const std::string_view suffix = storage::datasetSuffix;
+    return dataset.ends_with(suffix) ? dataset.substr(0, dataset.size() - suffix.size()) : dataset;
+}
+
+Error unknownDataset(const std::string& dataset) {
+    return {ErrorCode::notFound, "dataset",
+            fmt::format("there is no dataset \"{}\" here; the catalogue lists those that are",
+                        toUtf8(dataset.substr(0, 200)))};
+}
+
+}  // namespace
+
+DatasetService::DatasetService(storage::Roots roots, std::function<void()> changed)
+    : catalogue_(std::move(roots)), changed_(std::move(changed)), known_(std::make_shared<Known>()) {
+    thread_ = std::thread([this] { run(); });
+}
+
+DatasetService::~DatasetService() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+}
+
+void DatasetService::run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        wake_.wait(lock, [this] { return stopping_ || !work_.empty(); });
+        if (stopping_) return;
+        const auto work = std::move(work_.front());
+        work_.pop_front();
+        lock.unlock();
+        work();
+        lock.lock();
+    }
+}
+
+void DatasetService::enqueue(std::function<void()> work) {
+    {
+        const std::lock_guard lock(mutex_);
+        work_.push_back(std::move(work));
+    }
+    wake_.notify_one();
+}
+
+void DatasetService::look() {
+    if (!catalogue_.refresh()) return;
+    auto known = std::make_shared<Known>();
+    const auto summary = catalogue_.summary();
+    for (const auto& entry : summary.datasets()) {
+        // A name that is not UTF-8 cannot stand in a message.
+        if (isUtf8(entry.name()) && isUtf8(entry.title())) *known->summary.add_datasets() = entry;
+    }
+    for (const auto& entry : catalogue_.entries()) known->entries.emplace(entry.name, entry);
+    {
+        const std::lock_guard lock(mutex_);
+        known_ = std::move(known);
+    }
+    changed_();
+}
+
+/// Every broken dataset is said once, not at every look.
+void DatasetService::report() {
+    std::set<std::string> errors;
+    for (const auto& error : catalogue_.errors()) errors.insert(error.toString());
+    for (const auto& text : errors) {
+        if (!reported_.contains(text)) spdlog::warn("left out of the catalogue: {}", text);
+    }
+    reported_ = std::move(errors);
+}
+
+void DatasetService::rescan() {
+    {
+        const std::lock_guard lock(mutex_);
+        if (std::exchange(rescanWaits_, true)) return;
+    }
+    enqueue([this] {
+        {
+            const std::lock_guard lock(mutex_);
+            rescanWaits_ = false;
+        }
+        look();
+        report();
+    });
+}
+
+void DatasetService::rescan(std::function<void()> done) {
+    rescan();
+    enqueue(std::move(done));
+}
+
+std::shared_ptr<const DatasetService::Known> DatasetService::known() const {
+    const std::lock_guard lock(mutex_);
+    return known_;
+}
+
+std::shared_ptr<const proto::Catalogue> DatasetService::catalogue() const {
+    const auto all = known();
+    return {all, &all->summary};
+}
+
+bool DatasetService::contains(const std::string& dataset) const {
+    return known()->entries.contains(withoutSuffix(dataset));
+}
+
+void DatasetService::describe(std::string dataset, std::function<void(Result<proto::Description>)> done) {
+    if (!contains(dataset)) rescan();
+    enqueue([this, dataset = std::move(dataset), done = std::move(done)] { done(describeKnown(dataset)); });
+}
+
+Result<proto::Description> DatasetService::describeKnown(const std::string& dataset) const {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    const auto& entry = found->second;
+    proto::Description description;
+    description.set_dataset(entry.name);
+    *description.mutable_manifest() = *entry.manifest;
+    auto replot = replotOf(entry.manifest->request(), entry.directory.parent_path(), catalogue_.roots());
+    if (replot) *description.mutable_replot() = *std::move(replot);
+    return description;
+}
+
+Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
+                                                                          std::uint32_t index) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    const auto& entry = found->second;
+    const std::lock_guard lock(stepsMutex_);
+    const auto opened = std::find_if(steps_.begin(), steps_.end(), [&](const OpenStep& open) {
+        return open.manifest == entry.manifest && open.index == index;
+    });
+    if (opened != steps_.end()) {
+        steps_.splice(steps_.begin(), steps_, opened);
+        return steps_.front().step;
+    }
+    auto step = storage::ParticleStep::open(entry.directory, *entry.manifest, index);
+    MOTE_RETURN_IF_ERROR(step);
+    steps_.push_front({entry.manifest, index, *step});
+    if (steps_.size() > keptSteps) steps_.pop_back();
+    return *std::move(step);
+}
+
+}  // namespace mote::server

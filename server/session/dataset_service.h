@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// DatasetService: the datasets that the server offers. It owns the catalogue and looks at the disk on a
+// thread of its own, so that a slow file system delays nobody who does not ask for it; what it last saw can
+// be asked for from any thread at once. Opened steps are kept for the renderer, the latest few.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "server/session/step_source.h"
+#include "storage/catalogue.h"
+
+namespace mote::server {
+
+class DatasetService final : public StepSource {
+  public:
+    /// `changed` is called on the service's thread when the datasets are not the same as before.
+    DatasetService(storage::Roots roots, std::function<void()> changed);
+    /// Waits for what the thread does.
+    ~DatasetService() override;
+    DatasetService(const DatasetService&) = delete;
+    DatasetService& operator=(const DatasetService&) = delete;
+
+    /// Looks at the disk soon. Requests that come meanwhile are one.
+    void rescan();
+    /// As rescan(), then calls `done` on the service's thread: what was on the disk when this was called is
+    /// known then.
+    void rescan(std::function<void()> done);
+
+    std::shared_ptr<const proto::Catalogue> catalogue() const;
+    bool contains(const std::string& dataset) const;
+
+    /// Calls `done` on the service's thread. Errors: notFound.
+    void describe(std::string dataset, std::function<void(Result<proto::Description>)> done);
+
+    Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
+                                                              std::uint32_t index) override;
+
+  private:
+    static constexpr std::size_t keptSteps = 8;
+
+    /// What a scan found; immutable.
+    struct Known {
+        proto::Catalogue summary;
+        std::map<std::string, storage::Catalogue::Entry> entries;
+    };
+    struct OpenStep {
+        std::shared_ptr<const proto::Manifest> manifest;  // tells a dataset from a later one of its name
+        std::uint32_t index;
+        std::shared_ptr<const storage::ParticleStep> step;
+    };
+
+    void run();
+    void look();
+    void report();
+    void enqueue(std::function<void()> work);
+    std::shared_ptr<const Known> known() const;
+    Result<proto::Description> describeKnown(const std::string& dataset) const;
+
+    // Of the thread.
+    storage::Catalogue catalogue_;
+    std::set<std::string> reported_;  // what the last look left out
+    const std::function<void()> changed_;
+
+    mutable std::mutex mutex_;
+    std::condition_variable wake_;
+    // Under the mutex.
+    std::shared_ptr<const Known> known_;
+    std::deque<std::function<void()>> work_;
+    bool rescanWaits_ = false;
+    bool stopping_ = false;
+
+    std::mutex stepsMutex_;
+    std::list<OpenStep> steps_;  // the latest first
+    std::thread thread_;
+};
+
+}  // namespace mote::server

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/session/quality_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mote::server {
+namespace {
+
+using render::Quality;
+
+constexpr double million = 1e6;
+constexpr double forget = 0.75;        // weight of a picture against the one after it
+constexpr double priorWeight = 1e-3;   // of the initial costs, against one million points or pixels
+constexpr double leastPoints = 20000;  // fewer say nothing about a plot
+constexpr double intermediateBudgets = 5.0;
+constexpr double longExactBudgets = 10.0;
+
+Quality quickQuality() {
+    return {.resolutionScale = 1.0, .pointFraction = 1.0, .slabs = 24, .samplesPerCell = 1.0};
+}
+
+/// Pixel work relative to an exact picture's: samples along the ray, and slabs to composite.
+double workPerPixel(const Quality& quality) {
+    const Quality exact = Quality::exact();
+    return 0.5 * quality.samplesPerCell / exact.samplesPerCell +
+           0.5 * static_cast<double>(quality.slabs) / exact.slabs;
+}
+
+double pixelWork(double pixels, const Quality& quality) {
+    return pixels * quality.resolutionScale * quality.resolutionScale * workPerPixel(quality) / million;
+}
+
+}  // namespace
+
+double QualityController::expectedMs(const ViewLoad& load, const Quality& quality) const {
+    return perPoint_ * load.points * quality.pointFraction / million +
+           perPixel_ * pixelWork(load.pixels, quality);
+}
+
+/// Points get what the pixels leave, but never less than a fifth.
+double QualityController::fractionWithin(const ViewLoad& load, const Quality& quality,
+                                         double budgetMs) const {
+    const double forPoints = std::max(budgetMs - perPixel_ * pixelWork(load.pixels, quality), 0.2 * budgetMs);
+    const double allMs = perPoint_ * load.points / million;
+    if (allMs <= forPoints) return 1.0;
+    return std::clamp(forPoints / allMs, std::min(1.0, leastPoints / load.points), 1.0);
+}
+
+Quality QualityController::quick(const ViewLoad& load) {
+    if (expectedMs(load, Quality::exact()) <= budgetMs_) return Quality::exact();
+    Quality quality = quickQuality();
+    // Half the resolution where the pixels alone would take most of the time; back only where they clearly
+    // would not, or the picture would flicker between the two.
+    const double pixelMs = perPixel_ * pixelWork(load.pixels, quality);
+    halfSize_ = pixelMs > (halfSize_ ? 0.4 : 0.65) * budgetMs_;
+    if (halfSize_) quality.resolutionScale = 0.5;
+    quality.pointFraction = fractionWithin(load, quality, budgetMs_);
+    return quality;
+}
+
+Quality QualityController::intermediate(const ViewLoad& load) const {
+    Quality quality{.resolutionScale = 1.0, .pointFraction = 1.0, .slabs = 48, .samplesPerCell = 2.0};
+    quality.pointFraction = fractionWithin(load, quality, intermediateBudgets * budgetMs_);
+    return quality;
+}
+
+bool QualityController::worthIntermediate(const ViewLoad& load) const {
+    return expectedMs(load, Quality::exact()) > longExactBudgets * budgetMs_;
+}
+
+void QualityController::learn(double pixels, double points, const Quality& quality, double ms) {
+    // `pixels` are those of the payload: the scale is already in them.
+    const double p = points / million;
+    const double w = pixels * workPerPixel(quality) / million;
+    pp_ = forget * pp_ + p * p;
+    pw_ = forget * pw_ + p * w;
+    ww_ = forget * ww_ + w * w;
+    pt_ = forget * pt_ + p * ms;
+    wt_ = forget * wt_ + w * ms;
+    solve();
+}
+
+/// Normal equations with a weak pull towards the present costs; a cost is never negative.
+void QualityController::solve() {
+    const double pp = pp_ + priorWeight, ww = ww_ + priorWeight;
+    const double pt = pt_ + priorWeight * perPoint_, wt = wt_ + priorWeight * perPixel_;
+    const double determinant = pp * ww - pw_ * pw_;
+    double a = determinant > 0.0 ? (pt * ww - wt * pw_) / determinant : -1.0;
+    double b = determinant > 0.0 ? (pp * wt - pw_ * pt) / determinant : -1.0;
+    if (a < 0.0) {
+        a = 0.0;
+        b = wt / ww;
+    } else if (b < 0.0) {
+        b = 0.0;
+        a = pt / pp;
+    }
+    // Not quite zero: what costs nothing now may cost something in the next view.
+    perPoint_ = std::max(a, 1e-3);
+    perPixel_ = std::max(b, 1e-3);
+}
+
+}  // namespace mote::server

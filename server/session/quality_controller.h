@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// QualityController: how good a picture may be if it is to be ready in time. It learns what a point and a
+// pixel cost from the pictures that were rendered, whatever device, view and data they came from. One per
+// session, as views differ; used by the thread that renders.
+//
+// The model is t = a * points + b * pixel work, fitted by least squares to the latest pictures (each counts
+// less than the next), held by a weak prior until there are some.
+#pragma once
+
+#include <cstdint>
+
+#include "server/render/quality.h"
+
+namespace mote::server {
+
+/// What the exact picture of a view would take.
+struct ViewLoad {
+    double pixels = 0.0;
+    double points = 0.0;
+};
+
+class QualityController {
+  public:
+    explicit QualityController(double budgetMs = 30.0) : budgetMs_(budgetMs) {}
+
+    /// For a view in motion: ready within the budget, as far as we know; exact where that is so cheap.
+    render::Quality quick(const ViewLoad& load);
+    /// Between quick and exact: a few budgets, full resolution.
+    render::Quality intermediate(const ViewLoad& load) const;
+    /// Whether the exact picture takes so long that an intermediate one is worth its time.
+    bool worthIntermediate(const ViewLoad& load) const;
+    double expectedMs(const ViewLoad& load, const render::Quality& quality) const;
+
+    /// A picture of `pixels` (of the payload) and `points` drawn at this quality took `ms`.
+    void learn(double pixels, double points, const render::Quality& quality, double ms);
+
+    double budgetMs() const { return budgetMs_; }
+    double msPerMillionPoints() const { return perPoint_; }
+    double msPerMillionPixels() const { return perPixel_; }
+
+  private:
+    double fractionWithin(const ViewLoad& load, const render::Quality& quality, double budgetMs) const;
+    void solve();
+
+    double budgetMs_;
+    bool halfSize_ = false;   // of the last quick picture
+    double perPoint_ = 25.0;  // ms a million points: llvmpipe on a few cores
+    double perPixel_ = 40.0;  // ms a million pixels of exact work
+    // Sums of the normal equations: points^2, points * work, work^2, points * t, work * t.
+    double pp_ = 0.0, pw_ = 0.0, ww_ = 0.0, pt_ = 0.0, wt_ = 0.0;
+};
+
+}  // namespace mote::server

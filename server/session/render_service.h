@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// RenderService: the one thread that owns the device, and what it draws for whom. Sessions tell it their
+// latest view and their credits, from any thread and without waiting; it hands back encoded frames. Idle, it
+// sleeps.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "server/render/device.h"
+#include "server/session/render_schedule.h"
+#include "server/session/step_source.h"
+#include "server/session/view_task.h"
+
+namespace mote::server {
+
+/// A picture on its way to its client. All of the message is filled in but what the sender knows: its
+/// sequence and the total time.
+struct RenderedFrame {
+    proto::Frame message;
+    std::vector<std::uint8_t> payload;
+    Clock::time_point arrived;  ///< of the view
+};
+
+/// Called on the service's threads, also shortly after close(); must not block. At most as many frames come
+/// as there are credits.
+struct RenderEvents {
+    std::function<void(RenderedFrame)> frame;
+    /// The view of that request cannot be drawn; no credit is spent.
+    std::function<void(std::uint64_t request, Error)> failed;
+};
+
+struct RenderSettings {
+    double budgetMs = 30.0;  ///< for a picture of a view in motion
+    unsigned encodeThreads = 2;
+    ScheduleSettings schedule;
+};
+
+class RenderService {
+  public:
+    /// Makes the device, on the thread that renders. May throw render::DeviceError.
+    using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
+
+    /// `steps` must outlive the service and is asked on the thread that renders.
+    RenderService(DeviceFactory factory, StepSource& steps, RenderSettings settings = {});
+    /// Stops what is under way and waits for the threads.
+    ~RenderService();
+    RenderService(const RenderService&) = delete;
+    RenderService& operator=(const RenderService&) = delete;
+
+    /// Waits for the device; returns its name. Once. Errors: internal (there is no such device).
+    Result<std::string> start();
+
+    void open(SessionId session, std::uint32_t credits, RenderEvents events);
+    void close(SessionId session);
+    void setView(SessionId session, std::shared_ptr<const ViewTask> task);
+    void addCredits(SessionId session, std::uint32_t count);
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mote::server

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ServerSettings: what a server is started with. A value.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "server/render/device.h"
+#include "server/session/render_service.h"
+
+namespace mote::server {
+
+struct ServerSettings {
+    std::vector<std::string> roots;        ///< "NAME=DIR"
+    std::filesystem::path stateDirectory;  ///< jobs and the socket; made where absent
+    std::filesystem::path connectionFile;  ///< written when the server accepts, removed when it ends
+    std::filesystem::path prep;            ///< the program mote-prep, for jobs
+    render::DeviceKind device = render::DeviceKind::automatic;
+    std::uint64_t memory = 0;  ///< bytes that a job may use; 0: no limit
+    unsigned threads = 0;      ///< of a job; 0: its own choice
+
+    RenderSettings render;
+    std::size_t maxSessions = 64;
+    std::chrono::milliseconds handshakeTimeout{5000};
+    std::chrono::milliseconds rescanInterval{2000};  ///< while clients are connected
+};
+
+}  // namespace mote::server

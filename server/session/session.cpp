@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/session/session.h"
+
+#include <spdlog/spdlog.h>
+
+#include <asio/co_spawn.hpp>
+#include <asio/detached.hpp>
+#include <asio/post.hpp>
+
+#include "server/session/token.h"
+#include "server/session/utf8.h"
+
+namespace mote::server {
+
+Session::Session(SessionId id, wire::MessageStream::Socket socket, SessionContext& context)
+    : id_(id),
+      context_(context),
+      executor_(socket.get_executor()),
+      stream_(std::move(socket)),
+      deadline_(executor_),
+      readerWake_(executor_),
+      workerWake_(executor_),
+      writerWake_(executor_) {}
+
+void Session::start() {
+    deadline_.expires_after(context_.handshakeTimeout);
+    deadline_.async_wait([weak = weak_from_this()](const asio::error_code& code) {
+        const auto self = weak.lock();
+        if (code || !self || self->authenticated_) return;
+        self->leave({ErrorCode::cancelled, "hello", "the client did not say hello in time"});
+    });
+    const auto spawn = [this](asio::awaitable<void> (Session::*coroutine)()) {
+        asio::co_spawn(
+            executor_, [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
+            [self = shared_from_this()](const std::exception_ptr& failure) {
+                if (failure) self->close();  // memory is short: this connection ends, the server goes on
+            });
+    };
+    spawn(&Session::read);
+    spawn(&Session::work);
+    spawn(&Session::write);
+}
+
+// --------------------------------------------------------------------------------------------- reading
+
+asio::awaitable<void> Session::read() {
+    const bool known = co_await handshake();
+    if (!known) co_return;
+    std::vector<std::uint8_t> payload;
+    while (!leaving_ && !closed_) {
+        // A client that does not take its replies is not asked for more.
+        while (!outbox_.room() && !closed_) co_await readerWake_.wait();
+        if (closed_) co_return;
+        proto::ClientMessage message;
+        const auto status = co_await stream_.read(message, payload, wire::clientLimits);
+        if (!status.ok()) co_return leave(status.error());
+        co_await handle(std::move(message));
+    }
+}
+
+asio::awaitable<bool> Session::handshake() {
+    const auto version = co_await stream_.greet();
+    if (closed_) co_return false;
+    greeted_ = true;
+    if (!version.ok()) {
+        leave(version.error());
+        co_return false;
+    }
+    co_return co_await welcome();
+}
+
+asio::awaitable<bool> Session::welcome() {
+    proto::ClientMessage message;
+    std::vector<std::uint8_t> payload;
+    const auto status = co_await stream_.read(message, payload, wire::helloLimits);
+    if (!status.ok()) {
+        leave(status.error());
+        co_return false;
+    }
+    if (!message.has_hello() || !sameToken(context_.token, message.hello().token())) {
+        spdlog::warn("session {}: refused, no hello with the right token", id_);
+        leave({ErrorCode::permissionDenied, "hello.token",
+               "the token is not this server's; read its present connection file"});
+        co_return false;
+    }
+    authenticated_ = true;
+    deadline_.cancel();
+    spdlog::info("session {}: \"{}\" connected", id_, message.hello().client());
+    context_.render->open(id_, wire::frameCredits, renderEvents());
+    proto::ServerMessage reply;
+    auto& welcome = *reply.mutable_welcome();
+    welcome.set_server(context_.server);
+    welcome.set_minor(wire::ownVersion.minor);
+    welcome.set_device(toUtf8(context_.device));
+    welcome.set_frame_credits(wire::frameCredits);
+    this->reply(message.request(), std::move(reply));
+    co_return true;
+}
+
+asio::awaitable<void> Session::handle(proto::ClientMessage message) {
+    using Body = proto::ClientMessage;
+    const std::uint64_t request = message.request();
+    switch (message.body_case()) {
+        case Body::kSetView:
+            co_await setView(request, message.set_view());
+            break;
+        case Body::kCredit:
+            returnCredit(message.credit());
+            break;
+        case Body::kPing: {
+            proto::ServerMessage pong;
+            pong.mutable_pong()->set_sent_ns(message.ping().sent_ns());
+            reply(request, std::move(pong));
+            break;
+        }
+        case Body::kHello:
+            leave({ErrorCode::invalidArgument, "hello", "it was said already"});
+            break;
+        case Body::BODY_NOT_SET:
+            // A newer minor version may know more than we do.
+            reply(request, failureMessage(
+                               request, {ErrorCode::unsupported, "message", "it is not known here"}, false));
+            break;
+        default:
+            while (commands_.size() >= maxCommands && !closed_) co_await readerWake_.wait();
+            commands_.push_back(std::move(message));
+            workerWake_.notify();
+    }
+}
+
+// ----------------------------------------------------------------------------------------------- views
+
+namespace {
+
+Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::SetView& message) {
+    if (message.format() != proto::PIXEL_FORMAT_UNSPECIFIED && message.format() != proto::SRGB8 &&
+        message.format() != proto::LINEAR_HALF) {
+        return Error{ErrorCode::unsupported, "format", "this pixel format is not known here"};
+    }
+    auto view = parseView(message.view());
+    if (!view.ok()) return view.error().within("view");
+    auto task = std::make_shared<ViewTask>();
+    task->view = *std::move(view);
+    task->viewId = message.view_id();
+    task->request = request;
+    task->finalOnly = message.final_only();
+    task->moving = message.moving();
+    task->format =
+        message.format() == proto::LINEAR_HALF ? render::PixelFormat::linearHalf : render::PixelFormat::srgb8;
+    task->askedNs = message.asked_ns();
+    return task;
+}
+
+}  // namespace
+
+asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetView& message) {
+    const auto arrived = Clock::now();
+    auto task = makeTask(request, message);
+    if (!task.ok()) {
+        reply(request, failureMessage(request, task.error(), false));
+        co_return;
+    }
+    (*task)->arrived = arrived;
+    co_await findDatasets((*task)->view);
+    if (!closed_) context_.render->setView(id_, *std::move(task));
+}
+
+/// A dataset that was published a moment ago may not be known yet: only then is the disk asked first.
+asio::awaitable<void> Session::findDatasets(const View& view) {
+    bool known = true;
+    for (const auto& layer : view.layers) known = known && context_.datasets->contains(layer.dataset);
+    if (known) co_return;
+    const auto done = std::make_shared<bool>(false);
+    context_.datasets->rescan([weak = weak_from_this(), executor = executor_, done] {
+        asio::post(executor, [weak, done] {
+            *done = true;
+            if (const auto self = weak.lock()) self->readerWake_.notify();
+        });
+    });
+    while (!*done && !closed_) co_await readerWake_.wait();
+}
+
+void Session::returnCredit(const proto::Credit& message) {
+    if (message.frames() > outstanding_) {
+        return leave({ErrorCode::invalidArgument, "credit.frames",
+                      "more frames were returned than the server has sent"});
+    }
+    outstanding_ -= message.frames();
+    context_.render->addCredits(id_, message.frames());
+}
+
+RenderEvents Session::renderEvents() {
+    const auto weak = weak_from_this();
+    const auto executor = executor_;
+    return {[weak, executor](RenderedFrame frame) {
+                asio::post(executor, [weak, frame = std::move(frame)]() mutable {
+                    if (const auto self = weak.lock()) self->frameReady(std::move(frame));
+                });
+            },
+            [weak, executor](std::uint64_t request, Error error) {
+                asio::post(executor, [weak, request, error = std::move(error)] {
+                    if (const auto self = weak.lock()) self->viewFailed(request, error);
+                });
+            }};
+}
+
+void Session::frameReady(RenderedFrame frame) {
+    if (closed_ || leaving_) return;
+    outbox_.frame(std::move(frame));
+    writerWake_.notify();
+}
+
+void Session::viewFailed(std::uint64_t request, const Error& error) {
+    outbox_.viewFailed(failureMessage(request, error, false));
+    writerWake_.notify();
+}
+
+// --------------------------------------------------------------------------------------------- writing
+
+asio::awaitable<void> Session::write() {
+    while (!closed_) {
+        auto item = greeted_ ? outbox_.next() : std::nullopt;
+        if (!item) {
+            co_await writerWake_.wait();
+            continue;
+        }
+        readerWake_.notify();
+        if (!fill(*item)) continue;
+        const auto status = co_await stream_.write(item->message, item->frame.payload, wire::serverLimits);
+        if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
+            // Nothing of it went out: the client hears why instead.
+            outbox_.reply(failureMessage(item->message.reply_to(), status.error(), false));
+        } else if (!status.ok() || item->kind == Outbox::Item::Kind::farewell) {
+            close();
+        }
+    }
+}
+
+/// Takes the present state of what changed; false where there is nothing to say about it any more.
+bool Session::fill(Outbox::Item& item) {
+    using Kind = Outbox::Item::Kind;
+    if (item.kind == Kind::catalogue) {
+        *item.message.mutable_catalogue() = *context_.datasets->catalogue();
+    } else if (item.kind == Kind::allJobs) {
+        item.message = watchJobs();
+    } else if (item.kind == Kind::job) {
+        auto job = context_.jobs->find(item.job);
+        if (!job.ok()) return false;
+        *item.message.mutable_job() = *std::move(job);
+    } else if (item.kind == Kind::frame) {
+        ++outstanding_;
+        auto& frame = item.frame.message;
+        frame.set_sequence(++sequence_);
+        frame.set_total_ms(milliseconds(Clock::now() - item.frame.arrived));
+        *item.message.mutable_frame() = std::move(frame);
+    }
+    return true;
+}
+
+void Session::reply(std::uint64_t to, proto::ServerMessage message) {
+    message.set_reply_to(to);
+    outbox_.reply(std::move(message));
+    writerWake_.notify();
+}
+
+void Session::catalogueChanged() {
+    if (!authenticated_) return;
+    outbox_.catalogueChanged();
+    writerWake_.notify();
+}
+
+void Session::jobChanged(const proto::JobStatus& job) {
+    if (!watchesJobs_) return;
+    outbox_.jobChanged(job.id());
+    writerWake_.notify();
+}
+
+// ---------------------------------------------------------------------------------------------- ending
+
+void Session::leave(const Error& reason) {
+    if (leaving_ || closed_) return;
+    leaving_ = true;
+    const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
+    if (gone || !greeted_) return close();
+    spdlog::info("session {}: closed: {}", id_, toUtf8(reason.toString()));
+    context_.render->close(id_);  // nothing more is drawn for it
+    outbox_.farewell(failureMessage(0, reason, true));
+    writerWake_.notify();
+    workerWake_.notify();
+    deadline_.expires_after(context_.farewellTimeout);
+    deadline_.async_wait([weak = weak_from_this()](const asio::error_code& code) {
+        const auto self = weak.lock();
+        if (!code && self) self->close();
+    });
+}
+
+void Session::close() {
+    if (std::exchange(closed_, true)) return;
+    leaving_ = true;
+    context_.render->close(id_);
+    stream_.close();
+    deadline_.cancel();
+    readerWake_.notify();
+    workerWake_.notify();
+    writerWake_.notify();
+    context_.closed(id_);
+}
+
+}  // namespace mote::server

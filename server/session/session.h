@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Session: one client's connection, from its greeting to its end. Three coroutines on the server's thread:
+// one reads (state at once, commands into a short queue), one works on the commands in order, one writes. All
+// that a session holds is bounded; where a client does not read, its own reader stops and nobody else
+// notices.
+//
+// Owned by the server and by its coroutines, by shared pointer. All functions on the server's thread.
+#pragma once
+
+#include <asio/any_io_executor.hpp>
+#include <asio/awaitable.hpp>
+#include <asio/steady_timer.hpp>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "protocol/wire/message_stream.h"
+#include "server/jobs/job_queue.h"
+#include "server/session/dataset_service.h"
+#include "server/session/outbox.h"
+#include "server/session/render_service.h"
+#include "server/session/wakeup.h"
+
+namespace mote::server {
+
+/// What sessions share; the server owns it and outlives them.
+struct SessionContext {
+    std::string token;
+    std::string server;  ///< program and version
+    std::string device;
+    RenderService* render = nullptr;
+    DatasetService* datasets = nullptr;
+    JobQueue* jobs = nullptr;
+    std::chrono::milliseconds handshakeTimeout{5000};  ///< from the connection to a good token
+    std::chrono::milliseconds farewellTimeout{1000};   ///< a client has this long to take the last word
+    std::function<void(SessionId)> closed;             ///< once, as the last thing
+};
+
+class Session : public std::enable_shared_from_this<Session> {
+  public:
+    Session(SessionId id, wire::MessageStream::Socket socket, SessionContext& context);
+
+    void start();
+    /// Sends the client one fatal failure if it still takes it, then closes.
+    void leave(const Error& reason);
+    /// The datasets are not the same as before.
+    void catalogueChanged();
+    void jobChanged(const proto::JobStatus& job);
+
+    bool authenticated() const { return authenticated_; }
+
+  private:
+    static constexpr std::size_t maxCommands = 8;
+
+    asio::awaitable<void> read();
+    asio::awaitable<bool> handshake();
+    asio::awaitable<bool> welcome();
+    asio::awaitable<void> handle(proto::ClientMessage message);
+    asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
+    asio::awaitable<void> findDatasets(const View& view);
+    void returnCredit(const proto::Credit& message);
+    RenderEvents renderEvents();
+    void frameReady(RenderedFrame frame);
+    void viewFailed(std::uint64_t request, const Error& error);
+
+    asio::awaitable<void> work();
+    asio::awaitable<proto::ServerMessage> answer(const proto::ClientMessage& command);
+    asio::awaitable<proto::ServerMessage> listDatasets();
+    asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
+    proto::ServerMessage submitJob(const proto::JobRequest& request);
+    proto::ServerMessage cancelJob(const std::string& id);
+    proto::ServerMessage watchJobs();
+
+    asio::awaitable<void> write();
+    bool fill(Outbox::Item& item);
+    void reply(std::uint64_t to, proto::ServerMessage message);
+    void close();
+
+    const SessionId id_;
+    SessionContext& context_;
+    asio::any_io_executor executor_;
+    wire::MessageStream stream_;
+    asio::steady_timer deadline_;  // of the handshake, then of the farewell
+
+    Wakeup readerWake_, workerWake_, writerWake_;
+    Outbox outbox_;
+    std::deque<proto::ClientMessage> commands_;
+    std::uint64_t sequence_ = 0;     // of the latest frame
+    std::uint32_t outstanding_ = 0;  // frames that were sent and not yet credited
+    bool greeted_ = false;           // our greeting is out: a failure can follow
+    bool authenticated_ = false;
+    bool watchesJobs_ = false;
+    bool leaving_ = false;
+    bool closed_ = false;
+};
+
+}  // namespace mote::server

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ViewTask: a view that a client wants to see, as the renderer knows it. An immutable value, shared between
+// the session that parsed it and the thread that renders it; which of two is newer is told by identity.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+#include "protocol/scene/view.h"
+#include "server/render/picture.h"
+
+namespace mote::server {
+
+using Clock = std::chrono::steady_clock;
+using SessionId = std::uint64_t;
+
+inline double milliseconds(Clock::duration duration) {
+    return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+struct ViewTask {
+    View view;
+    std::uint64_t viewId = 0;
+    std::uint64_t request = 0;  ///< the client's number of the message, for a failure
+    bool finalOnly = false;     ///< only the exact picture
+    bool moving = false;        ///< the hand is still on it: no refinement
+    render::PixelFormat format = render::PixelFormat::srgb8;  ///< of the exact picture
+    std::int64_t askedNs = 0;                                 ///< the client's clock
+    Clock::time_point arrived;
+};
+
+}  // namespace mote::server
