@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/particles_job.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "preprocess/particles/morton.h"
+#include "protocol/scene/json.h"
+#include "storage/manifest.h"
+#include "storage/particles/particle_step.h"
+#include "storage/verify.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/particles/account.h"
+#include "tests/unit/particles/fake_source.h"
+#include "tests/unit/particles/quiet_progress.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+using test::beamStep;
+using test::FakeSource;
+using test::FakeStep;
+using testing::HasSubstr;
+
+constexpr double notANumber = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+proto::JobRequest requestFor(const char* a = "x", const char* b = "px", const char* c = "y") {
+    proto::JobRequest request;
+    auto& job = *request.mutable_particles();
+    job.add_inputs("fake.h5");
+    for (const char* axis : {a, b, c}) job.add_axes(axis);
+    return request;
+}
+
+Result<proto::Manifest> make(const proto::JobRequest& request, FakeSource& source, const fs::path& output,
+                             ParticlesJobOptions options = {}) {
+    test::QuietProgress progress;
+    return runParticlesJob(request, source, {output.parent_path() / "fake.h5"}, output, options, progress);
+}
+
+std::map<std::string, std::string> contentOf(const fs::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        std::ifstream file(entry.path(), std::ios::binary);
+        files[entry.path().filename()] = {std::istreambuf_iterator<char>(file), {}};
+    }
+    return files;
+}
+
+std::size_t entriesOf(const fs::path& folder) {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST(ParticlesJob, EveryParticleIsInOneLeafAtItsPlace) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(20000, 1), beamStep(10000, 2, 3.0)});
+    auto request = requestFor();
+    request.mutable_particles()->set_volume_level(5);
+    ASSERT_TRUE(make(request, source, dir / "a.mote").ok());
+    test::expectAccounted(dir / "a.mote", request.particles(), source);
+    EXPECT_TRUE(storage::verifyDataset(dir / "a.mote").empty());
+}
+
+TEST(ParticlesJob, DeepSmallLeavesAndAVolumeFinerThanTheOctree) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(5000, 3)});
+    auto request = requestFor("r", "theta", "delta");
+    request.mutable_particles()->set_leaf_capacity(1);
+    request.mutable_particles()->set_max_level(16);
+    ASSERT_TRUE(make(request, source, dir / "deep.mote").ok());
+    test::expectAccounted(dir / "deep.mote", request.particles(), source);
+    request.mutable_particles()->set_max_level(2);
+    request.mutable_particles()->set_volume_level(7);
+    ASSERT_TRUE(make(request, source, dir / "flat.mote").ok());
+    test::expectAccounted(dir / "flat.mote", request.particles(), source);
+}
+
+TEST(ParticlesJob, SameBytesForAnyNumberOfThreads) {
+    const test::TempDir dir;
+    std::map<std::string, std::string> first;
+    for (const int threads : {1, 2, 3}) {
+        // Enough that every parallel loop has several pieces.
+        FakeSource source({beamStep(300000, 1), beamStep(1000, 2)});
+        const auto output = dir / ("t" + std::to_string(threads) + ".mote");
+        ASSERT_TRUE(make(requestFor(), source, output, {threads, 0}).ok());
+        const auto content = contentOf(output);
+        EXPECT_EQ(content.size(), 5U);
+        if (first.empty()) first = content;
+        EXPECT_TRUE(content == first) << threads;
+    }
+}
+
+TEST(ParticlesJob, LeftOutParticlesAreCountedByWhatIsWrong) {
+    const test::TempDir dir;
+    auto step = beamStep(1000, 1);
+    step.lost.assign(1000, 0);
+    step.lost[3] = 1;
+    step[Column::x][3] = notANumber;  // lost comes first
+    step[Column::px][4] = infinity;
+    step[Column::weight][5] = notANumber;
+    step[Column::weight][6] = -1.0;
+    step[Column::y][7] = 1e30;
+    step[Column::y][8] = -1e30;
+    step[Column::z][9] = notANumber;  // no axis of this plot
+    FakeSource source({step});
+    test::QuietProgress progress;
+    const auto request = requestFor();
+    const auto manifest = runParticlesJob(request, source, {dir / "fake.h5"}, dir / "a.mote", {}, progress);
+    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
+    const auto& entry = manifest->particles().steps(0);
+    EXPECT_EQ(entry.lost(), 1U);
+    EXPECT_EQ(entry.invalid(), 3U);
+    EXPECT_EQ(entry.outside(), 2U);
+    EXPECT_EQ(entry.particles(), 994U);
+    EXPECT_LT(manifest->particles().axes(2).max(), 1.0);
+    EXPECT_THAT(progress.notes, testing::Contains(HasSubstr("2 particles")));
+    EXPECT_TRUE(std::is_sorted(progress.fractions.begin(), progress.fractions.end()));
+    EXPECT_EQ(progress.fractions.back(), 1.0);
+    test::expectAccounted(dir / "a.mote", request.particles(), source);
+}
+
+TEST(ParticlesJob, GivenBoundsHoldAndTheRestIsOutside) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(5000, 1)});
+    auto request = requestFor();
+    auto& bounds = *request.mutable_particles()->add_bounds();
+    bounds.set_name("px");
+    bounds.set_min(-1e-3);
+    bounds.set_max(5e-4);
+    const auto manifest = make(request, source, dir / "a.mote");
+    ASSERT_TRUE(manifest.ok());
+    EXPECT_EQ(manifest->particles().axes(1).min(), -1e-3);
+    EXPECT_EQ(manifest->particles().axes(1).max(), 5e-4);
+    EXPECT_GT(manifest->particles().steps(0).outside(), 100U);
+    test::expectAccounted(dir / "a.mote", request.particles(), source);
+}
+
+TEST(ParticlesJob, BoundsAreThoseOfTheWholeSeries) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(500, 1), beamStep(500, 2, 20.0), beamStep(500, 3)});
+    auto request = requestFor();
+    request.mutable_particles()->set_steps("0:2:2");
+    const auto two = make(request, source, dir / "two.mote");
+    const auto three = make(requestFor(), source, dir / "three.mote");
+    ASSERT_TRUE(two.ok() && three.ok());
+    EXPECT_EQ(two->particles().steps_size(), 2);
+    EXPECT_LT(two->particles().axes(0).max() * 5.0, three->particles().axes(0).max());
+}
+
+TEST(ParticlesJob, NoOneOrTheSameParticle) {
+    const test::TempDir dir;
+    FakeStep one;
+    one[Column::x] = {0.5};
+    one[Column::y] = {-2.0};
+    one[Column::px] = {0.0};
+    FakeStep none;
+    FakeStep allLost = one;
+    allLost.lost = {1};
+    FakeStep duplicates;
+    for (const auto column : {Column::x, Column::y, Column::px}) duplicates[column].assign(100000, 0.5);
+    FakeSource source({one, none, allLost, duplicates});
+    const auto request = requestFor();
+    const auto manifest = make(request, source, dir / "a.mote");
+    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
+    test::expectAccounted(dir / "a.mote", request.particles(), source);
+    EXPECT_TRUE(storage::verifyDataset(dir / "a.mote").empty());
+    for (const std::uint32_t step : {1U, 2U}) {
+        const auto empty = *storage::ParticleStep::open(dir / "a.mote", *manifest, step);
+        EXPECT_EQ(empty->pointCount(), 0U);
+        EXPECT_EQ(empty->nodes().size(), 1U);
+        EXPECT_EQ(empty->nodes().count[0], 0U);
+        ASSERT_EQ(empty->leaves().size(), 1U);
+        EXPECT_EQ(empty->leaves().pointCount[0], 0U);
+        EXPECT_TRUE(empty->positions(0, 0).empty());
+        EXPECT_EQ(empty->volume()[0], 0.0F);
+    }
+    // A single value lies in the middle of its axis.
+    FakeSource single({one});
+    ASSERT_TRUE(make(request, single, dir / "one.mote").ok());
+    const auto opened =
+        *storage::ParticleStep::open(dir / "one.mote", *storage::readManifest(dir / "one.mote"), 0);
+    const auto position = opened->positions(0, 1)[0];
+    EXPECT_NEAR(position.x, 32768, 1);
+    EXPECT_NEAR(position.y, 32768, 1);
+    EXPECT_NEAR(position.z, 32768, 1);
+}
+
+TEST(ParticlesJob, NothingToPlotIsOneClearError) {
+    const test::TempDir dir;
+    FakeStep none;
+    auto lost = beamStep(10, 1);
+    lost.lost.assign(10, 1);
+    auto invalid = beamStep(10, 1);
+    invalid[Column::x].assign(10, notANumber);
+    for (const auto& step : {none, lost, invalid}) {
+        FakeSource source({step});
+        const auto made = make(requestFor(), source, dir / "a.mote");
+        ASSERT_FALSE(made.ok());
+        EXPECT_THAT(made.error().toString(), HasSubstr("no selected step has a particle"));
+    }
+    auto weightless = beamStep(10, 1);
+    weightless[Column::weight].assign(10, 0.0);
+    FakeSource source({weightless});
+    EXPECT_THAT(make(requestFor(), source, dir / "a.mote").error().message, HasSubstr("weigh nothing"));
+    EXPECT_EQ(entriesOf(dir.path()), 0U);
+}
+
+TEST(ParticlesJob, SomeWeightlessParticlesAreTheThinnest) {
+    const test::TempDir dir;
+    auto step = beamStep(2000, 1);
+    for (std::size_t i = 0; i < 2000; i += 2) step[Column::weight][i] = 0.0;
+    FakeSource source({step});
+    auto request = requestFor();
+    request.mutable_particles()->set_leaf_capacity(1);
+    const auto manifest = make(request, source, dir / "a.mote");
+    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
+    EXPECT_GT(manifest->particles().density_min(), 0.0);
+    test::expectAccounted(dir / "a.mote", request.particles(), source);
+}
+
+TEST(ParticlesJob, AnAxisThatTheRunDoesNotHave) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(10, 1)});
+    EXPECT_EQ(make(requestFor("x", "y", "energy"), source, dir / "a.mote").error().where, "axis energy");
+    EXPECT_EQ(make(requestFor("x", "y", "t"), source, dir / "a.mote").error().code, ErrorCode::notFound);
+    EXPECT_EQ(entriesOf(dir.path()), 0U);
+}
+
+TEST(ParticlesJob, AnOutputThatIsThereIsLeftAlone) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(10, 1)});
+    fs::create_directory(dir / "a.mote");
+    std::ofstream(dir / "a.mote" / "mine") << "mine";
+    EXPECT_EQ(make(requestFor(), source, dir / "a.mote").error().code, ErrorCode::alreadyExists);
+    EXPECT_TRUE(fs::exists(dir / "a.mote" / "mine"));
+    EXPECT_EQ(entriesOf(dir.path()), 1U);
+    EXPECT_EQ(make(requestFor(), source, dir / "nowhere" / "a.mote").error().code, ErrorCode::notFound);
+    EXPECT_EQ(make(requestFor(), source, dir / "a.h5").error().code, ErrorCode::invalidArgument);
+}
+
+TEST(ParticlesJob, AnOutputThatCannotBeWritten) {
+    if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+    const test::TempDir dir;
+    FakeSource source({beamStep(10, 1)});
+    fs::permissions(dir.path(), fs::perms::owner_read | fs::perms::owner_exec);
+    EXPECT_EQ(make(requestFor(), source, dir / "a.mote").error().code, ErrorCode::permissionDenied);
+    fs::permissions(dir.path(), fs::perms::owner_all);
+}
+
+/// A limit on the size of files for as long as the object lives: the kernel then refuses writes as on a full
+/// disk.
+class FileSizeLimit {
+  public:
+    explicit FileSizeLimit(rlim_t bytes) {
+        ::getrlimit(RLIMIT_FSIZE, &before_);
+        auto limit = before_;
+        limit.rlim_cur = bytes;
+        std::signal(SIGXFSZ, SIG_IGN);
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FileSizeLimit() {
+        ::setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, SIG_DFL);
+    }
+
+  private:
+    rlimit before_{};
+};
+
+TEST(ParticlesJob, AFullDiskIsOneErrorAndNoDebris) {
+    const test::TempDir dir;
+    // In the middle of the step's file; just below its end; only the manifest fails.
+    for (const rlim_t bytes : {1000UL, 40000UL, 1400000UL}) {
+        FakeSource source({beamStep(20000, 1)});
+        const FileSizeLimit limit(bytes);
+        const auto made = make(requestFor(), source, dir / "a.mote");
+        ASSERT_FALSE(made.ok()) << bytes;
+        EXPECT_EQ(made.error().code, ErrorCode::resourceExhausted) << made.error().toString();
+        EXPECT_EQ(entriesOf(dir.path()), 0U);
+    }
+    FakeSource source({beamStep(20000, 1)});
+    EXPECT_TRUE(make(requestFor(), source, dir / "a.mote").ok());
+}
+
+TEST(ParticlesJob, MemoryIsBoundedByAClearError) {
+    const test::TempDir dir;
+    FakeSource source({beamStep(20000, 1)});
+    const auto made = make(requestFor(), source, dir / "a.mote", {0, 1 << 20});
+    ASSERT_FALSE(made.ok());
+    EXPECT_EQ(made.error().code, ErrorCode::resourceExhausted);
+    EXPECT_THAT(made.error().toString(), HasSubstr("20000 particles"));
+    EXPECT_TRUE(make(requestFor(), source, dir / "a.mote", {0, 1 << 28}).ok());
+}
+
+TEST(ParticlesJob, CancelledAnywhereLeavesNoDebris) {
+    const test::TempDir dir;
+    const auto request = requestFor();
+    const auto run = [&](long after) {
+        FakeSource source({beamStep(2000, 1), beamStep(2000, 2)});
+        test::QuietProgress progress(after);
+        const auto made = runParticlesJob(request, source, {dir / "fake.h5"}, dir / "a.mote", {}, progress);
+        if (!made.ok()) {
+            EXPECT_EQ(made.error().code, ErrorCode::cancelled);
+            EXPECT_EQ(entriesOf(dir.path()), 0U);
+        }
+        return made.ok();
+    };
+    long after = 0;
+    while (!run(after)) ++after;
+    EXPECT_GT(after, 10);  // it asked that often, and stopped each time
+}
+
+TEST(ParticlesJob, TheManifestSaysHowToMakeItAgain) {
+    const test::TempDir dir;
+    fs::create_directories(dir / "plots");
+    FakeSource source({beamStep(100, 1)});
+    auto request = requestFor();
+    request.set_output("data/plots/a.mote");
+    request.set_title("A title");
+    test::QuietProgress progress;
+    ASSERT_TRUE(
+        runParticlesJob(request, source, {dir / "runs" / "fake.h5"}, dir / "plots" / "a.mote", {}, progress)
+            .ok());
+    const auto manifest = storage::readManifest(dir / "plots" / "a.mote");
+    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
+    EXPECT_EQ(manifest->title(), "A title");
+    EXPECT_EQ(manifest->request().output(), "");
+    EXPECT_EQ(manifest->request().particles().inputs(0), "../runs/fake.h5");
+    EXPECT_THAT(manifest->request().particles().axes(), testing::ElementsAre("x", "px", "y"));
+}
+
+TEST(ParticlesJob, EveryPrefixOfALeafIsAFairSample) {
+    const test::TempDir dir;
+    // One leaf of 4000 particles in the order of x: the first half of its points must not lean to one side.
+    FakeStep step;
+    for (int i = 0; i < 4000; ++i) {
+        for (const auto column : {Column::x, Column::px, Column::y}) step[column].push_back(i);
+    }
+    FakeSource source({step});
+    auto request = requestFor();
+    request.mutable_particles()->set_leaf_capacity(4000);
+    ASSERT_TRUE(make(request, source, dir / "a.mote").ok());
+    const auto opened =
+        *storage::ParticleStep::open(dir / "a.mote", *storage::readManifest(dir / "a.mote"), 0);
+    ASSERT_EQ(opened->leaves().size(), 1U);
+    const auto rows = opened->rows(0, 4000);
+    for (const std::size_t prefix : {100UL, 1000UL, 2000UL}) {
+        double mean = 0.0;
+        for (std::size_t i = 0; i < prefix; ++i)
+            mean += static_cast<double>(rows[i]) / static_cast<double>(prefix);
+        // The mean of n rows drawn without replacement from 0 to 3999 has a standard deviation below
+        // 4000 / sqrt(12 n); five of them.
+        EXPECT_NEAR(mean, 1999.5, 5.0 * 4000.0 / std::sqrt(12.0 * static_cast<double>(prefix)));
+    }
+    EXPECT_EQ(std::set<std::uint64_t>(rows.begin(), rows.end()).size(), 4000U);
+}
+
+}  // namespace
+}  // namespace mote::prep
