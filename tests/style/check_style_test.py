@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The style check must see each kind of violation, and nothing in a tree that keeps the rules."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import check_style
+
+GOOD_HEADER = """// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Thing: a thing. A value.
+#pragma once
+
+#include <vector>
+"""
+GOOD_SOURCE = "// SPDX-License-Identifier: GPL-3.0-or-later\n"
+
+
+def wrong(path, text):
+    return list(check_style.check_file(path, text))
+
+
+def including(path, include):
+    return wrong(path, GOOD_SOURCE + f"#include {include}\n")
+
+
+class Includes(unittest.TestCase):
+    def test_what_the_table_forbids(self):
+        for path, include in [
+            ("client/view/a.cpp", '"storage/manifest.h"'),
+            ("client/view/a.cpp", '"server/render/scene.h"'),
+            ("client/frames/a.cpp", "<hdf5.h>"),
+            ("client/frames/a.cpp", "<openvdb/openvdb.h>"),
+            ("client/frames/a.cpp", "<CGAL/Point_3.h>"),
+            ("client/frames/a.cpp", "<mpi.h>"),
+            ("storage/a.cpp", '"protocol/wire/frame.h"'),
+            ("storage/a.cpp", '"preprocess/progress.h"'),
+            ("storage/a.cpp", '"server/render/scene.h"'),
+            ("preprocess/particles/a.cpp", '"server/jobs/job_queue.h"'),
+            ("preprocess/particles/a.cpp", '"protocol/wire/frame.h"'),
+            ("server/jobs/a.cpp", '"preprocess/progress.h"'),
+            ("server/session/a.cpp", '"client/shared/client.h"'),
+            ("server/render/a.cpp", '"protocol/wire/frame.h"'),
+            ("server/render/a.cpp", '"server/session/session.h"'),
+            ("server/render/egl/a.cpp", "<asio/ip/tcp.hpp>"),
+            ("server/render/a.cpp", "<sys/socket.h>"),
+            ("server/encode/a.cpp", "<asio.hpp>"),
+            ("protocol/scene/a.cpp", "<asio/post.hpp>"),
+            ("protocol/scene/a.cpp", '"protocol/wire/frame.h"'),
+            ("protocol/wire/a.cpp", '"server/session/session.h"'),
+            ("storage/a.cpp", "<asio/post.hpp>"),
+            ("server/session/a.cpp", '"tests/support/memory_step.h"'),
+            ("server/session/a.cpp", '"session.h"'),
+            ("server/session/a.cpp", "<storage/manifest.h>"),
+        ]:
+            with self.subTest(path=path, include=include):
+                self.assertEqual([line for line, _ in including(path, include)], [2])
+
+    def test_what_the_table_allows(self):
+        for path, include in [
+            ("client/view/a.cpp", '"protocol/wire/frame.h"'),
+            ("client/view/a.cpp", "<asio/post.hpp>"),
+            ("storage/a.cpp", '"protocol/scene/error.h"'),
+            ("storage/a.cpp", '"protocol/mote.pb.h"'),
+            ("storage/a.cpp", "<hdf5.h>"),
+            ("preprocess/particles/a.cpp", '"storage/publish.h"'),
+            ("server/session/a.cpp", '"protocol/wire/frame.h"'),
+            ("server/jobs/a.cpp", "<asio/post.hpp>"),
+            ("server/render/a.cpp", '"storage/particles/particle_step.h"'),
+            ("protocol/wire/a.cpp", "<asio/post.hpp>"),
+            ("tests/unit/jobs/a.cpp", '"server/jobs/job_queue.h"'),
+            ("tests/unit/jobs/a.cpp", "<asio/post.hpp>"),
+        ]:
+            with self.subTest(path=path, include=include):
+                self.assertEqual(including(path, include), [])
+
+    def test_an_include_is_seen_however_it_is_written(self):
+        self.assertTrue(including("client/a.cpp", ' "storage/a.h"  // why not'))
+        self.assertTrue(wrong("client/a.cpp", GOOD_SOURCE + '  #  include   "storage/a.h"\n'))
+        self.assertFalse(wrong("client/a.cpp", GOOD_SOURCE + '// #include "storage/a.h"\n'))
+
+
+class Files(unittest.TestCase):
+    def test_a_good_header_is_good(self):
+        self.assertEqual(wrong("storage/a.h", GOOD_HEADER), [])
+
+    def test_the_licence(self):
+        for path in ("storage/a.cpp", "storage/a.h", "server/render/egl/shaders/a.comp", "tests/a.py"):
+            self.assertTrue(wrong(path, "// nothing\n" + GOOD_HEADER))
+        self.assertTrue(wrong("storage/a.cpp", ""))
+        script = "#!/bin/sh\n# SPDX-License-Identifier: GPL-3.0-or-later\n"
+        self.assertEqual(wrong("tests/a.sh", script), [])
+
+    def test_pragma_once_and_the_opening_paragraph(self):
+        self.assertTrue(wrong("storage/a.h", GOOD_HEADER.replace("#pragma once", "#ifndef A")))
+        self.assertTrue(wrong("storage/a.h", GOOD_HEADER.replace("// Thing: a thing. A value.\n", "")))
+
+    def test_the_length(self):
+        lines = check_style.MOST_LINES - 1
+        self.assertEqual(wrong("storage/a.cpp", GOOD_SOURCE + "int a;\n" * lines), [])
+        self.assertTrue(wrong("storage/a.cpp", GOOD_SOURCE + "int a;\n" * (lines + 1)))
+
+
+class Program(unittest.TestCase):
+    def run_on(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            for path, text in files.items():
+                file = pathlib.Path(folder) / path
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text, encoding="utf-8")
+            program = pathlib.Path(check_style.__file__)
+            return subprocess.run([sys.executable, program, folder], capture_output=True, text=True, check=False)
+
+    def test_a_good_tree_passes(self):
+        result = self.run_on({"storage/a.h": GOOD_HEADER, "client/a.cpp": GOOD_SOURCE, "docs/a.md": "no licence"})
+        self.assertEqual((result.returncode, result.stdout), (0, "2 files, 0 violations\n"))
+
+    def test_a_violating_tree_fails_and_says_where(self):
+        result = self.run_on({"storage/a.h": GOOD_HEADER, "client/b/a.cpp": GOOD_SOURCE + '#include "storage/a.h"\n'})
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("client/b/a.cpp:2: may not include", result.stdout)
+
+    def test_an_empty_tree_is_no_success(self):
+        self.assertEqual(self.run_on({}).returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
