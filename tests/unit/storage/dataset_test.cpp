@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <functional>
+
+#include "protocol/scene/json.h"
+#include "storage/catalogue.h"
+#include "storage/dataset_writer.h"
+#include "storage/hash.h"
+#include "storage/manifest.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/storage/tiny_dataset.h"
+
+namespace mote::storage {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TinyDataset;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::vector<std::string> namesOf(const Catalogue& catalogue) {
+    std::vector<std::string> names;
+    for (const auto& entry : catalogue.entries()) names.push_back(entry.name);
+    return names;
+}
+
+Catalogue catalogueOf(const fs::path& folder) {
+    return Catalogue(*Roots::parse({"data=" + folder.string()}));
+}
+
+TEST(DatasetWriter, RemovesWhatIsNotPublished) {
+    const test::TempDir dir;
+    {
+        auto writer = DatasetWriter::create(dir / "a.mote");
+        ASSERT_TRUE(writer.ok());
+        std::ofstream(writer->directory() / "file") << "x";
+        EXPECT_TRUE(fs::exists(writer->directory()));
+        const DatasetWriter moved = *std::move(writer);
+        EXPECT_TRUE(fs::exists(moved.directory()));
+    }
+    EXPECT_TRUE(fs::is_empty(dir.path()));
+}
+
+TEST(DatasetWriter, NeverReplaces) {
+    const test::TempDir dir;
+    auto writer = DatasetWriter::create(dir / "a.mote");
+    ASSERT_TRUE(writer.ok());
+    // Another process publishes the same name first, be it an empty folder.
+    fs::create_directory(dir / "a.mote");
+    std::ofstream(writer->directory() / "step-000000.h5") << "x";
+    std::ofstream(writer->directory() / "step-000000.digest") << "x";
+    ASSERT_TRUE(writer->add("step-000000.h5").ok());
+    ASSERT_TRUE(writer->add("step-000000.digest").ok());
+    const auto published = writer->publish(TinyDataset().manifest());
+    ASSERT_FALSE(published.ok());
+    EXPECT_EQ(published.error().code, ErrorCode::alreadyExists);
+    EXPECT_TRUE(fs::is_empty(dir / "a.mote"));
+    EXPECT_EQ(DatasetWriter::create(dir / "a.mote").error().code, ErrorCode::alreadyExists);
+}
+
+TEST(DatasetWriter, DebrisOfAKilledProcessIsNoObstacle) {
+    const test::TempDir dir;
+    fs::path debris;
+    {
+        auto writer = DatasetWriter::create(dir / "a.mote");
+        debris = writer->directory();
+    }
+    fs::create_directory(debris);
+    EXPECT_TRUE(DatasetWriter::create(dir / "a.mote").ok());
+    EXPECT_TRUE(fs::exists(debris));
+    EXPECT_EQ(DatasetWriter::create(dir / "a.other").error().code, ErrorCode::invalidArgument);
+    EXPECT_EQ(DatasetWriter::create(dir / ".mote").error().code, ErrorCode::invalidArgument);
+}
+
+TEST(Hash, AgreesWithPublishedVectors) {
+    // xxhsum -H2 and -H3 of nothing (XXH3 specification, seed 0).
+    EXPECT_EQ(hash128({}), "99aa06d3014798d86001c324468d497f");
+    EXPECT_EQ(hashBlock({}), 0x2d06800538d394c2ULL);
+    EXPECT_TRUE(hashBlocks({}).empty());
+}
+
+TEST(Manifest, RoundTrip) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "a.mote");
+    const auto manifest = readManifest(dir / "a.mote");
+    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
+    EXPECT_EQ(manifest->title(), "tiny");
+    EXPECT_EQ(manifest->files_size(), 2);
+    EXPECT_EQ(findFile(*manifest, "step-000000.h5")->size(),
+              fs::file_size(dir / "a.mote" / "step-000000.h5"));
+    EXPECT_EQ(findFile(*manifest, "nothing"), nullptr);
+}
+
+TEST(Manifest, EveryFieldThatAProgramReliesOnIsChecked) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "a.mote");
+    const auto good = *readManifest(dir / "a.mote");
+    const auto errorOf = [&](const std::function<void(proto::Manifest&)>& change) {
+        auto manifest = good;
+        change(manifest);
+        const auto checked = checkManifest(manifest);
+        return checked.ok() ? Error{ErrorCode::internal, "accepted", ""} : checked.error();
+    };
+    const auto where = [&](const std::function<void(proto::Manifest&)>& change) {
+        return errorOf(change).where;
+    };
+    EXPECT_EQ(errorOf([](auto& m) { m.set_format(2); }).code, ErrorCode::unsupported);
+    EXPECT_EQ(errorOf([](auto& m) { m.set_kind("mesh"); }).code, ErrorCode::unsupported);
+    EXPECT_EQ(where([](auto& m) { m.mutable_files(0)->set_name("../x"); }), "files[0].name");
+    EXPECT_EQ(where([](auto& m) { m.mutable_files(0)->set_name(".."); }), "files[0].name");
+    EXPECT_EQ(where([](auto& m) { m.mutable_files(0)->set_name(m.files(1).name()); }), "files[1].name");
+    EXPECT_EQ(where([](auto& m) { m.mutable_files(0)->set_xxh3_128("12"); }), "files[0].xxh3128");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->mutable_axes()->RemoveLast(); }), "particles.axes");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->mutable_axes(1)->set_max(-2.0); }),
+              "particles.axes[1]");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->set_density_min(0.0); }), "particles.densityMin");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->set_density_max(1.0); }), "particles.densityMin");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->set_volume_level(9); }), "particles.volumeLevel");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->set_max_level(17); }), "particles.maxLevel");
+    EXPECT_EQ(where([](auto& m) { m.mutable_particles()->clear_steps(); }), "particles.steps");
+    const auto step = [](proto::Manifest& m) { return m.mutable_particles()->mutable_steps(0); };
+    EXPECT_EQ(where([&](auto& m) { step(m)->set_file("/etc/passwd"); }), "particles.steps[0].file");
+    EXPECT_EQ(where([&](auto& m) { step(m)->set_particles(1); }), "particles.steps[0].densityHistogram");
+    EXPECT_EQ(where([&](auto& m) { step(m)->clear_density_histogram(); }),
+              "particles.steps[0].densityHistogram");
+    EXPECT_EQ(where([&](auto& m) { step(m)->set_total_weight(-1.0); }), "particles.steps[0].totalWeight");
+}
+
+TEST(Manifest, ABrokenFileIsCorrupt) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "a.mote");
+    const auto path = dir / "a.mote" / manifestName;
+    std::ofstream(path) << "{\"kind\": \"particles\", \"sort\": 1}";
+    EXPECT_EQ(readManifest(dir / "a.mote").error().code, ErrorCode::corrupt);
+    EXPECT_THAT(readManifest(dir / "a.mote").error().toString(), HasSubstr("sort"));
+    // A pipe in its place must not make anybody wait.
+    fs::remove(path);
+    ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+    EXPECT_EQ(readManifest(dir / "a.mote").error().code, ErrorCode::corrupt);
+    EXPECT_EQ(readManifest(dir / "b.mote").error().code, ErrorCode::notFound);
+}
+
+TEST(Catalogue, ListsFindsAndNotices) {
+    const test::TempDir dir;
+    fs::create_directories(dir / "plots" / "deep");
+    auto catalogue = catalogueOf(dir.path());
+    EXPECT_TRUE(catalogue.entries().empty());
+    EXPECT_FALSE(catalogue.refresh());
+    TinyDataset().write(dir / "b.mote");
+    TinyDataset().write(dir / "plots" / "deep" / "a.mote");
+    std::ofstream(dir / "file.mote") << "a file is no dataset";
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_THAT(namesOf(catalogue), ElementsAre("data/b", "data/plots/deep/a"));
+    EXPECT_TRUE(catalogue.errors().empty());
+    const auto* entry = catalogue.find("data/plots/deep/a");
+    ASSERT_NE(entry, nullptr);
+    EXPECT_EQ(entry->directory, fs::canonical(dir.path()) / "plots" / "deep" / "a.mote");
+    EXPECT_EQ(catalogue.find("data/b.mote"), catalogue.find("data/b"));
+    EXPECT_EQ(catalogue.find("data/c"), nullptr);
+    EXPECT_EQ(catalogue.find(""), nullptr);
+    EXPECT_EQ(catalogue.summary().datasets(0).title(), "tiny");
+    EXPECT_EQ(catalogue.summary().datasets(1).particles(), TinyDataset::points);
+    // Nothing changed: the same manifests, not read again.
+    const auto kept = entry->manifest;
+    EXPECT_FALSE(catalogue.refresh());
+    EXPECT_EQ(catalogue.find("data/plots/deep/a")->manifest, kept);
+    fs::remove_all(dir / "b.mote");
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_THAT(namesOf(catalogue), ElementsAre("data/plots/deep/a"));
+}
+
+TEST(Catalogue, ABrokenDatasetIsReportedAndTheRestListed) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "good.mote");
+    TinyDataset().write(dir / "bad.mote");
+    std::ofstream(dir / "bad.mote" / manifestName) << "{";
+    fs::create_directory(dir / "empty.mote");
+    fs::create_directory(dir / "other.mote.partial-1");
+    fs::create_directory_symlink("good.mote", dir / "link.mote");
+    fs::create_directory_symlink(".", dir / "loop");
+    auto catalogue = catalogueOf(dir.path());
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_THAT(namesOf(catalogue), ElementsAre("data/good"));
+    ASSERT_EQ(catalogue.errors().size(), 2U);
+    // Repaired, it appears.
+    fs::remove_all(dir / "bad.mote");
+    TinyDataset().write(dir / "bad.mote");
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_THAT(namesOf(catalogue), ElementsAre("data/bad", "data/good"));
+    EXPECT_EQ(catalogue.errors().size(), 1U);
+}
+
+TEST(Catalogue, DepthIsBounded) {
+    const test::TempDir dir;
+    fs::path folder = dir.path();
+    for (int i = 0; i < Catalogue::maxDepth; ++i) folder /= "d";
+    fs::create_directories(folder / "d");
+    TinyDataset().write(folder / "in.mote");
+    TinyDataset().write(folder / "d" / "out.mote");
+    auto catalogue = catalogueOf(dir.path());
+    catalogue.refresh();
+    EXPECT_THAT(namesOf(catalogue), ElementsAre("data/d/d/d/d/d/d/d/d/in"));
+}
+
+TEST(Catalogue, ARootThatVanishedIsReported) {
+    const test::TempDir dir;
+    fs::create_directory(dir / "data");
+    auto catalogue = catalogueOf(dir / "data");
+    fs::remove(dir / "data");
+    EXPECT_FALSE(catalogue.refresh());
+    EXPECT_EQ(catalogue.errors().size(), 1U);
+}
+
+}  // namespace
+}  // namespace mote::storage
