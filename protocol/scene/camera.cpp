@@ -28,14 +28,26 @@ double Camera::halfHeight() const {
 }
 
 Camera fitCamera(const Bounds& bounds, double aspect) {
+    constexpr double margin = 1.03;  // of the distance at which the box would touch the picture's border
     Camera camera;
-    const double radius = std::max(0.5 * glm::length(bounds.size()), 1e-9);
-    const double halfAngleY = glm::radians(0.5 * camera.fovYDegrees);
-    const double halfAngleX = std::atan(std::tan(halfAngleY) * aspect);
-    // A little closer than the bounding sphere asks for: the corners of the box are seldom filled.
-    const double distance = 0.9 * radius / std::sin(std::min(halfAngleX, halfAngleY));
     camera.target = bounds.center();
-    camera.eye = camera.target + distance * glm::normalize(glm::dvec3(0.55, 0.4, 1.0));
+    const glm::dvec3 back = glm::normalize(glm::dvec3(0.55, 0.4, 1.0));
+    const glm::dvec3 right = glm::normalize(glm::cross(camera.up, back));
+    const glm::dvec3 above = glm::cross(back, right);
+    const double halfY = camera.halfHeight();
+    const double halfX = halfY * aspect;
+    // A corner (x, y) off the axis and z nearer than the target is seen from any distance d with
+    // |x| <= halfX (d - z) and |y| <= halfY (d - z).
+    double distance = 0.0;
+    for (const auto& corner : bounds.corners()) {
+        const glm::dvec3 offset = corner - camera.target;
+        const double sideways =
+            std::max(std::abs(glm::dot(offset, right)) / halfX, std::abs(glm::dot(offset, above)) / halfY);
+        distance = std::max(distance, margin * sideways + glm::dot(offset, back));
+    }
+    // A box that is a point is looked at from as near as its place can still be told from the eye's.
+    distance = std::max(distance, 1e-6 * (1.0 + glm::length(camera.target)));
+    camera.eye = camera.target + distance * back;
     return camera;
 }
 

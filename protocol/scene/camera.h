@@ -37,8 +37,8 @@ struct Camera {
     bool operator==(const Camera&) const = default;
 };
 
-/// A perspective camera that sees all of `bounds`, from a direction that shows three sides, for a picture of
-/// the given aspect (width over height).
+/// A perspective camera that sees all of `bounds`, as large as may be, from a direction that shows three
+/// sides, for a picture of the given aspect (width over height).
 Camera fitCamera(const Bounds& bounds, double aspect);
 
 /// Errors: a vector that is not three finite numbers, eye equal to target, up along the line of sight, an

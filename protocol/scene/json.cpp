@@ -23,6 +23,28 @@ std::string print(const google::protobuf::Message& message, bool indented, bool 
     return text;
 }
 
+/// A field's path as it is written in JSON: fov_y_degrees is fovYDegrees there.
+std::string jsonPath(std::string_view path) {
+    std::string result;
+    bool raise = false;
+    for (const char c : path) {
+        if (c != '_') result += raise && c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+        raise = c == '_';
+    }
+    return result;
+}
+
+/// Protobuf says "(views[0]) widht: Cannot find field." and "(views[0].width): invalid value ..."; people
+/// look for "views[0].widht" and "views[0].width".
+std::string withPath(std::string_view text) {
+    const auto end = text.find(')');
+    if (text.empty() || text.front() != '(' || end == std::string_view::npos) return std::string(text);
+    const std::string path = jsonPath(text.substr(1, end - 1));
+    const auto rest = text.substr(end + 1);
+    return rest.starts_with(' ') ? fmt::format("{}.{}", path, rest.substr(1))
+                                 : fmt::format("{}{}", path, rest);
+}
+
 }  // namespace
 
 Status parseJson(std::string_view text, google::protobuf::Message& message, std::string_view source) {
@@ -30,7 +52,7 @@ Status parseJson(std::string_view text, google::protobuf::Message& message, std:
         json::JsonStringToMessage({text.data(), text.size()}, &message, json::JsonParseOptions{});
     if (status.ok()) return success();
     return Error{ErrorCode::invalidArgument, std::string(source),
-                 std::string(status.message().data(), status.message().size())};
+                 withPath({status.message().data(), status.message().size()})};
 }
 
 Status readJsonFile(const std::filesystem::path& path, google::protobuf::Message& message,

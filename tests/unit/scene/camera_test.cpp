@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "protocol/scene/json.h"
+
+namespace mote {
+namespace {
+
+constexpr double rounding = 1e-12;  // a product of small matrices in double precision
+
+proto::Camera plain() {
+    proto::Camera message;
+    for (const double x : {1.0, 2.0, 3.0}) message.add_eye(x);
+    for (const double x : {0.0, 0.0, -1.0}) message.add_target(x);
+    return message;
+}
+
+/// Where a point appears, in halves of the picture from its middle: within it from -1 to 1.
+glm::dvec2 onScreen(const Camera& camera, const glm::dvec3& point, double aspect) {
+    const auto eye = glm::dvec3(camera.worldToEye() * glm::dvec4(point, 1.0));
+    const double half = camera.halfHeight() * (camera.perspective() ? -eye.z : 1.0);
+    return {eye.x / (half * aspect), eye.y / half};
+}
+
+void expectNear(const glm::dvec3& actual, const glm::dvec3& expected) {
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], rounding) << i;
+}
+
+TEST(Camera, EyeSpaceIsRightHanded) {
+    // From (0, 0, 4) along -z, eye space is the world moved.
+    const auto toEye = Camera{}.worldToEye();
+    expectNear(glm::dvec3(toEye * glm::dvec4(1.0, 2.0, 3.0, 1.0)), {1.0, 2.0, -1.0});
+    // From +x, looking at the origin: the world's -z is to the right, y stays up.
+    Camera side;
+    side.eye = {5.0, 0.0, 0.0};
+    expectNear(glm::dvec3(side.worldToEye() * glm::dvec4(0.0, 1.0, -2.0, 1.0)), {2.0, 1.0, -5.0});
+}
+
+TEST(Camera, HalfHeightIsOfTheVerticalAngle) {
+    Camera camera;
+    camera.fovYDegrees = 90.0;
+    EXPECT_NEAR(camera.halfHeight(), 1.0, rounding);
+    EXPECT_TRUE(camera.perspective());
+    camera.orthographicHeight = 3.0;
+    EXPECT_EQ(camera.halfHeight(), 1.5);
+    EXPECT_FALSE(camera.perspective());
+}
+
+TEST(Camera, FittedHoldsTheBox) {
+    const Bounds boxes[] = {
+        plotBounds, {{-1e-4, -1e-4, 5.0}, {1e-4, 2e-4, 5.5}}, {{1e3, 0.0, 0.0}, {2e3, 1.0, 30.0}}};
+    for (const auto& box : boxes) {
+        for (const double aspect : {0.1, 0.5, 1.0, 16.0 / 9.0, 8.0}) {
+            const Camera camera = fitCamera(box, aspect);
+            double most = 0.0;
+            for (const auto& corner : box.corners()) {
+                const auto at = onScreen(camera, corner, aspect);
+                EXPECT_LE(std::abs(at.x), 1.0) << aspect;
+                EXPECT_LE(std::abs(at.y), 1.0) << aspect;
+                most = std::max({most, std::abs(at.x), std::abs(at.y)});
+            }
+            // And fills it: three hundredths of the distance are left free.
+            EXPECT_GT(most, 0.9) << aspect;
+            expectNear(camera.target / glm::length(box.max), box.center() / glm::length(box.max));
+            // From a direction that shows three sides.
+            const glm::dvec3 direction = camera.eye - camera.target;
+            EXPECT_TRUE(direction.x > 0.0 && direction.y > 0.0 && direction.z > 0.0);
+        }
+    }
+}
+
+TEST(Camera, FittedToAPointIsACamera) {
+    const Camera camera = fitCamera({glm::dvec3(2.0), glm::dvec3(2.0)}, 1.0);
+    EXPECT_GT(glm::distance(camera.eye, camera.target), 0.0);
+    EXPECT_TRUE(parseCamera(toProto(camera)).ok());
+}
+
+TEST(Camera, ParsesWhatItWrote) {
+    for (const bool perspective : {true, false}) {
+        Camera camera;
+        camera.eye = {0.1, -2.5, 1e6};
+        camera.up = {0.3, 1.0, 0.2};
+        camera.fovYDegrees = 12.5;
+        if (!perspective) camera.orthographicHeight = 1e-3;
+        const auto again = parseCamera(toProto(camera));
+        ASSERT_TRUE(again.ok()) << again.error().toString();
+        EXPECT_EQ(*again, camera);
+    }
+}
+
+TEST(Camera, DefaultsAreTheDocumentedOnes) {
+    const auto camera = parseCamera(plain());
+    ASSERT_TRUE(camera.ok());
+    EXPECT_EQ(camera->up, glm::dvec3(0.0, 1.0, 0.0));
+    EXPECT_EQ(camera->fovYDegrees, 35.0);
+    EXPECT_TRUE(camera->perspective());
+}
+
+struct Bad {
+    const char* what;
+    std::function<void(proto::Camera&)> spoil;
+    const char* where;
+};
+
+class BadCamera : public testing::TestWithParam<Bad> {};
+
+TEST_P(BadCamera, IsAnErrorThatNamesItsField) {
+    auto message = plain();
+    ASSERT_TRUE(parseCamera(message).ok());
+    GetParam().spoil(message);
+    const auto result = parseCamera(message);
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().code, ErrorCode::invalidArgument);
+    EXPECT_EQ(result.error().where, GetParam().where);
+    EXPECT_FALSE(result.error().message.empty());
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+void setVector(google::protobuf::RepeatedField<double>* field, const std::vector<double>& values) {
+    field->Assign(values.begin(), values.end());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadCamera,
+    testing::Values(
+        Bad{"noEye", [](auto& m) { m.clear_eye(); }, "eye"},
+        Bad{"twoNumbers",
+            [](auto& m) {
+                setVector(m.mutable_eye(), {1, 2});
+            },
+            "eye"},
+        Bad{"fourNumbers", [](auto& m) { m.add_target(4); }, "target"},
+        Bad{"eyeNan", [](auto& m) { m.set_eye(2, nan); }, "eye[2]"},
+        Bad{"eyeInfinite", [](auto& m) { m.set_eye(0, -infinity); }, "eye[0]"},
+        Bad{"eyeTooFar", [](auto& m) { m.set_eye(1, 1e13); }, "eye[1]"},
+        Bad{"targetNan", [](auto& m) { m.set_target(1, nan); }, "target[1]"},
+        Bad{"targetIsEye", [](auto& m) { *m.mutable_target() = m.eye(); }, "target"},
+        Bad{"targetAtEyeButRounding",
+            [](auto& m) {
+                *m.mutable_target() = m.eye();
+                m.set_target(0, m.eye(0) + 1e-12);
+            },
+            "target"},
+        Bad{"upNan",
+            [](auto& m) {
+                setVector(m.mutable_up(), {0, nan, 0});
+            },
+            "up[1]"},
+        Bad{"upZero",
+            [](auto& m) {
+                setVector(m.mutable_up(), {0, 0, 0});
+            },
+            "up"},
+        Bad{"upShort",
+            [](auto& m) {
+                setVector(m.mutable_up(), {0, 1});
+            },
+            "up"},
+        Bad{"upAlongSight",
+            [](auto& m) {
+                setVector(m.mutable_up(), {-2, -4, -8});
+            },
+            "up"},
+        Bad{"angleZero", [](auto& m) { m.set_fov_y_degrees(0); }, "fovYDegrees"},
+        Bad{"angleTooWide", [](auto& m) { m.set_fov_y_degrees(170.5); }, "fovYDegrees"},
+        Bad{"angleNan", [](auto& m) { m.set_fov_y_degrees(nan); }, "fovYDegrees"},
+        Bad{"heightZero", [](auto& m) { m.set_orthographic_height(0); }, "orthographicHeight"},
+        Bad{"heightNegative", [](auto& m) { m.set_orthographic_height(-1); }, "orthographicHeight"},
+        Bad{"heightInfinite", [](auto& m) { m.set_orthographic_height(infinity); }, "orthographicHeight"}),
+    [](const auto& bad) { return bad.param.what; });
+
+TEST(Camera, AShortUpIsADirectionTheSame) {
+    auto message = plain();
+    setVector(message.mutable_up(), {0, 1e-9, 0});
+    const auto camera = parseCamera(message);
+    ASSERT_TRUE(camera.ok()) << camera.error().toString();
+    EXPECT_TRUE(std::isfinite(camera->worldToEye()[0][0]));
+}
+
+}  // namespace
+}  // namespace mote

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/json.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "protocol/mote.pb.h"
+#include "tests/support/temp_dir.h"
+
+namespace mote {
+namespace {
+
+TEST(Json, ReadsTheScriptOfTheDocumentation) {
+    proto::Script script;
+    const auto status = parseJson(R"({"views": [{
+      "width": 1280, "height": 720, "background": [0, 0, 0],
+      "camera": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDegrees": 35},
+      "layers": [{"dataset": "data/beam", "step": 3,
+        "particles": {
+          "volume": {"curve": [{"density": 0.55, "opacity": 0}, {"density": 0.8, "opacity": 0.2}],
+                     "colorMap": "inferno"},
+          "points": {"linked": true, "opacity": 0.6, "sizePixels": 1, "color": [1.0, 0.85, 0.6]}}}]}]})",
+                                  script, "script.json");
+    ASSERT_TRUE(status.ok()) << status.error().toString();
+    ASSERT_EQ(script.views_size(), 1);
+    EXPECT_EQ(script.views(0).layers(0).particles().volume().curve(1).opacity(), 0.2);
+    EXPECT_TRUE(script.views(0).layers(0).particles().points().has_linked());
+}
+
+/// An error must name the source and, in its text, the field.
+void expectNamed(const char* text, const char* field) {
+    proto::Script script;
+    const auto status = parseJson(text, script, "script.json");
+    ASSERT_FALSE(status.ok()) << text;
+    EXPECT_EQ(status.error().code, ErrorCode::invalidArgument);
+    EXPECT_NE(status.error().toString().find("script.json"), std::string::npos) << status.error().toString();
+    EXPECT_NE(status.error().toString().find(field), std::string::npos) << status.error().toString();
+}
+
+TEST(Json, AnUnknownFieldIsNamedWithItsPath) {
+    expectNamed(R"({"views": [{"widht": 3}]})", "views[0].widht");
+    expectNamed(R"({"views": [{"width": 3}, {"layers": [{"particles": {"points": {"siez": 1}}}]}]})",
+                "views[1].layers[0].particles.points.siez");
+    expectNamed(R"({"fps": 30})", "fps");
+}
+
+TEST(Json, AWrongTypeIsNamedWithItsPath) {
+    expectNamed(R"({"views": [{"width": "wide"}]})", "views[0].width");
+    expectNamed(R"({"views": [{"width": -1}]})", "views[0].width");
+    expectNamed(R"({"views": [{"width": 1.5}]})", "views[0].width");
+    expectNamed(R"({"views": [{"camera": {"eye": [0, "x", 0]}}]})", "views[0].camera.eye[1]");
+    expectNamed(R"({"views": [{"layers": [{"particles": {"points": {"linked": 3}}}]}]})",
+                "views[0].layers[0].particles.points.linked");
+    expectNamed(R"({"views": [{"camera": 7}]})", "views[0].camera");
+    // As the field is called in JSON, whichever way it was written.
+    expectNamed(R"({"views": [{"camera": {"fov_y_degrees": "x"}}]})", "views[0].camera.fovYDegrees");
+}
+
+TEST(Json, BrokenTextIsAnError) {
+    for (const char* text : {"", "{", "[]", "nothing", "{\"views\": [}", "{} {}", "\xff\xfe"}) {
+        proto::Script script;
+        EXPECT_FALSE(parseJson(text, script, "s").ok()) << text;
+    }
+}
+
+TEST(Json, DeepNestingIsAnErrorAndNoCrash) {
+    proto::Script script;
+    EXPECT_FALSE(parseJson(std::string(1000000, '['), script, "s").ok());
+    std::string deep;
+    for (int i = 0; i < 100000; ++i) deep += "{\"views\":[";
+    EXPECT_FALSE(parseJson(deep, script, "s").ok());
+}
+
+TEST(Json, WhatIsWrittenIsReadAgain) {
+    proto::View view;
+    view.set_width(7);
+    view.add_background(0.1);
+    view.add_layers()->set_dataset("a/\"b\"\n\xc3\xa9");
+    for (const auto& text : {toJson(view), toJsonLine(view), toJsonLine(view, true)}) {
+        proto::View again;
+        const auto status = parseJson(text, again, "s");
+        ASSERT_TRUE(status.ok()) << status.error().toString();
+        EXPECT_EQ(again.SerializeAsString(), view.SerializeAsString()) << text;
+    }
+    EXPECT_EQ(toJson(view).back(), '\n');
+    EXPECT_EQ(toJsonLine(view).find('\n'), std::string::npos);
+    EXPECT_EQ(toJsonLine(view).find("height"), std::string::npos);
+    EXPECT_NE(toJsonLine(view, true).find("height"), std::string::npos);
+}
+
+TEST(JsonFile, IsReadUpToItsLimit) {
+    const test::TempDir folder;
+    const std::string text = R"({"width": 5})";
+    std::ofstream(folder / "view.json") << text;
+    proto::View view;
+    ASSERT_TRUE(readJsonFile(folder / "view.json", view, text.size()).ok());
+    EXPECT_EQ(view.width(), 5U);
+    const auto tooLarge = readJsonFile(folder / "view.json", view, text.size() - 1);
+    ASSERT_FALSE(tooLarge.ok());
+    EXPECT_EQ(tooLarge.error().code, ErrorCode::resourceExhausted);
+    EXPECT_EQ(tooLarge.error().where, (folder / "view.json").string());
+}
+
+TEST(JsonFile, WhatCannotBeReadIsAnError) {
+    const test::TempDir folder;
+    proto::View view;
+    EXPECT_EQ(readJsonFile(folder / "absent.json", view).error().code, ErrorCode::notFound);
+    EXPECT_EQ(readJsonFile(folder.path(), view).error().code, ErrorCode::invalidArgument);
+    std::ofstream(folder / "bad.json") << "{\"widht\": 1}";
+    const auto bad = readJsonFile(folder / "bad.json", view);
+    EXPECT_EQ(bad.error().code, ErrorCode::invalidArgument);
+    EXPECT_NE(bad.error().toString().find((folder / "bad.json").string()), std::string::npos);
+    EXPECT_NE(bad.error().toString().find("widht"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mote

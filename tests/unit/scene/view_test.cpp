@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/view.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "protocol/scene/json.h"
+#include "protocol/scene/srgb.h"
+
+namespace mote {
+namespace {
+
+proto::View messageOf(const char* json) {
+    proto::View message;
+    const auto status = parseJson(json, message, "view");
+    EXPECT_TRUE(status.ok()) << status.error().toString();
+    return message;
+}
+
+proto::View plain() {
+    return messageOf(R"({"width": 640, "height": 360, "background": [0, 0.5, 1],
+      "camera": {"eye": [0, 0, 4], "target": [0, 0, 0]},
+      "layers": [{"dataset": "data/beam", "step": 2, "particles": {}},
+                 {"dataset": "data/other", "particles": {"points": {"opacity": 0.25}},
+                  "transform": [2, 0, 0, 5,  0, 3, 0, 6,  0, 0, 4, 7,  0, 0, 0, 1]}]})");
+}
+
+TEST(View, IsReadAsItWasWritten) {
+    const auto view = parseView(plain());
+    ASSERT_TRUE(view.ok()) << view.error().toString();
+    EXPECT_EQ(view->width, 640U);
+    EXPECT_EQ(view->height, 360U);
+    EXPECT_NEAR(view->aspect(), 16.0 / 9.0, 1e-15);
+    EXPECT_EQ(view->background, glm::dvec3(0.0, srgbToLinear(0.5), srgbToLinear(1.0)));
+    EXPECT_EQ(view->camera, Camera{});
+    ASSERT_EQ(view->layers.size(), 2U);
+    EXPECT_EQ(view->layers[0].dataset, "data/beam");
+    EXPECT_EQ(view->layers[0].step, 2U);
+    EXPECT_EQ(view->layers[0].transform, glm::dmat4(1.0));
+    EXPECT_EQ(view->layers[1].style.pointOpacity, 0.25);
+    // Row by row: the fourth column moves.
+    EXPECT_EQ(view->layers[1].transform * glm::dvec4(1.0, 1.0, 1.0, 1.0), glm::dvec4(7.0, 9.0, 11.0, 1.0));
+}
+
+TEST(View, WithoutACameraSeesItsLayers) {
+    auto message = plain();
+    message.clear_camera();
+    const auto view = parseView(message);
+    ASSERT_TRUE(view.ok());
+    const Bounds both = plotBounds.united(plotBounds.transformed(view->layers[1].transform));
+    EXPECT_EQ(view->camera, fitCamera(both, view->aspect()));
+}
+
+TEST(View, WithoutLayersIsAView) {
+    const auto view = parseView(messageOf(R"({"width": 1, "height": 1})"));
+    ASSERT_TRUE(view.ok());
+    EXPECT_EQ(view->camera, fitCamera(plotBounds, 1.0));
+    EXPECT_EQ(view->background, glm::dvec3(0.0));
+}
+
+TEST(View, TheLargestSizesAreAllowed) {
+    auto message = plain();
+    message.set_width(View::maxSide);
+    message.set_height(View::maxPixels / View::maxSide);
+    EXPECT_TRUE(parseView(message).ok());
+}
+
+struct Bad {
+    const char* what;
+    std::function<void(proto::View&)> spoil;
+    const char* where;
+};
+
+class BadView : public testing::TestWithParam<Bad> {};
+
+TEST_P(BadView, IsAnErrorThatNamesItsField) {
+    auto message = plain();
+    GetParam().spoil(message);
+    const auto result = parseView(message);
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().where, GetParam().where) << result.error().toString();
+    EXPECT_FALSE(result.error().message.empty());
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+proto::ParticlesStyle& style(proto::View& m) {
+    return *m.mutable_layers(1)->mutable_particles();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadView,
+    testing::Values(
+        Bad{"noWidth", [](auto& m) { m.clear_width(); }, "width"},
+        Bad{"noHeight", [](auto& m) { m.clear_height(); }, "height"},
+        Bad{"tooWide", [](auto& m) { m.set_width(View::maxSide + 1); }, "width"},
+        Bad{"tooHigh", [](auto& m) { m.set_height(4294967295U); }, "height"},
+        Bad{"tooManyPixels",
+            [](auto& m) {
+                m.set_width(16384);
+                m.set_height(16384);
+            },
+            "width"},
+        Bad{"backgroundShort", [](auto& m) { m.mutable_background()->Truncate(2); }, "background"},
+        Bad{"backgroundTooLarge", [](auto& m) { m.set_background(1, 1.5); }, "background[1]"},
+        Bad{"backgroundNegative", [](auto& m) { m.set_background(2, -0.5); }, "background[2]"},
+        Bad{"backgroundNan", [](auto& m) { m.set_background(0, nan); }, "background[0]"},
+        Bad{"camera", [](auto& m) { m.mutable_camera()->set_fov_y_degrees(0); }, "camera.fovYDegrees"},
+        Bad{"emptyCamera", [](auto& m) { m.mutable_camera()->Clear(); }, "camera.eye"},
+        Bad{"cameraEye", [](auto& m) { m.mutable_camera()->set_eye(1, nan); }, "camera.eye[1]"},
+        Bad{"tooManyLayers",
+            [](auto& m) {
+                while (m.layers_size() < 9) *m.add_layers() = m.layers(0);
+            },
+            "layers"},
+        Bad{"noDataset", [](auto& m) { m.mutable_layers(1)->clear_dataset(); }, "layers[1].dataset"},
+        Bad{"noKind", [](auto& m) { m.mutable_layers(1)->clear_particles(); }, "layers[1]"},
+        Bad{"transformShort", [](auto& m) { m.mutable_layers(1)->mutable_transform()->Truncate(12); },
+            "layers[1].transform"},
+        Bad{"transformNan", [](auto& m) { m.mutable_layers(1)->set_transform(3, nan); },
+            "layers[1].transform[3]"},
+        Bad{"transformTooLarge", [](auto& m) { m.mutable_layers(1)->set_transform(7, 1e10); },
+            "layers[1].transform[7]"},
+        Bad{"transformProjective", [](auto& m) { m.mutable_layers(1)->set_transform(14, 0.1); },
+            "layers[1].transform"},
+        Bad{"transformLastOne", [](auto& m) { m.mutable_layers(1)->set_transform(15, 2); },
+            "layers[1].transform"},
+        Bad{"transformSingular", [](auto& m) { m.mutable_layers(1)->set_transform(5, 0); },
+            "layers[1].transform"},
+        Bad{"curve", [](auto& m) { style(m).mutable_volume()->add_curve()->set_opacity(2); },
+            "layers[1].particles.volume.curve[0]"},
+        Bad{"colorMap", [](auto& m) { style(m).mutable_volume()->set_color_map("x"); },
+            "layers[1].particles.volume.colorMap"},
+        Bad{"size", [](auto& m) { style(m).mutable_points()->set_size_pixels(1000); },
+            "layers[1].particles.points.sizePixels"},
+        Bad{"pointCurve", [](auto& m) { style(m).mutable_points()->add_curve(); },
+            "layers[1].particles.points.curve"}),
+    [](const auto& bad) { return bad.param.what; });
+
+}  // namespace
+}  // namespace mote
