@@ -29,10 +29,13 @@ Connection::Impl::Impl(std::filesystem::path connectionFile, ConnectionSettings 
 }
 
 Connection::Impl::~Impl() {
+    // Everything under way is aborted and ends by itself: no coroutine is left to be destroyed with the
+    // context.
     asio::post(context_, [this] {
         if (line_) line_->close();
+        line_.reset();
         timer_.cancel();
-        context_.stop();
+        work_.reset();
     });
     thread_.join();
 }
