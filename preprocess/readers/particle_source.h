@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ParticleSource: a particle run in a foreign format, as a series of steps with columns in one set of units. Owned by
-// the job; used from one thread at a time. Untrusted bytes become Errors that name file, record and position; no
-// size that a file declares is believed before it is checked against the file.
+// ParticleSource: a particle run in a foreign format, as a series of steps with columns in one set of units.
+// Owned by the job; used from one thread at a time. Untrusted bytes become Errors that name file, record and
+// position; no size that a file declares is believed before it is checked against the file.
 #pragma once
 
 #include <cstdint>
@@ -19,29 +19,33 @@ namespace mote::prep {
 
 /// The columns of a run, after units are applied.
 enum class Column : std::uint8_t {
-    x, y, z,      ///< m
-    t,            ///< s
-    px, py, pz,   ///< eV/c, of one real particle (not of the macro-particle)
-    weight,       ///< real particles that a macro-particle stands for, or the magnitude of its charge in C; >= 0
-    id,           ///< the source's own; the row where it has none
+    x,
+    y,
+    z,  ///< m
+    t,  ///< s
+    px,
+    py,
+    pz,      ///< eV/c, of one real particle (not of the macro-particle)
+    weight,  ///< real particles that a macro-particle stands for, or the magnitude of its charge in C; >= 0
+    id,      ///< the source's own; the row where it has none
 };
 inline constexpr std::size_t columnCount = 9;
 
 /// One step of the run.
 struct SourceStep {
-    std::string file;              ///< where it stands, for messages
-    std::int64_t iteration = 0;    ///< the source's own number
-    double time = 0.0;             ///< s; 0 where the source does not say
-    std::uint64_t particles = 0;   ///< rows, lost ones included
+    std::string file;             ///< where it stands, for messages
+    std::int64_t iteration = 0;   ///< the source's own number
+    double time = 0.0;            ///< s; 0 where the source does not say
+    std::uint64_t particles = 0;  ///< rows, lost ones included
 };
 
 /// Rows [begin, begin + size) of a step. Only the columns that were asked for are filled.
 struct ParticleChunk {
     std::uint64_t begin = 0;
     std::size_t size = 0;
-    std::vector<double> columns[columnCount - 1];   ///< by Column, up to weight
+    std::vector<double> columns[columnCount - 1];  ///< by Column, up to weight
     std::vector<std::uint64_t> id;
-    std::vector<std::uint8_t> lost;                 ///< 1 where the source marks the particle as lost
+    std::vector<std::uint8_t> lost;  ///< 1 where the source marks the particle as lost
 
     std::vector<double>& operator[](Column column) { return columns[static_cast<std::size_t>(column)]; }
     const std::vector<double>& operator[](Column column) const {
@@ -52,23 +56,24 @@ struct ParticleChunk {
 class ParticleSource {
   public:
     virtual ~ParticleSource() = default;
-    virtual std::string format() const = 0;   ///< as in --format
+    virtual std::string format() const = 0;  ///< as in --format
     virtual const std::vector<SourceStep>& steps() const = 0;
     /// Whether the run has the column, in every step.
     virtual bool has(Column column) const = 0;
     /// Rest mass of one real particle, eV/c^2; 0 where the source does not say.
     virtual double mass() const = 0;
-    /// Reads rows [begin, begin + count) of a step, `count` at most 2^22. Missing weights are 1, missing ids the row.
+    /// Reads rows [begin, begin + count) of a step, `count` at most 2^22. Missing weights are 1, missing ids
+    /// the row.
     virtual Status read(std::size_t step, std::uint64_t begin, std::size_t count,
                         const std::vector<Column>& wanted, ParticleChunk& chunk) = 0;
 };
 
 /// Opens all of a job's inputs (paths of the file system) as one run, in the order of their steps: format by
-/// `job.format()` or by content, species, IMPACT options from `job`. Steps are not yet selected. What a user should know (defaults taken, a
-/// deck found beside the file) goes to `progress.note`. Errors: notFound, unsupported (an ADIOS2 file, an unknown
-/// format), corrupt, invalidArgument.
+/// `job.format()` or by content, species, IMPACT options from `job`. Steps are not yet selected. What a user
+/// should know (defaults taken, a deck found beside the file) goes to `progress.note`. Errors: notFound,
+/// unsupported (an ADIOS2 file, an unknown format), corrupt, invalidArgument.
 Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::ParticlesJob& job,
                                                            const std::vector<std::filesystem::path>& inputs,
                                                            Progress& progress);
 
-}   // namespace mote::prep
+}  // namespace mote::prep

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// CsvHeader: the first line of a table, with the names of its columns. Values and functions without state.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "preprocess/readers/field_meaning.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct CsvHeader {
+    struct Field {
+        std::size_t index = 0;  ///< of the field in a row
+        FieldMeaning meaning;
+    };
+    char separator = ',';      ///< ' ': runs of blanks
+    std::size_t fields = 0;    ///< of a row
+    std::vector<Field> known;  ///< those that mean something to us
+    std::vector<std::string> names;
+    std::uint64_t rows = 1;  ///< that it takes: 0 where it stands in a comment line
+
+    const Field* find(Column column) const;
+};
+
+/// Errors, at `where`: corrupt (no name that is known, a name twice, more than 256 fields), unsupported,
+/// invalidArgument (units).
+Result<CsvHeader> parseCsvHeader(std::string_view line, double mass, const std::string& where);
+
+/// Whether a line can be a header: a field of it is no number and another has a known name.
+bool looksLikeHeader(std::string_view line);
+
+/// The header of a file: its first row, or the comment line before its first row where that has numbers only.
+/// Errors: corrupt, unsupported, those of LineReader.
+Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, double mass);
+
+}  // namespace mote::prep

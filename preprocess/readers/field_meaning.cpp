@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/field_meaning.h"
+
+#include <algorithm>
+#include <cctype>
+#include <span>
+
+#include "preprocess/readers/text/number.h"
+#include "preprocess/readers/units.h"
+
+namespace mote::prep {
+namespace {
+
+using Kind = FieldMeaning::Kind;
+
+struct Known {
+    std::string_view name;
+    FieldMeaning meaning;
+};
+
+constexpr Known knownNames[] = {
+    {"x", {Kind::column, Column::x}},
+    {"position_x", {Kind::column, Column::x}},
+    {"position/x", {Kind::column, Column::x}},
+    {"y", {Kind::column, Column::y}},
+    {"position_y", {Kind::column, Column::y}},
+    {"position/y", {Kind::column, Column::y}},
+    {"z", {Kind::column, Column::z}},
+    {"position_z", {Kind::column, Column::z}},
+    {"position/z", {Kind::column, Column::z}},
+    {"t", {Kind::column, Column::t}},
+    {"time", {Kind::column, Column::t}},
+    {"px", {Kind::column, Column::px}},
+    {"p_x", {Kind::column, Column::px}},
+    {"momentum_x", {Kind::column, Column::px}},
+    {"momentum/x", {Kind::column, Column::px}},
+    {"py", {Kind::column, Column::py}},
+    {"p_y", {Kind::column, Column::py}},
+    {"momentum_y", {Kind::column, Column::py}},
+    {"momentum/y", {Kind::column, Column::py}},
+    {"pz", {Kind::column, Column::pz}},
+    {"p_z", {Kind::column, Column::pz}},
+    {"momentum_z", {Kind::column, Column::pz}},
+    {"momentum/z", {Kind::column, Column::pz}},
+    {"weight", {Kind::column, Column::weight}},
+    {"weighting", {Kind::column, Column::weight}},
+    {"w", {Kind::column, Column::weight}},
+    {"charge", {Kind::column, Column::weight}},
+    {"q", {Kind::column, Column::weight}},
+    {"id", {Kind::column, Column::id}},
+    {"particleid", {Kind::column, Column::id}},
+    {"particle_id", {Kind::column, Column::id}},
+    {"status", {Kind::status}},
+    {"particlestatus", {Kind::status}},
+    {"particle_status", {Kind::status}},
+    {"lost", {Kind::lost}},
+    {"alive", {Kind::alive}},
+};
+
+struct Unit {
+    std::string_view name;  // lower case, without blanks, '*' and '.'
+    double factor;
+};
+
+constexpr Unit lengths[] = {{"m", 1},     {"km", 1e3},         {"cm", 1e-2},        {"mm", 1e-3},
+                            {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"\xce\xbcm", 1e-6}, {"micron", 1e-6},
+                            {"nm", 1e-9}};
+constexpr Unit times[] = {{"s", 1},     {"sec", 1},          {"ms", 1e-3},        {"us", 1e-6},
+                          {"ns", 1e-9}, {"\xc2\xb5s", 1e-6}, {"\xce\xbcs", 1e-6}, {"ps", 1e-12},
+                          {"fs", 1e-15}};
+constexpr Unit momenta[] = {
+    {"ev/c", 1},  {"kev/c", 1e3}, {"mev/c", 1e6}, {"gev/c", 1e9},          {"ev", 1},
+    {"kev", 1e3}, {"mev", 1e6},   {"gev", 1e9},   {"kgm/s", momentumInEv}, {"kgms^-1", momentumInEv}};
+constexpr Unit weights[] = {{"1", 1},     {"", 1},      {"c", 1},      {"mc", 1e-3},
+                            {"uc", 1e-6}, {"nc", 1e-9}, {"pc", 1e-12}, {"fc", 1e-15}};
+constexpr std::string_view massUnits[] = {"mc", "betagamma", "gammabeta", "#beta#gamma", "1"};
+
+std::string lower(std::string_view text) {
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return result;
+}
+
+std::string unitName(std::string_view text) {
+    std::string result = lower(text);
+    std::erase_if(result, [](char c) { return c == ' ' || c == '*' || c == '.' || c == '_'; });
+    return result;
+}
+
+std::span<const Unit> unitsOf(Column column) {
+    switch (column) {
+        case Column::x:
+        case Column::y:
+        case Column::z:
+            return lengths;
+        case Column::t:
+            return times;
+        case Column::px:
+        case Column::py:
+        case Column::pz:
+            return momenta;
+        case Column::weight:
+            return weights;
+        case Column::id:
+            break;
+    }
+    return {};
+}
+
+bool isMomentum(Column column) {
+    return column == Column::px || column == Column::py || column == Column::pz;
+}
+
+Result<double> unitFactor(Column column, std::string_view written, double mass, const std::string& where) {
+    const std::string unit = unitName(written);
+    for (const Unit& known : unitsOf(column)) {
+        if (known.name == unit) return known.factor;
+    }
+    if (isMomentum(column) &&
+        std::find(std::begin(massUnits), std::end(massUnits), unit) != std::end(massUnits)) {
+        if (mass > 0.0) return mass;
+        return Error{ErrorCode::invalidArgument, where,
+                     "is in units of m c; give the particle's mass (impact.mass of the job, eV/c^2)"};
+    }
+    return Error{ErrorCode::unsupported, where,
+                 "has the unit '" + std::string(written) + "', which is not known"};
+}
+
+}  // namespace
+
+Result<std::optional<FieldMeaning>> fieldMeaning(std::string_view name, double mass,
+                                                 const std::string& where) {
+    name = trim(name);
+    std::optional<std::string_view> unit;
+    const std::size_t open = name.find_first_of("[(");
+    if (open != std::string_view::npos && open > 0 && (name.back() == ']' || name.back() == ')')) {
+        unit = trim(name.substr(open + 1, name.size() - open - 2));
+        name = trim(name.substr(0, open));
+    }
+    const std::string plain = lower(name);
+    const auto* known = std::find_if(std::begin(knownNames), std::end(knownNames),
+                                     [&](const Known& candidate) { return candidate.name == plain; });
+    if (known == std::end(knownNames)) return std::optional<FieldMeaning>();
+    FieldMeaning meaning = known->meaning;
+    if (unit && meaning.kind == Kind::column && meaning.column != Column::id) {
+        const auto factor = unitFactor(meaning.column, *unit, mass, where);
+        if (!factor) return factor.error();
+        meaning.factor = *factor;
+    }
+    return std::optional<FieldMeaning>(meaning);
+}
+
+}  // namespace mote::prep

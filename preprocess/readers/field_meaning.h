@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FieldMeaning: which column of a run a named field of a table holds, and in which unit. Values and functions
+// without state.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "preprocess/readers/particle_source.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct FieldMeaning {
+    enum class Kind : std::uint8_t {
+        column,  ///< of a run
+        status,  ///< 1: live, anything else: lost
+        lost,    ///< 0: live, anything else: lost
+        alive,   ///< 0: lost, anything else: live
+    };
+    Kind kind = Kind::column;
+    Column column = Column::x;
+    double factor = 1.0;  ///< into the column's unit
+};
+
+/// The meaning of a field's name, in any letter case, with a unit in brackets where it is not the column's
+/// own: "x", "x [mm]", "px (MeV/c)", "weight", "particleStatus". `mass` (eV/c^2, 0: unknown) turns momenta in
+/// units of m c into eV/c. Nothing for a name that is not known. Errors, at `where`: unsupported (an unknown
+/// unit), invalidArgument (m c without a mass).
+Result<std::optional<FieldMeaning>> fieldMeaning(std::string_view name, double mass,
+                                                 const std::string& where);
+
+/// Whether a value of a status, lost or alive field says that the particle is lost.
+inline bool saysLost(FieldMeaning::Kind kind, double value) {
+    return kind == FieldMeaning::Kind::status ? value != 1.0
+           : kind == FieldMeaning::Kind::lost ? value != 0.0
+                                              : value == 0.0;
+}
+
+}  // namespace mote::prep

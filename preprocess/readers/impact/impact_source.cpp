@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/impact/impact_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "preprocess/readers/file_number.h"
+#include "preprocess/readers/impact/impact_columns.h"
+#include "preprocess/readers/impact/number_table.h"
+#include "preprocess/readers/impact/reference_track.h"
+#include "preprocess/readers/units.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t fewestColumns = 6;
+
+class ImpactSource : public ParticleSource {
+  public:
+    ImpactSource(ImpactDeck::Code code, const proto::ImpactOptions& options, Progress& progress)
+        : code_(code), options_(options), progress_(progress) {}
+
+    Status open(const std::vector<std::filesystem::path>& files);
+
+    std::string format() const override { return impactZ() ? "impactz" : "impactt"; }
+    const std::vector<SourceStep>& steps() const override { return steps_; }
+    bool has(Column column) const override;
+    double mass() const override { return units_.mass; }
+    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                ParticleChunk& chunk) override;
+
+  private:
+    struct Dump {
+        NumberTable table;
+        ImpactColumns columns;
+    };
+
+    bool impactZ() const { return code_ == ImpactDeck::Code::impactZ; }
+    Status readDeck(const std::filesystem::path& beside);
+    Status setUnits();
+    Status readTrack(const std::filesystem::path& beside);
+    Status addFile(const std::filesystem::path& path);
+    void setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step);
+    void fillRow(const ImpactColumns& columns, const ImpactColumns::Row& row, std::size_t at,
+                 const std::vector<Column>& wanted, ParticleChunk& chunk);
+
+    ImpactDeck::Code code_;
+    proto::ImpactOptions options_;
+    Progress& progress_;
+    std::optional<ImpactDeck> deck_;
+    std::optional<ReferenceTrack> track_;
+    ImpactColumns units_;  // what all steps share
+    bool uniformWeight_ = false, notedEnergy_ = false;
+    std::vector<SourceStep> steps_;
+    std::vector<Dump> dumps_;
+    std::size_t open_ = 0;
+};
+
+bool positive(double value) {
+    return value > 0.0 && std::isfinite(value);
+}
+
+Status ImpactSource::open(const std::vector<std::filesystem::path>& files) {
+    MOTE_RETURN_IF_ERROR(readDeck(files.front()));
+    MOTE_RETURN_IF_ERROR(setUnits());
+    if (impactZ()) MOTE_RETURN_IF_ERROR(readTrack(files.front()));
+    for (const std::filesystem::path& file : inOrder(files)) MOTE_RETURN_IF_ERROR(addFile(file));
+    return success();
+}
+
+Status ImpactSource::readDeck(const std::filesystem::path& beside) {
+    const auto path = ImpactDeck::beside(beside, code_);
+    if (!path) return success();
+    auto deck = ImpactDeck::read(*path, code_);
+    if (!deck) {
+        // What the user gives in its place makes a broken deck harmless.
+        if (options_.has_mass() && (options_.has_frequency() || !impactZ())) return success();
+        return deck.error();
+    }
+    progress_.note("units and mass are those of " + path->filename().string() + " beside the input");
+    deck_ = std::move(*deck);
+    return success();
+}
+
+Status ImpactSource::setUnits() {
+    units_.code = code_;
+    const double frequency = options_.has_frequency() ? options_.frequency() : deck_ ? deck_->frequency : 0.0;
+    units_.mass = options_.has_mass() ? options_.mass() : deck_ ? deck_->mass : 0.0;
+    const double current = options_.has_current() ? options_.current() : deck_ ? deck_->current : 0.0;
+    if (impactZ() && !positive(frequency)) {
+        return Error{ErrorCode::invalidArgument, "impact.frequency",
+                     "no ImpactZ.in stands beside the input; give the scaling frequency in Hz"};
+    }
+    if (impactZ() && !positive(units_.mass)) {
+        return Error{ErrorCode::invalidArgument, "impact.mass",
+                     "no ImpactZ.in stands beside the input; give the particle's mass in eV/c^2"};
+    }
+    if (!positive(units_.mass)) {
+        units_.mass = electronMass;
+        progress_.note(
+            "no ImpactT.in stands beside the input and no mass is given: the particles are taken for "
+            "electrons");
+    }
+    units_.angularFrequency = radiansPerTurn * frequency;
+    // The charge of a bunch, shared evenly by its macro-particles.
+    if (positive(frequency) && positive(std::abs(current)) && deck_ && deck_->particles >= 1.0) {
+        units_.weight = std::abs(current) / frequency / deck_->particles;
+        uniformWeight_ = positive(units_.weight);
+    }
+    if (!uniformWeight_) units_.weight = 1.0;
+    return success();
+}
+
+Status ImpactSource::readTrack(const std::filesystem::path& beside) {
+    if (options_.has_kinetic_energy()) return success();
+    const auto path = fileBeside(beside, "fort.18");
+    if (!path || !deck_ || deck_->dumps.empty()) return success();
+    auto track = ReferenceTrack::read(*path);
+    if (!track) return track.error();
+    progress_.note("the reference particle's energy and time at each step are those of " +
+                   path->filename().string() + ", at the place of the step in the deck");
+    track_ = std::move(*track);
+    return success();
+}
+
+Status ImpactSource::addFile(const std::filesystem::path& path) {
+    auto table = NumberTable::open(path, fewestColumns, progress_);
+    if (!table) return table.error();
+    ImpactColumns columns = units_;
+    columns.columns = table->columns();
+    SourceStep step{path.filename().string(),
+                    fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, table->rows()};
+    if (const auto declared = table->shape().declared; declared && *declared != table->rows()) {
+        progress_.note(step.file + " says that it has " + std::to_string(*declared) + " particles and has " +
+                       std::to_string(table->rows()));
+    }
+    if (impactZ()) setReference(step.iteration, columns, step);
+    if (!std::isfinite(columns.gamma) || columns.gamma < 1.0) {
+        return Error{ErrorCode::invalidArgument, "impact.kinetic_energy", "needs a number of at least 0"};
+    }
+    steps_.push_back(std::move(step));
+    dumps_.push_back({std::move(*table), columns});
+    return success();
+}
+
+/// The reference particle at a dump: a dump does not hold it.
+void ImpactSource::setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step) {
+    if (options_.has_kinetic_energy()) {
+        columns.gamma = 1.0 + options_.kinetic_energy() / columns.mass;
+        return;
+    }
+    const auto place = deck_ ? deck_->dumps.find(number) : std::map<std::int64_t, double>::const_iterator();
+    if (track_ && deck_ && place != deck_->dumps.end()) {
+        const ReferenceTrack::Point point = track_->at(place->second);
+        columns.gamma = point.gamma;
+        step.time = point.phase / columns.angularFrequency;
+        return;
+    }
+    columns.gamma = 1.0 + (deck_ ? deck_->kineticEnergy : 0.0) / columns.mass;
+    if (notedEnergy_) return;
+    notedEnergy_ = true;
+    progress_.note(
+        deck_ ? "the reference particle's energy is not known at " + step.file +
+                    " (no fort.18 beside it, or no such file in the deck): that at the start is taken, "
+                    "so z and pz are wrong by the energy gained since"
+              : "the reference particle's energy is not known: give impact.kinetic_energy, or z and pz are "
+                "those of a beam at rest");
+}
+
+bool ImpactSource::has(Column column) const {
+    const auto all = [&](auto condition) {
+        return std::all_of(dumps_.begin(), dumps_.end(), [&](const Dump& dump) {
+            return dump.table.rows() == 0 || condition(dump.columns);
+        });
+    };
+    if (column == Column::t) return impactZ();
+    if (column == Column::weight) {
+        return uniformWeight_ || all([](const ImpactColumns& columns) { return columns.hasWeightColumn(); });
+    }
+    if (column == Column::id) return all([](const ImpactColumns& columns) { return columns.hasIdColumn(); });
+    return true;
+}
+
+Status ImpactSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
+                          const std::vector<Column>& wanted, ParticleChunk& chunk) {
+    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+    if (open_ != step) dumps_[open_].table.close();
+    open_ = step;
+    Dump& dump = dumps_[step];
+    MOTE_RETURN_IF_ERROR(dump.table.seek(begin, progress_));
+    chunk.begin = begin;
+    chunk.size = count;
+    chunk.lost.assign(count, 0);
+    std::uint32_t needed = 0;
+    for (const Column column : wanted) {
+        if (column == Column::t && !impactZ()) {
+            return Error{ErrorCode::invalidArgument, steps_[step].file, "IMPACT-T writes no arrival times"};
+        }
+        needed |= dump.columns.needed(column);
+        if (column == Column::id)
+            chunk.id.resize(count);
+        else
+            chunk[column].resize(count);
+    }
+    ImpactColumns::Row row{};
+    for (std::size_t i = 0; i < count; ++i) {
+        MOTE_RETURN_IF_ERROR(dump.table.next(needed, row));
+        fillRow(dump.columns, row, i, wanted, chunk);
+    }
+    return success();
+}
+
+void ImpactSource::fillRow(const ImpactColumns& columns, const ImpactColumns::Row& row, std::size_t at,
+                           const std::vector<Column>& wanted, ParticleChunk& chunk) {
+    for (const Column column : wanted) {
+        if (column != Column::id) {
+            chunk[column][at] = columns.value(column, row);
+            continue;
+        }
+        const double id = row[8];
+        const bool valid = columns.hasIdColumn() && id >= 0.0 && id < 18446744073709551616.0;
+        chunk.id[at] = valid ? static_cast<std::uint64_t>(id) : chunk.begin + at;
+    }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ParticleSource>> openImpact(ImpactDeck::Code code,
+                                                   const std::vector<std::filesystem::path>& files,
+                                                   const proto::ImpactOptions& options, Progress& progress) {
+    auto source = std::make_unique<ImpactSource>(code, options, progress);
+    MOTE_RETURN_IF_ERROR(source->open(files));
+    return std::unique_ptr<ParticleSource>(std::move(source));
+}
+
+}  // namespace mote::prep

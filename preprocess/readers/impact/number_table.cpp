@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/impact/number_table.h"
+
+#include <algorithm>
+
+#include "preprocess/readers/text/line_reader.h"
+#include "preprocess/readers/text/number.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t fewestColumns = 6;  // of a particle; a first line with fewer counts the rows
+constexpr std::uint64_t maxProbedLines = 10'000;
+
+using Fields = std::array<std::string_view, NumberTable::maxColumns>;
+
+bool allNumbers(const Fields& fields, std::size_t count) {
+    return std::all_of(fields.begin(),
+                       fields.begin() + static_cast<std::ptrdiff_t>(std::min(count, fields.size())),
+                       [](std::string_view field) { return parseNumber(field).has_value(); });
+}
+
+}  // namespace
+
+Result<NumberTable::Shape> NumberTable::probe(const std::filesystem::path& path) {
+    auto reader = LineReader::open(path);
+    if (!reader) return reader.error();
+    Shape shape;
+    int rows = 0;
+    for (std::string_view line; rows < 2 && reader->lineNumber() < maxProbedLines;) {
+        const auto more = reader->next(line);
+        if (!more) return more.error();
+        if (!*more) break;
+        if (!isRow(line)) continue;
+        Fields fields;
+        const std::size_t count = splitFields(line, ' ', fields);
+        if (!allNumbers(fields, count)) shape.numbers = false;
+        if (rows == 1 && shape.columns < fewestColumns && count >= fewestColumns && shape.declared) {
+            shape.columns = std::min(count, maxColumns);
+        } else if (rows == 0) {
+            shape.columns = std::min(count, maxColumns);
+            if (count < fewestColumns) shape.declared = parseId(fields[0]);
+        }
+        ++rows;
+    }
+    if (shape.columns < fewestColumns && rows < 2 && shape.declared == 0u) shape.columns = fewestColumns;
+    return shape;
+}
+
+Result<NumberTable> NumberTable::open(const std::filesystem::path& path, std::size_t columns,
+                                      Progress& progress) {
+    const auto shape = probe(path);
+    if (!shape) return shape.error();
+    if (shape->columns != 0 && shape->columns < columns) {
+        return Error{ErrorCode::corrupt, path.filename().string(),
+                     "has " + std::to_string(shape->columns) + " columns where at least " +
+                         std::to_string(columns) + " were expected"};
+    }
+    auto file = RowFile::open(path, shape->declared ? 1 : 0, progress);
+    if (!file) return file.error();
+    NumberTable table(std::move(*file));
+    table.shape_ = *shape;
+    return table;
+}
+
+Status NumberTable::next(std::uint32_t needed, std::array<double, maxColumns>& values) {
+    const auto line = file_.next();
+    if (!line) return line.error();
+    Fields fields;
+    const std::size_t count = splitFields(*line, ' ', fields);
+    if (count < shape_.columns) {
+        return Error{ErrorCode::corrupt, file_.where(),
+                     "has " + std::to_string(count) + " columns where the first row has " +
+                         std::to_string(shape_.columns)};
+    }
+    for (std::size_t i = 0; i < shape_.columns; ++i) {
+        if ((needed >> i & 1u) == 0) continue;
+        const auto value = parseNumber(fields[i]);
+        if (!value) {
+            return Error{ErrorCode::corrupt, file_.where() + ", column " + std::to_string(i + 1),
+                         "'" + std::string(fields[i].substr(0, 40)) + "' is not a number"};
+        }
+        values[i] = *value;
+    }
+    return success();
+}
+
+}  // namespace mote::prep

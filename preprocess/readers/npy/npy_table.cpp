@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/npy/npy_table.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t blockBytes = 1u << 20;
+constexpr Column plainOrder[] = {Column::x,  Column::y,  Column::z,     Column::px,
+                                 Column::py, Column::pz, Column::weight};
+
+static_assert(std::endian::native == std::endian::little,
+              "numbers of files are turned into little-endian ones");
+
+template <class Number>
+Number load(const char* from, bool bigEndian) {
+    char bytes[sizeof(Number)];
+    std::memcpy(bytes, from, sizeof(Number));
+    if (bigEndian) std::reverse(bytes, bytes + sizeof(Number));
+    return std::bit_cast<Number>(bytes);
+}
+
+template <class Value>
+Value convert(const char* from, const NpyField& type) {
+    const bool big = type.bigEndian;
+    if (type.kind == 'f') {
+        const double value =
+            type.bytes == 4 ? static_cast<double>(load<float>(from, big)) : load<double>(from, big);
+        if constexpr (std::is_same_v<Value, std::uint64_t>) {
+            return value >= 0.0 && value < 18446744073709551616.0 ? static_cast<std::uint64_t>(value) : 0;
+        } else {
+            return value;
+        }
+    }
+    const bool wide = type.kind == 'i';
+    switch (type.bytes) {
+        case 1:
+            return wide ? static_cast<Value>(load<std::int8_t>(from, big))
+                        : static_cast<Value>(load<std::uint8_t>(from, big));
+        case 2:
+            return wide ? static_cast<Value>(load<std::int16_t>(from, big))
+                        : static_cast<Value>(load<std::uint16_t>(from, big));
+        case 4:
+            return wide ? static_cast<Value>(load<std::int32_t>(from, big))
+                        : static_cast<Value>(load<std::uint32_t>(from, big));
+        default:
+            return wide ? static_cast<Value>(load<std::int64_t>(from, big))
+                        : static_cast<Value>(load<std::uint64_t>(from, big));
+    }
+}
+
+Error unreadable(std::string where) {
+    return {ErrorCode::unsupported, std::move(where), "holds no integers, f4 or f8"};
+}
+
+/// Bytes of the whole array; nothing where the product does not fit.
+std::optional<std::uint64_t> arrayBytes(const NpyHeader& header) {
+    std::uint64_t bytes = header.itemBytes;
+    for (const std::uint64_t length : header.shape) {
+        if (length != 0 && bytes > std::numeric_limits<std::uint64_t>::max() / length) return std::nullopt;
+        bytes *= length;
+    }
+    return bytes;
+}
+
+}  // namespace
+
+Result<NpyTable> NpyTable::open(const std::filesystem::path& path, double mass) {
+    const auto source = ByteSource::open(path);
+    if (!source) return source.error();
+    NpyTable table;
+    table.path_ = path;
+    table.name_ = (*source)->name();
+    if ((*source)->compressed()) {
+        return Error{ErrorCode::unsupported, table.name_, "is a gzipped .npy file; unpack it first (gunzip)"};
+    }
+    std::vector<char> bytes(
+        static_cast<std::size_t>(std::min<std::uint64_t>((*source)->fileBytes(), NpyHeader::maxBytes)));
+    const auto got = (*source)->read(bytes);
+    if (!got) return got.error();
+    const auto header = NpyHeader::parse({bytes.data(), *got}, table.name_);
+    if (!header) return header.error();
+    const auto declared = arrayBytes(*header);
+    const std::uint64_t held = (*source)->fileBytes() - std::min((*source)->fileBytes(), header->dataOffset);
+    if (!declared || *declared != held) {
+        return Error{ErrorCode::corrupt, table.name_,
+                     "its header declares " + (declared ? std::to_string(*declared) : "more than 2^64") +
+                         " bytes of data, and it holds " + std::to_string(held)};
+    }
+    table.structured_ = header->structured();
+    table.rows_ = header->shape.empty() ? 0 : header->shape[0];
+    MOTE_RETURN_IF_ERROR(table.structured_ ? table.setNamedFields(*header, mass)
+                                           : table.setPlainFields(*header));
+    return table;
+}
+
+/// An array N x 6 or N x 7: x, y, z, px, py, pz and the weight.
+Status NpyTable::setPlainFields(const NpyHeader& header) {
+    const std::uint64_t columns = header.shape.size() == 2 ? header.shape[1] : 0;
+    if (columns != 6 && columns != 7) {
+        return Error{ErrorCode::unsupported, name_,
+                     "is an array without field names whose shape is not N x 6 (x, y, z, px, py, pz) or N x "
+                     "7 (and weight)"};
+    }
+    const NpyField& type = header.fields[0];
+    if (type.kind == NpyField::other) return unreadable(name_);
+    for (std::uint64_t i = 0; i < columns; ++i) {
+        Field field;
+        field.meaning.column = plainOrder[i];
+        field.type = type;
+        field.stride = header.fortranOrder ? type.bytes : type.bytes * columns;
+        field.offset = header.dataOffset + i * type.bytes * (header.fortranOrder ? rows_ : 1);
+        fields_.push_back(std::move(field));
+    }
+    return success();
+}
+
+/// An array of named fields. Of "position" and "momentum" with three numbers each, every number has its
+/// column.
+Status NpyTable::setNamedFields(const NpyHeader& header, double mass) {
+    if (header.shape.size() != 1) {
+        return Error{ErrorCode::unsupported, name_,
+                     "is an array of named fields with more than one dimension"};
+    }
+    for (const NpyField& type : header.fields) {
+        const bool vector = type.count == 3;
+        if (type.count != 1 && !vector) continue;
+        for (std::size_t i = 0; i < type.count; ++i) {
+            const std::string name = vector ? type.name + "_" + "xyz"[i] : type.name;
+            const auto meaning = fieldMeaning(name, mass, name_ + ", field '" + type.name + "'");
+            if (!meaning) return meaning.error();
+            if (!*meaning) continue;
+            if (type.kind == NpyField::other) return unreadable(name_ + ", field '" + type.name + "'");
+            Field field{**meaning, type, header.dataOffset + type.offset + i * type.bytes, header.itemBytes};
+            field.type.count = 1;
+            if (field.meaning.kind == FieldMeaning::Kind::column && find(field.meaning.column) != nullptr) {
+                return Error{ErrorCode::corrupt, name_,
+                             "has two fields of the same meaning as '" + type.name + "'"};
+            }
+            fields_.push_back(std::move(field));
+        }
+    }
+    if (fields_.empty()) {
+        return Error{ErrorCode::corrupt, name_, "has none of the fields x, y, z, t, px, py, pz"};
+    }
+    return success();
+}
+
+const NpyTable::Field* NpyTable::find(Column column) const {
+    for (const Field& field : fields_) {
+        if (field.meaning.kind == FieldMeaning::Kind::column && field.meaning.column == column) return &field;
+    }
+    return nullptr;
+}
+
+Status NpyTable::read(const Field& field, std::uint64_t begin, std::span<double> values) const {
+    return readAs(field, begin, values);
+}
+
+Status NpyTable::read(const Field& field, std::uint64_t begin, std::span<std::uint64_t> values) const {
+    return readAs(field, begin, values);
+}
+
+template <class Value>
+Status NpyTable::readAs(const Field& field, std::uint64_t begin, std::span<Value> values) const {
+    const auto source = ByteSource::open(path_);
+    if (!source) return source.error();
+    // Whole rows, so that fields that lie side by side cost no more than one pass over a block.
+    const std::size_t rowsPerBlock = std::max<std::size_t>(1, blockBytes / field.stride);
+    std::vector<char> block(rowsPerBlock * field.stride);
+    for (std::size_t done = 0; done < values.size();) {
+        const std::size_t rows = std::min(rowsPerBlock, values.size() - done);
+        const std::size_t bytes = (rows - 1) * field.stride + field.type.bytes;
+        MOTE_RETURN_IF_ERROR((*source)->seek(field.offset + (begin + done) * field.stride));
+        const auto got = (*source)->read({block.data(), bytes});
+        if (!got) return got.error();
+        if (*got != bytes) return Error{ErrorCode::corrupt, name_, "has changed since it was opened"};
+        for (std::size_t i = 0; i < rows; ++i) {
+            values[done + i] = convert<Value>(block.data() + i * field.stride, field.type);
+        }
+        done += rows;
+    }
+    return success();
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// RowFile: the rows of a text table, counted once and then read from any row on. Nothing of the table is kept
+// but the places of some rows (24 bytes for each 65536); a compressed file is read again from its beginning
+// where an earlier row is asked for. Owned by a reader; one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "preprocess/progress.h"
+#include "preprocess/readers/text/line_reader.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class RowFile {
+  public:
+    /// Counts the rows: lines that are neither blank nor a comment ('#', '!' or '%'), the first `skipped` of
+    /// them left out. Errors: those of LineReader, cancelled.
+    static Result<RowFile> open(const std::filesystem::path& path, std::uint64_t skipped, Progress& progress);
+
+    std::uint64_t rows() const { return rows_; }
+    const std::filesystem::path& path() const { return path_; }
+
+    /// Makes `row` the one that next() returns. Errors as of LineReader, corrupt (the file has shrunk).
+    Status seek(std::uint64_t row, Progress& progress);
+    /// The row, valid until the next call. Errors as of seek.
+    Result<std::string_view> next();
+    /// "beam.csv: line 12", of the last row, for messages.
+    std::string where() const;
+    /// Gives back buffer and descriptor; the next seek takes them again.
+    void close() { reader_.reset(); }
+
+  private:
+    struct Checkpoint {
+        std::uint64_t row = 0, offset = 0, lines = 0;
+    };
+
+    Result<bool> nextRow(std::string_view& row);
+
+    std::filesystem::path path_;
+    std::uint64_t skipped_ = 0, rows_ = 0;
+    std::vector<Checkpoint> checkpoints_;
+    std::optional<LineReader> reader_;
+    std::uint64_t position_ = 0;  // the row that next() returns, skipped ones included
+};
+
+/// True for a line that is neither blank nor a comment.
+bool isRow(std::string_view line);
+
+}  // namespace mote::prep
