@@ -18,10 +18,8 @@ BeamKinematics kinematics(const BeamDesign& design) {
 }
 
 BeamDesign mismatched(BeamDesign design, double mismatch) {
-    constexpr double quadrupolePart = 0.4;
     const double excess = mismatch - 1.0;
-    design.mismatch = {1.0 + (1.0 + quadrupolePart) * excess, 1.0 + (1.0 - quadrupolePart) * excess,
-                       mismatch};
+    design.mismatch = {1.0 + 1.4 * excess, 1.0 + 0.6 * excess, 1.0 + 1.2 * excess};
     return design;
 }
 

@@ -10,7 +10,6 @@
 
 #include "preprocess/synth/beam_columns.h"
 #include "preprocess/synth/draft_file.h"
-#include "preprocess/synth/h5_output.h"
 #include "preprocess/synth/openpmd_writer.h"
 #include "preprocess/synth/tracker.h"
 
@@ -87,7 +86,6 @@ class ChunkRunner {
 
 Status writeBeamRun(const ChannelPlan& plan, const BeamRun& run, const std::filesystem::path& output,
                     Progress& progress) {
-    const QuietH5 quiet;  // errors are ours to report, those of closing after a failure included
     auto draft = DraftFile::create(output);
     if (!draft) return draft.error();
     auto writer = OpenPmdWriter::create(draft->path(), plan, run.particles, run.seed);

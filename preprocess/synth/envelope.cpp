@@ -111,15 +111,18 @@ Envelope EnvelopeModel::advance(Envelope envelope, double begin, double end, dou
 }
 
 Envelope EnvelopeModel::smoothGuess() const {
-    // Smooth approximation with a sphere's field: k a = perveance / a^2 + emittance^2 / a^3, by bisection.
+    // Smooth approximation with a sphere's field: k a = perveance / a^2 + emittance^2 / a^3, by bisection. k
+    // is (2 sin(mu / 2) / period)^2, from the trace of the period's map.
+    const double period = channel_.periodLength();
+    const ChannelMap map = channel_.map(0.0, period);
     Envelope guess;
     for (std::size_t plane = 0; plane < 3; ++plane) {
-        const double wave = channel_.phaseAdvance(plane) / channel_.periodLength();
+        const double smooth = (2.0 - map[plane].uu - map[plane].pp) / (period * period);
         double low = 1e-7, high = 1.0;
         for (int i = 0; i < 80; ++i) {
             const double a = 0.5 * (low + high);
             const double outward = perveance_ / (a * a) + emittance_[plane] * emittance_[plane] / (a * a * a);
-            (wave * wave * a < outward ? low : high) = a;
+            (smooth * a < outward ? low : high) = a;
         }
         guess.axes[plane] = 0.5 * (low + high);
     }

@@ -107,20 +107,24 @@ bool setExtent(hid_t object, const char* name, std::uint64_t value) {
     return setArray(object, name, H5T_STD_U64LE, H5T_NATIVE_UINT64, 1, &value);
 }
 
-Error h5Failure(const std::string& where) {
-    int number = 0;
-    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, findNumber, &number);
-    if (number != 0) return storage::systemError(number, where, "cannot be written");
-    return {ErrorCode::internal, where, "HDF5 cannot write the file"};
-}
-
-QuietH5::QuietH5() {
+H5Errors::H5Errors() {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    H5Eset_auto2(H5E_DEFAULT, keep, this);
 }
 
-QuietH5::~QuietH5() {
+H5Errors::~H5Errors() {
     H5Eset_auto2(H5E_DEFAULT, function_, data_);
+}
+
+herr_t H5Errors::keep(hid_t stack, void* self) {
+    // Now, not later: closing what the failed call left open clears the stack.
+    H5Ewalk2(stack, H5E_WALK_UPWARD, findNumber, &static_cast<H5Errors*>(self)->number_);
+    return 0;
+}
+
+Error H5Errors::failure(const std::string& where) const {
+    if (number_ != 0) return storage::systemError(number_, where, "cannot be written");
+    return {ErrorCode::internal, where, "HDF5 cannot write the file"};
 }
 
 }  // namespace mote::prep

@@ -36,20 +36,23 @@ bool setUnsigned64(hid_t object, const char* name, std::uint64_t value);
 /// As an array of one element.
 bool setExtent(hid_t object, const char* name, std::uint64_t value);
 
-/// What HDF5's error stack of this thread says: the kernel's own reason where it holds one.
-Error h5Failure(const std::string& where);
-
-/// Keeps HDF5 from printing its errors while it lives.
-class QuietH5 {
+/// While it lives, HDF5's errors on this thread are kept here and not printed. One at a time.
+class H5Errors {
   public:
-    QuietH5();
-    ~QuietH5();
-    QuietH5(const QuietH5&) = delete;
-    QuietH5& operator=(const QuietH5&) = delete;
+    H5Errors();
+    ~H5Errors();
+    H5Errors(const H5Errors&) = delete;
+    H5Errors& operator=(const H5Errors&) = delete;
+
+    /// Why the file `where` could not be written: the kernel's own reason where HDF5 was told one.
+    Error failure(const std::string& where) const;
 
   private:
+    static herr_t keep(hid_t stack, void* self);
+
     H5E_auto2_t function_ = nullptr;
     void* data_ = nullptr;
+    int number_ = 0;  ///< errno of the first failure that had one
 };
 
 }  // namespace mote::prep

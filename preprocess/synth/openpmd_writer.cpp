@@ -110,16 +110,19 @@ bool describeRun(hid_t file, const ChannelPlan& plan, std::uint64_t seed) {
 
 }  // namespace
 
+OpenPmdWriter::OpenPmdWriter(const std::string& path)
+    : name_(path), errors_(std::make_unique<H5Errors>()), file_(createFile(path)) {}
+
 Result<OpenPmdWriter> OpenPmdWriter::create(const std::filesystem::path& path, const ChannelPlan& plan,
                                             std::uint64_t particles, std::uint64_t seed) {
-    OpenPmdWriter writer(path.string(), createFile(path.string()));
+    OpenPmdWriter writer(path.string());
     const hid_t file = writer.file_.get();
-    if (!writer.file_.ok() || !describeRun(file, plan, seed)) return h5Failure(writer.name_);
+    if (!writer.file_.ok() || !describeRun(file, plan, seed)) return writer.errors_->failure(writer.name_);
     for (const PlanDump& dump : plan.dumps) {
         const std::string iteration = fmt::format("/data/{}", dump.slice);
         const std::string& species = writer.species_.emplace_back(iteration + "/particles/beam");
         if (!addIteration(file, iteration, plan, dump) || !addSpecies(file, species, plan, particles)) {
-            return h5Failure(writer.name_);
+            return writer.errors_->failure(writer.name_);
         }
     }
     return writer;
@@ -143,12 +146,12 @@ Status OpenPmdWriter::write(std::size_t step, std::uint64_t first, std::size_t r
                          columns.momentum[axis].data());
     }
     ok = ok && writeColumn(file, species + "/id", H5T_NATIVE_UINT64, first, rows, columns.id.data());
-    if (!ok) return h5Failure(name_);
+    if (!ok) return errors_->failure(name_);
     return success();
 }
 
 Status OpenPmdWriter::close() {
-    if (H5Fflush(file_.get(), H5F_SCOPE_GLOBAL) < 0) return h5Failure(name_);
+    if (H5Fflush(file_.get(), H5F_SCOPE_GLOBAL) < 0) return errors_->failure(name_);
     file_ = {};
     return success();
 }

@@ -7,11 +7,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <vector>
 
-#include "preprocess/readers/hdf5/h5_handle.h"
 #include "preprocess/synth/beam_columns.h"
 #include "preprocess/synth/channel_plan.h"
+#include "preprocess/synth/h5_output.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -33,9 +35,10 @@ class OpenPmdWriter {
     Status close();
 
   private:
-    OpenPmdWriter(std::string name, H5Handle file) : name_(std::move(name)), file_(std::move(file)) {}
+    explicit OpenPmdWriter(const std::string& path);
 
-    std::string name_;  ///< for messages
+    std::string name_;                  ///< for messages
+    std::unique_ptr<H5Errors> errors_;  ///< outlives the file, whose closing may fail too
     H5Handle file_;
     std::vector<std::string> species_;  ///< by step: "/data/53/particles/beam"
 };
