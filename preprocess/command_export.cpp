@@ -6,6 +6,7 @@
 
 #include "preprocess/command_line.h"
 #include "preprocess/export_vdb.h"
+#include "preprocess/json_object.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
@@ -23,7 +24,8 @@ int run(const CommandLine& line, const Options& options) {
     const auto made = exportVdb(options.dataset, *manifest, options.step, options.file);
     if (!made.ok()) return fail(line, made.error());
     if (line.json) {
-        fmt::print("{{\"output\":\"{}\"}}\n", CLI::detail::trim_copy(options.file));
+        JsonObject object;
+        fmt::print("{}\n", object.add("output", options.file).add("step", options.step).text());
     } else if (!line.quiet) {
         fmt::print("{}: density of step {}\n", options.file, options.step);
     }

@@ -2,13 +2,12 @@
 #include "preprocess/command_line.h"
 
 #include <fmt/format.h>
-#include <google/protobuf/struct.pb.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 
 #include "preprocess/console_progress.h"
-#include "protocol/scene/json.h"
+#include "preprocess/json_object.h"
 
 namespace mote::prep {
 namespace {
@@ -29,20 +28,18 @@ Totals totalsOf(const proto::ParticlesManifest& particles) {
 }
 
 void printJson(const JobOutcome& outcome, double seconds) {
-    google::protobuf::Struct object;
-    auto& fields = *object.mutable_fields();
-    fields["output"].set_string_value(outcome.output.string());
-    fields["seconds"].set_number_value(seconds);
+    JsonObject object;
+    object.add("output", outcome.output.string()).add("seconds", seconds);
     if (outcome.manifest) {
         const auto totals = totalsOf(outcome.manifest->particles());
-        fields["kind"].set_string_value(outcome.manifest->kind());
-        fields["steps"].set_number_value(outcome.manifest->particles().steps_size());
-        fields["particles"].set_number_value(static_cast<double>(totals.particles));
-        fields["lost"].set_number_value(static_cast<double>(totals.lost));
-        fields["invalid"].set_number_value(static_cast<double>(totals.invalid));
-        fields["outside"].set_number_value(static_cast<double>(totals.outside));
+        object.add("kind", outcome.manifest->kind())
+            .add("steps", outcome.manifest->particles().steps_size())
+            .add("particles", totals.particles)
+            .add("lost", totals.lost)
+            .add("invalid", totals.invalid)
+            .add("outside", totals.outside);
     }
-    fmt::print("{}\n", toJsonLine(object));
+    fmt::print("{}\n", object.text());
 }
 
 void printText(const JobOutcome& outcome, double seconds) {

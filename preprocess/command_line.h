@@ -23,7 +23,7 @@ struct CommandLine {
     const CancelSignal& signal;
     bool json = false;
     bool quiet = false;
-    std::function<int()> command;
+    std::function<int()> command = {};
 };
 
 void addSynthCommand(CLI::App& program, CommandLine& line);

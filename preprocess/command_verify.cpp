@@ -1,31 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
-#include <google/protobuf/struct.pb.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/command_line.h"
 #include "preprocess/console_progress.h"
-#include "protocol/scene/json.h"
+#include "preprocess/json_object.h"
 #include "storage/verify.h"
 
 namespace mote::prep {
 namespace {
 
 void printJson(const std::string& directory, const std::vector<Error>& errors) {
-    google::protobuf::Struct object;
-    auto& fields = *object.mutable_fields();
-    fields["dataset"].set_string_value(directory);
-    fields["whole"].set_bool_value(errors.empty());
-    auto& list = *fields["errors"].mutable_list_value();
+    std::vector<JsonObject> list;
     for (const auto& error : errors) {
-        auto& entry = *list.add_values()->mutable_struct_value()->mutable_fields();
-        entry["code"].set_string_value(std::string(name(error.code)));
-        entry["where"].set_string_value(error.where);
-        entry["message"].set_string_value(error.message);
+        list.emplace_back()
+            .add("code", name(error.code))
+            .add("where", error.where)
+            .add("message", error.message);
     }
-    fmt::print("{}\n", toJsonLine(object));
+    JsonObject object;
+    object.add("dataset", directory).add("whole", errors.empty()).add("errors", list);
+    fmt::print("{}\n", object.text());
 }
 
 int run(const CommandLine& line, const std::string& directory) {
