@@ -73,6 +73,7 @@ class Includes(unittest.TestCase):
             ("protocol/wire/a.cpp", "<asio/post.hpp>"),
             ("tests/unit/jobs/a.cpp", '"server/jobs/job_queue.h"'),
             ("tests/unit/jobs/a.cpp", "<asio/post.hpp>"),
+            ("tests/unit/jobs/a.cpp", '"helper_beside_it.h"'),
         ]:
             with self.subTest(path=path, include=include):
                 self.assertEqual(including(path, include), [])
