@@ -11,9 +11,10 @@
 namespace mote {
 namespace {
 
-// The thin half of the log densities as points, the dense half as a translucent volume, a soft seam between.
+// Most of the log densities as points, the dense end as a volume that lets the eye in, a soft seam between. The
+// opacity is level above the seam, so that no points are left there to cover the core.
 const std::vector<Curve::Knot>& defaultVolumeKnots() {
-    static const std::vector<Curve::Knot> knots{{0.45, 0.0}, {0.75, 0.12}, {1.0, 0.3}};
+    static const std::vector<Curve::Knot> knots{{0.62, 0.0}, {0.82, 0.12}};
     return knots;
 }
 
@@ -61,7 +62,7 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
     const auto map = ColorMap::find(mapName.empty() ? ColorMap::defaultName : std::string_view(mapName));
     if (!map.ok()) return map.error().within("volume.colorMap");
     const auto opacity =
-        checkRange(points.has_opacity() ? points.opacity() : 0.5, 0.0, 1.0, "points.opacity");
+        checkRange(points.has_opacity() ? points.opacity() : 0.25, 0.0, 1.0, "points.opacity");
     MOTE_RETURN_IF_ERROR(opacity);
     const auto size =
         checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0, 0.1, 64.0, "points.sizePixels");

@@ -37,7 +37,7 @@ TEST(LinkedFraction, AnEvenVolumeLeavesNone) {
 TEST(ParticlesStyle, DefaultsAreTheDocumentedOnes) {
     const auto style = parseParticlesStyle({});
     ASSERT_TRUE(style.ok());
-    EXPECT_EQ(style->pointOpacity, 0.5);
+    EXPECT_EQ(style->pointOpacity, 0.25);
     EXPECT_EQ(style->pointSize, 1.0);
     EXPECT_EQ(style->colorMap.name(), "inferno");
     EXPECT_EQ(style->pointColor, srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)));
