@@ -26,8 +26,9 @@ std::size_t removeDrafts(const JobOutput& output) {
     const auto draft = output.path.filename().string() + ".partial-";  // and the process that makes it
     std::vector<std::filesystem::path> drafts;
     std::error_code code;
-    for (const auto& entry : std::filesystem::directory_iterator(output.path.parent_path(), code)) {
-        if (entry.path().filename().string().starts_with(draft)) drafts.push_back(entry.path());
+    std::filesystem::directory_iterator entry(output.path.parent_path(), code);
+    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
+        if (entry->path().filename().string().starts_with(draft)) drafts.push_back(entry->path());
     }
     for (const auto& path : drafts) std::filesystem::remove_all(path, code);
     return drafts.size();

@@ -117,8 +117,9 @@ void JobQueue::Impl::stop() {
 void JobQueue::Impl::removeStrayDirectories() {
     std::error_code code;
     std::vector<std::filesystem::path> strays;
-    for (const auto& entry : std::filesystem::directory_iterator(settings_.stateDirectory / "jobs", code)) {
-        if (!table_->find(entry.path().filename().string())) strays.push_back(entry.path());
+    std::filesystem::directory_iterator entry(settings_.stateDirectory / "jobs", code);
+    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
+        if (!table_->find(entry->path().filename().string())) strays.push_back(entry->path());
     }
     for (const auto& stray : strays) std::filesystem::remove_all(stray, code);
 }

@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -15,6 +16,7 @@
 #include <asio/posix/stream_descriptor.hpp>
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 #include "server/jobs/process_identity.h"
 #include "storage/file_descriptor.h"
@@ -29,7 +31,8 @@ constexpr int kGate = 3;  // the supervisor's descriptor of it, and the progress
 
 class LocalRun final : public Run {
   public:
-    LocalRun(asio::io_context& context, ProcessIdentity identity, FileDescriptor process, FileDescriptor gate)
+    LocalRun(asio::io_context& context, ProcessIdentity identity, const FileDescriptor& process,
+             FileDescriptor gate)
         : identity_(std::move(identity)),
           process_(context, fcntl(process.get(), F_DUPFD_CLOEXEC, 0)),
           gate_(std::move(gate)) {}
@@ -116,6 +119,17 @@ int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_
     return error;
 }
 
+/// Null where the io_context cannot watch one more descriptor.
+std::unique_ptr<Run> watch(asio::io_context& context, const ProcessIdentity& identity,
+                           const FileDescriptor& process, FileDescriptor gate) {
+    try {
+        return std::make_unique<LocalRun>(context, identity, process, std::move(gate));
+    } catch (const std::system_error& error) {
+        spdlog::error("process {} cannot be watched: {}", identity.pid, error.what());
+        return nullptr;
+    }
+}
+
 }  // namespace
 
 LocalRunner::LocalRunner(asio::io_context& context, std::filesystem::path supervisor,
@@ -138,26 +152,25 @@ Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
                      fmt::format("cannot be started: {}", std::strerror(error))};
     }
     // A child that is not waited for keeps its number: these two cannot meet another process.
-    auto identity = ProcessIdentity::of(pid);
-    FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
-    if (!identity || !process.valid()) {
-        gate = {};  // it ends by itself
-        waitpid(pid, nullptr, 0);
-        return Error{ErrorCode::internal, "",
-                     "the job's process cannot be watched (no /proc or no pidfd_open)"};
+    const auto identity = ProcessIdentity::of(pid);
+    const FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
+    if (identity && process.valid()) {
+        if (auto run = watch(context_, *identity, process, std::move(gate))) return run;
     }
-    return std::unique_ptr<Run>(
-        std::make_unique<LocalRun>(context_, *std::move(identity), std::move(process), std::move(gate)));
+    gate = {};  // it ends by itself
+    waitpid(pid, nullptr, 0);
+    return Error{ErrorCode::internal, "",
+                 "the job's process cannot be watched (no /proc, no pidfd_open, or no memory)"};
 }
 
 std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
     if (!handle.starts_with(kPrefix)) return nullptr;
     const auto identity = ProcessIdentity::parse(handle.substr(std::string_view(kPrefix).size()));
     if (!identity) return nullptr;
-    auto process = identity->open();
+    const auto process = identity->open();
     pollfd end{process.get(), POLLIN, 0};
     if (!process.valid() || poll(&end, 1, 0) != 0) return nullptr;  // ended, and perhaps not waited for yet
-    return std::make_unique<LocalRun>(context_, *identity, std::move(process), FileDescriptor());
+    return watch(context_, *identity, process, FileDescriptor());
 }
 
 }  // namespace mote::server
