@@ -9,7 +9,8 @@ Result<DeviceKind> parseDeviceKind(std::string_view name) {
     if (name == "auto") return DeviceKind::automatic;
     if (name == "egl") return DeviceKind::egl;
     if (name == "cpu") {
-        return Error{ErrorCode::unsupported, "device", "the device \"cpu\" does not exist yet; there are auto, egl"};
+        return Error{ErrorCode::unsupported, "device",
+                     "the device \"cpu\" does not exist yet; there are auto, egl"};
     }
     return Error{ErrorCode::invalidArgument, "device",
                  "no device is called \"" + std::string(name) + "\"; there are auto, egl"};
@@ -20,4 +21,4 @@ std::unique_ptr<Device> createDevice(DeviceKind kind) {
     return std::make_unique<EglDevice>();
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Device: executes a frame plan. One owner, one thread: it is made, used and destroyed on the thread that renders
-// (an EGL context is bound to it). What a picture is: docs/PICTURE.md; how a device may approximate: Quality.
+// Device: executes a frame plan. One owner, one thread: it is made, used and destroyed on the thread that
+// renders (an EGL context is bound to it). What a picture is: docs/PICTURE.md; how a device may approximate:
+// Quality.
 #pragma once
 
 #include <memory>
@@ -27,9 +28,10 @@ class Device {
     virtual ~Device() = default;
     /// "egl (llvmpipe (LLVM 15.0.6, 256 bits))".
     virtual std::string name() const = 0;
-    /// Empty where `stop` was requested before the picture was done: it is asked often enough that a newer view need
-    /// not wait for an older one. Throws DeviceError, storage::StorageError.
-    virtual std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) = 0;
+    /// Empty where `stop` was requested before the picture was done: it is asked often enough that a newer
+    /// view need not wait for an older one. Throws DeviceError, storage::StorageError.
+    virtual std::optional<Picture> render(const FramePlan& plan, PixelFormat format,
+                                          std::stop_token stop) = 0;
     /// Frees what it keeps of steps that nobody else holds any more.
     virtual void trim() = 0;
 };
@@ -42,4 +44,4 @@ Result<DeviceKind> parseDeviceKind(std::string_view name);
 /// Throws DeviceError.
 std::unique_ptr<Device> createDevice(DeviceKind kind);
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -53,8 +53,8 @@ void setDepths(FramePlan& plan) {
     plan.farDepth = farthest;
 }
 
-LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step, const FramePlan& plan,
-                    double pixels, double share) {
+LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step,
+                    const FramePlan& plan, double pixels, double share) {
     LayerPlan result{.step = std::move(step),
                      .layerToEye = plan.camera.worldToEye() * layer.transform,
                      .style = scaledStyle(layer.style, pixels, share),
@@ -66,7 +66,7 @@ LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleS
     return result;
 }
 
-}   // namespace
+}  // namespace
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
     MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
@@ -88,4 +88,4 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
     return plan;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FramePlan: what a device is to draw, computed from scene and quality without a device: for each layer the points
-// of each leaf that are drawn, the depth range and its slabs. A value; pure functions.
+// FramePlan: what a device is to draw, computed from scene and quality without a device: for each layer the
+// points of each leaf that are drawn, the depth range and its slabs. A value; pure functions.
 #pragma once
 
 #include <cstdint>
@@ -17,29 +17,30 @@ namespace mote::render {
 /// What is drawn of one layer.
 struct LayerPlan {
     std::shared_ptr<const storage::ParticleStep> step;
-    glm::dmat4 layerToEye{1.0};   ///< eye space: x right, y up, depth = -z
-    ParticlesStyle style;         ///< opacity already raised for Quality::pointFraction; size in pixels of the plan
-    std::vector<std::uint32_t> drawn;   ///< one a leaf: how many of its points, from its first; 0 outside the view
+    glm::dmat4 layerToEye{1.0};  ///< eye space: x right, y up, depth = -z
+    ParticlesStyle style;  ///< opacity already raised for Quality::pointFraction; size in pixels of the plan
+    std::vector<std::uint32_t>
+        drawn;  ///< one a leaf: how many of its points, from its first; 0 outside the view
     std::uint64_t pointsDrawn = 0;
 };
 
 struct FramePlan {
-    std::uint32_t width = 0;    ///< pixels that are rendered
+    std::uint32_t width = 0;  ///< pixels that are rendered
     std::uint32_t height = 0;
     Camera camera;
-    glm::dvec3 background{0.0};   ///< linear RGB
-    double nearDepth = 0.0;     ///< along the line of sight; all that is drawn lies in [nearDepth, farDepth]
+    glm::dvec3 background{0.0};  ///< linear RGB
+    double nearDepth = 0.0;      ///< along the line of sight; all that is drawn lies in [nearDepth, farDepth]
     double farDepth = 0.0;
-    std::uint32_t slabs = 1;    ///< of equal thickness from nearDepth to farDepth
-    double samplesPerCell = 2.0;
+    std::uint32_t slabs = 1;  ///< of equal thickness from nearDepth to farDepth
+    double samplesPerCell = 4.0;
     std::vector<LayerPlan> layers;
 };
 
-/// Where points are drawn in front of a perspective eye at all: nothing nearer than this share of the distance from
-/// the eye to the camera's target is seen, in every device and in the reference.
+/// Where points are drawn in front of a perspective eye at all: nothing nearer than this share of the
+/// distance from the eye to the camera's target is seen, in every device and in the reference.
 inline constexpr double nearShare = 1e-3;
 
 /// Throws storage::StorageError where the octree's bytes are damaged.
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality);
 
-}   // namespace mote::render
+}  // namespace mote::render

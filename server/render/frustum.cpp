@@ -39,4 +39,4 @@ Frustum::Side Frustum::of(const glm::dvec3& center, double halfEdge) const {
     return side;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -17,8 +17,8 @@ class Frustum {
   public:
     enum class Side { outside, partly, inside };
 
-    /// `marginPixels`: how far a point's footprint reaches from its centre; `nearDepth`: what lies nearer is unseen by
-    /// a perspective camera.
+    /// `marginPixels`: how far a point's footprint reaches from its centre; `nearDepth`: what lies nearer is
+    /// unseen by a perspective camera.
     Frustum(const Camera& camera, double width, double height, double marginPixels, double nearDepth,
             const glm::dmat4& layerToEye);
 
@@ -27,11 +27,11 @@ class Frustum {
 
   private:
     struct Plane {
-        glm::dvec4 equation;   ///< positive on the seen side, layer space
-        double reach;          ///< |x| + |y| + |z| of its normal: how much a cube of half edge 1 reaches across
+        glm::dvec4 equation;  ///< positive on the seen side, layer space
+        double reach;  ///< |x| + |y| + |z| of its normal: how much a cube of half edge 1 reaches across
     };
     std::array<Plane, 5> planes_{};
     std::size_t planeCount_ = 0;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -27,4 +27,4 @@ inline glm::uvec3 cellPlace(std::uint64_t morton) {
     return {everyThirdBit(morton), everyThirdBit(morton >> 1), everyThirdBit(morton >> 2)};
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

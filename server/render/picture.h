@@ -9,15 +9,15 @@
 namespace mote::render {
 
 enum class PixelFormat {
-    srgb8,        ///< 4 bytes a pixel, sRGB-encoded
-    linearHalf,   ///< 8 bytes a pixel, IEEE half floats, linear
+    srgb8,       ///< 4 bytes a pixel, sRGB-encoded
+    linearHalf,  ///< 8 bytes a pixel, IEEE half floats, linear
 };
 
 struct Picture {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     PixelFormat format = PixelFormat::srgb8;
-    std::vector<std::uint8_t> pixels;   ///< alpha is 1
+    std::vector<std::uint8_t> pixels;  ///< alpha is 1
     std::uint64_t pointsDrawn = 0;
 };
 
@@ -25,4 +25,4 @@ inline std::uint32_t bytesPerPixel(PixelFormat format) {
     return format == PixelFormat::srgb8 ? 4 : 8;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

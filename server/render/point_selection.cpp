@@ -14,7 +14,8 @@ namespace mote::render {
 namespace {
 
 [[noreturn]] void damaged(const char* array, std::size_t index) {
-    throw storage::StorageError(Error{ErrorCode::corrupt, std::string(array) + "[" + std::to_string(index) + "]",
+    throw storage::StorageError(Error{ErrorCode::corrupt,
+                                      std::string(array) + "[" + std::to_string(index) + "]",
                                       "the octree refers to something that it does not hold"});
 }
 
@@ -28,12 +29,13 @@ Frustum::Side sideOf(const storage::OctreeNodes& nodes, std::size_t i, const Fru
 /// The density at scaled log density t, a little raised, so that no leaf is lost by rounding.
 double densityAt(const LogDensity& scale, double t) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
-    if (!(scale.max > scale.min)) return t > 0.0 ? infinite : 0.0;   // all leaves have t = 0
+    if (!(scale.max > scale.min)) return t > 0.0 ? infinite : 0.0;  // all leaves have t = 0
     if (t > 1.0) return infinite;
     return scale.min * std::exp(t * std::log(scale.max / scale.min)) * (1.0 + 1e-6);
 }
 
-/// The curve's fraction of leaf after leaf; equal densities, common in a run of equal weights, are looked up once.
+/// The curve's fraction of leaf after leaf; equal densities, common in a run of equal weights, are looked up
+/// once.
 class LeafFraction {
   public:
     LeafFraction(const Curve& curve, const LogDensity& scale) : curve_(curve), scale_(scale) {}
@@ -52,7 +54,7 @@ class LeafFraction {
     double fraction_ = 0.0;
 };
 
-}   // namespace
+}  // namespace
 
 double zeroFrom(const Curve& curve) {
     const auto& knots = curve.knots();
@@ -95,7 +97,8 @@ std::vector<std::uint32_t> selectPoints(const storage::ParticleStep& step, const
     const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limit);
     const auto count = static_cast<std::size_t>(end - leaves.density.begin());
     const bool all = frustum.of(glm::dvec3(0.0), 1.0) == Frustum::Side::inside;
-    const auto visible = all || count == 0 ? std::vector<std::uint8_t>() : visibleLeaves(step, frustum, limit);
+    const auto visible =
+        all || count == 0 ? std::vector<std::uint8_t>() : visibleLeaves(step, frustum, limit);
     LeafFraction fractionOf(pointFraction, step.logDensity());
     for (std::size_t i = 0; i < count; ++i) {
         if (!all && visible[i] == 0) continue;
@@ -103,10 +106,11 @@ std::vector<std::uint32_t> selectPoints(const storage::ParticleStep& step, const
         if (!(fraction > 0.0)) continue;
         const std::size_t node = leaves.node[i];
         if (node >= nodes.size()) damaged("/leaves/node", i);
-        drawn[i] = fraction >= 1.0 ? leaves.pointCount[i]
-                                   : drawnPoints(fraction, leaves.pointCount[i], nodes.level[node], nodes.morton[node]);
+        drawn[i] = fraction >= 1.0
+                       ? leaves.pointCount[i]
+                       : drawnPoints(fraction, leaves.pointCount[i], nodes.level[node], nodes.morton[node]);
     }
     return drawn;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Which leaves are in view and how many points of each are drawn (METHODS: a traversal for points skips a dense
-// subtree at its root). Pure functions.
+// Which leaves are in view and how many points of each are drawn (METHODS: a traversal for points skips a
+// dense subtree at its root). Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace mote::render {
 /// The least t from which on a curve is zero; infinite where it never ends in zero.
 double zeroFrom(const Curve& curve);
 
-/// For each leaf 1 where points of it can touch the picture and its density lies below `densityLimit`, else 0.
-/// Throws storage::StorageError where the octree contradicts itself.
+/// For each leaf 1 where points of it can touch the picture and its density lies below `densityLimit`, else
+/// 0. Throws storage::StorageError where the octree contradicts itself.
 std::vector<std::uint8_t> visibleLeaves(const storage::ParticleStep& step, const Frustum& frustum,
                                         double densityLimit);
 
@@ -26,4 +26,4 @@ std::vector<std::uint8_t> visibleLeaves(const storage::ParticleStep& step, const
 std::vector<std::uint32_t> selectPoints(const storage::ParticleStep& step, const Frustum& frustum,
                                         const Curve& pointFraction, double share);
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -8,14 +8,14 @@
 namespace mote::render {
 
 struct Quality {
-    double resolutionScale = 1.0;     ///< of the view's width and height, in (0, 1]
-    double pointFraction = 1.0;       ///< of the points that the exact picture draws; what is left out is made up
-                                      ///< for by the opacity of the others
-    std::uint32_t slabs = 96;         ///< depth slabs in which points and volume mix evenly
-    double samplesPerCell = 2.0;      ///< volume samples along a ray, a cell's edge
+    double resolutionScale = 1.0;  ///< of the view's width and height, in (0, 1]
+    double pointFraction = 1.0;   ///< of the points that the exact picture draws; what is left out is made up
+                                  ///< for by the opacity of the others
+    std::uint32_t slabs = 192;    ///< depth slabs in which points and volume mix evenly
+    double samplesPerCell = 4.0;  ///< volume samples along a ray, a cell's edge
 
     static Quality exact() { return {}; }
     bool operator==(const Quality&) const = default;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Scene: a valid view together with the data of its layers: all that a picture depends on. A value that shares its
-// immutable steps; may be handed to any thread.
+// Scene: a valid view together with the data of its layers: all that a picture depends on. A value that
+// shares its immutable steps; may be handed to any thread.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace mote::render {
 
 struct Scene {
     View view;
-    std::vector<std::shared_ptr<const storage::ParticleStep>> steps;   ///< one a layer, never null
+    std::vector<std::shared_ptr<const storage::ParticleStep>> steps;  ///< one a layer, never null
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

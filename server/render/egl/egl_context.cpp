@@ -22,8 +22,8 @@ bool offers(const char* extensions, std::string_view wanted) {
     return false;
 }
 
-/// Displays to try, best first. They are the process's own and shared: never terminated by us, since others in the
-/// process may use the same one.
+/// Displays to try, best first. They are the process's own and shared: never terminated by us, since others
+/// in the process may use the same one.
 std::vector<EGLDisplay> displays() {
     const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     std::vector<EGLDisplay> hardware;
@@ -50,21 +50,28 @@ std::vector<EGLDisplay> displays() {
 EGLContext createContext(EGLDisplay display) {
     EGLint major = 0;
     EGLint minor = 0;
-    if (display == EGL_NO_DISPLAY || eglInitialize(display, &major, &minor) != EGL_TRUE) return EGL_NO_CONTEXT;
+    if (display == EGL_NO_DISPLAY || eglInitialize(display, &major, &minor) != EGL_TRUE)
+        return EGL_NO_CONTEXT;
     const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
     if (!offers(extensions, "EGL_KHR_surfaceless_context")) return EGL_NO_CONTEXT;
     EGLConfig config = EGL_NO_CONFIG_KHR;
     if (!offers(extensions, "EGL_KHR_no_config_context")) {
         const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0, EGL_NONE};
         EGLint found = 0;
-        if (eglChooseConfig(display, wanted, &config, 1, &found) != EGL_TRUE || found < 1) return EGL_NO_CONTEXT;
+        if (eglChooseConfig(display, wanted, &config, 1, &found) != EGL_TRUE || found < 1)
+            return EGL_NO_CONTEXT;
     }
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_NONE};
     return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
 }
 
-}   // namespace
+}  // namespace
 
 EglContext::EglContext() {
     eglBindAPI(EGL_OPENGL_API);
@@ -106,4 +113,4 @@ EglContext::Current::~Current() {
     }
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// EglContext: an OpenGL 4.5 core context without a display or a surface. Owned by one device and used on one thread
-// at a time. It leaves the contexts of others alone: while a Current lives, this context is the thread's; afterwards
-// the one before it is again.
+// EglContext: an OpenGL 4.5 core context without a display or a surface. Owned by one device and used on one
+// thread at a time. It leaves the contexts of others alone: while a Current lives, this context is the
+// thread's; afterwards the one before it is again.
 #pragma once
 
 #include <epoxy/egl.h>
@@ -13,8 +13,8 @@ namespace mote::render {
 
 class EglContext {
   public:
-    /// Prefers a hardware device (EGL_EXT_platform_device), then any device, then Mesa's surfaceless platform.
-    /// Throws DeviceError where none offers OpenGL 4.5 core.
+    /// Prefers a hardware device (EGL_EXT_platform_device), then any device, then Mesa's surfaceless
+    /// platform. Throws DeviceError where none offers OpenGL 4.5 core.
     EglContext();
     ~EglContext();
     EglContext(const EglContext&) = delete;
@@ -43,4 +43,4 @@ class EglContext {
     std::string renderer_;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

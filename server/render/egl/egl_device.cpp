@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/egl/egl_device.h"
 
-#include <glm/gtc/packing.hpp>
+#include <cstring>
 
 #include "protocol/scene/mote_check.h"
-#include "protocol/scene/srgb.h"
 #include "server/render/egl/egl_context.h"
 #include "server/render/egl/frame_run.h"
 
@@ -12,28 +11,21 @@ namespace mote::render {
 namespace {
 
 constexpr std::uint32_t mostSlabs = 256;
-constexpr std::size_t mostLayers = 8;   // as in shaders/frame.glsl
+constexpr std::size_t mostLayers = 8;  // as in shaders/frame.glsl
 
 /// A picture of nothing but background.
-Picture background(const FramePlan& plan, PixelFormat format) {
+Picture blankPicture(const FramePlan& plan, PixelFormat format) {
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
-    const std::size_t pixels = std::size_t{plan.width} * plan.height;
+    const glm::uvec4 blank = blankPixel(plan.background, format);
     const std::size_t size = bytesPerPixel(format);
-    picture.pixels.resize(pixels * size);
-    std::array<std::uint8_t, 8> pixel{};
-    if (format == PixelFormat::linearHalf) {
-        const std::uint64_t packed = glm::packHalf4x16(glm::vec4(plan.background, 1.0));
-        for (std::size_t i = 0; i < 8; ++i) pixel[i] = static_cast<std::uint8_t>(packed >> (8 * i));
-    } else {
-        const glm::dvec3 encoded = glm::round(glm::clamp(linearToSrgb(plan.background), 0.0, 1.0) * 255.0);
-        pixel = {static_cast<std::uint8_t>(encoded.x), static_cast<std::uint8_t>(encoded.y),
-                 static_cast<std::uint8_t>(encoded.z), 255};
+    picture.pixels.resize(std::size_t{plan.width} * plan.height * size);
+    for (std::size_t at = 0; at < picture.pixels.size(); at += size) {
+        std::memcpy(picture.pixels.data() + at, &blank, size);
     }
-    for (std::size_t i = 0; i < pixels; ++i) std::copy_n(pixel.begin(), size, picture.pixels.begin() + static_cast<std::ptrdiff_t>(i * size));
     return picture;
 }
 
-}   // namespace
+}  // namespace
 
 struct EglDevice::State {
     explicit State(EglOptions chosen)
@@ -67,11 +59,11 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
-    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return background(plan, format);
+    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return blankPicture(plan, format);
     const EglContext::Current current(context_);
     state_->shaders.reloadChanged();
-    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->transfers, state_->buffers,
-                 std::move(stop));
+    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->transfers,
+                 state_->buffers, std::move(stop));
     auto picture = run.draw();
     state_->times = run.times();
     return picture;
@@ -86,4 +78,4 @@ const StageTimes& EglDevice::lastTimes() const {
     return state_->times;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// EglDevice: draws frame plans with OpenGL compute shaders on EGL without a display; docs/RENDERING.md says how.
-// Several may live in one process, each on its own thread; it takes the thread's current context only while it works.
+// EglDevice: draws frame plans with OpenGL compute shaders on EGL without a display; docs/RENDERING.md says
+// how. Several may live in one process, each on its own thread; it takes the thread's current context only
+// while it works.
 #pragma once
 
 #include <chrono>
@@ -15,17 +16,18 @@
 namespace mote::render {
 
 struct EglOptions {
-    std::filesystem::path shaderDirectory;           ///< in place of the embedded shaders; changes are taken up
-    std::uint64_t residentBytes = std::uint64_t{4} << 30;   ///< of points kept in the device's memory, about
-    std::uint64_t cellBytes = std::uint64_t{128} << 20;     ///< of one pass's cells (pixel and slab with points in it)
-    std::uint64_t maskBytes = std::uint64_t{64} << 20;      ///< of the slab masks of a band of the picture
-    bool measure = false;                            ///< waits for the device after each stage, and notes its time
+    std::filesystem::path shaderDirectory;  ///< in place of the embedded shaders; changes are taken up
+    std::uint64_t residentBytes = std::uint64_t{4} << 30;  ///< of points kept in the device's memory, about
+    std::uint64_t cellBytes = std::uint64_t{128}
+                              << 20;  ///< of one pass's cells (pixel and slab with points in it)
+    std::uint64_t maskBytes = std::uint64_t{64} << 20;  ///< of the slab masks of a band of the picture
+    bool measure = false;  ///< waits for the device after each stage, and notes its time
 };
 
 /// How long the stages of the last picture took. Only where EglOptions::measure is set.
 struct StageTimes {
     using Duration = std::chrono::duration<double, std::milli>;
-    Duration prepare{};     ///< uploads, tables
+    Duration prepare{};  ///< uploads, tables
     Duration volumeMark{};
     Duration pointsMark{};
     Duration allocate{};
@@ -55,4 +57,4 @@ class EglDevice final : public Device {
     std::unique_ptr<State> state_;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

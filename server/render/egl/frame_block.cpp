@@ -6,11 +6,14 @@
 #include <glm/common.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
+#include <glm/packing.hpp>
+
+#include "protocol/scene/srgb.h"
 
 namespace mote::render {
 namespace {
 
-constexpr double originUnits = 2147483648.0;   // of the box's edge: 2^31
+constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
 double slabThickness(const FramePlan& plan) {
     return (plan.farDepth - plan.nearDepth) / plan.slabs;
@@ -24,16 +27,18 @@ glm::dmat4 boxToLayer() {
 /// Eye space to (px * w, py * w, slab, w); w is the depth (perspective) or 1.
 glm::dmat4 eyeToScreen(const FramePlan& plan) {
     const double half = plan.camera.halfHeight();
-    const double pixels = plan.height / (2.0 * half);   // a unit at depth 1 (perspective) or anywhere
+    const double pixels = plan.height / (2.0 * half);  // a unit at depth 1 (perspective) or anywhere
     const double thickness = slabThickness(plan);
-    const glm::dvec4 w = plan.camera.perspective() ? glm::dvec4(0.0, 0.0, -1.0, 0.0) : glm::dvec4(0.0, 0.0, 0.0, 1.0);
+    const glm::dvec4 w =
+        plan.camera.perspective() ? glm::dvec4(0.0, 0.0, -1.0, 0.0) : glm::dvec4(0.0, 0.0, 0.0, 1.0);
     const glm::dvec4 x = glm::dvec4(pixels, 0.0, 0.0, 0.0) + 0.5 * plan.width * w;
     const glm::dvec4 y = glm::dvec4(0.0, -pixels, 0.0, 0.0) + 0.5 * plan.height * w;
     const glm::dvec4 slab(0.0, 0.0, -1.0 / thickness, -plan.nearDepth / thickness);
-    return glm::transpose(glm::dmat4(x, y, slab, w));   // glm takes columns
+    return glm::transpose(glm::dmat4(x, y, slab, w));  // glm takes columns
 }
 
-/// The ray through (x, y) of the picture's window at slab s, in the box: entry + s * advance, both linear in (1, x, y).
+/// The ray through (x, y) of the picture's window at slab s, in the box: entry + s * advance, both linear in
+/// (1, x, y).
 void setRays(LayerBlock& block, const FramePlan& plan, const LayerPlan& layer) {
     const glm::dmat4 eyeToBox = glm::inverse(layer.layerToEye * boxToLayer());
     const glm::dvec3 right(eyeToBox[0]), up(eyeToBox[1]), away(-eyeToBox[2]), eye(eyeToBox[3]);
@@ -43,16 +48,27 @@ void setRays(LayerBlock& block, const FramePlan& plan, const LayerPlan& layer) {
     block.entry = {glm::vec4(eye + plan.nearDepth * away, 0.0), glm::vec4(spread * right, 0.0),
                    glm::vec4(spread * up, 0.0)};
     const double turn = perspective ? thickness : 0.0;
-    block.advance = {glm::vec4(thickness * away, 0.0), glm::vec4(turn * right, 0.0), glm::vec4(turn * up, 0.0)};
+    block.advance = {glm::vec4(thickness * away, 0.0), glm::vec4(turn * right, 0.0),
+                     glm::vec4(turn * up, 0.0)};
 }
 
 /// Sums of weights stay below 2^32 whatever pixel the points meet in, with half a unit of rounding each.
 std::uint32_t weightUnit(std::uint64_t points) {
     constexpr std::uint64_t most = 1U << 16;
-    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(0xffffffffULL / std::max<std::uint64_t>(points, 1), 1, most));
+    return static_cast<std::uint32_t>(
+        std::clamp<std::uint64_t>(0xffffffffULL / std::max<std::uint64_t>(points, 1), 1, most));
 }
 
-}   // namespace
+}  // namespace
+
+glm::uvec4 blankPixel(const glm::dvec3& background, PixelFormat format) {
+    if (format == PixelFormat::linearHalf) {
+        return {glm::packHalf2x16(glm::vec2(background.x, background.y)),
+                glm::packHalf2x16(glm::vec2(background.z, 1.0)), 0, 0};
+    }
+    const glm::dvec3 encoded = glm::clamp(linearToSrgb(background), 0.0, 1.0);
+    return {glm::packUnorm4x8(glm::vec4(encoded, 1.0)), 0, 0, 0};
+}
 
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
     const double size = layer.style.pointSize;
@@ -82,6 +98,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     block.band = glm::ivec4(tilesAcross * rows, plan.slabs, format == PixelFormat::linearHalf, 0);
     block.window = glm::vec4(half * plan.width / plan.height, half, plan.samplesPerCell, 0.0);
     block.background = glm::vec4(plan.background, 1.0);
+    block.blank = blankPixel(plan.background, format);
     for (std::size_t i = 0; i < plan.layers.size(); ++i) {
         const LayerPlan& layer = plan.layers[i];
         const PointNumbers numbers = pointNumbers(plan, layer);
@@ -94,4 +111,4 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     return block;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FrameBlock: the uniform block that shaders/frame.glsl declares (std140), and the numbers of points' programs.
-// Values, computed from a plan in double precision.
+// FrameBlock: the uniform block that shaders/frame.glsl declares (std140), and the numbers of points'
+// programs. Values, computed from a plan in double precision.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace mote::render {
 
 struct LayerBlock {
-    glm::mat4 boxToScreen;                ///< see frame.glsl
+    glm::mat4 boxToScreen;  ///< see frame.glsl
     std::array<glm::vec4, 3> entry;
     std::array<glm::vec4, 3> advance;
     glm::vec4 point;
@@ -28,25 +28,30 @@ struct FrameBlock {
     glm::ivec4 band;
     glm::vec4 window;
     glm::vec4 background;
+    glm::uvec4 blank;
     std::array<LayerBlock, 8> layers;
 };
-static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 64 + 8 * 192);
+static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 80 + 8 * 192);
 
 /// How the points of a layer are placed on the screen and weighted.
 struct PointNumbers {
-    glm::mat4 toScreen;    ///< from integers relative to `origin` to (px * w, py * w, slab, w)
-    glm::uvec3 origin;     ///< units of 2^-31 of the box
-    bool discs;            ///< larger than a pixel
-    float radius;          ///< where a disc's coverage reaches 0, pixels
-    float opacity;         ///< of a whole point, in the pixel that it covers most
-    float tau;             ///< -log(1 - opacity)
-    std::uint32_t unit;    ///< weight of a whole point; the sum over all points drawn stays below 2^32
+    glm::mat4 toScreen;  ///< from integers relative to `origin` to (px * w, py * w, slab, w)
+    glm::uvec3 origin;   ///< units of 2^-31 of the box
+    bool discs;          ///< larger than a pixel
+    float radius;        ///< where a disc's coverage reaches 0, pixels
+    float opacity;       ///< of a whole point, in the pixel that it covers most
+    float tau;           ///< -log(1 - opacity)
+    std::uint32_t unit;  ///< weight of a whole point; the sum over all points drawn stays below 2^32
 };
+
+/// A pixel of background in a format, in the first one or two words.
+glm::uvec4 blankPixel(const glm::dvec3& background, PixelFormat format);
 
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer);
 
-/// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side, 0 where nothing of it is visible.
+/// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side, 0 where nothing of it is
+/// visible.
 FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
                       const std::array<std::uint32_t, 8>& volumeSizes);
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -8,8 +8,8 @@ namespace mote::render {
 namespace {
 
 // Bindings of shader storage, as the shaders say.
-enum Storage : GLuint { masks, offsets, cells, blocks, counter, volumeMasks, bricks, pixels };
-constexpr GLuint transferUnits = 8;   // texture units: 0 to 7 volumes, from here transfer tables
+enum Storage : GLuint { masks, offsets, cells, blocks, counters, volumeMasks, bricks, pixels, tiles };
+constexpr GLuint transferUnits = 8;  // texture units: 0 to 7 volumes, from here transfer tables
 constexpr std::uint32_t tilesAtOnce = 512;
 constexpr std::size_t cellSize = 2 * sizeof(std::uint32_t);
 
@@ -27,7 +27,7 @@ std::uint32_t groups(std::uint32_t invocations, std::uint32_t size) {
     return (invocations + size - 1) / size;
 }
 
-}   // namespace
+}  // namespace
 
 /// Notes how long a stage took, where that is wanted.
 class FrameRun::Stage {
@@ -49,8 +49,9 @@ class FrameRun::Stage {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
-                   ResidentSteps& steps, TransferTextures& transfers, FrameBuffers& buffers, std::stop_token stop)
+FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
+                   ShaderLibrary& shaders, ResidentSteps& steps, TransferTextures& transfers,
+                   FrameBuffers& buffers, std::stop_token stop)
     : plan_(plan),
       format_(format),
       options_(options),
@@ -68,8 +69,10 @@ std::optional<Picture> FrameRun::draw() {
     Picture picture{.width = plan_.width, .height = plan_.height, .format = format_, .pixels = {}};
     picture.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(format_));
     for (const auto& layer : plan_.layers) picture.pointsDrawn += layer.pointsDrawn;
-    const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * layers_.size() * words_ * sizeof(std::uint32_t);
-    const std::uint64_t rows = std::max<std::uint64_t>(std::min(options_.maskBytes, storageLimit()) / rowBytes, 1);
+    const std::uint64_t rowBytes =
+        std::uint64_t{tilesAcross_} * 64 * layers_.size() * words_ * sizeof(std::uint32_t);
+    const std::uint64_t rows =
+        std::max<std::uint64_t>(std::min(options_.maskBytes, storageLimit()) / rowBytes, 1);
     for (std::uint32_t row = 0; row < tilesDown_; row += static_cast<std::uint32_t>(rows)) {
         const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(rows, tilesDown_ - row));
         if (!drawBand({row, count, count * tilesAcross_}, picture)) return std::nullopt;
@@ -82,8 +85,10 @@ std::optional<Picture> FrameRun::draw() {
 bool FrameRun::prepare() {
     const Stage stage(*this, times_.prepare);
     for (const auto& layer : plan_.layers) {
-        layers_.push_back(LayerWork{.plan = &layer, .resident = &steps_.of(layer.step),
-                                    .numbers = pointNumbers(plan_, layer), .bricks = {}});
+        layers_.push_back(LayerWork{.plan = &layer,
+                                    .resident = &steps_.of(layer.step),
+                                    .numbers = pointNumbers(plan_, layer),
+                                    .bricks = {}});
     }
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (!prepareVolume(layers_[i])) return false;
@@ -133,9 +138,12 @@ void FrameRun::bindBand(const Band& band) {
     };
     fresh(buffers_.masks, masks, maskBytes, true);
     fresh(buffers_.volumeMasks, volumeMasks, maskBytes / 64, true);
-    fresh(buffers_.counter, counter, sizeof(std::uint32_t), true);
+    fresh(buffers_.counters, counters, sizeof(Counts), true);
+    fresh(buffers_.tiles, tiles, 2 * band.tiles * sizeof(std::uint32_t), false);
     fresh(buffers_.offsets, offsets, pixelCount * layers_.size() * sizeof(std::uint32_t), false);
     fresh(buffers_.pixels, pixels, pixelCount * bytesPerPixel(format_), false);
+    buffers_.pixels.fill(pixelCount * bytesPerPixel(format_), &block.blank.x,
+                         format_ == PixelFormat::srgb8 ? 1 : 2);
 }
 
 void FrameRun::markVolumes(const Band&) {
@@ -186,37 +194,39 @@ bool FrameRun::dispatchPoints(std::size_t layer, GLuint program) {
     return true;
 }
 
-std::uint32_t FrameRun::allocateCells(const Band& band) {
+FrameRun::Counts FrameRun::allocateCells(const Band& band) {
     const Stage stage(*this, times_.allocate);
     barrier();
     glUseProgram(program("cells_allocate"));
-    glUniform1ui(0, 0);
     glDispatchCompute(groups(band.tiles, 64), 1, 1);
     barrier();
-    std::uint32_t count = 0;
-    buffers_.counter.read(0, sizeof(count), &count);
-    times_.cells += count;
-    return count;
+    Counts counts;
+    buffers_.counters.read(0, sizeof(counts), &counts);
+    times_.cells += counts.cells;
+    return counts;
 }
 
-bool FrameRun::drawCells(const Band& band, std::uint32_t cellCount) {
+bool FrameRun::drawCells(const Band& band, const Counts& counts) {
     // A pixel belongs to the pass in which its first cell lies; its others may reach beyond by the margin.
     const std::uint64_t margin = layers_.size() * plan_.slabs;
     const std::uint64_t limit = std::min(options_.cellBytes, storageLimit()) / cellSize;
-    const auto capacity = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30));
-    buffers_.cells.grow((std::min(cellCount, capacity) + margin) * cellSize);
+    const std::uint64_t capacity = std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30);
+    buffers_.cells.grow((std::min<std::uint64_t>(counts.cells, capacity) + margin) * cellSize);
     buffers_.cells.bindStorage(cells);
-    for (std::uint64_t first = 0; first <= cellCount; first += capacity) {
-        const std::uint64_t count = std::min<std::uint64_t>(cellCount - first, capacity) + margin;
-        if (cellCount > 0) buffers_.cells.zero(count * cellSize);
-        if (cellCount > 0 && !addPoints(static_cast<std::uint32_t>(first), capacity)) return false;
-        if (!composite(band, static_cast<std::uint32_t>(first), capacity)) return false;
+    for (std::uint64_t first = 0; first <= counts.cells; first += capacity) {
+        const Pass pass{static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(capacity)};
+        if (counts.cells > 0) {
+            buffers_.cells.zero((std::min(counts.cells - first, capacity) + margin) * cellSize);
+            if (!addPoints(pass)) return false;
+        }
+        if (!composite(0, counts.plainTiles, false, pass)) return false;
+        if (!composite(band.tiles, counts.volumeTiles, true, pass)) return false;
         ++times_.passes;
     }
     return true;
 }
 
-bool FrameRun::addPoints(std::uint32_t firstCell, std::uint32_t count) {
+bool FrameRun::addPoints(const Pass& pass) {
     const Stage stage(*this, times_.pointsAdd);
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const PointNumbers& numbers = layers_[i].numbers;
@@ -226,27 +236,27 @@ bool FrameRun::addPoints(std::uint32_t firstCell, std::uint32_t count) {
             glProgramUniform1f(add, 5, numbers.opacity);
             glProgramUniform1f(add, 6, 1.0F / numbers.tau);
         }
-        glProgramUniform2ui(add, 7, firstCell, count);
+        glProgramUniform2ui(add, 7, pass.firstCell, pass.cells);
         if (!dispatchPoints(i, add)) return false;
     }
     barrier();
     return true;
 }
 
-bool FrameRun::composite(const Band& band, std::uint32_t firstCell, std::uint32_t count) {
+bool FrameRun::composite(std::uint32_t firstTile, std::uint32_t tileCount, bool volume, const Pass& pass) {
     const Stage stage(*this, times_.composite);
-    glUseProgram(program("composite"));
+    glUseProgram(compositeProgram(volume));
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerWork& work = layers_[i];
         const auto unit = static_cast<GLuint>(i);
         glBindTextureUnit(unit, work.volume == nullptr ? 0 : work.volume->texture());
         glBindTextureUnit(transferUnits + unit, work.volume == nullptr ? 0 : work.transfer->texture.get());
     }
-    glUniform2ui(1, firstCell, count);
+    glUniform2ui(1, pass.firstCell, pass.cells);
     barrier();
-    for (std::uint32_t tile = 0; tile < band.tiles; tile += tilesAtOnce) {
-        glUniform1ui(0, tile);
-        glDispatchCompute(std::min(tilesAtOnce, band.tiles - tile), 1, 1);
+    for (std::uint32_t tile = 0; tile < tileCount; tile += tilesAtOnce) {
+        glUniform1ui(0, firstTile + tile);
+        glDispatchCompute(std::min(tilesAtOnce, tileCount - tile), 1, 1);
         if (!pacer_.next()) return false;
     }
     barrier();
@@ -271,4 +281,11 @@ GLuint FrameRun::pointsProgram(std::string_view name, std::size_t layer) const {
                                    {"DISCS", layers_[layer].numbers.discs ? 1U : 0U}});
 }
 
-}   // namespace mote::render
+GLuint FrameRun::compositeProgram(bool volume) const {
+    return shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layers_.size())},
+                                          {"WORDS", words_},
+                                          {"VOLUME", volume ? 1U : 0U},
+                                          {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
+}
+
+}  // namespace mote::render

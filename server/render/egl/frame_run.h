@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FrameRun: one plan being drawn: band by band of tile rows, and in each the passes of docs/RENDERING.md. Made for one
-// picture by the device, on its thread, while its context is current.
+// FrameRun: one plan being drawn: band by band of tile rows, and in each the passes of docs/RENDERING.md.
+// Made for one picture by the device, on its thread, while its context is current.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ namespace mote::render {
 
 /// Buffers that frames use again.
 struct FrameBuffers {
-    GlBuffer masks, offsets, cells, counter, volumeMasks, pixels, uniforms, blocks;
+    GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
 };
 
 class FrameRun {
@@ -35,13 +35,22 @@ class FrameRun {
         const LayerPlan* plan;
         ResidentStep* resident;
         PointNumbers numbers;
-        const StepVolume* volume = nullptr;       ///< null where none of it is visible
+        const StepVolume* volume = nullptr;  ///< null where none of it is visible
         const TransferTexture* transfer = nullptr;
         GlBuffer bricks;
         std::uint32_t brickCount = 0;
     };
     struct Band {
-        std::uint32_t firstRow, rows, tiles;   ///< tile rows; tiles of them
+        std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
+    };
+    /// As cells_allocate.comp counts: cells that the band needs, tiles with points and no volume, tiles with
+    /// volume.
+    struct Counts {
+        std::uint32_t cells = 0, plainTiles = 0, volumeTiles = 0;
+    };
+    /// The pixels whose first cell is one of these.
+    struct Pass {
+        std::uint32_t firstCell, cells;
     };
     class Stage;
 
@@ -51,14 +60,14 @@ class FrameRun {
     void bindBand(const Band& band);
     void markVolumes(const Band& band);
     bool markPoints();
-    /// How many cells the band needs.
-    std::uint32_t allocateCells(const Band& band);
-    bool drawCells(const Band& band, std::uint32_t cells);
-    bool addPoints(std::uint32_t firstCell, std::uint32_t count);
+    Counts allocateCells(const Band& band);
+    bool drawCells(const Band& band, const Counts& counts);
+    bool addPoints(const Pass& pass);
     bool dispatchPoints(std::size_t layer, GLuint program);
-    bool composite(const Band& band, std::uint32_t firstCell, std::uint32_t count);
+    bool composite(std::uint32_t firstTile, std::uint32_t tileCount, bool volume, const Pass& pass);
     void readBack(const Band& band, Picture& picture);
     GLuint program(std::string_view name) const;
+    GLuint compositeProgram(bool volume) const;
     GLuint pointsProgram(std::string_view name, std::size_t layer) const;
 
     const FramePlan& plan_;
@@ -71,8 +80,8 @@ class FrameRun {
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;
-    std::uint32_t words_;   ///< of slab bits a pixel
+    std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

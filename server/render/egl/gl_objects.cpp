@@ -15,19 +15,21 @@ GLuint newBuffer() {
     return name;
 }
 
-}   // namespace
+}  // namespace
 
-GlBuffer::GlBuffer(std::size_t bytes, const void* data) : name_(newBuffer()), bytes_(std::max<std::size_t>(bytes, 16)) {
+GlBuffer::GlBuffer(std::size_t bytes, const void* data)
+    : name_(newBuffer()), bytes_(std::max<std::size_t>(bytes, 16)) {
     // GL rejects empty buffers; data covers `bytes` only, so a padded buffer is filled in a second step.
     const bool padded = bytes_ != bytes;
-    glNamedBufferStorage(get(), static_cast<GLsizeiptr>(bytes_), padded ? nullptr : data, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(get(), static_cast<GLsizeiptr>(bytes_), padded ? nullptr : data,
+                         GL_DYNAMIC_STORAGE_BIT);
     checkGl("a buffer");
     if (padded && data != nullptr && bytes > 0) write(0, bytes, data);
 }
 
 void GlBuffer::grow(std::size_t bytes) {
     if (bytes <= bytes_) return;
-    *this = GlBuffer();   // first give back, then take
+    *this = GlBuffer();  // first give back, then take
     *this = GlBuffer(bytes);
 }
 
@@ -42,10 +44,16 @@ void GlBuffer::read(std::size_t offset, std::size_t bytes, void* data) const {
 }
 
 void GlBuffer::zero(std::size_t bytes) {
-    if (bytes == 0) return;
     const GLuint nothing = 0;
-    glClearNamedBufferSubData(get(), GL_R32UI, 0, static_cast<GLsizeiptr>(bytes), GL_RED_INTEGER, GL_UNSIGNED_INT,
-                              &nothing);
+    fill(bytes, &nothing, 1);
+}
+
+void GlBuffer::fill(std::size_t bytes, const GLuint* words, int wordCount) {
+    if (bytes == 0) return;
+    const GLenum internal = wordCount == 1 ? GL_R32UI : GL_RG32UI;
+    const GLenum format = wordCount == 1 ? GL_RED_INTEGER : GL_RG_INTEGER;
+    glClearNamedBufferSubData(get(), internal, 0, static_cast<GLsizeiptr>(bytes), format, GL_UNSIGNED_INT,
+                              words);
 }
 
 GlTexture bufferTexture(const GlBuffer& buffer, GLenum format) {
@@ -62,8 +70,10 @@ void checkGl(const char* what) {
     if (error == GL_NO_ERROR) return;
     while (glGetError() != GL_NO_ERROR) {
     }
-    if (error == GL_OUT_OF_MEMORY) throw DeviceError(std::string("the device has no memory left for ") + what);
-    throw DeviceError(std::string("OpenGL error ") + std::to_string(error) + " while making or drawing " + what);
+    if (error == GL_OUT_OF_MEMORY)
+        throw DeviceError(std::string("the device has no memory left for ") + what);
+    throw DeviceError(std::string("OpenGL error ") + std::to_string(error) + " while making or drawing " +
+                      what);
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -33,11 +33,19 @@ class GlName {
 };
 
 namespace detail {
-inline void deleteBuffer(GLuint name) { glDeleteBuffers(1, &name); }
-inline void deleteTexture(GLuint name) { glDeleteTextures(1, &name); }
-inline void deleteProgram(GLuint name) { glDeleteProgram(name); }
-inline void deleteShader(GLuint name) { glDeleteShader(name); }
-}   // namespace detail
+inline void deleteBuffer(GLuint name) {
+    glDeleteBuffers(1, &name);
+}
+inline void deleteTexture(GLuint name) {
+    glDeleteTextures(1, &name);
+}
+inline void deleteProgram(GLuint name) {
+    glDeleteProgram(name);
+}
+inline void deleteShader(GLuint name) {
+    glDeleteShader(name);
+}
+}  // namespace detail
 
 using GlTexture = GlName<detail::deleteTexture>;
 using GlProgram = GlName<detail::deleteProgram>;
@@ -62,6 +70,8 @@ class GlBuffer {
     void read(std::size_t offset, std::size_t bytes, void* data) const;
     /// Zeros the first `bytes`, a multiple of 4.
     void zero(std::size_t bytes);
+    /// Repeats one or two words through the first `bytes`, a multiple of their size.
+    void fill(std::size_t bytes, const GLuint* words, int wordCount);
     void bindStorage(GLuint binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, get()); }
 
   private:
@@ -75,4 +85,4 @@ GlTexture bufferTexture(const GlBuffer& buffer, GLenum format);
 /// Throws DeviceError that names `what` where GL has an error pending.
 void checkGl(const char* what);
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Pacer: lets the device work a little ahead of the host and no more, so that a stop request is answered within two
-// pieces of work. A value of one frame.
+// Pacer: lets the device work a little ahead of the host and no more, so that a stop request is answered
+// within two pieces of work. A value of one frame.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -33,4 +33,4 @@ class Pacer {
     GLsync before_ = nullptr;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -12,7 +12,8 @@ ResidentStep& ResidentSteps::of(const std::shared_ptr<const storage::ParticleSte
     for (auto& resident : steps_) {
         if (resident.key == step.get() && !resident.step.expired()) return resident;
     }
-    return steps_.emplace_back(ResidentStep{.step = step, .key = step.get(), .points = StepPoints(*step), .volume = {}});
+    return steps_.emplace_back(
+        ResidentStep{.step = step, .key = step.get(), .points = StepPoints(*step), .volume = {}});
 }
 
 const PointChunk& ResidentSteps::chunk(ResidentStep& resident, std::size_t index) {
@@ -71,4 +72,4 @@ void ResidentSteps::makeRoom() {
     }
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

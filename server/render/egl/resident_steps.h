@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ResidentSteps: what a device keeps of steps in its memory, the least recently used given up first. It holds no step
-// alive. Owned by the device; used while its context is current.
+// ResidentSteps: what a device keeps of steps in its memory, the least recently used given up first. It holds
+// no step alive. Owned by the device; used while its context is current.
 #pragma once
 
 #include <cstdint>
@@ -44,4 +44,4 @@ class ResidentSteps {
     std::list<ResidentStep> steps_;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -13,11 +13,12 @@ namespace {
 
 std::string infoLog(GLuint object, bool program) {
     GLint length = 0;
-    program ? glGetProgramiv(object, GL_INFO_LOG_LENGTH, &length) : glGetShaderiv(object, GL_INFO_LOG_LENGTH, &length);
+    program ? glGetProgramiv(object, GL_INFO_LOG_LENGTH, &length)
+            : glGetShaderiv(object, GL_INFO_LOG_LENGTH, &length);
     std::string log(static_cast<std::size_t>(std::max(length, 1)), '\0');
     program ? glGetProgramInfoLog(object, length, nullptr, log.data())
             : glGetShaderInfoLog(object, length, nullptr, log.data());
-    return log.c_str();   // without the terminator that GL counts
+    return log.c_str();  // without the terminator that GL counts
 }
 
 GlProgram compile(std::string_view name, const std::string& source) {
@@ -36,7 +37,7 @@ GlProgram compile(std::string_view name, const std::string& source) {
     return program;
 }
 
-}   // namespace
+}  // namespace
 
 std::string ShaderLibrary::source(std::string_view file) const {
     if (directory_.empty()) {
@@ -86,4 +87,4 @@ void ShaderLibrary::reloadChanged() {
     programs_.clear();
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -16,7 +16,8 @@ struct DevicePoint {
 };
 
 [[noreturn]] void damaged(const char* array, std::size_t index) {
-    throw storage::StorageError(Error{ErrorCode::corrupt, std::string(array) + "[" + std::to_string(index) + "]",
+    throw storage::StorageError(Error{ErrorCode::corrupt,
+                                      std::string(array) + "[" + std::to_string(index) + "]",
                                       "the leaves do not describe the points that are there"});
 }
 
@@ -27,7 +28,7 @@ struct LeafFrame {
 
     /// The middle of place p, (2 p + 1) / 2^17 of the cell's edge.
     std::uint32_t place(std::uint32_t base, std::uint16_t p) const {
-        const std::uint64_t middle = (2ULL * p + 1) << 15;   // 2^-32 of the cell's edge
+        const std::uint64_t middle = (2ULL * p + 1) << 15;  // 2^-32 of the cell's edge
         return base + static_cast<std::uint32_t>(middle >> level);
     }
 };
@@ -50,8 +51,8 @@ std::size_t leafAt(const storage::Leaves& leaves, std::uint64_t point) {
 }
 
 /// Where [begin, begin + count) of the step lies in a chunk that begins at `chunkBegin`, cut to its size.
-std::pair<std::uint32_t, std::uint32_t> within(std::uint64_t begin, std::uint64_t count, std::uint64_t chunkBegin,
-                                               std::uint64_t size) {
+std::pair<std::uint32_t, std::uint32_t> within(std::uint64_t begin, std::uint64_t count,
+                                               std::uint64_t chunkBegin, std::uint64_t size) {
     const auto cut = [&](std::uint64_t at) {
         return static_cast<std::uint32_t>(std::clamp(at, chunkBegin, chunkBegin + size) - chunkBegin);
     };
@@ -79,7 +80,7 @@ std::vector<DevicePoint> decode(const storage::ParticleStep& step, std::uint64_t
     return points;
 }
 
-}   // namespace
+}  // namespace
 
 StepPoints::StepPoints(const storage::ParticleStep& step)
     : pointCount_(step.pointCount()),
@@ -88,7 +89,7 @@ StepPoints::StepPoints(const storage::ParticleStep& step)
 
 void StepPoints::select(const storage::ParticleStep& step, const std::vector<std::uint32_t>& drawn) {
     if (drawn == drawn_) return;
-    drawn_.clear();   // until all chunks follow: an exception must not leave half of them behind
+    drawn_.clear();  // until all chunks follow: an exception must not leave half of them behind
     for (auto& selected : selected_) selected = {};
     const auto leaves = step.leaves();
     if (drawn.size() != leaves.size()) damaged("/leaves/node", drawn.size());
@@ -101,8 +102,9 @@ void StepPoints::selectChunk(const storage::Leaves& leaves, std::size_t chunk) {
     const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
     Selected& selected = selected_[chunk];
     selected.firstLeaf = leafAt(leaves, begin);
-    std::uint32_t nextBlock = 0;   // leaves ascend, so blocks do
-    for (std::size_t leaf = selected.firstLeaf; leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
+    std::uint32_t nextBlock = 0;  // leaves ascend, so blocks do
+    for (std::size_t leaf = selected.firstLeaf;
+         leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
         const auto [first, end] = within(leaves.pointBegin[leaf], drawn_[leaf], begin, size);
         selected.ends.push_back(end);
         if (first == end) continue;
@@ -135,4 +137,4 @@ PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chun
     return *resident;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

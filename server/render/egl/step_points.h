@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StepPoints: the points of one step in the device's memory, chunk by chunk, each uploaded when first one of its
-// points is drawn (the halo, at the head of the file, comes first). Owned by the device's ResidentSteps; used while
-// its context is current. It does not keep the step.
+// StepPoints: the points of one step in the device's memory, chunk by chunk, each uploaded when first one of
+// its points is drawn (the halo, at the head of the file, comes first). Owned by the device's ResidentSteps;
+// used while its context is current. It does not keep the step.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@ namespace mote::render {
 
 /// A run of points with what a frame draws of them.
 struct PointChunk {
-    GlBuffer points;             ///< uvec4 each: place in units of 2^-32 of the box; leaf, counted from firstLeaf
+    GlBuffer points;  ///< uvec4 each: place in units of 2^-32 of the box; leaf, counted from firstLeaf
     GlTexture pointsTexture;
-    std::size_t firstLeaf = 0;   ///< the leaf of the first point
+    std::size_t firstLeaf = 0;  ///< the leaf of the first point
     std::size_t leafCount = 0;
-    GlBuffer ends;               ///< uint a leaf: the point of the chunk before which it is drawn
+    GlBuffer ends;  ///< uint a leaf: the point of the chunk before which it is drawn
     GlTexture endsTexture;
-    std::uint64_t lastUse = 0;   ///< counted by ResidentSteps
+    std::uint64_t lastUse = 0;  ///< counted by ResidentSteps
 
     std::size_t bytes() const { return points.bytes() + ends.bytes(); }
 };
@@ -31,7 +31,7 @@ struct PointChunk {
 class StepPoints {
   public:
     static constexpr std::uint64_t chunkPoints = 1U << 20;
-    static constexpr std::uint32_t blockPoints = 256;   ///< a workgroup's
+    static constexpr std::uint32_t blockPoints = 256;  ///< a workgroup's
 
     explicit StepPoints(const storage::ParticleStep& step);
 
@@ -62,4 +62,4 @@ class StepPoints {
     std::vector<std::uint32_t> drawn_;
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -32,20 +32,22 @@ GLuint newVolumeTexture(std::uint32_t size, const float* t) {
     return name;
 }
 
-}   // namespace
+}  // namespace
 
 std::optional<StepVolume> StepVolume::load(const storage::ParticleStep& step, const Pacer& pacer) {
     const std::uint32_t size = step.volumeSize();
     const auto densities = step.volume();
     if (size == 0 || size > 1024 || densities.size() != std::size_t{size} * size * size) {
-        throw storage::StorageError(Error{ErrorCode::corrupt, "/volume/density", "the volume's size is not its shape"});
+        throw storage::StorageError(
+            Error{ErrorCode::corrupt, "/volume/density", "the volume's size is not its shape"});
     }
     const LogDensity scale = step.logDensity();
     std::vector<float> t(densities.size());
     const std::size_t slice = std::size_t{size} * size;
     for (std::size_t begin = 0; begin < t.size(); begin += slice) {
         if (pacer.stopped()) return std::nullopt;
-        for (std::size_t i = begin; i < begin + slice; ++i) t[i] = static_cast<float>(scale.ofCell(densities[i]));
+        for (std::size_t i = begin; i < begin + slice; ++i)
+            t[i] = static_cast<float>(scale.ofCell(densities[i]));
     }
     return StepVolume(size, t);
 }
@@ -89,4 +91,4 @@ std::vector<std::uint32_t> StepVolume::visibleBricks(const TransferTable& table)
     return visible;
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

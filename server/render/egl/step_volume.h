@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StepVolume: a step's density volume as a texture of scaled log density, with the range of t in each brick of cells,
-// which tells where nothing can be seen. Owned by the device's ResidentSteps; used while its context is current.
+// StepVolume: a step's density volume as a texture of scaled log density, with the range of t in each brick
+// of cells, which tells where nothing can be seen. Owned by the device's ResidentSteps; used while its
+// context is current.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +38,8 @@ class StepVolume {
     GlTexture texture_;
     std::uint32_t size_;
     std::uint32_t brickCells_;
-    std::uint32_t bricks_;         ///< a side
-    std::vector<Range> ranges_;    ///< of t that interpolation meets in the brick, x fastest
+    std::uint32_t bricks_;       ///< a side
+    std::vector<Range> ranges_;  ///< of t that interpolation meets in the brick, x fastest
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferTable: a volume's transfer functions as running integrals over t, from which the mean over any stretch of t
-// is a difference (pre-integration in one dimension, for a ray along which t changes linearly between two samples).
-// A value; the upload is the device's.
+// TransferTable: a volume's transfer functions as running integrals over t, from which the mean over any
+// stretch of t is a difference (pre-integration in one dimension, for a ray along which t changes linearly
+// between two samples). A value; the upload is the device's.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace mote::render {
 
 class TransferTable {
   public:
-    static constexpr std::uint32_t cells = 4096;   ///< of t in [-LogDensity::fade, 1]
+    static constexpr std::uint32_t cells = 4096;  ///< of t in [-LogDensity::fade, 1]
 
     explicit TransferTable(const ParticlesStyle& style);
 
@@ -26,7 +26,7 @@ class TransferTable {
 
   private:
     std::vector<glm::vec4> integrals_;
-    std::vector<std::uint32_t> visibleBefore_;   ///< cells + 1: how many cells below the i-th have extinction
+    std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -21,4 +21,4 @@ const TransferTexture& TransferTextures::of(const ParticlesStyle& style) {
     return textures_.front();
 }
 
-}   // namespace mote::render
+}  // namespace mote::render

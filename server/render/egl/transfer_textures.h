@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferTextures: transfer tables in the device's memory, kept as long as their curves are in use. Owned by the
-// device; used while its context is current.
+// TransferTextures: transfer tables in the device's memory, kept as long as their curves are in use. Owned by
+// the device; used while its context is current.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ class TransferTextures {
 
   private:
     static constexpr std::size_t kept = 16;
-    std::list<TransferTexture> textures_;   ///< last used first
+    std::list<TransferTexture> textures_;  ///< last used first
 };
 
-}   // namespace mote::render
+}  // namespace mote::render

@@ -20,6 +20,7 @@ layout(std140, binding = 0) uniform Frame {
     ivec4 band;          // tiles, slabs, half floats wanted, unused
     vec4 window;         // half width and half height of the picture at depth 1; samples a cell; unused
     vec4 background;     // linear RGB
+    uvec4 blank;         // a pixel of background, encoded: one or two words
     Layer layers[8];
 } frame;
 
