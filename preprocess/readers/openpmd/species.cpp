@@ -31,7 +31,7 @@ Result<OpenpmdSpecies> OpenpmdSpecies::open(const H5File& file, const std::strin
     MOTE_RETURN_IF_ERROR(species.openRecords(file, *group));
     MOTE_RETURN_IF_ERROR(species.checkRows());
     MOTE_RETURN_IF_ERROR(species.checkMomentumUnits());
-    MOTE_RETURN_IF_ERROR(species.findMass(file, *group, *iteration));
+    MOTE_RETURN_IF_ERROR(species.findMass(*group, *iteration));
     MOTE_RETURN_IF_ERROR(species.findTime(*iteration));
     return species;
 }
@@ -57,7 +57,7 @@ Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
     }
     MOTE_RETURN_IF_ERROR(openQuantity(file, group, positionT_, "position", "positionOffset", "t"));
     MOTE_RETURN_IF_ERROR(openQuantity(file, group, momentumT_, "momentum", "momentumOffset", "t"));
-    MOTE_RETURN_IF_ERROR(openQuantity(file, group, time_record_, "time", "timeOffset", ""));
+    MOTE_RETURN_IF_ERROR(openQuantity(file, group, timeRecord_, "time", "timeOffset", ""));
     MOTE_RETURN_IF_ERROR(openQuantity(file, group, total_, "totalMomentum", "totalMomentumOffset", ""));
     struct Scalar {
         const char* record;
@@ -84,14 +84,14 @@ Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
 }
 
 Status OpenpmdSpecies::checkRows() {
-    std::vector<const std::optional<OpenpmdComponent>*> all = {&weighting_, &charge_, &status_, &id_,
-                                                               &massRecord_};
+    std::vector<const std::optional<OpenpmdComponent>*> all;
     for (const auto* group : {&position_, &momentum_}) {
         for (const Quantity& quantity : *group) all.insert(all.end(), {&quantity.value, &quantity.offset});
     }
-    for (const Quantity* quantity : {&positionT_, &momentumT_, &time_record_, &total_}) {
+    for (const Quantity* quantity : {&positionT_, &momentumT_, &timeRecord_, &total_}) {
         all.insert(all.end(), {&quantity->value, &quantity->offset});
     }
+    all.insert(all.end(), {&weighting_, &charge_, &status_, &id_, &massRecord_});
     const OpenpmdComponent* first = nullptr;
     for (const auto* component : all) {
         if (!*component || !(*component)->rows()) continue;
@@ -124,7 +124,7 @@ Status OpenpmdSpecies::checkMomentumUnits() const {
     return success();
 }
 
-Status OpenpmdSpecies::findMass(const H5File&, const H5Object& group, const H5Object& iteration) {
+Status OpenpmdSpecies::findMass(const H5Object& group, const H5Object& iteration) {
     if (reference_ && reference_->mass > 0.0) {
         mass_ = reference_->mass;
         return success();
@@ -179,9 +179,9 @@ Status OpenpmdSpecies::findTime(const H5Object& iteration) {
     if (!unit) return unit.error();
     if (time->has_value()) {
         time_ = **time * unit->value_or(1.0);
-    } else if (time_record_.offset && rows_ > 0) {
+    } else if (timeRecord_.offset && rows_ > 0) {
         double first = 0.0;
-        MOTE_RETURN_IF_ERROR(time_record_.offset->read(0, {&first, 1}));
+        MOTE_RETURN_IF_ERROR(timeRecord_.offset->read(0, {&first, 1}));
         time_ = first;
     }
     if (time_ && !std::isfinite(*time_)) time_.reset();
@@ -197,7 +197,7 @@ bool OpenpmdSpecies::has(Column column) const {
         case Column::z:
             return reference_ || position_[2].value;
         case Column::t:
-            return reference_ || time_record_.value;
+            return reference_ || timeRecord_.value;
         case Column::px:
         case Column::py:
             return momentum_[axis - 4].value && (!reference_ || mass_ > 0.0);
@@ -241,7 +241,7 @@ Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vecto
     }
     if (reference_) return readReferenceColumn(column, begin, values);
     const auto axis = static_cast<std::size_t>(column);
-    if (column == Column::t) return readQuantity(time_record_, begin, values);
+    if (column == Column::t) return readQuantity(timeRecord_, begin, values);
     if (axis < 3) return readQuantity(position_[axis], begin, values);
     if (column == Column::pz && !momentum_[2].value) return readLongitudinalFromTotal(begin, values);
     return readMomentum(momentum_[axis - 4], begin, values);

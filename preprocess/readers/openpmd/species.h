@@ -44,7 +44,7 @@ class OpenpmdSpecies {
                         const char* offset, const char* component);
     Status checkRows();
     Status checkMomentumUnits() const;
-    Status findMass(const H5File& file, const H5Object& group, const H5Object& iteration);
+    Status findMass(const H5Object& group, const H5Object& iteration);
     Status findTime(const H5Object& iteration);
 
     Status readColumn(Column column, std::uint64_t begin, std::vector<double>& values);
@@ -61,7 +61,7 @@ class OpenpmdSpecies {
     std::vector<std::string> notes_;
     std::array<Quantity, 3> position_, momentum_;
     Quantity positionT_, momentumT_;  ///< instead of z, relative to the reference particle (ImpactX)
-    Quantity time_record_, total_;
+    Quantity timeRecord_, total_;
     std::optional<OpenpmdComponent> weighting_, charge_, status_, id_, massRecord_;
     std::optional<ReferenceParticle> reference_;
     std::vector<double> scratch_;
