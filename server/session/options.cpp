@@ -16,7 +16,7 @@ constexpr const char* examples = R"(
 Examples:
   mote-server --root data=/data/runs --state ~/.mote --connection ~/.mote/connection.json
   mote-server --root data=/data/runs --root home=$HOME/plots --state /var/tmp/$USER-mote \
-              --connection /var/tmp/$USER-mote.json --device cpu --memory 8G
+              --connection /var/tmp/$USER-mote.json --device egl --memory 8G
   mote-server --config ~/.config/mote/server.toml
 
 From another machine, through ssh (the connection file says where the socket is; copy the file, mode 0600,
@@ -37,7 +37,9 @@ struct Texts {
 };
 
 void addOptions(CLI::App& app, Texts& texts) {
-    app.add_option("--root", texts.roots, "a folder with datasets and runs, NAME=DIR; may be repeated");
+    app.add_option("--root", texts.roots, "a folder with datasets and runs, NAME=DIR; may be repeated")
+        ->allow_extra_args(false)
+        ->type_name("NAME=DIR");
     app.add_option("--state", texts.state, "the server's own folder: jobs and the socket; made where absent");
     app.add_option("--connection", texts.connection,
                    "the file that tells clients where the server is, with the token (mode 0600)");
@@ -84,7 +86,7 @@ Result<ServerSettings> toSettings(const Texts& texts) {
     if (texts.connection.empty()) return missing("--connection");
     MOTE_RETURN_IF_ERROR(checkListen(texts.listen));
     const auto device = render::parseDeviceKind(texts.device);
-    if (!device.ok()) return device.error().within("--device");
+    if (!device.ok()) return Error{device.error().code, "--device", device.error().message};
     ServerSettings settings;
     settings.roots = texts.roots;
     settings.stateDirectory = texts.state;
@@ -113,10 +115,10 @@ Result<std::uint64_t> parseSize(const std::string& text) {
     if (unit.ends_with("IB")) unit.resize(unit.size() - 2);
     if (unit.ends_with("B")) unit.pop_back();
     constexpr std::string_view units = "KMGT";
-    const auto power = unit.empty() ? 0 : units.find(unit) + 1;
+    const std::size_t power = unit.empty() ? 0 : units.find(unit) + 1;  // 0 where there is no such unit
+    const bool known = unit.empty() || (unit.size() == 1 && power > 0);
     const double bytes = number * std::pow(1024.0, static_cast<double>(power));
-    if (code != std::errc{} || unit.size() > 1 || power > units.size() ||
-        power == std::string_view::npos + 1 || !(bytes >= 1.0 && bytes < 0x1p62)) {
+    if (code != std::errc{} || !known || !(bytes >= 1.0 && bytes < 0x1p62)) {
         return Error{ErrorCode::invalidArgument, "", fmt::format("\"{}\" is no size such as 8G", text)};
     }
     return static_cast<std::uint64_t>(bytes);

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/session/outbox.h"
+
+#include <gtest/gtest.h>
+
+#include "server/session/token.h"
+#include "server/session/utf8.h"
+
+namespace mote::server {
+namespace {
+
+using Kind = Outbox::Item::Kind;
+
+proto::ServerMessage pong(std::int64_t number) {
+    proto::ServerMessage message;
+    message.mutable_pong()->set_sent_ns(number);
+    return message;
+}
+
+TEST(Outbox, RepliesKeepTheirOrderAndTheirNumber) {
+    Outbox outbox;
+    EXPECT_FALSE(outbox.next());
+    for (std::size_t i = 0; i < Outbox::maxReplies; ++i) {
+        EXPECT_TRUE(outbox.room());
+        outbox.reply(pong(static_cast<std::int64_t>(i)));
+    }
+    EXPECT_FALSE(outbox.room());
+    EXPECT_EQ(outbox.next()->message.pong().sent_ns(), 0);
+    EXPECT_TRUE(outbox.room());
+    EXPECT_EQ(outbox.next()->message.pong().sent_ns(), 1);
+}
+
+TEST(Outbox, StateIsSentOnceHoweverOftenItChanged) {
+    Outbox outbox;
+    for (int i = 0; i < 100; ++i) {
+        outbox.catalogueChanged();
+        outbox.jobChanged(i % 2 == 0 ? "a" : "b");
+        outbox.viewFailed(pong(i));
+    }
+    EXPECT_EQ(outbox.next()->message.pong().sent_ns(), 99);
+    EXPECT_EQ(outbox.next()->job, "a");
+    EXPECT_EQ(outbox.next()->job, "b");
+    EXPECT_EQ(outbox.next()->kind, Kind::catalogue);
+    EXPECT_FALSE(outbox.next());
+}
+
+TEST(Outbox, TooManyChangedJobsBecomeTheWholeList) {
+    Outbox outbox;
+    for (int i = 0; i < 1000; ++i) outbox.jobChanged(std::to_string(i));
+    EXPECT_EQ(outbox.next()->kind, Kind::allJobs);
+    EXPECT_FALSE(outbox.next());
+    outbox.jobChanged("x");
+    EXPECT_EQ(outbox.next()->kind, Kind::job);
+}
+
+TEST(Outbox, FarewellGoesBeforeAllAndIsTheFirstReason) {
+    Outbox outbox;
+    outbox.reply(pong(1));
+    outbox.frame({});
+    outbox.farewell(failureMessage(0, {ErrorCode::corrupt, "a", "first"}, true));
+    outbox.farewell(failureMessage(0, {ErrorCode::corrupt, "b", "second"}, true));
+    EXPECT_EQ(outbox.next()->message.failure().message(), "first");
+}
+
+TEST(Failure, TextOfForeignFilesIsUtf8) {
+    const auto message = failureMessage(3, {ErrorCode::notFound, "r\xe9sum\xe9.h5", "gone"}, false);
+    EXPECT_EQ(message.failure().where(), "r?sum?.h5");
+    EXPECT_EQ(message.reply_to(), 3u);
+}
+
+TEST(Utf8, TellsCharactersFromBytes) {
+    for (const char* good : {"", "beam", "r\xc3\xa9sum\xc3\xa9", "\xe2\x82\xac", "\xf0\x9f\x98\x80"}) {
+        EXPECT_TRUE(isUtf8(good)) << good;
+        EXPECT_EQ(toUtf8(good), good);
+    }
+    // Latin-1, overlong, surrogate, beyond Unicode, cut off.
+    for (const char* bad : {"\xe9", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+                            "\xe2\x82", "\xff", "a\x80z"}) {
+        EXPECT_FALSE(isUtf8(bad));
+        EXPECT_TRUE(isUtf8(toUtf8(bad)));
+        EXPECT_NE(toUtf8(bad).find('?'), std::string::npos);
+    }
+}
+
+TEST(Token, IsLongRandomAndComparedWhole) {
+    const std::string one = makeToken(), two = makeToken();
+    EXPECT_EQ(one.size(), 64u);
+    EXPECT_EQ(one.find_first_not_of("0123456789abcdef"), std::string::npos);
+    EXPECT_NE(one, two);
+    EXPECT_TRUE(sameToken(one, one));
+    EXPECT_FALSE(sameToken(one, two));
+    EXPECT_FALSE(sameToken(one, one.substr(0, 63)));
+    EXPECT_FALSE(sameToken(one, one + "0"));
+    EXPECT_FALSE(sameToken("", ""));
+}
+
+}  // namespace
+}  // namespace mote::server
