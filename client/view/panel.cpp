@@ -26,15 +26,16 @@ void dim(const std::string& line) {
     ImGui::PopStyleColor();
 }
 
-/// A number with a metric prefix and three digits: "1.23 M".
-std::string metric(double value) {
+/// A number of things with a metric prefix and three digits: "1.23 M points", "512 B/s".
+std::string metric(double value, const char* unit) {
     const char* prefix = "";
     for (const char* next : {"k", "M", "G"}) {
         if (value < 1000.0) break;
         value /= 1000.0;
         prefix = next;
     }
-    return fmt::format("{:.3g} {}", value, prefix);
+    const bool word = unit[0] >= 'a' && unit[0] <= 'z' && prefix[0] != 0;  // "M points", but "MB/s"
+    return fmt::format("{:.3g} {}{}{}", value, prefix, word ? " " : "", unit);
 }
 
 const proto::ParticleStepEntry* shownStep(const ViewModel& model, const ServerState& server) {
@@ -106,12 +107,12 @@ void Panel::drawConnection(const ServerState& server, PanelActions& actions) {
     if (!server.connected) {
         actions.reconnect = ImGui::Button("Reconnect");
     } else {
-        text(fmt::format("{:5.1f} frames/s   {:6.1f} ms   {}B/s", server.framesPerSecond, server.roundTripMs,
-                         metric(server.bytesPerSecond)));
+        text(fmt::format("{:.1f} frames/s   {:.1f} ms   {}", server.framesPerSecond, server.roundTripMs,
+                         metric(server.bytesPerSecond, "B/s")));
     }
     if (server.frame) {
         const auto& frame = *server.frame;
-        text(fmt::format("{}points   {} x {}   {}", metric(static_cast<double>(frame.points_drawn())),
+        text(fmt::format("{}   {} x {}   {}", metric(static_cast<double>(frame.points_drawn()), "points"),
                          frame.width(), frame.height(), frame.final() ? "exact" : "refining"));
     }
     if (!server.message.empty()) {
@@ -137,8 +138,9 @@ void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelAction
         note(actions, changed);
     }
     if (const auto* step = shownStep(model, server)) {
-        dim(fmt::format("{}particles, {} lost, t = {:.4g} s", metric(static_cast<double>(step->particles())),
-                        step->lost(), step->time()));
+        dim(fmt::format("{}, {} lost, t = {:.4g} s",
+                        metric(static_cast<double>(step->particles()), "particles"), step->lost(),
+                        step->time()));
     }
     drawAxes(server, actions);
 }

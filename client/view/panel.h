@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Panel: the side of the window with every control. It edits the model and returns what only the viewer can
-// do. Main thread, between Window::beginFrame and endFrame.
+// do. Main thread, between Window::beginFrame and drawFrame.
 #pragma once
 
 #include <optional>

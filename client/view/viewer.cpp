@@ -272,8 +272,9 @@ int Viewer::run() {
         if (panelShown_) apply(panel_.draw(model_, server_, window_.contentScale()));
         sendView(area);
         showPicture(area);
-        window_.endFrame();
+        window_.drawFrame();
         done = finished();
+        window_.presentFrame();
         const bool lost = options_.exitAfterStill && connection_.state() == Connection::State::lost;
         if (options_.exitAfterStill && (exitStatus_ != 0 || lost)) {
             const auto reason = connection_.lostReason();

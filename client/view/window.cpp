@@ -89,12 +89,15 @@ void Window::beginFrame(double seconds) {
     ImGui::NewFrame();
 }
 
-void Window::endFrame() {
+void Window::drawFrame() {
     ImGui::Render();
     glViewport(0, 0, framebufferWidth(), framebufferHeight());
     glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
     glClear(GL_COLOR_BUFFER_BIT);
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void Window::presentFrame() {
     glfwSwapBuffers(window_);
 }
 
@@ -125,7 +128,7 @@ std::vector<std::uint8_t> Window::readPixels() const {
     const auto height = static_cast<std::size_t>(framebufferHeight());
     std::vector<std::uint8_t> pixels(3 * width * height);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadBuffer(GL_FRONT);
+    glReadBuffer(GL_BACK);
     glReadPixels(0, 0, static_cast<GLsizei>(width), static_cast<GLsizei>(height), GL_RGB, GL_UNSIGNED_BYTE,
                  pixels.data());
     for (std::size_t row = 0; row < height / 2; ++row) {

@@ -30,8 +30,10 @@ class Window {
     void setTitle(const std::string& title);
     /// Waits up to `seconds` for input, then starts a frame of the user interface.
     void beginFrame(double seconds);
-    /// Draws the user interface and shows the frame.
-    void endFrame();
+    /// Draws the user interface into the back buffer.
+    void drawFrame();
+    /// Shows what was drawn.
+    void presentFrame();
     /// Wakes a waiting beginFrame; any thread.
     static void wake();
 
@@ -39,7 +41,8 @@ class Window {
     int framebufferHeight() const;  ///< pixels
     /// Pixels to a screen coordinate, more than 1 on dense displays.
     float contentScale() const;
-    /// What the window shows, RGB, row 0 on top. Between endFrame and the next beginFrame.
+    /// What was drawn, RGB, row 0 on top. Between drawFrame and presentFrame: what a window system keeps of a
+    /// shown frame cannot be relied on.
     std::vector<std::uint8_t> readPixels() const;
 
   private:
