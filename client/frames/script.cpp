@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
@@ -24,6 +25,17 @@ std::size_t limitOf(const std::filesystem::path& path) {
 
 Error inScript(const std::filesystem::path& path, const Error& error) {
     return {error.code, fmt::format("{}: {}", path.string(), error.where), error.message};
+}
+
+/// The parser's error on one line: its sentence, then the place in the text (a piece of it, and a line that
+/// marks the column).
+Error onOneLine(Error error) {
+    std::istringstream lines(error.message);
+    std::string sentence, piece;
+    std::getline(lines, sentence);
+    std::getline(lines, piece);
+    error.message = piece.empty() ? sentence : fmt::format("{} Near: {}", sentence, piece);
+    return error;
 }
 
 /// A script of the other kind deserves a better word than "unknown field". (It is not looked into: protobuf's
@@ -64,7 +76,7 @@ Status checkLayer(const proto::Layer& layer, const proto::Catalogue& catalogue) 
 Result<std::vector<proto::View>> readScript(const std::filesystem::path& path) {
     proto::Script script;
     if (const auto read = readJsonFile(path, script, limitOf(path)); !read.ok()) {
-        if (!isOfKeyframes(read.error())) return read.error();
+        if (!isOfKeyframes(read.error())) return onOneLine(read.error());
         return Error{ErrorCode::unsupported, path.string() + ": keyframes",
                      "keyframes are not in this version; write one view a frame"};
     }

@@ -120,8 +120,8 @@ TEST_F(Server, BadRequestsAreRefusedWithTheirField) {
         return job.ok() ? Error{} : job.error();
     };
     EXPECT_EQ(refused(plotRequest("data/beam.mote")).code, ErrorCode::alreadyExists);
-    EXPECT_EQ(refused(plotRequest("/tmp/out.mote")).where, "output");
-    EXPECT_EQ(refused(plotRequest("data/../../out.mote")).where, "output");
+    EXPECT_EQ(refused(plotRequest("/tmp/out.mote")).where, "job.output");
+    EXPECT_EQ(refused(plotRequest("data/../../out.mote")).where, "job.output");
     auto request = plotRequest("data/x.mote");
     request.mutable_particles()->set_axes(1, "x");
     EXPECT_THAT(refused(request).where, testing::HasSubstr("axes"));
