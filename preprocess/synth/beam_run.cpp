@@ -88,9 +88,10 @@ Status writeBeamRun(const ChannelPlan& plan, const BeamRun& run, const std::file
                     Progress& progress) {
     auto draft = DraftFile::create(output);
     if (!draft) return draft.error();
-    auto writer = OpenPmdWriter::create(draft->path(), plan, run.particles, run.seed);
+    auto writer = OpenPmdWriter::create(draft->path());
     if (!writer) return writer.error();
-    MOTE_RETURN_IF_ERROR(draft->reserve(writer->bytes()));
+    MOTE_RETURN_IF_ERROR(draft->reserve(OpenPmdWriter::fileBytes(plan, run.particles)));
+    MOTE_RETURN_IF_ERROR(writer->layOut(plan, run.particles, run.seed));
     ChunkRunner runner(plan, run, *writer, progress);
     for (std::uint64_t first = 0; first < run.particles; first += run.chunkRows) {
         MOTE_RETURN_IF_ERROR(

@@ -45,6 +45,8 @@ class Planner {
             const double middle = begin + 0.5 * slice_, end = static_cast<double>(done_ + 1) * slice_;
             core_ = model_.advance(core_, begin, middle, EnvelopeModel::defaultStep);
             if (!finite(core_)) return false;
+            const auto [least, most] = std::minmax_element(core_.axes.begin(), core_.axes.end());
+            flattest_ = std::max(flattest_, *most / *least);
             const ChannelMap map = then(pending, model_.channel().map(begin, middle));
             dump.stages.push_back({map, coreKick(core_.axes, model_.perveance() * slice_)});
             pending = model_.channel().map(middle, end);
@@ -56,11 +58,14 @@ class Planner {
         return finite(core_);
     }
 
+    double flattest() const { return flattest_; }
+
   private:
     const EnvelopeModel& model_;
     Envelope core_;
     double slice_;
     std::uint64_t done_ = 0;
+    double flattest_ = 1.0;
 };
 
 }  // namespace
@@ -96,6 +101,7 @@ Result<ChannelPlan> planChannel(const BeamDesign& design, std::uint32_t steps) {
                          "the core of the beam does not stay together"};
         }
     }
+    plan.flattest = planner.flattest();
     return plan;
 }
 

@@ -38,6 +38,7 @@ struct ChannelPlan {
     Envelope matched{};                          ///< at the channel's start
     std::array<double, 3> zeroCurrentAdvance{};  ///< rad a period
     std::array<double, 3> depressedAdvance{};    ///< rad a period, matched core
+    double flattest = 1.0;                       ///< greatest ratio of two semi-axes of the core on its way
     std::vector<PlanDump> dumps;
 };
 

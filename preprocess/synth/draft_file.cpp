@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -49,6 +50,10 @@ Status DraftFile::reserve(std::uint64_t bytes) const {
         fmt::format("needs {:.1f} MB, but they cannot be had", static_cast<double>(bytes) / 1e6);
     const storage::FileDescriptor file(::open(path_.c_str(), O_WRONLY | O_CLOEXEC));
     if (!file.valid()) return storage::systemError(errno, output_.string(), "cannot be opened");
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && bytes > limit.rlim_cur) {
+        return storage::systemError(EFBIG, output_.string(), what);
+    }
     int result = 0;
     do {
         result = ::fallocate(file.get(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes));

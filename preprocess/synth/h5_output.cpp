@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/synth/h5_output.h"
 
-#include <cerrno>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <cstring>
 
+#include "storage/file_descriptor.h"
 #include "storage/system_error.h"
 
 namespace mote::prep {
@@ -46,6 +50,13 @@ H5Handle createFile(const std::string& path) {
     H5Pset_obj_track_times(creation.get(), false);
     H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
     return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose};
+}
+
+void forgetUnwritten(hid_t file) {
+    void* handle = nullptr;
+    if (H5Fget_vfd_handle(file, H5P_DEFAULT, &handle) < 0 || handle == nullptr) return;
+    const storage::FileDescriptor memory(::memfd_create("discarded", MFD_CLOEXEC));
+    if (memory.valid()) ::dup3(memory.get(), *static_cast<int*>(handle), O_CLOEXEC);
 }
 
 H5Handle createGroup(hid_t parent, const std::string& path) {
@@ -108,6 +119,10 @@ bool setExtent(hid_t object, const char* name, std::uint64_t value) {
 }
 
 H5Errors::H5Errors() {
+    // HDF5 1.10 cannot close a file whose flush has failed, and crashes on what is left of it when it tidies
+    // up at the end of the process. We close all that we open: nothing is left to tidy. In time only as
+    // HDF5's very first call.
+    H5dont_atexit();
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, keep, this);
 }

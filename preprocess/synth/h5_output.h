@@ -18,6 +18,10 @@ namespace mote::prep {
 /// A new file over `path`; its root keeps no times.
 H5Handle createFile(const std::string& path);
 
+/// Makes the close of a file that is not wanted any more succeed, whatever the disk says: what HDF5 still
+/// holds back goes into memory that goes with the file.
+void forgetUnwritten(hid_t file);
+
 /// A new group at `path` below `parent`, with all groups on the way.
 H5Handle createGroup(hid_t parent, const std::string& path);
 

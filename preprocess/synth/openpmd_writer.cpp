@@ -113,25 +113,33 @@ bool describeRun(hid_t file, const ChannelPlan& plan, std::uint64_t seed) {
 OpenPmdWriter::OpenPmdWriter(const std::string& path)
     : name_(path), errors_(std::make_unique<H5Errors>()), file_(createFile(path)) {}
 
-Result<OpenPmdWriter> OpenPmdWriter::create(const std::filesystem::path& path, const ChannelPlan& plan,
-                                            std::uint64_t particles, std::uint64_t seed) {
+OpenPmdWriter::~OpenPmdWriter() {
+    if (file_.ok()) forgetUnwritten(file_.get());
+}
+
+std::uint64_t OpenPmdWriter::fileBytes(const ChannelPlan& plan, std::uint64_t particles) {
+    constexpr std::uint64_t perParticle = 3 * sizeof(float) + 3 * sizeof(double) + sizeof(std::uint64_t);
+    constexpr std::uint64_t perStep = 16'896, root = 6'144;  // measured, rounded up
+    return root + plan.dumps.size() * (perStep + perParticle * particles);
+}
+
+Result<OpenPmdWriter> OpenPmdWriter::create(const std::filesystem::path& path) {
     OpenPmdWriter writer(path.string());
-    const hid_t file = writer.file_.get();
-    if (!writer.file_.ok() || !describeRun(file, plan, seed)) return writer.errors_->failure(writer.name_);
-    for (const PlanDump& dump : plan.dumps) {
-        const std::string iteration = fmt::format("/data/{}", dump.slice);
-        const std::string& species = writer.species_.emplace_back(iteration + "/particles/beam");
-        if (!addIteration(file, iteration, plan, dump) || !addSpecies(file, species, plan, particles)) {
-            return writer.errors_->failure(writer.name_);
-        }
-    }
+    if (!writer.file_.ok()) return writer.errors_->failure(writer.name_);
     return writer;
 }
 
-std::uint64_t OpenPmdWriter::bytes() const {
-    hsize_t size = 0;
-    H5Fget_filesize(file_.get(), &size);
-    return size;
+Status OpenPmdWriter::layOut(const ChannelPlan& plan, std::uint64_t particles, std::uint64_t seed) {
+    const hid_t file = file_.get();
+    if (!describeRun(file, plan, seed)) return errors_->failure(name_);
+    for (const PlanDump& dump : plan.dumps) {
+        const std::string iteration = fmt::format("/data/{}", dump.slice);
+        const std::string& species = species_.emplace_back(iteration + "/particles/beam");
+        if (!addIteration(file, iteration, plan, dump) || !addSpecies(file, species, plan, particles)) {
+            return errors_->failure(name_);
+        }
+    }
+    return success();
 }
 
 Status OpenPmdWriter::write(std::size_t step, std::uint64_t first, std::size_t rows,

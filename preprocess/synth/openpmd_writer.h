@@ -20,18 +20,25 @@ namespace mote::prep {
 
 class OpenPmdWriter {
   public:
-    /// Overwrites `path`. Errors: resourceExhausted (disk full), permissionDenied, internal.
-    static Result<OpenPmdWriter> create(const std::filesystem::path& path, const ChannelPlan& plan,
-                                        std::uint64_t particles, std::uint64_t seed);
+    /// Bytes of a finished file, to some KiB.
+    static std::uint64_t fileBytes(const ChannelPlan& plan, std::uint64_t particles);
 
-    /// Bytes of the finished file, as far as they are known now: all but the last metadata.
-    std::uint64_t bytes() const;
+    /// An empty file over `path`. Errors: permissionDenied, resourceExhausted, internal.
+    static Result<OpenPmdWriter> create(const std::filesystem::path& path);
+
+    OpenPmdWriter(OpenPmdWriter&&) = default;
+    OpenPmdWriter& operator=(OpenPmdWriter&&) = delete;
+    /// Discards a file that was not closed: it is of no use to anyone.
+    ~OpenPmdWriter();
+
+    /// Makes all groups, attributes and (unwritten) columns. Errors: resourceExhausted (disk full), internal.
+    Status layOut(const ChannelPlan& plan, std::uint64_t particles, std::uint64_t seed);
 
     /// Writes the first `rows` rows of `columns` at row `first` of step `step`. Errors: resourceExhausted,
     /// internal.
     Status write(std::size_t step, std::uint64_t first, std::size_t rows, const BeamColumns& columns);
 
-    /// Writes what HDF5 still holds back. Errors: resourceExhausted, internal. The writer is then done.
+    /// Writes what HDF5 still holds back; the writer is then done. Errors: resourceExhausted, internal.
     Status close();
 
   private:

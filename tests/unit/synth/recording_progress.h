@@ -21,15 +21,17 @@ class RecordingProgress : public prep::Progress {
         fractions_.push_back(fraction);
         lastPhase_ = phase;
     }
-    void note(std::string_view) override {}
+    void note(std::string_view sentence) override { notes_.emplace_back(sentence); }
     /// True from the question after the first `questions`.
     bool cancelled() const override { return left_.fetch_sub(1) <= 0; }
 
     const std::vector<double>& fractions() const { return fractions_; }
+    const std::vector<std::string>& notes() const { return notes_; }
     const std::string& lastPhase() const { return lastPhase_; }
 
   private:
     std::vector<double> fractions_;
+    std::vector<std::string> notes_;
     std::string lastPhase_;
     mutable std::atomic<int> left_;
 };
