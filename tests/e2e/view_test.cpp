@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// mote-view in a real window of a virtual display, against a real server.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+
+#include "tests/e2e/station.h"
+#include "tests/support/image.h"
+
+namespace mote::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// A virtual display that chooses its own number.
+class Display {
+  public:
+    Display() : xvfb_("/usr/bin/Xvfb", {"-displayfd", "1", "-screen", "0", "1280x800x24", "-noreset"}) {
+        if (!xvfb_.waitForOutput("\n")) throw std::runtime_error("Xvfb: " + xvfb_.errors());
+        name_ = ":" + xvfb_.output().substr(0, xvfb_.output().find('\n'));
+    }
+    ProcessOptions options() const { return {{{"DISPLAY", name_}}, {}}; }
+
+  private:
+    Process xvfb_;
+    std::string name_;
+};
+
+/// Pixels left of the panel and on it that differ from the picture's black and the panel's ground.
+struct Seen {
+    int picture = 0;
+    int panel = 0;
+};
+
+Seen seenIn(const Image& image, std::uint32_t panelBegin) {
+    Seen seen;
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const std::uint8_t* pixel = &image.pixels[4 * (static_cast<std::size_t>(y) * image.width + x)];
+            const bool bright = pixel[0] > 60 || pixel[1] > 60 || pixel[2] > 60;
+            (x < panelBegin ? seen.picture : seen.panel) += bright ? 1 : 0;
+        }
+    }
+    return seen;
+}
+
+/// A saved view; apostrophes stand for quotation marks.
+std::string saved(std::string view) {
+    std::replace(view.begin(), view.end(), '\'', '"');
+    return view;
+}
+
+class View : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (!std::filesystem::exists("/usr/bin/Xvfb")) GTEST_SKIP() << "Xvfb is not installed";
+    }
+
+    Finished view(const std::vector<std::string>& more) const {
+        const Display display;
+        std::vector<std::string> arguments{"--connect", station_.connection().string(), "--size", "1000x600",
+                                           "--exit-after-still"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return runProcess(program("mote-view"), arguments, display.options());
+    }
+
+    Station station_;
+};
+
+TEST_F(View, ShowsTheFirstDatasetAndItsControls) {
+    station_.startServer();
+    const auto picture = station_.root() / "window.png";
+    const auto done = view({"--screenshot", picture.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto image = readPng(picture);
+    ASSERT_TRUE(image.ok()) << image.error().toString();
+    EXPECT_EQ(image->width, 1000U);
+    EXPECT_EQ(image->height, 600U);
+    const auto seen = seenIn(*image, 1000 - 340);
+    EXPECT_GT(seen.picture, 1000);  // a beam of 20,000 particles covers far more
+    EXPECT_GT(seen.panel, 2000);    // letters, curves, histogram
+}
+
+TEST_F(View, ShowsASavedView) {
+    station_.startServer();
+    const auto file = station_.root() / "saved.json";
+    // Far away: the beam is a dot, so the picture differs from the fitted one.
+    std::ofstream(file) << saved(beamView(640, 1, 400.0));
+    const auto picture = station_.root() / "window.png";
+    const auto done = view({"--view", file.string(), "--screenshot", picture.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto image = readPng(picture);
+    ASSERT_TRUE(image.ok()) << image.error().toString();
+    const auto seen = seenIn(*image, 1000 - 340);
+    EXPECT_GT(seen.picture, 0);
+    EXPECT_LT(seen.picture, 500);
+}
+
+TEST_F(View, SaysWhatIsWrongAndEnds) {
+    const auto noServer = view({});
+    EXPECT_EQ(noServer.status, 1);
+    EXPECT_THAT(noServer.errors, HasSubstr("connection.json"));
+    station_.startServer();
+    const auto broken = station_.root() / "broken.json";
+    std::ofstream(broken) << R"({"layers": [{"datset": "data/beam"}]})";
+    const auto badView = view({"--view", broken.string()});
+    EXPECT_EQ(badView.status, 1);
+    EXPECT_THAT(badView.errors, HasSubstr("datset"));
+    const auto unknown = station_.root() / "unknown.json";
+    std::ofstream(unknown) << saved(beamView(640, 0, 4.0, "data/nothing"));
+    const auto noDataset = view({"--view", unknown.string()});
+    EXPECT_EQ(noDataset.status, 1);
+    EXPECT_THAT(noDataset.errors, HasSubstr("data/nothing"));
+}
+
+TEST_F(View, NeedsADisplayAndSaysSo) {
+    const auto done = runProcess(program("mote-view"), {"--connect", station_.connection().string()},
+                                 {{{"DISPLAY", ":9999"}, {"WAYLAND_DISPLAY", ""}}, {}});
+    EXPECT_EQ(done.status, 1);
+    EXPECT_THAT(done.errors, HasSubstr("mote-view"));
+    EXPECT_EQ(runProcess(program("mote-view"), {"--size", "12"}).status, 2);
+    EXPECT_EQ(runProcess(program("mote-view"), {"--help"}).status, 0);
+}
+
+}  // namespace
+}  // namespace mote::test
