@@ -15,6 +15,11 @@ namespace {
 /// More unanswered questions than this are an owner's mistake, or a server that answers nothing.
 constexpr std::size_t maxQuestions = 1024;
 
+/// Whether a server takes it, with the few bytes around it.
+bool fits(const google::protobuf::MessageLite& message) {
+    return message.ByteSizeLong() <= wire::clientLimits.message - 64;
+}
+
 std::int64_t nowNs() {
     const auto now = std::chrono::steady_clock::now().time_since_epoch();
     return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
@@ -104,7 +109,11 @@ std::uint64_t Connection::Impl::setView(proto::View view, const ViewRequest& req
         wanted.message.set_format(request.format);
         wanted.message.set_asked_ns(nowNs());
         wanted.message.set_moving(request.moving);
-        view_ = std::move(wanted);
+        if (fits(wanted.message)) {
+            view_ = std::move(wanted);
+        } else {
+            viewFailed(id, {ErrorCode::invalidArgument, "", "the view is larger than a server accepts"});
+        }
     }
     wakeWriter();
     return id;
@@ -132,7 +141,7 @@ void Connection::Impl::ask(proto::ClientMessage question, Body expected, Answer 
             refuse(lostReason_.value_or(Error{}));
         } else if (questions_.size() >= maxQuestions) {
             refuse({ErrorCode::resourceExhausted, "", "too many questions to the server are unanswered"});
-        } else if (question.ByteSizeLong() > wire::clientLimits.message - 64) {
+        } else if (!fits(question)) {
             refuse({ErrorCode::invalidArgument, "", "the request is larger than a server accepts"});
         } else {
             question.set_request(++lastRequest_);
@@ -170,11 +179,19 @@ void Connection::Impl::setState(State state) {
 }
 
 void Connection::Impl::failAll(const Error& reason) {
+    outbox_.clear();
+    failSent(reason);
+}
+
+void Connection::Impl::failSent(const Error& reason) {
+    std::map<std::uint64_t, Question> waiting;
+    for (const auto& message : outbox_) {
+        if (auto question = questions_.extract(message.request())) waiting.insert(std::move(question));
+    }
     for (auto& [request, question] : questions_) {
         push({}, [answer = std::move(question.answer), reason] { answer(reason); });
     }
-    questions_.clear();
-    outbox_.clear();
+    questions_ = std::move(waiting);
 }
 
 void Connection::Impl::viewFailed(std::uint64_t viewId, const Error& error) {

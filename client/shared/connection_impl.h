@@ -66,7 +66,6 @@ class Connection::Impl {
     void receivedFrame(const proto::ServerMessage& message, const std::vector<std::uint8_t>& payload);
     void receivedFailure(const proto::ServerMessage& message);
     void answered(proto::ServerMessage message);
-    void receivedNews(proto::ServerMessage message);
     void watchTime(std::chrono::milliseconds wait);
     void tick();
     void wakeWriter();
@@ -75,6 +74,10 @@ class Connection::Impl {
     void setState(State state);
     void push(std::string key, Inbox::Callback callback);
     void failAll(const Error& reason);
+    void failSent(const Error& reason);
+    proto::ClientMessage nextQuestion();
+    std::optional<proto::ClientMessage> nextView();
+    void receivedNews(proto::ServerMessage message);
     void viewFailed(std::uint64_t viewId, const Error& error);
     std::uint64_t viewOfRequest(std::uint64_t request) const;
 

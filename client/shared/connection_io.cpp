@@ -34,7 +34,8 @@ void Connection::Impl::connect() {
     {
         const std::lock_guard lock(mutex_);
         if (state_ != State::connecting) setState(State::connecting);
-        // Questions asked before the first connection wait for it; those of an old one are lost with it.
+        // What was not sent yet waits for this connection; what an earlier one was asked is lost with it.
+        failSent({ErrorCode::internal, "", "the connection was given up for a new one"});
         frame_.reset();
         credits_ = 0;
         welcome_.Clear();
@@ -111,27 +112,28 @@ std::optional<proto::ClientMessage> Connection::Impl::next() {
         return std::exchange(hello_, std::nullopt);
     }
     if (!welcomed_) return std::nullopt;
-    proto::ClientMessage message;
     if (credits_ > 0) {
-        message.mutable_credit()->set_frames(std::exchange(credits_, 0));
+        proto::ClientMessage message;
         message.set_request(++lastRequest_);
+        message.mutable_credit()->set_frames(std::exchange(credits_, 0));
         return message;
     }
-    if (!outbox_.empty()) {
-        message = std::move(outbox_.front());
-        outbox_.pop_front();
-        if (message.has_ping()) message.mutable_ping()->set_sent_ns(Clock::now().time_since_epoch().count());
-        return message;
-    }
+    return outbox_.empty() ? nextView() : nextQuestion();
+}
+
+proto::ClientMessage Connection::Impl::nextQuestion() {
+    auto message = std::move(outbox_.front());
+    outbox_.pop_front();
+    if (message.has_ping()) message.mutable_ping()->set_sent_ns(Clock::now().time_since_epoch().count());
+    return message;
+}
+
+std::optional<proto::ClientMessage> Connection::Impl::nextView() {
     if (!view_ || view_->sent) return std::nullopt;
     view_->sent = true;
-    *message.mutable_set_view() = view_->message;
+    proto::ClientMessage message;
     message.set_request(++lastRequest_);
-    if (message.ByteSizeLong() > wire::clientLimits.message) {
-        viewFailed(view_->message.view_id(),
-                   {ErrorCode::invalidArgument, "", "the view is larger than a server accepts"});
-        return std::nullopt;
-    }
+    *message.mutable_set_view() = view_->message;
     sentViews_.emplace_back(lastRequest_, view_->message.view_id());
     if (sentViews_.size() > rememberedViews) sentViews_.pop_front();
     return message;
@@ -239,7 +241,6 @@ void Connection::Impl::answered(proto::ServerMessage message) {
     notify();
 }
 
-/// With mutex_ held.
 void Connection::Impl::receivedNews(proto::ServerMessage message) {
     if (message.has_catalogue()) {
         push("catalogue", [this, catalogue = std::move(*message.mutable_catalogue())] {

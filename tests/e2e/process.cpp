@@ -128,6 +128,15 @@ bool Process::waitForOutput(const std::string& text, Timeout timeout) {
     return true;
 }
 
+bool waitForEnd(pid_t process, Process::Timeout timeout) {
+    const int file = static_cast<int>(::syscall(SYS_pidfd_open, process, 0));
+    if (file < 0) return errno == ESRCH;
+    pollfd ended{file, POLLIN, 0};
+    const bool gone = ::poll(&ended, 1, static_cast<int>(timeout.count())) == 1;
+    ::close(file);
+    return gone;
+}
+
 Finished runProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                     const ProcessOptions& options) {
     Process process(program, arguments, options);

@@ -55,6 +55,9 @@ class Process {
     std::string output_, errors_;
 };
 
+/// Waits for the end of a process that is no child of ours; false after the timeout.
+bool waitForEnd(pid_t process, Process::Timeout timeout = Process::patience);
+
 /// How a finished process ended, for assertions: runs it to its end. 124 where it does not end in time.
 struct Finished {
     int status = 0;

@@ -36,6 +36,13 @@ TEST(ProcessTest, GivesUpInTime) {
     EXPECT_FALSE(process.wait(Process::Timeout(1)).has_value());
 }
 
+TEST(ProcessTest, KnowsWhetherAnotherProcessHasEnded) {
+    Process process("/bin/sleep", {"1000"});
+    EXPECT_FALSE(waitForEnd(process.id(), Process::Timeout(1)));
+    process.signal(SIGKILL);
+    EXPECT_TRUE(waitForEnd(process.id()));
+}
+
 TEST(ProcessTest, PassesEnvironmentAndLimits) {
     EXPECT_EQ(runProcess("/bin/sh", {"-c", "echo $MOTE_X"}, {{{"MOTE_X", "7"}}, {}}).output, "7\n");
     EXPECT_EQ(runProcess("/bin/sh", {"-c", "ulimit -f"}, {{}, 1024}).output, "2\n");
