@@ -13,8 +13,11 @@ constexpr double million = 1e6;
 constexpr double forget = 0.75;        // weight of a picture against the one after it
 constexpr double priorWeight = 1e-3;   // of the initial costs, against one million points or pixels
 constexpr double leastPoints = 20000;  // fewer say nothing about a plot
+constexpr double dither = 1.15;        // of the point fraction, up and down in turn
+constexpr double growth = 2.5;         // of the points from one quick picture to the next, at most
 constexpr double intermediateBudgets = 5.0;
 constexpr double longExactBudgets = 10.0;
+constexpr double surprise = 2.0;  // how far above its expectation a picture may lie and still be believed
 
 Quality quickQuality() {
     return {.resolutionScale = 1.0, .pointFraction = 1.0, .slabs = 24, .samplesPerCell = 1.0};
@@ -48,7 +51,11 @@ double QualityController::fractionWithin(const ViewLoad& load, const Quality& qu
 }
 
 Quality QualityController::quick(const ViewLoad& load) {
-    if (expectedMs(load, Quality::exact()) <= budgetMs_) return Quality::exact();
+    // A cost that was measured wrongly shall not freeze the hand: the points grow step by step.
+    const double mostPoints = std::max(growth * lastPoints_, 10 * leastPoints);
+    if (load.points <= mostPoints && expectedMs(load, Quality::exact()) <= budgetMs_) {
+        return Quality::exact();
+    }
     Quality quality = quickQuality();
     // Half the resolution where the pixels alone would take most of the time; back only where they clearly
     // would not, or the picture would flicker between the two.
@@ -56,6 +63,14 @@ Quality QualityController::quick(const ViewLoad& load) {
     halfSize_ = pixelMs > (halfSize_ ? 0.4 : 0.65) * budgetMs_;
     if (halfSize_) quality.resolutionScale = 0.5;
     quality.pointFraction = fractionWithin(load, quality, budgetMs_);
+    if (load.points > mostPoints) {
+        quality.pointFraction = std::min(quality.pointFraction, mostPoints / load.points);
+    }
+    if (quality.pointFraction < 1.0) {
+        // Pictures that are all alike cannot tell what a point costs from what a pixel costs.
+        more_ = !more_;
+        quality.pointFraction = std::min(1.0, quality.pointFraction * (more_ ? dither : 1.0 / dither));
+    }
     return quality;
 }
 
@@ -71,8 +86,12 @@ bool QualityController::worthIntermediate(const ViewLoad& load) const {
 
 void QualityController::learn(double pixels, double points, const Quality& quality, double ms) {
     // `pixels` are those of the payload: the scale is already in them.
+    lastPoints_ = points;
     const double p = points / million;
     const double w = pixels * workPerPixel(quality) / million;
+    // The first picture of a step uploads its data, and a machine may be busy: one such picture must not
+    // ruin the next twenty. Where all of them take so long, a few pictures are enough to learn it.
+    ms = std::min(ms, surprise * (perPoint_ * p + perPixel_ * w) + 0.2 * budgetMs_);
     pp_ = forget * pp_ + p * p;
     pw_ = forget * pw_ + p * w;
     ww_ = forget * ww_ + w * w;

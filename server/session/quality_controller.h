@@ -44,9 +44,11 @@ class QualityController {
     void solve();
 
     double budgetMs_;
-    bool halfSize_ = false;   // of the last quick picture
-    double perPoint_ = 25.0;  // ms a million points: llvmpipe on a few cores
-    double perPixel_ = 40.0;  // ms a million pixels of exact work
+    bool halfSize_ = false;    // of the last quick picture
+    double lastPoints_ = 0.0;  // that were drawn
+    bool more_ = false;        // its points were dithered upwards
+    double perPoint_ = 25.0;   // ms a million points: llvmpipe on a few cores
+    double perPixel_ = 40.0;   // ms a million pixels of exact work
     // Sums of the normal equations: points^2, points * work, work^2, points * t, work * t.
     double pp_ = 0.0, pw_ = 0.0, ww_ = 0.0, pt_ = 0.0, wt_ = 0.0;
 };

@@ -53,7 +53,7 @@ void measure(const char* name, const proto::ConnectionFile& connection,
              const std::optional<std::string>& dataset, int frames) {
     TestClient client(wire::parseAddress(connection.address())->path);
     if (!client.connect(connection.token()).message.has_welcome()) throw std::runtime_error("not welcome");
-    Samples latency, work, wire, bytes;
+    Samples latency, work, wire, bytes, fraction, width;
     for (int i = 0; i < frames + 20; ++i) {
         const auto begun = Clock::now();
         client.send(viewOf(dataset, static_cast<std::uint64_t>(i), 0.01 * i));
@@ -68,12 +68,14 @@ void measure(const char* name, const proto::ConnectionFile& connection,
         latency.values.push_back(ms);
         work.values.push_back(own);
         wire.values.push_back(ms - own);
+        fraction.values.push_back(frame.point_fraction());
+        width.values.push_back(frame.width());
         bytes.values.push_back(static_cast<double>(received.payload.size()) / 1024.0);
     }
-    std::printf("%-28s %8.2f %8.2f   %8.2f %8.2f   %8.2f %8.2f   %6.2f   %7.0f\n", name,
+    std::printf("%-28s %8.2f %8.2f   %8.2f %8.2f   %8.2f %8.2f   %6.2f   %7.0f %8.3f %6.0f\n", name,
                 latency.quantile(0.5), latency.quantile(0.99), work.quantile(0.5), work.quantile(0.99),
                 wire.quantile(0.5), wire.quantile(0.99), latency.quantile(0.99) / work.quantile(0.5),
-                bytes.quantile(0.5));
+                bytes.quantile(0.5), fraction.quantile(0.5), width.quantile(0.5));
 }
 
 int run(int argc, char** argv) {
