@@ -62,7 +62,10 @@ void DatasetService::enqueue(std::function<void()> work) {
 }
 
 void DatasetService::look() {
-    if (!catalogue_.refresh()) return;
+    const auto begun = Clock::now();
+    const bool changed = catalogue_.refresh();
+    lookTime_ = Clock::now() - begun;
+    if (!changed) return;
     auto known = std::make_shared<Known>();
     const auto summary = catalogue_.summary();
     for (const auto& entry : summary.datasets()) {
@@ -82,7 +85,7 @@ void DatasetService::report() {
     std::set<std::string> errors;
     for (const auto& error : catalogue_.errors()) errors.insert(error.toString());
     for (const auto& text : errors) {
-        if (!reported_.contains(text)) spdlog::warn("left out of the catalogue: {}", text);
+        if (!reported_.contains(text)) spdlog::warn("left out of the catalogue: {}", toLogText(text));
     }
     reported_ = std::move(errors);
 }

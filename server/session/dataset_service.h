@@ -5,6 +5,7 @@
 // be asked for from any thread at once. Opened steps are kept for the renderer, the latest few.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -19,6 +20,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/session/step_source.h"
+#include "server/session/view_task.h"
 #include "storage/catalogue.h"
 
 namespace mote::server {
@@ -37,6 +39,9 @@ class DatasetService final : public StepSource {
     /// As rescan(), then calls `done` on the service's thread: what was on the disk when this was called is
     /// known then.
     void rescan(std::function<void()> done);
+
+    /// What the last look at the disk took: whoever looks often should mind it.
+    Clock::duration lookTime() const { return lookTime_; }
 
     std::shared_ptr<const proto::Catalogue> catalogue() const;
     bool contains(const std::string& dataset) const;
@@ -72,6 +77,7 @@ class DatasetService final : public StepSource {
     storage::Catalogue catalogue_;
     std::set<std::string> reported_;  // what the last look left out
     const std::function<void()> changed_;
+    std::atomic<Clock::duration> lookTime_{Clock::duration::zero()};
 
     mutable std::mutex mutex_;
     std::condition_variable wake_;

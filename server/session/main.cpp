@@ -66,6 +66,7 @@ int main(int argc, char** argv) {
     if (const int* code = std::get_if<int>(&options)) return *code;
     auto settings = std::get<mote::server::ServerSettings>(std::move(options));
     settings.prep = programBeside("mote-prep");
+    settings.stopOnSignals = true;
     setUpLog();
     std::signal(SIGPIPE, SIG_IGN);
 
@@ -78,7 +79,6 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "mote-server: {}\n", started.error().toString());
         return failed;
     }
-    server.stopOnSignals();
     fmt::print("ready {} {}\n", connection, server.deviceName());
     std::fflush(stdout);
     server.run();

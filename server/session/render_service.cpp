@@ -13,6 +13,7 @@
 #include "server/render/frame_plan.h"
 #include "server/session/encode_pool.h"
 #include "server/session/quality_controller.h"
+#include "server/session/utf8.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
@@ -166,17 +167,24 @@ class RenderService::Impl {
     }
 
     void serve(RenderJob job, std::shared_ptr<Client> client) {
+        auto drawn = tryDraw(job, *client);
+        if (!drawn.ok()) return fail(job, *client, drawn.error());
+        if (!*drawn) return finishStopped(job);
+        (*drawn)->job = std::move(job);
+        (*drawn)->client = std::move(client);
+        send(*std::move(*drawn));
+    }
+
+    Result<std::optional<Drawn>> tryDraw(const RenderJob& job, Client& client) {
         try {
-            auto drawn = draw(job, *client);
+            auto drawn = draw(job, client);
             failures_ = 0;
-            if (!drawn.ok()) return fail(job, *client, drawn.error());
-            if (!*drawn) return finishStopped(job);
-            (*drawn)->job = job;
-            (*drawn)->client = std::move(client);
-            send(*std::move(*drawn));
+            return drawn;
+        } catch (const render::DeviceError& failure) {
+            renewDevice();
+            return describe(failure);
         } catch (const std::exception& failure) {
-            if (dynamic_cast<const render::DeviceError*>(&failure)) renewDevice();
-            fail(job, *client, describe(failure));
+            return describe(failure);
         }
     }
 
@@ -289,7 +297,7 @@ class RenderService::Impl {
         }
         // A moving hand fails with every view: once is enough for the log.
         if (auto text = error.toString(); text != lastFailure_) {
-            spdlog::warn("a view cannot be drawn: {}", text);
+            spdlog::warn("a view cannot be drawn: {}", toLogText(text));
             lastFailure_ = std::move(text);
         }
         client.events.failed(job.task->request, std::move(error));

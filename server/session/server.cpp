@@ -12,6 +12,7 @@
 #include <asio/signal_set.hpp>
 #include <asio/steady_timer.hpp>
 #include <csignal>
+#include <cstring>
 #include <map>
 #include <optional>
 
@@ -87,23 +88,23 @@ class Server::Impl {
         const auto name = render_->start();
         MOTE_RETURN_IF_ERROR(name);
         fillContext(*name);
+        if (settings_.stopOnSignals) stopOnSignals();
         MOTE_RETURN_IF_ERROR(listen());
         return writeFile();
-    }
-
-    void stopOnSignals() {
-        signals_.emplace(io_, SIGTERM, SIGINT);
-        signals_->async_wait([this](const asio::error_code& code, int number) {
-            if (code) return;
-            spdlog::info("{}: the server ends", number == SIGINT ? "SIGINT" : "SIGTERM");
-            stopNow();
-        });
     }
 
     void run() {
         accept();
         rescanLater();
-        io_.run();
+        for (;;) {
+            try {
+                io_.run();
+                return;
+            } catch (const std::exception& failure) {
+                // Memory was short, say: what was being done is lost, the server is not.
+                spdlog::error("{}", failure.what());
+            }
+        }
     }
 
     void stop() {
@@ -118,6 +119,20 @@ class Server::Impl {
     const std::string& deviceName() const { return context_.device; }
 
   private:
+    /// Before there is anything that a killed server would leave behind. Who started us under nohup wants no
+    /// SIGHUP.
+    void stopOnSignals() {
+        struct sigaction hangUp {};
+        ::sigaction(SIGHUP, nullptr, &hangUp);
+        signals_.emplace(io_, SIGTERM, SIGINT);
+        if (hangUp.sa_handler != SIG_IGN) signals_->add(SIGHUP);
+        signals_->async_wait([this](const asio::error_code& code, int number) {
+            if (code) return;
+            spdlog::info("SIG{}: the server ends", ::sigabbrev_np(number));
+            stopNow();
+        });
+    }
+
     void fillContext(const std::string& deviceName) {
         context_.token = makeToken();
         context_.server = "mote-server " MOTE_VERSION;
@@ -207,7 +222,9 @@ class Server::Impl {
     }
 
     void rescanLater() {
-        rescan_.expires_after(settings_.rescanInterval);
+        // A slow disk is not kept busy: a twentieth of the time at most.
+        rescan_.expires_after(
+            std::max<Clock::duration>(settings_.rescanInterval, 20 * datasets_->lookTime()));
         rescan_.async_wait([this](const asio::error_code& code) {
             if (code || stopping_) return;
             if (!sessions_.empty()) datasets_->rescan();
@@ -263,9 +280,6 @@ Server::~Server() = default;
 
 Status Server::start() {
     return impl_->start();
-}
-void Server::stopOnSignals() {
-    impl_->stopOnSignals();
 }
 void Server::run() {
     impl_->run();

@@ -27,9 +27,6 @@ class Server {
     /// the connection file.
     Status start();
 
-    /// SIGTERM and SIGINT become stop(). Before run().
-    void stopOnSignals();
-
     /// Serves until stop(), then says farewell to every client and returns.
     void run();
 

@@ -23,6 +23,7 @@ struct ServerSettings {
     std::uint64_t memory = 0;  ///< bytes that a job may use; 0: no limit
     unsigned threads = 0;      ///< of a job; 0: its own choice
 
+    bool stopOnSignals = false;  ///< SIGTERM, SIGINT and SIGHUP end run()
     RenderSettings render;
     std::size_t maxSessions = 64;
     std::chrono::milliseconds handshakeTimeout{5000};

@@ -85,7 +85,7 @@ asio::awaitable<bool> Session::welcome() {
     }
     authenticated_ = true;
     deadline_.cancel();
-    spdlog::info("session {}: \"{}\" connected", id_, message.hello().client());
+    spdlog::info("session {}: \"{}\" connected", id_, toLogText(message.hello().client()));
     context_.render->open(id_, wire::frameCredits, renderEvents());
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
@@ -282,7 +282,7 @@ void Session::leave(const Error& reason) {
     leaving_ = true;
     const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
     if (gone || !greeted_) return close();
-    spdlog::info("session {}: closed: {}", id_, toUtf8(reason.toString()));
+    spdlog::info("session {}: closed: {}", id_, toLogText(reason.toString()));
     context_.render->close(id_);  // nothing more is drawn for it
     outbox_.farewell(failureMessage(0, reason, true));
     writerWake_.notify();

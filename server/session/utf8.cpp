@@ -51,4 +51,13 @@ std::string toUtf8(std::string_view text) {
     return result;
 }
 
+std::string toLogText(std::string_view text) {
+    constexpr std::size_t longest = 500;
+    std::string result(text.substr(0, longest));
+    for (auto& c : result) {
+        if (static_cast<std::uint8_t>(c) < 0x20 || c == 0x7f) c = '?';
+    }
+    return toUtf8(result);
+}
+
 }  // namespace mote::server

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Text in messages is UTF-8, file names are bytes. Pure functions.
+// Text in messages is UTF-8, file names are bytes, and a log has lines. Pure functions.
 #pragma once
 
 #include <string>
@@ -13,5 +13,9 @@ bool isUtf8(std::string_view text);
 
 /// Each byte that belongs to no character becomes "?".
 std::string toUtf8(std::string_view text);
+
+/// For a line of the log: as toUtf8, control characters "?" too, so that no text of a client looks like a
+/// line of ours, and cut to 500 bytes.
+std::string toLogText(std::string_view text);
 
 }  // namespace mote::server

@@ -82,6 +82,12 @@ TEST(Utf8, TellsCharactersFromBytes) {
     }
 }
 
+TEST(Utf8, TextOfAClientIsNoLineOfTheLog) {
+    EXPECT_EQ(toLogText("me\n2026 info all is well\x1b[2J\x7f"), "me?2026 info all is well?[2J?");
+    EXPECT_EQ(toLogText(std::string(10000, 'x')).size(), 500u);
+    EXPECT_TRUE(isUtf8(toLogText(std::string(499, 'x') + "\xc3\xa9")));
+}
+
 TEST(Token, IsLongRandomAndComparedWhole) {
     const std::string one = makeToken(), two = makeToken();
     EXPECT_EQ(one.size(), 64u);

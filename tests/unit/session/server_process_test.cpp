@@ -93,8 +93,8 @@ class ServerProcess : public testing::Test {
     TempDir folder_;
 };
 
-TEST_F(ServerProcess, SaysReadyServesAndEndsCleanlyOnEitherSignal) {
-    for (const int number : {SIGTERM, SIGINT}) {
+TEST_F(ServerProcess, SaysReadyServesAndEndsCleanlyOnASignal) {
+    for (const int number : {SIGTERM, SIGINT, SIGHUP}) {
         Process server(command());
         const std::string line = server.line();
         if (line.empty()) GTEST_SKIP() << "there is no device here";
