@@ -85,12 +85,12 @@ Result<Format> numbersFormat(const proto::ParticlesJob& job, const std::filesyst
 Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem::path& path) {
     const auto shape = NumberTable::probe(path);
     if (!shape) return shape.error();
+    if (shape->columns == 0) return unsupported(path, "is empty");
     const auto header = readCsvHeader(path, job.impact().mass());
-    if (header || !shape->numbers) {
-        if (shape->columns == 0) return unsupported(path, "is empty");
-        if (header) return Format::csv;
-        // A unit or a name that is wrong in a line that is a header says more than "not known".
-        if (header.error().code != ErrorCode::corrupt) return header.error();
+    if (header) return Format::csv;
+    // A unit or a name that is wrong in a line of names says more than "not known".
+    if (header.error().code != ErrorCode::notFound) return header.error();
+    if (!shape->numbers) {
         return unsupported(
             path,
             "is of no known format: neither HDF5 (openPMD, H5Part), .npy, a table with a line of "

@@ -69,10 +69,11 @@ class ParticleSource {
 };
 
 /// Opens all of a job's inputs (paths of the file system) as one run, in the order of their steps: format by
-/// `job.format()` or by content, species, IMPACT options from `job`. Steps are not yet selected. A name with %T or
-/// %06T stands for all files of such names. What a user should know (defaults taken, a deck found beside the
-/// file) goes to `progress.note`; `progress` must outlive the source, which asks it whether to stop.
-/// Errors: notFound, unsupported (an ADIOS2 file, an unknown format), corrupt, invalidArgument, cancelled.
+/// `job.format()` or by content, species, IMPACT options from `job`. Steps are not yet selected. A name with
+/// %T or %06T stands for all files of such names. What a user should know (defaults taken, a deck found
+/// beside the file) goes to `progress.note`; `progress` must outlive the source, which asks it whether to
+/// stop. Errors: notFound, unsupported (an ADIOS2 file, an unknown format), corrupt, invalidArgument,
+/// cancelled.
 Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::ParticlesJob& job,
                                                            const std::vector<std::filesystem::path>& inputs,
                                                            Progress& progress);

@@ -10,7 +10,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t maxFields = 256;
+constexpr std::size_t maxFields = 1024;
 constexpr std::uint64_t maxCommentLines = 10'000;
 
 char separatorOf(std::string_view header) {
@@ -24,7 +24,7 @@ char separatorOf(std::string_view header) {
 Result<std::vector<std::string>> namesOf(std::string_view line, char separator, const std::string& where) {
     std::array<std::string_view, maxFields> fields;
     const std::size_t count = splitFields(line, separator, fields);
-    if (count > maxFields) return Error{ErrorCode::corrupt, where, "has more than 256 columns"};
+    if (count > maxFields) return Error{ErrorCode::notFound, where, "has more than 1024 columns"};
     std::vector<std::string> names;
     bool inUnit = false;
     for (std::size_t i = 0; i < count; ++i) {
@@ -92,7 +92,7 @@ Result<CsvHeader> parseCsvHeader(std::string_view line, double mass, const std::
         header.known.push_back({i, **meaning});
     }
     if (header.known.empty()) {
-        return Error{ErrorCode::corrupt, where, "names none of the columns x, y, z, t, px, py, pz"};
+        return Error{ErrorCode::notFound, where, "names none of the columns x, y, z, t, px, py, pz"};
     }
     return header;
 }
@@ -125,7 +125,7 @@ Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, double mass) 
         }
     }
     if (comment.empty())
-        return Error{ErrorCode::corrupt, reader->name(), "has no line with the columns' names"};
+        return Error{ErrorCode::notFound, reader->name(), "has no line with the columns' names"};
     return commentHeader(comment, mass, place);
 }
 

@@ -29,15 +29,15 @@ struct CsvHeader {
     const Field* find(Column column) const;
 };
 
-/// Errors, at `where`: corrupt (no name that is known, a name twice, more than 256 fields), unsupported,
-/// invalidArgument (units).
+/// Errors, at `where`: notFound (no name that is known, more than 1024 fields), corrupt (a name twice),
+/// unsupported, invalidArgument (units).
 Result<CsvHeader> parseCsvHeader(std::string_view line, double mass, const std::string& where);
 
 /// Whether a line can be a header: a field of it is no number and another has a known name.
 bool looksLikeHeader(std::string_view line);
 
 /// The header of a file: its first row, or the comment line before its first row where that has numbers only.
-/// Errors: corrupt, unsupported, those of LineReader.
+/// Errors: those of parseCsvHeader and of LineReader.
 Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, double mass);
 
 }  // namespace mote::prep

@@ -14,7 +14,7 @@
 namespace mote::prep {
 namespace {
 
-using Fields = std::array<std::string_view, 256>;
+using Fields = std::array<std::string_view, 1024>;
 
 class CsvSource : public ParticleSource {
   public:

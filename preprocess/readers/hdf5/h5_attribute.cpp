@@ -3,6 +3,8 @@
 
 #include <cstring>
 
+#include "preprocess/readers/hdf5/global_heap.h"
+
 namespace mote::prep {
 namespace {
 
@@ -43,17 +45,6 @@ std::string trimmed(const char* text, std::size_t limit) {
     std::string result(text, strnlen(text, limit));
     while (!result.empty() && (result.back() == ' ' || result.back() == '\0')) result.pop_back();
     return result;
-}
-
-Result<std::string> readVariableText(const OpenAttribute& open) {
-    const H5Handle memory(H5Tcopy(open.type.get()), H5Tclose);
-    std::vector<char*> pointers(static_cast<std::size_t>(open.elements), nullptr);
-    if (!memory.ok() || H5Aread(open.attribute.get(), memory.get(), pointers.data()) < 0) {
-        return damaged(open.where);
-    }
-    const std::string text = pointers[0] == nullptr ? std::string() : trimmed(pointers[0], maxTextBytes);
-    H5Dvlen_reclaim(memory.get(), open.space.get(), H5P_DEFAULT, pointers.data());
-    return text;
 }
 
 Result<std::string> readFixedText(const OpenAttribute& open) {
@@ -103,8 +94,10 @@ Result<std::optional<std::string>> textAttribute(const H5Object& object, const c
         return Error{ErrorCode::unsupported, attribute.where, "is no text"};
     }
     if (attribute.elements == 0) return std::optional<std::string>("");
-    auto text =
-        H5Tis_variable_str(attribute.type.get()) > 0 ? readVariableText(attribute) : readFixedText(attribute);
+    auto text = H5Tis_variable_str(attribute.type.get()) > 0
+                    ? readVariableText(attribute.attribute.get(),
+                                       static_cast<std::size_t>(attribute.elements), attribute.where)
+                    : readFixedText(attribute);
     if (!text) return text.error();
     return std::optional<std::string>(std::move(*text));
 }

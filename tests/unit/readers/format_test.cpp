@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// H5Part runs, and what is said about inputs that are not read.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include "preprocess/readers/file_number.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/readers/h5_test_file.h"
+#include "tests/unit/readers/source_test.h"
+
+namespace mote::test {
+namespace {
+
+using prep::Column;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(H5Part, readsStepsInTheOrderOfTheirNumbers) {
+    const TempDir folder;
+    {
+        H5TestFile file(folder / "beam.h5");
+        for (const int i : {10, 2, 1}) {
+            const std::string step = "/Step#" + std::to_string(i);
+            for (const char* name : {"x", "y", "z", "px", "py", "pz"}) {
+                file.data(step + "/" + name, std::vector<double>{i + 0.0, i + 0.5});
+            }
+            file.data(step + "/q", std::vector<float>{-2.0f, 2.0f});
+            file.data(step + "/id", std::vector<std::int64_t>{4, 5});
+            file.attribute(step, "TIME", i * 1e-9);
+        }
+    }
+    NoteKeeper progress;
+    MOTE_OPEN(source, {folder / "beam.h5"}, progress);
+    EXPECT_EQ(source->format(), "h5part");
+    ASSERT_EQ(source->steps().size(), 3u);
+    EXPECT_EQ(source->steps()[2].iteration, 10);
+    EXPECT_DOUBLE_EQ(source->steps()[2].time, 1e-8);
+    EXPECT_THAT(column(*source, 1, Column::pz), ElementsAre(2, 2.5));
+    const auto chunk = chunkOf(*source, 0, {Column::weight, Column::id});
+    EXPECT_THAT(chunk[Column::weight], ElementsAre(2, 2));
+    EXPECT_THAT(chunk.id, ElementsAre(4, 5));
+    EXPECT_TRUE(progress.noted("names no units"));
+    EXPECT_FALSE(source->has(Column::t));
+}
+
+TEST(H5Part, takesUnitsFromAttributes) {
+    const TempDir folder;
+    const auto write = [&](bool mass) {
+        H5TestFile file(folder / "opal.h5");
+        file.data("/Step#0/x", std::vector<double>{1000});
+        file.data("/Step#0/px", std::vector<double>{2});
+        file.text("/", "xUnit", "mm");
+        file.text("/", "pxUnit", "#beta#gamma");
+        if (mass) file.attribute("/Step#0", "MASS", std::vector<double>{0.938});
+    };
+    write(false);
+    EXPECT_THAT(errorOf({folder / "opal.h5"}),
+                HasSubstr("invalid_argument: opal.h5:/@pxUnit: is in units of m c"));
+    write(true);
+    NoteKeeper progress;
+    MOTE_OPEN(source, {folder / "opal.h5"}, progress);
+    EXPECT_THAT(column(*source, 0, Column::x), ElementsAre(1.0));
+    EXPECT_THAT(column(*source, 0, Column::px), ElementsAre(testing::DoubleNear(2 * 0.938e9, 1e-3)));
+    EXPECT_NEAR(source->mass(), 0.938e9, 1e-3);
+    EXPECT_TRUE(progress.notes.empty());
+}
+
+TEST(H5Part, refusesColumnsOfDifferentLengths) {
+    const TempDir folder;
+    {
+        H5TestFile file(folder / "beam.h5");
+        file.data("/Step#0/x", std::vector<double>{1, 2});
+        file.data("/Step#0/y", std::vector<double>{1});
+    }
+    EXPECT_THAT(errorOf({folder / "beam.h5"}), HasSubstr("corrupt: beam.h5:/Step#0/y: has 1 values"));
+}
+
+TEST(Format, ofAnInputThatIsNotReadIsNamedWithAWayOut) {
+    const TempDir folder;
+    std::filesystem::create_directory(folder / "run.bp");
+    writeFile(folder / "run.bp" / "md.idx", "x");
+    EXPECT_THAT(errorOf({folder / "run.bp"}),
+                AllOf(HasSubstr("unsupported: run.bp: is an ADIOS2 BP4 file"),
+                      HasSubstr("openpmd-pipe --infile run.bp --outfile run.h5")));
+    writeFile(folder / "run.bp" / "mmd.0", "x");
+    EXPECT_THAT(errorOf({folder / "run.bp"}), HasSubstr("BP5"));
+    std::filesystem::create_directory(folder / "plain");
+    EXPECT_THAT(errorOf({folder / "plain"}), HasSubstr("is a folder; name the files in it"));
+    writeFile(folder / "md.0", "ADIOS-BP v2.8.3 Metadata\x01");
+    EXPECT_THAT(errorOf({folder / "md.0"}), HasSubstr("openpmd-pipe"));
+    writeFile(folder / "beam.sdds", "SDDS1\n&description text=\"x\" &end\n");
+    EXPECT_THAT(errorOf({folder / "beam.sdds"}), HasSubstr("unsupported: beam.sdds: is an SDDS file"));
+    writeFile(folder / "beam.npz", "PK\x03\x04....");
+    EXPECT_THAT(errorOf({folder / "beam.npz"}), HasSubstr("save each array by itself"));
+    writeFile(folder / "noise", std::string("\x00\x01\x02\x03 noise", 10));
+    EXPECT_THAT(errorOf({folder / "noise"}), HasSubstr("unsupported: noise: is of no known format"));
+    writeFile(folder / "empty", "");
+    EXPECT_THAT(errorOf({folder / "empty"}), HasSubstr("empty: is empty"));
+    EXPECT_THAT(errorOf({folder / "absent"}), HasSubstr("not_found: absent"));
+    EXPECT_THAT(errorOf({}), HasSubstr("invalid_argument: inputs"));
+    { H5TestFile file(folder / "other.h5"); }
+    EXPECT_THAT(errorOf({folder / "other.h5"}), HasSubstr("neither openPMD"));
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    EXPECT_THAT(errorOf({folder / "pipe"}), HasSubstr("is not a regular file"));
+}
+
+TEST(Format, thatIsNamedGoesBeforeWhatTheFileLooksLike) {
+    const TempDir folder;
+    writeFile(folder / "beam.txt", "x y z px py pz\n1 2 3 4 5 6\n");
+    proto::ParticlesJob job;
+    job.set_format("openpmd");
+    EXPECT_THAT(errorOf({folder / "beam.txt"}, job), HasSubstr("is not an HDF5 file"));
+    job.set_format("npy");
+    EXPECT_THAT(errorOf({folder / "beam.txt"}, job), HasSubstr("is no .npy file"));
+    job.set_format("auto");
+    EXPECT_EQ(errorOf({folder / "beam.txt"}, job), "");
+    job.set_format("hdf4");
+    EXPECT_THAT(errorOf({folder / "beam.txt"}, job),
+                HasSubstr("invalid_argument: format: 'hdf4' is none of auto"));
+    job.set_format("sdds");
+    EXPECT_THAT(errorOf({folder / "beam.txt"}, job), HasSubstr("SDDS"));
+    job.set_format("csv");
+    job.set_species("e");
+    EXPECT_THAT(errorOf({folder / "beam.txt"}, job), HasSubstr("species: only openPMD files have species"));
+}
+
+TEST(Format, ofAllFilesIsOne) {
+    const TempDir folder;
+    writeFile(folder / "a1.csv", "x,y\n1,2\n");
+    {
+        H5TestFile file(folder / "a2.h5");
+        file.data("/Step#0/x", std::vector<double>{1});
+    }
+    EXPECT_THAT(errorOf({folder / "a1.csv", folder / "a2.h5"}),
+                HasSubstr("a2.h5: is of another format than a1.csv"));
+}
+
+TEST(FileNumber, isTheLastOneBeforeTheEndings) {
+    EXPECT_EQ(prep::fileNumber("a/fort.101.txt.gz"), 101);
+    EXPECT_EQ(prep::fileNumber("beam_0003.csv"), 3);
+    EXPECT_EQ(prep::fileNumber("run2_step40.h5"), 40);
+    EXPECT_EQ(prep::fileNumber("fort.50"), 50);
+    EXPECT_EQ(prep::fileNumber("12"), 12);
+    EXPECT_EQ(prep::fileNumber("beam.h5"), std::nullopt);
+    EXPECT_EQ(prep::fileNumber("99999999999999999999.csv"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace mote::test
