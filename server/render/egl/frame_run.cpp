@@ -9,18 +9,25 @@ namespace {
 
 // Bindings of shader storage, as the shaders say.
 enum Storage : GLuint { masks, offsets, cells, blocks, counters, volumeMasks, bricks, pixels, tiles };
-constexpr GLuint transferUnits = 8;  // texture units: 0 to 7 volumes, from here transfer tables
+// Texture units of the composite: volumes from 0, then
+constexpr GLuint transferUnits = 8, maskUnit = 16, cellUnit = 17, volumeMaskUnit = 18;
 constexpr std::uint32_t tilesAtOnce = 512;
 constexpr std::size_t cellSize = 2 * sizeof(std::uint32_t);
 
 void barrier() {
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
+                    GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
 std::uint64_t storageLimit() {
     GLint64 limit = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
     return static_cast<std::uint64_t>(std::max<GLint64>(limit, 1 << 24));
+}
+
+/// A view of the whole buffer, for quicker reading; made anew, since the buffer may be.
+void viewAs(GLenum format, const GlBuffer& buffer, GlTexture& texture) {
+    texture = bufferTexture(buffer, format);
 }
 
 std::uint32_t groups(std::uint32_t invocations, std::uint32_t size) {
@@ -93,6 +100,8 @@ bool FrameRun::prepare() {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (!prepareVolume(layers_[i])) return false;
     }
+    // Points of one colour with nothing between them look the same in any order.
+    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr;
     return true;
 }
 
@@ -112,11 +121,24 @@ bool FrameRun::prepareVolume(LayerWork& work) {
 
 bool FrameRun::drawBand(const Band& band, Picture& picture) {
     bindBand(band);
-    markVolumes(band);
-    if (!pacer_.next() || !markPoints()) return false;
-    if (!drawCells(band, allocateCells(band))) return false;
+    if (!(flat_ ? drawFlat(band) : drawSlabs(band))) return false;
     readBack(band, picture);
     return !pacer_.stopped();
+}
+
+bool FrameRun::drawFlat(const Band& band) {
+    const std::size_t bytes = std::size_t{band.tiles} * 64 * sizeof(std::uint32_t);
+    buffers_.cells.grow(bytes);
+    buffers_.cells.zero(bytes);
+    buffers_.cells.bindStorage(cells);
+    if (!addPoints({})) return false;
+    ++times_.passes;
+    return composite(program("composite_flat"), 0, band.tiles);
+}
+
+bool FrameRun::drawSlabs(const Band& band) {
+    markVolumes(band);
+    return pacer_.next() && markPoints() && drawCells(band, allocateCells(band));
 }
 
 void FrameRun::bindBand(const Band& band) {
@@ -129,21 +151,24 @@ void FrameRun::bindBand(const Band& band) {
     buffers_.uniforms.grow(sizeof(block));
     buffers_.uniforms.write(0, sizeof(block), &block);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffers_.uniforms.get());
-    const std::size_t pixelCount = std::size_t{band.tiles} * 64;
-    const std::size_t maskBytes = pixelCount * layers_.size() * words_ * sizeof(std::uint32_t);
-    const auto fresh = [](GlBuffer& buffer, Storage binding, std::size_t bytes, bool zero) {
+    const std::size_t pixelBytes = std::size_t{band.tiles} * 64 * bytesPerPixel(format_);
+    buffers_.pixels.grow(pixelBytes);
+    buffers_.pixels.fill(pixelBytes, &block.blank.x, format_ == PixelFormat::srgb8 ? 1 : 2);
+    buffers_.pixels.bindStorage(pixels);
+    if (flat_) return;
+    const auto bind = [](GlBuffer& buffer, Storage binding, std::size_t bytes, bool zero) {
         buffer.grow(bytes);
         if (zero) buffer.zero(bytes);
         buffer.bindStorage(binding);
     };
-    fresh(buffers_.masks, masks, maskBytes, true);
-    fresh(buffers_.volumeMasks, volumeMasks, maskBytes / 64, true);
-    fresh(buffers_.counters, counters, sizeof(Counts), true);
-    fresh(buffers_.tiles, tiles, 2 * band.tiles * sizeof(std::uint32_t), false);
-    fresh(buffers_.offsets, offsets, pixelCount * layers_.size() * sizeof(std::uint32_t), false);
-    fresh(buffers_.pixels, pixels, pixelCount * bytesPerPixel(format_), false);
-    buffers_.pixels.fill(pixelCount * bytesPerPixel(format_), &block.blank.x,
-                         format_ == PixelFormat::srgb8 ? 1 : 2);
+    const std::size_t tileWords = layers_.size() * words_ * sizeof(std::uint32_t);
+    bind(buffers_.masks, masks, std::size_t{band.tiles} * 64 * 2 * tileWords, true);
+    bind(buffers_.volumeMasks, volumeMasks, band.tiles * tileWords, true);
+    viewAs(GL_RG32UI, buffers_.masks, buffers_.masksTexture);
+    viewAs(GL_R32UI, buffers_.volumeMasks, buffers_.volumeMasksTexture);
+    bind(buffers_.counters, counters, sizeof(Counts), true);
+    bind(buffers_.offsets, offsets, std::size_t{band.tiles} * 64 * sizeof(std::uint32_t), false);
+    bind(buffers_.tiles, tiles, std::size_t{band.tiles} * 3 * sizeof(std::uint32_t), false);
 }
 
 void FrameRun::markVolumes(const Band&) {
@@ -164,34 +189,53 @@ void FrameRun::markVolumes(const Band&) {
 bool FrameRun::markPoints() {
     const Stage stage(*this, times_.pointsMark);
     for (std::size_t i = 0; i < layers_.size(); ++i) {
-        if (!dispatchPoints(i, pointsProgram("points_mark", i))) return false;
+        if (!dispatchPoints("points_mark", i, {})) return false;
     }
     return true;
 }
 
-bool FrameRun::dispatchPoints(std::size_t layer, GLuint program) {
-    LayerWork& work = layers_[layer];
+bool FrameRun::dispatchPoints(std::string_view name, std::size_t layer, const Pass& pass) {
+    const LayerWork& work = layers_[layer];
     if (work.plan->pointsDrawn == 0 || !(work.numbers.tau > 0.0F)) return true;
-    glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, glm::value_ptr(work.numbers.toScreen));
-    glProgramUniform3uiv(program, 1, 1, glm::value_ptr(work.numbers.origin));
-    glProgramUniform1ui(program, 2, static_cast<GLuint>(layer));
-    if (work.numbers.discs) glProgramUniform1f(program, 3, work.numbers.radius);
     StepPoints& points = work.resident->points;
     points.select(*work.plan->step, work.plan->drawn);
     for (std::size_t i = 0; i < points.chunkCount(); ++i) {
-        const auto chosen = points.blocks(i);
-        if (chosen.empty()) continue;
+        const ChunkSelection& selection = points.selection(i);
+        if (selection.empty()) continue;
         const PointChunk& chunk = steps_.chunk(*work.resident, i);
-        buffers_.blocks.grow(chosen.size_bytes());
-        buffers_.blocks.write(0, chosen.size_bytes(), chosen.data());
-        buffers_.blocks.bindStorage(blocks);
         glBindTextureUnit(0, chunk.pointsTexture.get());
-        glBindTextureUnit(1, chunk.endsTexture.get());
+        glBindTextureUnit(1, chunk.selectedTexture.get());
+        const GLuint program = pointsProgram(name, layer, selection.listed);
+        setPointUniforms(program, layer, pass);
         glUseProgram(program);
-        glDispatchCompute(static_cast<GLuint>(chosen.size()), 1, 1);
+        if (selection.listed) {
+            const auto count = static_cast<std::uint32_t>(selection.numbers.size());
+            glUniform1ui(glGetUniformLocation(program, "listed"), count);
+            glDispatchCompute(groups(count, StepPoints::blockPoints), 1, 1);
+        } else {
+            const std::size_t bytes = selection.blocks.size() * sizeof(std::uint32_t);
+            buffers_.blocks.grow(bytes);
+            buffers_.blocks.write(0, bytes, selection.blocks.data());
+            buffers_.blocks.bindStorage(blocks);
+            glDispatchCompute(static_cast<GLuint>(selection.blocks.size()), 1, 1);
+        }
         if (!pacer_.next()) return false;
     }
     return true;
+}
+
+void FrameRun::setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const {
+    const PointNumbers& numbers = layers_[layer].numbers;
+    // Not every variant has every uniform; GL ignores what has no place (-1).
+    const auto place = [program](const char* uniform) { return glGetUniformLocation(program, uniform); };
+    glProgramUniformMatrix4fv(program, place("toScreen"), 1, GL_FALSE, glm::value_ptr(numbers.toScreen));
+    glProgramUniform3uiv(program, place("origin"), 1, glm::value_ptr(numbers.origin));
+    glProgramUniform1ui(program, place("layer"), static_cast<GLuint>(layer));
+    glProgramUniform1f(program, place("radius"), numbers.radius);
+    glProgramUniform1f(program, place("unit"), static_cast<float>(numbers.unit));
+    glProgramUniform1f(program, place("opacity"), numbers.opacity);
+    glProgramUniform1f(program, place("inverseTau"), 1.0F / numbers.tau);
+    glProgramUniform2ui(program, place("pass"), pass.firstCell, pass.cells);
 }
 
 FrameRun::Counts FrameRun::allocateCells(const Band& band) {
@@ -213,14 +257,18 @@ bool FrameRun::drawCells(const Band& band, const Counts& counts) {
     const std::uint64_t capacity = std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30);
     buffers_.cells.grow((std::min<std::uint64_t>(counts.cells, capacity) + margin) * cellSize);
     buffers_.cells.bindStorage(cells);
+    viewAs(GL_RG32UI, buffers_.cells, buffers_.cellsTexture);
     for (std::uint64_t first = 0; first <= counts.cells; first += capacity) {
-        const Pass pass{static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(capacity)};
+        const auto present = static_cast<std::uint32_t>(std::min(counts.cells - first, capacity) + margin);
+        const auto firstCell = static_cast<std::uint32_t>(first);
         if (counts.cells > 0) {
-            buffers_.cells.zero((std::min(counts.cells - first, capacity) + margin) * cellSize);
-            if (!addPoints(pass)) return false;
+            buffers_.cells.zero(present * cellSize);
+            if (!addPoints({firstCell, present})) return false;
         }
-        if (!composite(0, counts.plainTiles, false, pass)) return false;
-        if (!composite(band.tiles, counts.volumeTiles, true, pass)) return false;
+        const Pass pass{firstCell, static_cast<std::uint32_t>(capacity)};
+        if (!composite(compositeProgram(true, false, pass), 0, counts.tiles[0])) return false;
+        if (!composite(compositeProgram(false, true, pass), band.tiles, counts.tiles[1])) return false;
+        if (!composite(compositeProgram(true, true, pass), 2 * band.tiles, counts.tiles[2])) return false;
         ++times_.passes;
     }
     return true;
@@ -228,31 +276,26 @@ bool FrameRun::drawCells(const Band& band, const Counts& counts) {
 
 bool FrameRun::addPoints(const Pass& pass) {
     const Stage stage(*this, times_.pointsAdd);
+    if (!flat_) glBindTextureUnit(2, buffers_.masksTexture.get());
     for (std::size_t i = 0; i < layers_.size(); ++i) {
-        const PointNumbers& numbers = layers_[i].numbers;
-        const GLuint add = pointsProgram("points_add", i);
-        glProgramUniform1f(add, 4, static_cast<float>(numbers.unit));
-        if (numbers.discs) {
-            glProgramUniform1f(add, 5, numbers.opacity);
-            glProgramUniform1f(add, 6, 1.0F / numbers.tau);
-        }
-        glProgramUniform2ui(add, 7, pass.firstCell, pass.cells);
-        if (!dispatchPoints(i, add)) return false;
+        if (!dispatchPoints("points_add", i, pass)) return false;
     }
     barrier();
     return true;
 }
 
-bool FrameRun::composite(std::uint32_t firstTile, std::uint32_t tileCount, bool volume, const Pass& pass) {
+bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount) {
     const Stage stage(*this, times_.composite);
-    glUseProgram(compositeProgram(volume));
+    glUseProgram(program);
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerWork& work = layers_[i];
         const auto unit = static_cast<GLuint>(i);
         glBindTextureUnit(unit, work.volume == nullptr ? 0 : work.volume->texture());
         glBindTextureUnit(transferUnits + unit, work.volume == nullptr ? 0 : work.transfer->texture.get());
     }
-    glUniform2ui(1, pass.firstCell, pass.cells);
+    glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
+    glBindTextureUnit(cellUnit, buffers_.cellsTexture.get());
+    glBindTextureUnit(volumeMaskUnit, buffers_.volumeMasksTexture.get());
     barrier();
     for (std::uint32_t tile = 0; tile < tileCount; tile += tilesAtOnce) {
         glUniform1ui(0, firstTile + tile);
@@ -275,17 +318,22 @@ GLuint FrameRun::program(std::string_view name) const {
     return shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layers_.size())}, {"WORDS", words_}});
 }
 
-GLuint FrameRun::pointsProgram(std::string_view name, std::size_t layer) const {
+GLuint FrameRun::pointsProgram(std::string_view name, std::size_t layer, bool listed) const {
     return shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layers_.size())},
                                    {"WORDS", words_},
-                                   {"DISCS", layers_[layer].numbers.discs ? 1U : 0U}});
+                                   {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
+                                   {"FLAT", flat_ ? 1U : 0U},
+                                   {"LISTED", listed ? 1U : 0U}});
 }
 
-GLuint FrameRun::compositeProgram(bool volume) const {
-    return shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layers_.size())},
-                                          {"WORDS", words_},
-                                          {"VOLUME", volume ? 1U : 0U},
-                                          {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
+GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
+    const GLuint program = shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layers_.size())},
+                                                          {"WORDS", words_},
+                                                          {"POINTS", points ? 1U : 0U},
+                                                          {"VOLUME", volume ? 1U : 0U},
+                                                          {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
+    glProgramUniform2ui(program, 1, pass.firstCell, pass.cells);
+    return program;
 }
 
 }  // namespace mote::render

@@ -4,6 +4,7 @@
 // Made for one picture by the device, on its thread, while its context is current.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -19,6 +20,7 @@ namespace mote::render {
 /// Buffers that frames use again.
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
+    GlTexture masksTexture, cellsTexture, volumeMasksTexture;
 };
 
 class FrameRun {
@@ -43,14 +45,15 @@ class FrameRun {
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
     };
-    /// As cells_allocate.comp counts: cells that the band needs, tiles with points and no volume, tiles with
-    /// volume.
+    /// As cells_allocate.comp counts: cells that the band needs; tiles with points alone, with volume alone,
+    /// with both.
     struct Counts {
-        std::uint32_t cells = 0, plainTiles = 0, volumeTiles = 0;
+        std::uint32_t cells = 0;
+        std::array<std::uint32_t, 3> tiles{};
     };
     /// The pixels whose first cell is one of these.
     struct Pass {
-        std::uint32_t firstCell, cells;
+        std::uint32_t firstCell = 0, cells = 0;
     };
     class Stage;
 
@@ -58,17 +61,21 @@ class FrameRun {
     bool prepareVolume(LayerWork& work);
     bool drawBand(const Band& band, Picture& picture);
     void bindBand(const Band& band);
+    /// Where depth does not matter: see flat_.
+    bool drawFlat(const Band& band);
+    bool drawSlabs(const Band& band);
     void markVolumes(const Band& band);
     bool markPoints();
     Counts allocateCells(const Band& band);
     bool drawCells(const Band& band, const Counts& counts);
     bool addPoints(const Pass& pass);
-    bool dispatchPoints(std::size_t layer, GLuint program);
-    bool composite(std::uint32_t firstTile, std::uint32_t tileCount, bool volume, const Pass& pass);
+    bool dispatchPoints(std::string_view name, std::size_t layer, const Pass& pass);
+    void setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const;
+    bool composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount);
     void readBack(const Band& band, Picture& picture);
     GLuint program(std::string_view name) const;
-    GLuint compositeProgram(bool volume) const;
-    GLuint pointsProgram(std::string_view name, std::size_t layer) const;
+    GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
+    GLuint pointsProgram(std::string_view name, std::size_t layer, bool listed) const;
 
     const FramePlan& plan_;
     PixelFormat format_;
@@ -80,6 +87,7 @@ class FrameRun {
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;
+    bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;
 };

@@ -100,21 +100,36 @@ void StepPoints::select(const storage::ParticleStep& step, const std::vector<std
 void StepPoints::selectChunk(const storage::Leaves& leaves, std::size_t chunk) {
     const std::uint64_t begin = chunk * chunkPoints;
     const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
-    Selected& selected = selected_[chunk];
+    ChunkSelection& selected = selected_[chunk];
     selected.firstLeaf = leafAt(leaves, begin);
+    const auto forEachLeaf = [&](auto visit) {
+        for (std::size_t leaf = selected.firstLeaf;
+             leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
+            const auto [first, end] = within(leaves.pointBegin[leaf], drawn_[leaf], begin, size);
+            visit(first, end);
+        }
+    };
+    std::uint64_t drawn = 0;
+    forEachLeaf([&](std::uint32_t first, std::uint32_t end) { drawn += end - first; });
+    selected.listed = drawn <= size / 2;
+    if (selected.listed) {
+        selected.numbers.reserve(drawn);
+        forEachLeaf([&](std::uint32_t first, std::uint32_t end) {
+            for (std::uint32_t i = first; i < end; ++i) selected.numbers.push_back(i);
+        });
+        return;
+    }
     std::uint32_t nextBlock = 0;  // leaves ascend, so blocks do
-    for (std::size_t leaf = selected.firstLeaf;
-         leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
-        const auto [first, end] = within(leaves.pointBegin[leaf], drawn_[leaf], begin, size);
-        selected.ends.push_back(end);
-        if (first == end) continue;
+    forEachLeaf([&](std::uint32_t first, std::uint32_t end) {
+        selected.numbers.push_back(end);
+        if (first == end) return;
         nextBlock = std::max(nextBlock, first / blockPoints);
         for (; nextBlock <= (end - 1) / blockPoints; ++nextBlock) selected.blocks.push_back(nextBlock);
-    }
+    });
 }
 
 PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chunk) {
-    Selected& selected = selected_[chunk];
+    ChunkSelection& selected = selected_[chunk];
     auto& resident = chunks_[chunk];
     if (!resident) {
         const std::uint64_t begin = chunk * chunkPoints;
@@ -123,15 +138,16 @@ PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chun
         PointChunk made;
         made.points = GlBuffer::of(std::span<const DevicePoint>(points));
         made.pointsTexture = bufferTexture(made.points, GL_RGBA32UI);
-        made.firstLeaf = selected.firstLeaf;
-        made.leafCount = selected.ends.size();
-        made.ends = GlBuffer(selected.ends.size() * sizeof(std::uint32_t));
-        made.endsTexture = bufferTexture(made.ends, GL_R32UI);
         resident = std::move(made);
         selected.uploaded = false;
     }
     if (!selected.uploaded) {
-        resident->ends.write(0, selected.ends.size() * sizeof(std::uint32_t), selected.ends.data());
+        const std::size_t bytes = selected.numbers.size() * sizeof(std::uint32_t);
+        if (resident->selected.bytes() < bytes) {
+            resident->selected.grow(bytes);
+            resident->selectedTexture = bufferTexture(resident->selected, GL_R32UI);
+        }
+        resident->selected.write(0, bytes, selected.numbers.data());
         selected.uploaded = true;
     }
     return *resident;

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "server/render/egl/gl_objects.h"
@@ -19,13 +18,23 @@ namespace mote::render {
 struct PointChunk {
     GlBuffer points;  ///< uvec4 each: place in units of 2^-32 of the box; leaf, counted from firstLeaf
     GlTexture pointsTexture;
-    std::size_t firstLeaf = 0;  ///< the leaf of the first point
-    std::size_t leafCount = 0;
-    GlBuffer ends;  ///< uint a leaf: the point of the chunk before which it is drawn
-    GlTexture endsTexture;
+    GlBuffer selected;  ///< ChunkSelection::numbers
+    GlTexture selectedTexture;
     std::uint64_t lastUse = 0;  ///< counted by ResidentSteps
 
-    std::size_t bytes() const { return points.bytes() + ends.bytes(); }
+    std::size_t bytes() const { return points.bytes() + selected.bytes(); }
+};
+
+/// What a frame draws of a chunk.
+struct ChunkSelection {
+    std::size_t firstLeaf = 0;  ///< of its first point
+    bool listed = false;        ///< few of its points are drawn: they are listed one by one
+    /// Listed: points of the chunk. Otherwise, of each leaf, the point of the chunk before which it is drawn.
+    std::vector<std::uint32_t> numbers;
+    std::vector<std::uint32_t> blocks;  ///< where not listed, the blocks of the chunk that hold drawn points
+    bool uploaded = false;
+
+    bool empty() const { return listed ? numbers.empty() : blocks.empty(); }
 };
 
 class StepPoints {
@@ -39,8 +48,7 @@ class StepPoints {
     void select(const storage::ParticleStep& step, const std::vector<std::uint32_t>& drawn);
 
     std::size_t chunkCount() const { return chunks_.size(); }
-    /// The blocks of a chunk that hold drawn points.
-    std::span<const std::uint32_t> blocks(std::size_t chunk) const { return selected_[chunk].blocks; }
+    const ChunkSelection& selection(std::size_t chunk) const { return selected_[chunk]; }
     bool resident(std::size_t chunk) const { return chunks_[chunk].has_value(); }
     /// Uploads what is missing. Throws DeviceError, storage::StorageError.
     PointChunk& load(const storage::ParticleStep& step, std::size_t chunk);
@@ -48,17 +56,11 @@ class StepPoints {
     const std::optional<PointChunk>& at(std::size_t chunk) const { return chunks_[chunk]; }
 
   private:
-    struct Selected {
-        std::size_t firstLeaf = 0;
-        std::vector<std::uint32_t> ends;
-        std::vector<std::uint32_t> blocks;
-        bool uploaded = false;
-    };
     void selectChunk(const storage::Leaves& leaves, std::size_t chunk);
 
     std::uint64_t pointCount_;
     std::vector<std::optional<PointChunk>> chunks_;
-    std::vector<Selected> selected_;
+    std::vector<ChunkSelection> selected_;
     std::vector<std::uint32_t> drawn_;
 };
 

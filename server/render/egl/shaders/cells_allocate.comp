@@ -1,21 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Gives each pixel room for as many cells as it has marked slabs, and lists the tiles that are not blank: those with
-// visible volume, and plain ones. One invocation a tile. Where a tile's room lies depends on the order of execution; what is drawn does
+// Gives each pixel room for as many cells as it has marked slabs, and lists the tiles that are not blank, by what
+// they hold. One invocation a tile. Where a tile's room lies depends on the order of execution; what is drawn does
 // not.
 #include "frame.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Masks { uint masks[]; };
-layout(std430, binding = 1) writeonly buffer Offsets { uint offsets[]; };
-layout(std430, binding = 4) buffer Counters { uint cellCount, plainCount, volumeCount; };
+layout(std430, binding = 0) buffer Masks { uint masks[]; };   // [layer][pixel][word][slab bits, first cell]
+layout(std430, binding = 1) writeonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
+layout(std430, binding = 4) buffer Counters { uint cellCount, tileCounts[3]; };
 layout(std430, binding = 5) readonly buffer VolumeMasks { uint volumeMasks[]; };
-layout(std430, binding = 8) writeonly buffer Tiles { uint tiles[]; };   // plain ones from 0, the others from the number of tiles
+// Tiles with points and without volume; from the number of tiles, those without points and with volume; from twice it,
+// those with both.
+layout(std430, binding = 8) writeonly buffer Tiles { uint tiles[]; };
 
-uint marked(uint layer, uint pixel) {
-    uint words = (layer * uint(frame.band.x) * 64u + pixel) * wordCount;
+uint wordsOf(uint layer, uint pixel) {
+    return 2u * (layer * uint(frame.band.x) * 64u + pixel) * wordCount;
+}
+
+uint cellsOf(uint tile) {
     uint count = 0u;
-    for (uint i = 0u; i < wordCount; ++i) count += uint(bitCount(masks[words + i]));
+    for (uint layer = 0u; layer < layerCount; ++layer) {
+        uint first = wordsOf(layer, tile * 64u);
+        for (uint word = first; word < first + 128u * wordCount; word += 2u) count += uint(bitCount(masks[word]));
+    }
     return count;
+}
+
+void allocate(uint tile, uint next) {
+    for (uint pixel = tile * 64u; pixel < tile * 64u + 64u; ++pixel) {
+        offsets[pixel] = next;
+        for (uint layer = 0u; layer < layerCount; ++layer) {
+            uint first = wordsOf(layer, pixel);
+            for (uint word = first; word < first + 2u * wordCount; word += 2u) {
+                masks[word + 1u] = next;
+                next += uint(bitCount(masks[word]));
+            }
+        }
+    }
 }
 
 void main() {
@@ -26,20 +47,10 @@ void main() {
     for (uint layer = 0u; layer < layerCount; ++layer) {
         for (uint i = 0u; i < wordCount; ++i) volume |= volumeMasks[(layer * tileCount + tile) * wordCount + i];
     }
-    uint total = 0u;
-    for (uint pixel = tile * 64u; pixel < tile * 64u + 64u; ++pixel) {
-        for (uint layer = 0u; layer < layerCount; ++layer) total += marked(layer, pixel);
+    uint count = cellsOf(tile);
+    if ((volume | count) != 0u) {
+        uint kind = volume == 0u ? 0u : count == 0u ? 1u : 2u;
+        tiles[kind * tileCount + atomicAdd(tileCounts[kind], 1u)] = tile;
     }
-    if (volume != 0u) {
-        tiles[tileCount + atomicAdd(volumeCount, 1u)] = tile;
-    } else if (total != 0u) {
-        tiles[atomicAdd(plainCount, 1u)] = tile;
-    }
-    uint next = total == 0u ? 0u : atomicAdd(cellCount, total);
-    for (uint pixel = tile * 64u; pixel < tile * 64u + 64u; ++pixel) {
-        for (uint layer = 0u; layer < layerCount; ++layer) {
-            offsets[pixel * layerCount + layer] = next;
-            next += marked(layer, pixel);
-        }
-    }
+    allocate(tile, count == 0u ? 0u : atomicAdd(cellCount, count));
 }

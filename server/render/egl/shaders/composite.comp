@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
-// docs/RENDERING.md says how). Compiled with LAYERS, WORDS, VOLUME (0: the tiles hold none), EXACT (0: for a picture
-// that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
+// docs/RENDERING.md says how). Compiled with LAYERS, WORDS, POINTS and VOLUME (0: the tiles hold none), EXACT (0: for a
+// picture that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
 #include "frame.glsl"
+#include "pixel.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler3D volumes[layerCount];             // scaled log density
 layout(binding = 8) uniform samplerBuffer transfers[layerCount];       // integrals over t of (sigma * color, sigma)
-layout(std430, binding = 0) readonly buffer Masks { uint masks[]; };
-layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };
-layout(std430, binding = 2) readonly buffer Cells { uint cells[]; };
-layout(std430, binding = 5) readonly buffer VolumeMasks { uint volumeMasks[]; };
-layout(std430, binding = 7) writeonly buffer Pixels { uint pixels[]; };   // row by row from the band's first
+layout(binding = 16) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
+layout(binding = 17) uniform usamplerBuffer cells;                         // weight, moment
+layout(binding = 18) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
+layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
 
 layout(std430, binding = 8) readonly buffer Tiles { uint tiles[]; };   // to be drawn
 
@@ -34,9 +34,11 @@ float enters[LAYERS], leaves[LAYERS], unitLength[LAYERS];
 float frontT[LAYERS];
 vec4 frontIntegral[LAYERS];
 float sampledTo = -1.0;   // where the front was sampled
-// The points of each layer in the current slab: spread evenly between two depths, with so much optical depth a slab.
-float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS];
-uint nextCell[LAYERS];
+// The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
+// depth a slab; a single one (from = to) has its optical depth at one place.
+float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
+// The slabs of the current word that are still ahead.
+uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
 
 // `matter`: optical depth times color; optical depth.
 void gather(vec4 matter) {
@@ -104,28 +106,35 @@ float nextKink(uint l, float slab) {
 // Reads the points of a layer in this slab. n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far
 // around their mean depth they are spread; a single one stays where it is.
 void readPoints(uint l, float slab, bool present) {
-    pointsDensity[l] = 0.0;
+    pointsDensity[l] = pointTau[l] = 0.0;
     pointsFrom[l] = pointsTo[l] = -1.0;
     if (!present) return;
-    float weight = float(cells[2u * nextCell[l]]);
-    float moment = float(cells[2u * nextCell[l] + 1u]);
+    vec2 cell = vec2(texelFetch(cells, int(nextCell[l])).xy);
     ++nextCell[l];
+    float weight = cell.x;
+    float moment = cell.y;
     float count = weight * frame.layers[l].scale.x;
-    float spread = max((count - 1.0) / (count + 1.0), narrowest);
-    float middle = moment / max(weight, 1.0);
-    float from = clamp(middle - 0.5 * spread, 0.0, 1.0 - narrowest);
-    float to = min(max(middle + 0.5 * spread, from + narrowest), 1.0);
+    float tau = count * frame.layers[l].point.w;
+    float middle = clamp(moment / max(weight, 1.0), narrowest, 1.0);
+    float spread = count < 1.5 ? 0.0 : (count - 1.0) / (count + 1.0);
+    float from = clamp(middle - 0.5 * spread, 0.0, 1.0);
+    float to = clamp(middle + 0.5 * spread, from, 1.0);
     pointsFrom[l] = slab + from;
     pointsTo[l] = slab + to;
-    pointsDensity[l] = count * frame.layers[l].point.w / (pointsTo[l] - pointsFrom[l]);
+    // Where both are the same after rounding, too, the points stand in one place.
+    bool one = pointsTo[l] == pointsFrom[l];
+    pointsDensity[l] = one ? 0.0 : tau / (pointsTo[l] - pointsFrom[l]);
+    pointTau[l] = one ? tau : 0.0;
 }
 
 // The nearest depth behind `at` where something begins or ends; at most `end`.
 float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
     float next = end;
     for (uint l = 0u; l < layerCount; ++l) {
+#if POINTS
         next = min(next, pointsFrom[l] > at ? pointsFrom[l] : end);
         next = min(next, pointsTo[l] > at ? pointsTo[l] : end);
+#endif
 #if VOLUME
         next = min(next, enters[l] > at ? enters[l] : end);
         next = min(next, leaves[l] > at ? leaves[l] : end);
@@ -138,29 +147,6 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
     next = min(next, at + stretch);
 #endif
     return next;
-}
-
-// Walks through one slab, or several without points, from cut to cut.
-void gatherSlabs(float at, float end, bool volume[LAYERS], float stretch) {
-    while (at < end && transmittance > opaque) {
-        float next = nextCut(at, end, stretch, volume);
-#if VOLUME && EXACT
-        // After a gap the front must be sampled first: by a stretch of no length.
-        next = sampledTo == at ? next : at;
-        sampledTo = next;
-#endif
-        vec4 matter = vec4(0.0);
-        for (uint l = 0u; l < layerCount; ++l) {
-            bool points = pointsFrom[l] <= at && pointsTo[l] > at;
-            matter += (points ? pointsDensity[l] : 0.0) * vec4(frame.layers[l].point.rgb, 1.0);
-#if VOLUME
-            bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-            matter += volumeBetween(l, at, next) * (inside ? unitLength[l] : 0.0);
-#endif
-        }
-        gather(matter * (next - at));
-        at = next;
-    }
 }
 
 // Where the ray is inside the layer's box, and into how many stretches its slabs are to be cut. At least 1.
@@ -179,71 +165,92 @@ float aim(uint l, vec2 at) {
     return length(advance[l]) * frame.layers[l].scale.y * frame.window.z * (EXACT == 1 ? 0.5 : 1.0);
 }
 
+// From one depth to the next cut; returns it.
+float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
+    float next = nextCut(at, end, stretch, volume);
+#if VOLUME && EXACT
+    // After a gap the front must be sampled first: by a stretch of no length.
+    next = sampledTo == at ? next : at;
+    sampledTo = next;
+#endif
+    vec4 matter = vec4(0.0);
+    vec4 single = vec4(0.0);
+    for (uint l = 0u; l < layerCount; ++l) {
+#if POINTS
+        vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
+        matter += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
+        // A single point ends the stretch before it.
+        single += (pointsFrom[l] == next && next > at ? pointTau[l] : 0.0) * color;
+#endif
+#if VOLUME
+        bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
+        matter += volumeBetween(l, at, next) * (inside ? unitLength[l] : 0.0);
+#endif
+    }
+    gather(matter * (next - at));
+#if POINTS
+    gather(single);
+#endif
+    return next;
+}
+
 void walk(uint tile, uint pixel, vec2 at) {
     float stretches = 1e-3;
-    for (uint l = 0u; l < layerCount; ++l) {
-        stretches = max(stretches, aim(l, at));
-        nextCell[l] = offsets[pixel * layerCount + l] - pass.x;
-    }
+    for (uint l = 0u; l < layerCount; ++l) stretches = max(stretches, aim(l, at));
     float stretch = 1.0 / min(stretches, 64.0);
     uint tileCount = uint(frame.band.x);
-    for (uint word = 0u; word < wordCount; ++word) {
-        uint volumeBits[LAYERS], pointBits[LAYERS];
-        uint bits = 0u;
-        for (uint l = 0u; l < layerCount; ++l) {
-            volumeBits[l] = volumeMasks[(l * tileCount + tile) * wordCount + word];
-            pointBits[l] = masks[(l * tileCount * 64u + pixel) * wordCount + word];
-            bits |= volumeBits[l] | pointBits[l];
-        }
-        while (bits != 0u && transmittance > opaque) {
+    uint word = 0u;
+    uint bits = 0u;   // slabs of the current word that are ahead and not blank
+    float depth = 0.0;
+    float end = 0.0;
+    bool volume[LAYERS];
+    // One loop and not loops within loops, or neighbouring pixels would wait for each other at the end of each.
+    while (transmittance > opaque) {
+        if (depth >= end) {
+            while (bits == 0u && word < wordCount) {
+                for (uint l = 0u; l < layerCount; ++l) {
+#if POINTS
+                    uvec2 mask = texelFetch(masks, int((l * tileCount * 64u + pixel) * wordCount + word)).xy;
+                    pointBits[l] = mask.x;
+                    nextCell[l] = mask.y - pass.x;
+#else
+                    pointBits[l] = 0u;
+#endif
+                    volumeBits[l] = texelFetch(volumeMasks, int((l * tileCount + tile) * wordCount + word)).x;
+                    bits |= pointBits[l] | volumeBits[l];
+                }
+                ++word;
+            }
+            if (bits == 0u) break;
             int first = findLSB(bits);
             uint bit = 1u << first;
+            depth = float(int(word * 32u) - 32 + first);
             // Slabs from here on without points and with volume of the same layers are walked in one go.
             uint alike = 0xffffffffu;
-            bool volume[LAYERS];
             for (uint l = 0u; l < layerCount; ++l) {
-                readPoints(l, float(word * 32u + uint(first)), (pointBits[l] & bit) != 0u);
+#if POINTS
+                readPoints(l, depth, (pointBits[l] & bit) != 0u);
+#endif
                 volume[l] = (volumeBits[l] & bit) != 0u;
                 alike &= (volume[l] ? volumeBits[l] : ~volumeBits[l]) & ~pointBits[l];
             }
             int past = findLSB(~alike & ~(bit - 1u));   // -1: none in this word
-            int end = max(past < 0 ? 32 : past, first + 1);
-            gatherSlabs(float(word * 32u) + float(first), float(word * 32u) + float(end), volume, stretch);
-            bits &= end == 32 ? 0u : ~0u << end;
+            past = max(past < 0 ? 32 : past, first + 1);
+            end = depth + float(past - first);
+            bits &= past == 32 ? 0u : ~0u << past;
         }
+        depth = gatherStretch(depth, end, stretch, volume);
     }
-}
-
-vec3 encoded(vec3 linear) {   // IEC 61966-2-1
-    vec3 curved = 1.055 * pow(max(linear, vec3(1e-9)), vec3(1.0 / 2.4)) - 0.055;
-    return mix(curved, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
 }
 
 void main() {
     uint tile = tiles[firstTile + gl_WorkGroupID.x];
-    uint tileColumn = tile % uint(frame.picture.z);
-    uint tileRow = tile / uint(frame.picture.z);
-    uvec2 local = gl_LocalInvocationID.xy;
-    uvec2 place = uvec2(tileColumn * 8u + local.x, tileRow * 8u + local.y);   // within the band
-    uint pixel = tile * 64u + local.y * 8u + local.x;
+    uvec2 place = uvec2(tile % uint(frame.picture.z), tile / uint(frame.picture.z)) * 8u + gl_LocalInvocationID.xy;
+    uint row = place.y + uint(frame.picture.w) * 8u;   // of the picture; place.y is the band's
+    uint pixel = tile * 64u + gl_LocalInvocationIndex;
     uvec2 size = uvec2(frame.picture.xy);
-    uint pictureRow = place.y + uint(frame.picture.w) * 8u;
-    if (place.x >= size.x || pictureRow >= size.y || offsets[pixel * layerCount] - pass.x >= pass.y) return;
-    vec2 ndc = (vec2(place.x, pictureRow) + 0.5) / vec2(size) * 2.0 - 1.0;
+    if (place.x >= size.x || row >= size.y || offsets[pixel] - pass.x >= pass.y) return;
+    vec2 ndc = (vec2(place.x, row) + 0.5) / vec2(size) * 2.0 - 1.0;
     walk(tile, pixel, vec2(ndc.x, -ndc.y) * frame.window.xy);
-    light += transmittance * frame.background.rgb;
-    uint number = place.y * size.x + place.x;
-    if (transmittance == 1.0) {   // the very same value as in tiles that are left blank
-        if (frame.band.z != 0) {
-            pixels[2u * number] = frame.blank.x;
-            pixels[2u * number + 1u] = frame.blank.y;
-        } else {
-            pixels[number] = frame.blank.x;
-        }
-    } else if (frame.band.z != 0) {
-        pixels[2u * number] = packHalf2x16(light.rg);
-        pixels[2u * number + 1u] = packHalf2x16(vec2(light.b, 1.0));
-    } else {
-        pixels[number] = packUnorm4x8(vec4(encoded(clamp(light, 0.0, 1.0)), 1.0));
-    }
+    store(place.y * size.x + place.x, light, transmittance);
 }

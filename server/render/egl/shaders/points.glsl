@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A point's pixels and slab, for points_mark and points_add, which define touch(). Both must find the very same ones,
-// hence `precise`. Compiled with LAYERS, WORDS (of slab bits a pixel), DISCS (points larger than a pixel).
+// hence `precise`. Compiled with LAYERS, WORDS (of slab bits a pixel), DISCS (points larger
+// than a pixel), LISTED.
 
 layout(local_size_x = 256) in;
 layout(binding = 0) uniform usamplerBuffer points;   // place in units of 2^-32 of the box; leaf within the chunk
-layout(binding = 1) uniform usamplerBuffer ends;     // of each leaf: the point of the chunk before which it is drawn
-layout(std430, binding = 0) buffer Masks { uint masks[]; };   // bits of slabs: [layer][pixel][wordCount]
+// LISTED: the points of the chunk that are drawn. Otherwise, of each leaf, the point before which it is drawn.
+layout(binding = 1) uniform usamplerBuffer selected;
 layout(std430, binding = 3) readonly buffer Blocks { uint blocks[]; };   // of 256 points, those with drawn ones
 
-layout(location = 0) uniform mat4 toScreen;   // from places in units of 2^-31 of the box, relative to `origin`
-layout(location = 1) uniform uvec3 origin;    // so that few digits are lost where the camera is close
-layout(location = 2) uniform uint layer;
-layout(location = 3) uniform float radius;    // DISCS: where coverage reaches 0, in pixels
+uniform mat4 toScreen;   // from places in units of 2^-31 of the box, relative to `origin`
+uniform uvec3 origin;    // so that few digits are lost where the camera is close
+uniform uint layer;
+uniform float radius;    // DISCS: where coverage reaches 0, in pixels
+uniform uint listed;     // LISTED: how many points there are
 
 void touch(uint pixel, uint slab, float fraction, float coverage);
 
@@ -27,7 +29,7 @@ void draw(vec2 at, uint slab, float fraction) {
         }
     }
 #else
-    uvec2 place = uvec2(at);
+    uvec2 place = uvec2(ivec2(at));
     uint row = place.y >> 3;
     uint firstRow = uint(frame.picture.w);
     uint rows = uint(frame.band.x) / uint(frame.picture.z);
@@ -36,20 +38,27 @@ void draw(vec2 at, uint slab, float fraction) {
 }
 
 void main() {
+#if LISTED
+    uint entry = gl_GlobalInvocationID.x;
+    if (entry >= listed) return;
+    uvec4 point = texelFetch(points, int(texelFetch(selected, int(entry)).x));
+#else
     uint index = blocks[gl_WorkGroupID.x] * 256u + gl_LocalInvocationID.x;
     uvec4 point = texelFetch(points, int(index));
-    if (index >= texelFetch(ends, int(point.w)).x) return;
+    if (index >= texelFetch(selected, int(point.w)).x) return;
+#endif
     vec3 place = vec3(ivec3((point.xyz >> 1) - origin));
     precise vec4 screen = toScreen[0] * place.x + toScreen[1] * place.y + toScreen[2] * place.z + toScreen[3];
-    precise vec2 at = screen.xy / screen.w;
+    precise vec2 at = screen.xy * (1.0 / screen.w);
 #if DISCS
     vec2 margin = vec2(radius);
+    bool seen = all(greaterThanEqual(at, -margin)) && all(lessThan(at, vec2(frame.picture.xy) + margin));
 #else
-    vec2 margin = vec2(0.0);
+    // What lies far outside becomes the least integer, and that, taken as unsigned, lies outside too.
+    uvec2 pixel = uvec2(ivec2(floor(at)));
+    bool seen = pixel.x < uint(frame.picture.x) && pixel.y < uint(frame.picture.y);
 #endif
-    bool seen = screen.w > 0.0 && screen.z > -0.001 && all(greaterThanEqual(at, -margin)) &&
-                all(lessThan(at, vec2(frame.picture.xy) + margin));
-    if (!seen) return;
-    uint slab = uint(clamp(screen.z, 0.0, float(frame.band.y) - 0.5));
-    draw(at, slab, clamp(screen.z - float(slab), 0.0, 1.0));
+    if (!seen || screen.w <= 0.0 || screen.z < -0.001) return;
+    int slab = int(clamp(screen.z, 0.0, float(frame.band.y) - 0.5));
+    draw(at, uint(slab), clamp(screen.z - float(slab), 0.0, 1.0));
 }
