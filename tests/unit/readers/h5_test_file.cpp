@@ -15,8 +15,14 @@ Id must(Id result, const char* what) {
 
 }  // namespace
 
-H5TestFile::H5TestFile(const std::filesystem::path& path)
-    : file_(must(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), "H5Fcreate")) {}
+H5TestFile::H5TestFile(const std::filesystem::path& path, hsize_t userBlock, bool latest) {
+    const hid_t creation = H5Pcreate(H5P_FILE_CREATE), access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_userblock(creation, userBlock);
+    if (latest) H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+    file_ = must(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access), "H5Fcreate");
+    H5Pclose(creation);
+    H5Pclose(access);
+}
 
 H5TestFile::~H5TestFile() {
     H5Fclose(file_);

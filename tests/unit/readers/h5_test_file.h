@@ -15,7 +15,8 @@ namespace mote::test {
 
 class H5TestFile {
   public:
-    explicit H5TestFile(const std::filesystem::path& path);
+    /// Behind `userBlock` bytes of something else; `latest`: in HDF5's newest format, not its oldest.
+    explicit H5TestFile(const std::filesystem::path& path, hsize_t userBlock = 0, bool latest = false);
     ~H5TestFile();
     H5TestFile(const H5TestFile&) = delete;
     H5TestFile& operator=(const H5TestFile&) = delete;

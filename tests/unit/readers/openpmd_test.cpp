@@ -121,6 +121,33 @@ TEST(Openpmd, readsAttributesInEveryForm) {
     EXPECT_DOUBLE_EQ(source->steps()[0].time, 3e-9);
 }
 
+/// Texts of variable length are read by our own code: behind a user block, in both formats of the file, among
+/// many.
+TEST(Openpmd, readsTextsWhereverTheyLie) {
+    const TempDir folder;
+    for (const hsize_t userBlock : {0, 2048}) {
+        for (const bool latest : {false, true}) {
+            {
+                H5TestFile file(folder / "run.h5", userBlock, latest);
+                for (int i = 0; i < 300; ++i) {
+                    file.variableText("/", ("note" + std::to_string(i)).c_str(),
+                                      std::string(static_cast<std::size_t>(i), 'n'));
+                }
+                file.variableText("/", "openPMD", "1.1.0");
+                file.variableText("/", "basePath", "/run/%T/");
+                file.variableText("/", "particlesPath", "");
+                writeParticles(file, "/run/8/e");
+                file.variableText("/run/8/e", "speciesType", "proton");
+            }
+            NoteKeeper progress;
+            MOTE_OPEN(source, {folder / "run.h5"}, progress);
+            EXPECT_EQ(source->steps().at(0).iteration, 8);
+            EXPECT_NEAR(source->mass(), 938.272e6, 1e3);
+            EXPECT_THAT(column(*source, 0, Column::x), near({0.001, 0.002, 0.003}));
+        }
+    }
+}
+
 TEST(Openpmd, addsOffsetsEachInItsOwnUnit) {
     const TempDir folder;
     {

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/fuzz/table_input.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <vector>
+
+#include "preprocess/readers/impact/impact_deck.h"
+#include "preprocess/readers/impact/reference_track.h"
+#include "preprocess/readers/particle_source.h"
+
+namespace mote::test {
+namespace {
+
+constexpr std::uint64_t mostRows = 10'000;
+
+class Silent : public prep::Progress {
+  public:
+    void report(double, std::string_view) override {}
+    void note(std::string_view) override {}
+    bool cancelled() const override { return false; }
+};
+
+/// A file in memory, with a path.
+class MemoryFile {
+  public:
+    explicit MemoryFile(std::string_view bytes) : descriptor_(memfd_create("fuzz", MFD_CLOEXEC)) {
+        if (descriptor_ < 0 ||
+            write(descriptor_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
+            std::abort();
+        }
+    }
+    ~MemoryFile() { close(descriptor_); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+  private:
+    int descriptor_;
+};
+
+void require(bool condition) {
+    if (!condition) std::abort();
+}
+
+void checkChunk(const prep::ParticleChunk& chunk, const std::vector<prep::Column>& wanted, std::size_t rows) {
+    require(chunk.size == rows && chunk.lost.size() == rows);
+    for (const prep::Column column : wanted) {
+        require((column == prep::Column::id ? chunk.id.size() : chunk[column].size()) == rows);
+    }
+    for (const double weight : chunk[prep::Column::weight]) require(!(weight < 0.0));
+}
+
+std::string readSource(const std::string& format, const std::filesystem::path& path) {
+    proto::ParticlesJob job;
+    job.set_format(format);
+    job.mutable_impact()->set_frequency(1e9);
+    job.mutable_impact()->set_mass(1e6);
+    Silent progress;
+    auto source = prep::openParticleSource(job, {path}, progress);
+    if (!source) return source.error().toString();
+    std::vector<prep::Column> wanted = {prep::Column::weight, prep::Column::id};
+    for (std::size_t i = 0; i < prep::columnCount; ++i) {
+        const auto column = static_cast<prep::Column>(i);
+        const bool listed = std::find(wanted.begin(), wanted.end(), column) != wanted.end();
+        if ((*source)->has(column) && !listed) wanted.push_back(column);
+    }
+    const std::size_t rows = std::min((*source)->steps().at(0).particles, mostRows);
+    prep::ParticleChunk whole, tail;
+    if (const auto status = (*source)->read(0, 0, rows, wanted, whole); !status)
+        return status.error().toString();
+    checkChunk(whole, wanted, rows);
+    // The second half once more: what lies behind must be found again.
+    const std::size_t half = rows / 2;
+    if (const auto status = (*source)->read(0, half, rows - half, wanted, tail); !status)
+        return status.error().toString();
+    checkChunk(tail, wanted, rows - half);
+    require(std::equal(tail.id.begin(), tail.id.end(), whole.id.begin() + static_cast<std::ptrdiff_t>(half)));
+    return "";
+}
+
+}  // namespace
+
+std::string readTable(std::string_view input) {
+    const std::size_t end = std::min(input.find('\n'), input.size());
+    const std::string format(input.substr(0, end));
+    const MemoryFile file(input.substr(std::min(end + 1, input.size())));
+    if (format == "deck") {
+        for (const auto code : {prep::ImpactDeck::Code::impactZ, prep::ImpactDeck::Code::impactT}) {
+            const auto deck = prep::ImpactDeck::read(file.path(), code);
+            if (deck) return "";
+            if (code == prep::ImpactDeck::Code::impactT) return deck.error().toString();
+        }
+    }
+    if (format == "track") {
+        const auto track = prep::ReferenceTrack::read(file.path());
+        if (!track) return track.error().toString();
+        require(track->at(0.5).gamma >= 1.0);
+        return "";
+    }
+    // HDF5 is not what is looked at here, and it is not instrumented.
+    if (format == "openpmd" || format == "h5part") return "another reader";
+    return readSource(format, file.path());
+}
+
+}  // namespace mote::test
