@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* examples = R"(Examples:
   mote-prep particles run.h5 --axes x,px,y --out plots/beam.mote
-  mote-prep particles dtl/ --axes x,y,energy --format impactz --out dtl.mote
+  mote-prep particles dtl/fort.1??.gz --axes x,y,energy --format impactz --out dtl.mote
   mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
 Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a plot's bounds are the least and the
@@ -94,7 +94,7 @@ Result<proto::JobRequest> toRequest(const Options& options) {
 }
 
 void addInputOptions(CLI::App& command, Options& options) {
-    command.add_option("INPUT", options.inputs, "Files or folders of one run")->required();
+    command.add_option("INPUT", options.inputs, "The files of one run")->required();
     command
         .add_option("--format", options.format, "auto, openpmd, h5part, impactz, impactt, sdds, csv or npy")
         ->check(CLI::IsMember({"auto", "openpmd", "h5part", "impactz", "impactt", "sdds", "csv", "npy"}))

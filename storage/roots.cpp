@@ -58,6 +58,7 @@ struct Place {
 Result<Place> locate(const std::vector<Roots::Entry>& entries, std::string_view name) {
     const auto slash = name.find('/');
     const auto rootName = name.substr(0, slash);
+    if (!isRootName(rootName)) return invalid(name, "must be \"ROOT/PATH\", the root a configured name");
     auto path = checkedPath(name, slash == std::string_view::npos ? "" : name.substr(slash + 1));
     if (!path.ok()) return path.error();
     if (slash != std::string_view::npos && path->empty()) return invalid(name, "must not end with \"/\"");

@@ -125,7 +125,11 @@ storage::StepContent BuiltStep::content() const {
 }
 
 std::uint64_t buildMemory(std::uint64_t particles, const StepOptions& options) {
-    return 64 * particles + (std::uint64_t{4} << (3 * options.volumeLevel)) + (std::uint64_t{64} << 20);
+    // Arrays of particles; nodes and leaves, of which there are more the smaller the leaves; the volume; the
+    // program.
+    const std::uint64_t tree = 160 * particles / options.octree.leafCapacity;
+    return 56 * particles + tree + (std::uint64_t{4} << (3 * options.volumeLevel)) +
+           (std::uint64_t{64} << 20);
 }
 
 Result<BuiltStep> buildStep(QuantizedStep particles, const StepOptions& options,
