@@ -90,7 +90,9 @@ TEST_F(ConnectionTest, TheNewestFrameIsTakenAndNoCreditIsLost) {
     connect();
     sendFrame(1, 8);
     sendFrame(2, 9);
-    settle();  // passes over the credit of the frame that nobody saw
+    const auto unseen = server_.read();  // nobody took the first: its credit is back at once
+    ASSERT_TRUE(unseen.has_credit());
+    EXPECT_EQ(unseen.credit().frames(), 1U);
     const auto frame = frameOf(*connection_);
     EXPECT_EQ(frame.message.view_id(), 2U);
     EXPECT_EQ(frame.pixels.width, 9U);

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <zstd.h>
+
 #include <random>
 
 #include "tests/unit/client/frames.h"
@@ -82,6 +84,24 @@ TEST(Decode, SizesThatDifferFromTheMessageAreDamage) {
     }
     EXPECT_FALSE(decode(frameMessage(64, 48, proto::LINEAR_HALF, proto::Frame::ZSTD), zstd).ok());
     EXPECT_FALSE(decode(frameMessage(64, 48, proto::LINEAR_HALF, proto::Frame::JPEG), jpeg).ok());
+}
+
+TEST(Decode, APayloadThatHidesItsSizeIsMeasured) {
+    const std::vector<std::uint8_t> rows(64 * 48 * 3);
+    const auto packed = [&](std::size_t size) {
+        ZSTD_CCtx* context = ZSTD_createCCtx();
+        ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
+        std::string bytes(ZSTD_compressBound(rows.size()), '\0');
+        bytes.resize(ZSTD_compress2(context, bytes.data(), bytes.size(), rows.data(), size));
+        ZSTD_freeCCtx(context);
+        return bytes;
+    };
+    const auto message = frameMessage(64, 48, proto::SRGB8, proto::Frame::ZSTD);
+    EXPECT_TRUE(decode(message, packed(rows.size())).ok());
+    EXPECT_EQ(decode(message, packed(rows.size() - 1)).error().code, ErrorCode::corrupt);
+    auto shorter = message;
+    shorter.set_height(47);
+    EXPECT_EQ(decode(shorter, packed(rows.size())).error().code, ErrorCode::corrupt);
 }
 
 TEST(Decode, SizesOutOfRangeAreRefusedBeforeMemoryIsTaken) {
