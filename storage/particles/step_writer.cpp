@@ -91,6 +91,7 @@ class Layout {
         // make the same content give other bytes.
         const bool set = H5Pset_libver_bounds(access_.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST) >= 0 &&
                          H5Pset_alignment(access_.get(), 1, 64) >= 0 &&
+                         H5Pset_file_locking(access_.get(), false, true) >= 0 &&
                          H5Pset_obj_track_times(creation_.get(), false) >= 0;
         return set ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation_.get(), access_.get()) : -1;
     }

@@ -248,13 +248,35 @@ TEST(ParticlesJob, AnOutputThatIsThereIsLeftAlone) {
     EXPECT_EQ(make(requestFor(), source, dir / "a.h5").error().code, ErrorCode::invalidArgument);
 }
 
+/// Somebody who may not write the test's folder, for as long as the object lives; root may write everywhere.
+class Stranger {
+  public:
+    explicit Stranger(const fs::path& folder) : folder_(folder) {
+        fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read |
+                                    fs::perms::others_exec);
+        constexpr uid_t nobody = 65534;
+        if (root_ && ::seteuid(nobody) != 0) ADD_FAILURE() << "root cannot become somebody else";
+    }
+    ~Stranger() {
+        if (root_ && ::seteuid(0) != 0) ADD_FAILURE() << "somebody else cannot become root";
+        fs::permissions(folder_, fs::perms::owner_all);
+    }
+
+  private:
+    fs::path folder_;
+    bool root_ = ::geteuid() == 0;
+};
+
 TEST(ParticlesJob, AnOutputThatCannotBeWritten) {
-    if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
     const test::TempDir dir;
     FakeSource source({beamStep(10, 1)});
-    fs::permissions(dir.path(), fs::perms::owner_read | fs::perms::owner_exec);
-    EXPECT_EQ(make(requestFor(), source, dir / "a.mote").error().code, ErrorCode::permissionDenied);
-    fs::permissions(dir.path(), fs::perms::owner_all);
+    {
+        const Stranger stranger(dir.path());
+        const auto made = make(requestFor(), source, dir / "a.mote");
+        ASSERT_FALSE(made.ok());
+        EXPECT_EQ(made.error().code, ErrorCode::permissionDenied) << made.error().toString();
+    }
+    EXPECT_EQ(entriesOf(dir.path()), 0U);
 }
 
 /// A limit on the size of files for as long as the object lives: the kernel then refuses writes as on a full
