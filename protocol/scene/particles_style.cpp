@@ -11,8 +11,8 @@
 namespace mote {
 namespace {
 
-// Most of the log densities as points, the dense end as a volume that lets the eye in, a soft seam between. The
-// opacity is level above the seam, so that no points are left there to cover the core.
+// Most of the log densities as points, the dense end as a volume that lets the eye in, a soft seam between.
+// The opacity is level above the seam, so that no points are left there to cover the core.
 const std::vector<Curve::Knot>& defaultVolumeKnots() {
     static const std::vector<Curve::Knot> knots{{0.62, 0.0}, {0.82, 0.12}};
     return knots;

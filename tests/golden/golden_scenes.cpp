@@ -47,7 +47,12 @@ const char* const haloOnly = R"({
     'points': {'linked': false, 'opacity': 0.7, 'color': [0.6, 0.85, 1],
                'curve': [{'density': 0.5, 'fraction': 1}, {'density': 0.8, 'fraction': 0}]}}}]})";
 
-const char* const linked = R"({'width': 480, 'height': 270, 'layers': [{'particles': {}}]})";
+const char* const linked = R"({
+  'width': 480, 'height': 270,
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.45, 'opacity': 0}, {'density': 0.75, 'opacity': 0.12},
+                         {'density': 1, 'opacity': 0.3}]},
+    'points': {'opacity': 0.5}}}]})";
 
 const char* const unlinked = R"({
   'width': 320, 'height': 180,

@@ -61,7 +61,7 @@ TEST(ReferencePoints, PerspectiveShrinksWithDepth) {
     const auto picture =
         render({viewOf("{'width': 80, 'height': 40, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0],"
                        "'fovYDegrees': 90}, 'layers': [{'particles': {'volume': {'curve': ["
-                       "{'density': 0, 'opacity': 0}]}, 'points': {'color': [1, 1, 1]}}}]}"),
+                       "{'density': 0, 'opacity': 0}]}, 'points': {'opacity': 0.5, 'color': [1, 1, 1]}}}]}"),
                 {step}});
     for (std::uint32_t row = 0; row < 40; ++row) {
         for (std::uint32_t column = 0; column < 80; ++column) {
