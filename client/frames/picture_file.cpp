@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <string_view>
 
 namespace mote::client {
 namespace {
@@ -48,13 +49,27 @@ Error fromOiio(std::string message) {
     return {ErrorCode::internal, "", "the picture cannot be encoded: " + message};
 }
 
-/// JPEG readers take a file that ends early for a grey rest: it must end as every JPEG file does.
-bool endsAsJpeg(const std::filesystem::path& path) {
+/// The last bytes of every file of a format; of an EXR file they are pixels.
+std::string_view lastBytes(PictureFormat format) {
+    switch (format) {
+        case PictureFormat::png:
+            return {"IEND\xae\x42\x60\x82", 8};
+        case PictureFormat::jpg:
+            return {"\xff\xd9", 2};
+        case PictureFormat::exr:
+            break;
+    }
+    return {};
+}
+
+/// Readers of PNG and JPEG forgive an end that is missing; for JPEG they make up half a picture.
+bool hasItsEnd(const std::filesystem::path& path, PictureFormat format) {
+    const auto wanted = lastBytes(format);
     std::ifstream file(path, std::ios::binary);
-    file.seekg(-2, std::ios::end);
-    char mark[2] = {};
-    file.read(mark, 2);
-    return file.gcount() == 2 && mark[0] == '\xff' && mark[1] == '\xd9';
+    file.seekg(-static_cast<std::streamoff>(wanted.size()), std::ios::end);
+    std::string found(wanted.size(), '\0');
+    file.read(found.data(), static_cast<std::streamsize>(found.size()));
+    return file.good() && found == wanted;
 }
 
 bool readsWhole(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
@@ -111,7 +126,7 @@ std::optional<std::string> readPictureKey(const std::filesystem::path& path, Pic
                                           std::uint32_t width, std::uint32_t height) {
     std::error_code code;
     if (!std::filesystem::is_regular_file(path, code)) return std::nullopt;
-    if (format == PictureFormat::jpg && !endsAsJpeg(path)) return std::nullopt;
+    if (!hasItsEnd(path, format)) return std::nullopt;
     const auto input = OIIO::ImageInput::open(path.string());
     if (!input) {
         OIIO::geterror();  // taken, or the library prints it at exit
