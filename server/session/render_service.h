@@ -12,7 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/render/device.h"
+#include "server/session/picture_maker.h"
 #include "server/session/render_schedule.h"
 #include "server/session/step_source.h"
 #include "server/session/view_task.h"
@@ -43,10 +43,8 @@ struct RenderSettings {
 
 class RenderService {
   public:
-    /// Makes the device, on the thread that renders. May throw render::DeviceError.
-    using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
-
-    /// `steps` must outlive the service and is asked on the thread that renders.
+    /// The factory is called, and `steps` asked, on the thread that renders; `steps` must outlive the
+    /// service.
     RenderService(DeviceFactory factory, StepSource& steps, RenderSettings settings = {});
     /// Stops what is under way and waits for the threads.
     ~RenderService();

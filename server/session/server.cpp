@@ -18,6 +18,7 @@
 
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
+#include "server/session/connection_claim.h"
 #include "server/session/session.h"
 #include "server/session/socket_place.h"
 #include "server/session/token.h"
@@ -41,30 +42,11 @@ JobSettings jobSettings(const ServerSettings& settings) {
     return jobs;
 }
 
-/// Whether somebody accepts connections there.
-bool alive(const std::string& address) {
-    const auto parsed = wire::parseAddress(address);
-    if (!parsed.ok() || parsed->kind != wire::Address::Kind::unixSocket) return false;
-    asio::io_context context;
-    Protocol::socket socket(context);
-    asio::error_code code;
-    socket.connect(Protocol::endpoint(parsed->path), code);
-    return !code;
-}
-
-Status checkConnectionFile(const std::filesystem::path& path) {
-    const auto old = wire::readConnectionFile(path);
-    if (!old.ok() || !alive(old->address())) return success();
-    return Error{ErrorCode::alreadyExists, path.string(),
-                 "belongs to a server that runs (process " + std::to_string(old->pid()) +
-                     "); stop it or give --connection another file"};
-}
-
 }  // namespace
 
 class Server::Impl {
   public:
-    Impl(ServerSettings settings, RenderService::DeviceFactory device)
+    Impl(ServerSettings settings, DeviceFactory device)
         : settings_(std::move(settings)), device_(std::move(device)) {}
 
     ~Impl() {
@@ -77,7 +59,7 @@ class Server::Impl {
     Status start() {
         auto roots = storage::Roots::parse(settings_.roots);
         MOTE_RETURN_IF_ERROR(roots);
-        MOTE_RETURN_IF_ERROR(checkConnectionFile(settings_.connectionFile));
+        MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.connectionFile));
         jobs_.emplace(io_, jobSettings(settings_));
         MOTE_RETURN_IF_ERROR(jobs_->start());
         jobs_->onChange([this](const proto::JobStatus& job) { jobChanged(job); });
@@ -112,7 +94,7 @@ class Server::Impl {
     }
 
     void withdraw() {
-        removeConnectionFile();
+        removeIfOurs(settings_.connectionFile, context_.token);
         place_.reset();
     }
 
@@ -173,13 +155,6 @@ class Server::Impl {
         file.set_protocol_major(wire::ownVersion.major);
         file.set_protocol_minor(wire::ownVersion.minor);
         return wire::writeConnectionFile(settings_.connectionFile, file);
-    }
-
-    void removeConnectionFile() {
-        const auto file = wire::readConnectionFile(settings_.connectionFile);
-        if (!file.ok() || context_.token.empty() || file->token() != context_.token) return;
-        std::error_code ignored;
-        std::filesystem::remove(settings_.connectionFile, ignored);
     }
 
     void accept() {
@@ -259,7 +234,7 @@ class Server::Impl {
     }
 
     const ServerSettings settings_;
-    const RenderService::DeviceFactory device_;
+    const DeviceFactory device_;
     asio::io_context io_{1};  // before all that posts to it
     std::optional<SocketPlace> place_;
     Protocol::acceptor acceptor_{io_};
@@ -274,7 +249,7 @@ class Server::Impl {
     bool stopping_ = false;
 };
 
-Server::Server(ServerSettings settings, RenderService::DeviceFactory device)
+Server::Server(ServerSettings settings, DeviceFactory device)
     : impl_(std::make_unique<Impl>(std::move(settings), std::move(device))) {}
 Server::~Server() = default;
 

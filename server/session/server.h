@@ -16,7 +16,7 @@ namespace mote::server {
 class Server {
   public:
     /// Nothing is touched before start(). The factory makes the device on the thread that renders.
-    Server(ServerSettings settings, RenderService::DeviceFactory device);
+    Server(ServerSettings settings, DeviceFactory device);
     /// Not while run() runs. Withdraws, and waits for the picture under way.
     ~Server();
     Server(const Server&) = delete;

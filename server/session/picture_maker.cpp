@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/session/picture_maker.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <new>
+
+#include "server/render/frame_plan.h"
+#include "storage/storage_error.h"
+
+namespace mote::server {
+namespace {
+
+using render::Quality;
+
+// A device that fails twice in a row (a driver was reset, its memory is lost) is made anew. Not after the
+// first time: one picture may simply be too large for it.
+constexpr int failuresBeforeNewDevice = 2;
+
+/// A field gets its place in the view, a file keeps its own.
+Error inLayer(std::size_t index, const Error& error) {
+    const bool field = error.where.find('/') == std::string::npos;
+    return field ? error.within("layers[" + std::to_string(index) + "]") : error;
+}
+
+/// How many points an exact picture draws depends on the view, and the latest picture of the same data tells
+/// it best: views of one hand follow each other closely. It is taken with care (a view that saw nothing is
+/// followed by one that does), and of new data all points are expected.
+ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
+    ViewLoad load{static_cast<double>(scene.view.width) * scene.view.height, 0.0};
+    for (const auto& step : scene.steps) load.points += static_cast<double>(step->pointCount());
+    if (scene.steps == history.steps) load.points = std::max(history.exactPoints, 0.01 * load.points);
+    return load;
+}
+
+Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controller) {
+    if (stage == Stage::quick) return controller.quick(load);
+    return stage == Stage::intermediate ? controller.intermediate(load) : Quality::exact();
+}
+
+void learn(PictureHistory& history, const render::Scene& scene, const render::Picture& picture,
+           const Quality& quality, double ms) {
+    const auto points = static_cast<double>(picture.pointsDrawn);
+    history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
+    history.steps = scene.steps;
+    history.exactPoints = points / quality.pointFraction;
+}
+
+Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& history) {
+    if (stage == Stage::exact) return Stage::done;
+    if (stage == Stage::intermediate) return Stage::exact;
+    return history.quality.worthIntermediate(loadOf(scene, history)) ? Stage::intermediate : Stage::exact;
+}
+
+}  // namespace
+
+PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps)
+    : factory_(std::move(factory)), steps_(steps), device_(factory_()), name_(device_->name()) {}
+
+void PictureMaker::trim() {
+    if (device_) device_->trim();
+}
+
+Result<std::optional<MadePicture>> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
+    const auto begun = Clock::now();
+    try {
+        if (!device_) device_ = factory_();
+        const auto scene = makeScene(job.task->view);
+        if (!scene.ok()) return scene.error();
+        auto made = draw(job, *scene, begun, history);
+        failures_ = 0;
+        return made;
+    } catch (const storage::StorageError& failure) {
+        return failure.error();
+    } catch (const render::DeviceError& failure) {
+        deviceFailed();
+        return Error{ErrorCode::internal, "device", failure.what()};
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::resourceExhausted, "view", "there is not enough memory to draw it"};
+    } catch (const std::exception& failure) {
+        return Error{ErrorCode::internal, "view", failure.what()};
+    }
+}
+
+void PictureMaker::deviceFailed() {
+    if (++failures_ < failuresBeforeNewDevice) return;
+    spdlog::warn("the device failed {} times in a row and is made anew", failures_);
+    failures_ = 0;
+    device_.reset();
+}
+
+Result<render::Scene> PictureMaker::makeScene(const View& view) {
+    render::Scene scene{view, {}};
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        auto step = steps_.step(view.layers[i].dataset, view.layers[i].step);
+        if (!step.ok()) return inLayer(i, step.error());
+        scene.steps.push_back(*std::move(step));
+    }
+    return scene;
+}
+
+std::optional<MadePicture> PictureMaker::draw(const RenderJob& job, const render::Scene& scene,
+                                              Clock::time_point begun, PictureHistory& history) {
+    const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
+    const auto plan = render::makeFramePlan(scene, quality);
+    const auto planned = Clock::now();
+    const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
+    auto picture = device_->render(plan, format, job.stop);
+    if (!picture) return std::nullopt;
+    const double renderMs = milliseconds(Clock::now() - planned);
+    learn(history, scene, *picture, quality, renderMs);
+    MadePicture made{*std::move(picture), {}, stageAfter(job.stage, scene, history)};
+    auto& message = made.message;
+    message.set_view_id(job.task->viewId);
+    message.set_asked_ns(job.task->askedNs);
+    message.set_width(made.picture.width);
+    message.set_height(made.picture.height);
+    message.set_final(job.stage == Stage::exact);
+    message.set_point_fraction(quality.pointFraction);
+    message.set_queued_ms(milliseconds(begun - job.task->arrived));
+    message.set_plan_ms(milliseconds(planned - begun));
+    message.set_render_ms(renderMs);
+    message.set_points_drawn(made.picture.pointsDrawn);
+    message.set_device(name_);
+    return made;
+}
+
+}  // namespace mote::server

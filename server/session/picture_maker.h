@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PictureMaker: the device, and how one picture comes about: data, quality, plan, pixels. Made, used and
+// destroyed on the thread that renders.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "server/render/device.h"
+#include "server/render/scene.h"
+#include "server/session/quality_controller.h"
+#include "server/session/render_schedule.h"
+#include "server/session/step_source.h"
+
+namespace mote::server {
+
+/// Makes a device. May throw render::DeviceError.
+using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
+
+/// What is remembered of one session's pictures, to choose the quality of the next.
+struct PictureHistory {
+    QualityController quality;
+    std::vector<std::shared_ptr<const storage::ParticleStep>> steps = {};  ///< of the latest picture
+    double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn
+};
+
+/// A picture, and the message that goes with it as far as it is known now.
+struct MadePicture {
+    render::Picture picture;
+    proto::Frame message;
+    Stage next = Stage::done;  ///< of its view
+};
+
+class PictureMaker {
+  public:
+    /// Throws render::DeviceError. `steps` must outlive it.
+    PictureMaker(DeviceFactory factory, StepSource& steps);
+
+    const std::string& deviceName() const { return name_; }
+
+    /// Empty: it was stopped. Errors: notFound, corrupt and so on of the data; internal of the device, which
+    /// is made anew where it fails again and again; resourceExhausted (memory).
+    Result<std::optional<MadePicture>> make(const RenderJob& job, PictureHistory& history);
+
+    /// The device frees what nobody needs any more.
+    void trim();
+
+  private:
+    std::optional<MadePicture> draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
+                                    PictureHistory& history);
+    Result<render::Scene> makeScene(const View& view);
+    void deviceFailed();
+
+    const DeviceFactory factory_;
+    StepSource& steps_;
+    std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
+    std::string name_;
+    int failures_ = 0;  // of the device, in a row
+};
+
+}  // namespace mote::server
