@@ -166,6 +166,7 @@ Status H5Column::read(std::uint64_t begin, std::size_t count, std::uint64_t* val
 
 Status H5Column::readAs(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const {
     if (count == 0) return success();
+    silenceHdf5();
     if (begin > rows_ || count > rows_ - begin) {
         return corrupt(dataset_, "has " + std::to_string(rows_) + " values; more were asked for");
     }

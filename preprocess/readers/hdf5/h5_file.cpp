@@ -17,12 +17,6 @@ constexpr std::uint64_t defaultCacheBytes = 1ull << 20;  // HDF5's own, for the 
 constexpr std::uint64_t maxCacheBytes = 256ull << 20;
 constexpr int maxSteps = 512;  // components walked for one path, those of soft links included
 
-/// What must hold before HDF5 looks at foreign bytes: no messages on stderr, no filters from plugins.
-void hardenLibrary() {
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    H5PLset_loading_state(0);
-}
-
 void pushFront(std::deque<std::string>& components, std::string_view path) {
     std::vector<std::string> names;
     while (!path.empty()) {
@@ -119,7 +113,8 @@ bool H5File::looksLikeHdf5(const std::filesystem::path& path) {
 }
 
 Result<H5File> H5File::open(const std::filesystem::path& path) {
-    hardenLibrary();
+    silenceHdf5();
+    H5PLset_loading_state(0);  // no filters from plugins
     H5File result;
     result.name_ = path.filename().string();
     std::error_code code;

@@ -9,6 +9,11 @@
 
 namespace mote::prep {
 
+/// HDF5's messages on stderr, off for this thread: what goes wrong becomes an Error of ours.
+inline void silenceHdf5() {
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
 class H5Handle {
   public:
     using Close = herr_t (*)(hid_t);
