@@ -20,7 +20,7 @@ struct EglOptions {
     std::uint64_t residentBytes = std::uint64_t{4} << 30;  ///< of points kept in the device's memory, about
     std::uint64_t cellBytes = std::uint64_t{128}
                               << 20;  ///< of one pass's cells (pixel and slab with points in it)
-    std::uint64_t maskBytes = std::uint64_t{64} << 20;  ///< of the slab masks of a band of the picture
+    std::uint64_t maskBytes = std::uint64_t{128} << 20;  ///< of the slab masks of a band of the picture
     bool measure = false;  ///< waits for the device after each stage, and notes its time
 };
 

@@ -41,6 +41,8 @@ class FrameRun {
         const TransferTexture* transfer = nullptr;
         GlBuffer bricks;
         std::uint32_t brickCount = 0;
+
+        bool drawsPoints() const { return plan->pointsDrawn > 0 && numbers.tau > 0.0F; }
     };
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
@@ -64,7 +66,7 @@ class FrameRun {
     /// Where depth does not matter: see flat_.
     bool drawFlat(const Band& band);
     bool drawSlabs(const Band& band);
-    void markVolumes(const Band& band);
+    void markVolumes();
     bool markPoints();
     Counts allocateCells(const Band& band);
     bool drawCells(const Band& band, const Counts& counts);
@@ -75,6 +77,7 @@ class FrameRun {
     void readBack(const Band& band, Picture& picture);
     GLuint program(std::string_view name) const;
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
+    GLuint allocateProgram() const;
     GLuint pointsProgram(std::string_view name, std::size_t layer, bool listed) const;
 
     const FramePlan& plan_;
@@ -87,6 +90,7 @@ class FrameRun {
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;
+    bool anyPoints_ = false;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;

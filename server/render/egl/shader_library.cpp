@@ -79,8 +79,9 @@ GLuint ShaderLibrary::program(std::string_view name, const Defines& defines) {
 void ShaderLibrary::reloadChanged() {
     if (directory_.empty()) return;
     auto newest = loaded_;
-    for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
-        newest = std::max(newest, entry.last_write_time());
+    std::error_code ignored;  // a folder or file that is not there is reported where it is read
+    for (const auto& entry : std::filesystem::directory_iterator(directory_, ignored)) {
+        newest = std::max(newest, entry.last_write_time(ignored));
     }
     if (newest == loaded_) return;
     loaded_ = newest;

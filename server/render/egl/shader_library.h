@@ -33,7 +33,7 @@ class ShaderLibrary {
     std::string expanded(std::string_view name, const Defines& defines) const;
 
     std::filesystem::path directory_;
-    std::filesystem::file_time_type loaded_{};
+    std::filesystem::file_time_type loaded_ = std::filesystem::file_time_type::min();
     std::map<std::string, GlProgram> programs_;
 };
 

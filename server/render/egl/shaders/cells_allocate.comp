@@ -2,10 +2,12 @@
 // Gives each pixel room for as many cells as it has marked slabs, and lists the tiles that are not blank, by what
 // they hold. One invocation a tile. Where a tile's room lies depends on the order of execution; what is drawn does
 // not.
+// POINTS: 0 where none are drawn.
 #include "frame.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) buffer Masks { uint masks[]; };   // [layer][pixel][word][slab bits, first cell]
+layout(binding = 2) uniform usamplerBuffer slabBits;          // the same, quicker to read
 layout(std430, binding = 1) writeonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
 layout(std430, binding = 4) buffer Counters { uint cellCount, tileCounts[3]; };
 layout(std430, binding = 5) readonly buffer VolumeMasks { uint volumeMasks[]; };
@@ -20,14 +22,16 @@ uint wordsOf(uint layer, uint pixel) {
 uint cellsOf(uint tile) {
     uint count = 0u;
     for (uint layer = 0u; layer < layerCount; ++layer) {
-        uint first = wordsOf(layer, tile * 64u);
-        for (uint word = first; word < first + 128u * wordCount; word += 2u) count += uint(bitCount(masks[word]));
+        uint first = (layer * uint(frame.band.x) + tile) * 64u * wordCount;
+        for (uint word = first; word < first + 64u * wordCount; ++word) {
+            count += uint(bitCount(texelFetch(slabBits, int(word)).x));
+        }
     }
     return count;
 }
 
-void allocate(uint tile, uint next) {
-    for (uint pixel = tile * 64u; pixel < tile * 64u + 64u; ++pixel) {
+void allocate(uint firstPixel, uint pixels, uint next) {
+    for (uint pixel = firstPixel; pixel < firstPixel + pixels; ++pixel) {
         offsets[pixel] = next;
         for (uint layer = 0u; layer < layerCount; ++layer) {
             uint first = wordsOf(layer, pixel);
@@ -47,10 +51,13 @@ void main() {
     for (uint layer = 0u; layer < layerCount; ++layer) {
         for (uint i = 0u; i < wordCount; ++i) volume |= volumeMasks[(layer * tileCount + tile) * wordCount + i];
     }
-    uint count = cellsOf(tile);
+    uint count = POINTS != 0 ? cellsOf(tile) : 0u;
     if ((volume | count) != 0u) {
         uint kind = volume == 0u ? 0u : count == 0u ? 1u : 2u;
         tiles[kind * tileCount + atomicAdd(tileCounts[kind], 1u)] = tile;
     }
-    allocate(tile, count == 0u ? 0u : atomicAdd(cellCount, count));
+#if POINTS
+    // Not behind a condition, which a software rasteriser does not skip: a loop without turns.
+    allocate(tile * 64u, count == 0u ? 0u : 64u, count == 0u ? 0u : atomicAdd(cellCount, count));
+#endif
 }

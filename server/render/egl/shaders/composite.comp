@@ -146,7 +146,8 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
 #if VOLUME
     next = min(next, at + stretch);
 #endif
-    return next;
+    // However close the cuts, each step must go on in single precision.
+    return min(max(next, at + 1e-4), end);
 }
 
 // Where the ray is inside the layer's box, and into how many stretches its slabs are to be cut. At least 1.
@@ -180,7 +181,7 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
         vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
         matter += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
         // A single point ends the stretch before it.
-        single += (pointsFrom[l] == next && next > at ? pointTau[l] : 0.0) * color;
+        single += (pointsFrom[l] > at && pointsFrom[l] <= next ? pointTau[l] : 0.0) * color;
 #endif
 #if VOLUME
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
@@ -249,7 +250,10 @@ void main() {
     uint row = place.y + uint(frame.picture.w) * 8u;   // of the picture; place.y is the band's
     uint pixel = tile * 64u + gl_LocalInvocationIndex;
     uvec2 size = uvec2(frame.picture.xy);
-    if (place.x >= size.x || row >= size.y || offsets[pixel] - pass.x >= pass.y) return;
+    if (place.x >= size.x || row >= size.y) return;
+#if POINTS
+    if (offsets[pixel] - pass.x >= pass.y) return;
+#endif
     vec2 ndc = (vec2(place.x, row) + 0.5) / vec2(size) * 2.0 - 1.0;
     walk(tile, pixel, vec2(ndc.x, -ndc.y) * frame.window.xy);
     store(place.y * size.x + place.x, light, transmittance);

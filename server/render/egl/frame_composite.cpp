@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/egl/frame_run.h"
+
+#include <algorithm>
+
+#include "server/render/egl/frame_gl.h"
+#include "server/render/egl/frame_stage.h"
+
+namespace mote::render {
+namespace {
+
+// A few milliseconds' work on a software rasteriser, so that a newer view need not wait.
+constexpr std::uint32_t tilesAtOnce = 512;
+
+}  // namespace
+
+bool FrameRun::drawFlat(const Band& band) {
+    const std::size_t bytes = std::size_t{band.tiles} * 64 * sizeof(std::uint32_t);
+    buffers_.cells.grow(bytes);
+    buffers_.cells.zero(bytes);
+    buffers_.cells.bindStorage(cells);
+    if (!addPoints({})) return false;
+    ++times_.passes;
+    return composite(program("composite_flat"), 0, band.tiles);
+}
+
+bool FrameRun::drawCells(const Band& band, const Counts& counts) {
+    // A pixel belongs to the pass in which its first cell lies; its others may reach beyond by the margin.
+    const std::uint64_t margin = layers_.size() * plan_.slabs;
+    const std::uint64_t limit = pairLimit(options_.cellBytes) / cellSize;
+    const std::uint64_t capacity = std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30);
+    buffers_.cells.grow((std::min<std::uint64_t>(counts.cells, capacity) + margin) * cellSize);
+    buffers_.cells.bindStorage(cells);
+    buffers_.cellsTexture = bufferTexture(buffers_.cells, GL_RG32UI);
+    for (std::uint64_t first = 0; first <= counts.cells; first += capacity) {
+        const auto present = static_cast<std::uint32_t>(std::min(counts.cells - first, capacity) + margin);
+        const auto firstCell = static_cast<std::uint32_t>(first);
+        if (counts.cells > 0) {
+            buffers_.cells.zero(present * cellSize);
+            if (!addPoints({firstCell, present})) return false;
+        }
+        const Pass pass{firstCell, static_cast<std::uint32_t>(capacity)};
+        if (!composite(compositeProgram(true, false, pass), 0, counts.tiles[0])) return false;
+        const std::uint32_t volumeTiles =
+            first == 0 ? counts.tiles[1] : 0;  // they have no cells: once is enough
+        if (!composite(compositeProgram(false, true, pass), band.tiles, volumeTiles)) return false;
+        if (!composite(compositeProgram(true, true, pass), 2 * band.tiles, counts.tiles[2])) return false;
+        ++times_.passes;
+    }
+    return true;
+}
+
+bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount) {
+    const Stage stage(*this, times_.composite);
+    glUseProgram(program);
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+        const LayerWork& work = layers_[i];
+        const auto unit = static_cast<GLuint>(i);
+        glBindTextureUnit(unit, work.volume == nullptr ? 0 : work.volume->texture());
+        glBindTextureUnit(transferUnit + unit, work.volume == nullptr ? 0 : work.transfer->texture.get());
+    }
+    glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
+    glBindTextureUnit(cellUnit, buffers_.cellsTexture.get());
+    glBindTextureUnit(volumeMaskUnit, buffers_.volumeMasksTexture.get());
+    barrier();
+    for (std::uint32_t tile = 0; tile < tileCount; tile += tilesAtOnce) {
+        glUniform1ui(0, firstTile + tile);
+        glDispatchCompute(std::min(tilesAtOnce, tileCount - tile), 1, 1);
+        if (!pacer_.next()) return false;
+    }
+    barrier();
+    return true;
+}
+
+GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
+    const GLuint program = shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layers_.size())},
+                                                          {"WORDS", words_},
+                                                          {"POINTS", points ? 1U : 0U},
+                                                          {"VOLUME", volume ? 1U : 0U},
+                                                          {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
+    glProgramUniform2ui(program, glGetUniformLocation(program, "pass"), pass.firstCell, pass.cells);
+    return program;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What the parts of FrameRun share: where the shaders expect their buffers, and the limits of GL. Used while
+// the device's context is current.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace mote::render {
+
+/// Bindings of shader storage.
+enum Storage : GLuint { masks, offsets, cells, blocks, counters, volumeMasks, bricks, pixels, tiles };
+
+/// Texture units of points' programs and of cells_allocate.
+enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit };
+
+/// Texture units of composite.comp: eight volumes from 0, then these.
+enum CompositeUnit : GLuint { transferUnit = 8, maskUnit = 16, cellUnit = 17, volumeMaskUnit = 18 };
+
+/// A cell holds the weight and the moment of its points.
+inline constexpr std::size_t cellSize = 2 * sizeof(std::uint32_t);
+
+/// What shaders wrote before is seen by whatever reads it after.
+inline void barrier() {
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
+                    GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+/// The most bytes, at most `wanted`, of a buffer of pairs of words that shaders write and read as texels.
+inline std::uint64_t pairLimit(std::uint64_t wanted) {
+    GLint64 block = 0;
+    GLint64 texels = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
+    glGetInteger64v(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    // GL guarantees at least this much of each.
+    const auto most = std::min(std::max<GLint64>(block, 1 << 27), 8 * std::max<GLint64>(texels, 1 << 16));
+    return std::min(wanted, static_cast<std::uint64_t>(most));
+}
+
+/// Work groups of `size` for so many invocations.
+inline std::uint32_t groups(std::uint32_t invocations, std::uint32_t size) {
+    return (invocations + size - 1) / size;
+}
+
+}  // namespace mote::render

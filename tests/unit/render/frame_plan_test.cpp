@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/frame_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
+
+#include "tests/support/beams.h"
+#include "tests/support/memory_step.h"
+#include "tests/support/view_text.h"
+
+namespace mote::render {
+namespace {
+
+Scene beamScene(std::string_view view) {
+    static const auto step =
+        test::MemoryStep::make(test::beam({.core = 8000, .halo = 2000, .filaments = 1000}));
+    Scene scene{test::viewOf(view), {}};
+    scene.steps.assign(scene.view.layers.size(), step);
+    return scene;
+}
+
+const char* const plain =
+    "{'width': 200, 'height': 100, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0]},"
+    "'layers': [{'particles': {'points': {'opacity': 0.5, 'sizePixels': 3}}}]}";
+
+TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
+    const auto scene = beamScene(plain);
+    const auto plan = makeFramePlan(scene, Quality::exact());
+    EXPECT_EQ(plan.width, 200U);
+    EXPECT_EQ(plan.height, 100U);
+    EXPECT_EQ(plan.camera, scene.view.camera);
+    EXPECT_EQ(plan.slabs, Quality::exact().slabs);
+    ASSERT_EQ(plan.layers.size(), 1U);
+    EXPECT_EQ(plan.layers[0].style, scene.view.layers[0].style);
+    EXPECT_EQ(plan.layers[0].step, scene.steps[0]);
+    const auto& drawn = plan.layers[0].drawn;
+    EXPECT_EQ(drawn.size(), scene.steps[0]->leaves().size());
+    EXPECT_EQ(plan.layers[0].pointsDrawn, std::accumulate(drawn.begin(), drawn.end(), std::uint64_t{0}));
+    EXPECT_GT(plan.layers[0].pointsDrawn, 0U);
+}
+
+TEST(FramePlan, DepthsEncloseTheBox) {
+    // Seen along z from 4 away, the box of edge 2 begins at depth 3 and ends at 5.
+    const auto plan = makeFramePlan(beamScene(plain), Quality::exact());
+    EXPECT_NEAR(plan.nearDepth, 3.0, 1e-12);
+    EXPECT_NEAR(plan.farDepth, 5.0, 1e-12);
+}
+
+TEST(FramePlan, DepthsBeginInFrontOfAPerspectiveEyeAndBehindAnOrthographicOne) {
+    const auto perspective = makeFramePlan(
+        beamScene("{'width': 9, 'height': 9, 'camera': {'eye': [0, 0, 0.5], 'target': [0, 0, 0]},"
+                  "'layers': [{'particles': {}}]}"),
+        Quality::exact());
+    EXPECT_NEAR(perspective.nearDepth, nearShare * 0.5, 1e-12);
+    EXPECT_NEAR(perspective.farDepth, 1.5, 1e-12);
+    const auto orthographic = makeFramePlan(
+        beamScene("{'width': 9, 'height': 9, 'camera': {'eye': [0, 0, 0.5], 'target': [0, 0, 0],"
+                  "'orthographicHeight': 2}, 'layers': [{'particles': {}}]}"),
+        Quality::exact());
+    EXPECT_NEAR(orthographic.nearDepth, -0.5, 1e-12);
+    EXPECT_NEAR(orthographic.farDepth, 1.5, 1e-12);
+}
+
+TEST(FramePlan, ABoxBehindTheEyeLeavesNoDepthsAndNoPoints) {
+    const auto plan =
+        makeFramePlan(beamScene("{'width': 9, 'height': 9, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 8]},"
+                                "'layers': [{'particles': {}}]}"),
+                      Quality::exact());
+    EXPECT_EQ(plan.nearDepth, plan.farDepth);
+    EXPECT_EQ(plan.layers[0].pointsDrawn, 0U);
+}
+
+TEST(FramePlan, DepthsEncloseAllLayers) {
+    const auto plan = makeFramePlan(
+        beamScene(
+            "{'width': 9, 'height': 9, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0]}, 'layers': ["
+            "{'particles': {}}, {'transform': [1,0,0,0, 0,1,0,0, 0,0,1,-2, 0,0,0,1], 'particles': {}}]}"),
+        Quality::exact());
+    EXPECT_NEAR(plan.nearDepth, 3.0, 1e-12);
+    EXPECT_NEAR(plan.farDepth, 7.0, 1e-12);
+}
+
+TEST(FramePlan, LowerResolutionKeepsThePointsInProportion) {
+    const auto plan = makeFramePlan(beamScene(plain), {.resolutionScale = 0.5});
+    EXPECT_EQ(plan.width, 100U);
+    EXPECT_EQ(plan.height, 50U);
+    EXPECT_DOUBLE_EQ(plan.layers[0].style.pointSize, 1.5);
+    const auto least = makeFramePlan(beamScene(plain), {.resolutionScale = 1e-6});
+    EXPECT_EQ(least.width, 1U);
+    EXPECT_EQ(least.height, 1U);
+}
+
+TEST(FramePlan, FewerPointsAreAPrefixAndMoreOpaque) {
+    const auto scene = beamScene(plain);
+    const auto all = makeFramePlan(scene, Quality::exact());
+    const auto some = makeFramePlan(scene, {.pointFraction = 0.25});
+    // n points of opacity a leave (1 - a)^n; a quarter of them must leave as much.
+    EXPECT_NEAR(std::pow(1.0 - some.layers[0].style.pointOpacity, 0.25), 0.5, 1e-12);
+    for (std::size_t i = 0; i < all.layers[0].drawn.size(); ++i) {
+        EXPECT_LE(some.layers[0].drawn[i], all.layers[0].drawn[i]);
+    }
+    // Each leaf rounds by less than a point, at random: three standard deviations of a sum over the leaves.
+    const double leaves = static_cast<double>(all.layers[0].drawn.size());
+    EXPECT_NEAR(static_cast<double>(some.layers[0].pointsDrawn),
+                0.25 * static_cast<double>(all.layers[0].pointsDrawn), 3.0 * std::sqrt(0.5 * leaves));
+}
+
+TEST(FramePlan, OpacityStaysBelowItsLimit) {
+    auto scene = beamScene(plain);
+    scene.view.layers[0].style.pointOpacity = ParticlesStyle::opacityLimit;
+    const auto plan = makeFramePlan(scene, {.pointFraction = 0.01});
+    EXPECT_EQ(plan.layers[0].style.pointOpacity, ParticlesStyle::opacityLimit);
+}
+
+TEST(FramePlan, LeavesOutOfViewAreNotDrawn) {
+    const auto plan = makeFramePlan(
+        beamScene("{'width': 90, 'height': 90, 'camera': {'eye': [0.7, 0, 4], 'target': [0.7, 0, 0],"
+                  "'orthographicHeight': 0.6}, 'layers': [{'particles': {'points': {'linked': false,"
+                  "'curve': [{'density': 0, 'fraction': 1}]}}}]}"),
+        Quality::exact());
+    EXPECT_GT(plan.layers[0].pointsDrawn, 0U);
+    EXPECT_LT(plan.layers[0].pointsDrawn, 3000U);  // of 11000, the core with 8000 out of view
+}
+
+}  // namespace
+}  // namespace mote::render

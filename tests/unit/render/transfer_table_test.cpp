@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/egl/transfer_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "protocol/scene/log_density.h"
+
+namespace mote::render {
+namespace {
+
+ParticlesStyle styleOf(std::vector<Curve::Knot> knots) {
+    return {Curve::create(std::move(knots)).value(),
+            ColorMap::standard(),
+            Curve::constant(1.0),
+            0.5,
+            1.0,
+            glm::dvec3(1.0)};
+}
+
+double tOf(std::uint32_t i) {
+    return -LogDensity::fade + i * (1.0 + LogDensity::fade) / TransferTable::cells;
+}
+
+TEST(TransferTable, HoldsTheIntegralOfExtinction) {
+    const auto style = styleOf({{0.2, 0.0}, {0.6, 0.5}, {1.0, 0.1}});
+    const TransferTable table(style);
+    ASSERT_EQ(table.integrals().size(), TransferTable::cells + 1U);
+    // The midpoint rule with 200,000 steps errs by less than the float's rounding of a sum of order 10.
+    constexpr int steps = 200000;
+    double integral = 0.0;
+    std::uint32_t next = 0;
+    for (int i = 0; i <= steps; ++i) {
+        const double at = -LogDensity::fade + i * (1.0 + LogDensity::fade) / steps;
+        while (next <= TransferTable::cells && tOf(next) <= at + 1e-12) {
+            EXPECT_NEAR(table.integrals()[next].w, integral, 2e-4) << "t = " << tOf(next);
+            ++next;
+        }
+        const double width = (1.0 + LogDensity::fade) / steps;
+        integral += style.extinction(at + 0.5 * width) * width;
+    }
+    EXPECT_EQ(next, TransferTable::cells + 1U);
+}
+
+TEST(TransferTable, ColorsAreWeightedByExtinction) {
+    const auto style = styleOf({{0.0, 0.3}});
+    const TransferTable table(style);
+    const auto slope = (table.integrals()[3001] - table.integrals()[3000]);
+    const glm::dvec3 color = style.colorMap(tOf(3000));
+    for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(slope[channel] / slope.w, color[channel], 5e-3);
+}
+
+TEST(TransferTable, KnowsWhereNothingIsSeen) {
+    const TransferTable table(styleOf({{0.4, 0.0}, {0.5, 0.3}, {0.6, 0.0}}));
+    EXPECT_FALSE(table.visible(-0.125F, 0.39F));
+    EXPECT_FALSE(table.visible(0.61F, 1.0F));
+    EXPECT_TRUE(table.visible(0.45F, 0.45F));
+    EXPECT_TRUE(table.visible(-0.125F, 1.0F));
+    EXPECT_TRUE(table.visible(0.2F, 0.41F));
+    EXPECT_FALSE(TransferTable(styleOf({{0.0, 0.0}})).visible(-0.125F, 1.0F));
+    // Opaque at the least density: still seen while it fades towards empty space.
+    EXPECT_TRUE(TransferTable(styleOf({{0.0, 0.3}})).visible(-0.1F, -0.05F));
+}
+
+}  // namespace
+}  // namespace mote::render
