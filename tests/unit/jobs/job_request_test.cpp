@@ -82,7 +82,7 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
         {"hidden", invalid, "output", output("data/.new.mote")},
         {"line break", invalid, "output", output("data/a\nb.mote")},
         {"NUL", invalid, "output", output(std::string("data/a\0b.mote", 13))},
-        {"long part", ErrorCode::internal, "output", output("data/" + std::string(300, 'a') + ".mote")},
+        {"long part", invalid, "output", output("data/" + std::string(300, 'a') + ".mote")},
         {"long name", invalid, "output", output("data/" + std::string(2000, 'a'))},
         {"beneath a file", ErrorCode::notFound, "output", output("data/run.h5/new.mote")},
         {"there already", ErrorCode::alreadyExists, "output", output("data/old.mote")},
