@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -13,6 +14,7 @@ constexpr std::size_t kLargestRequest = 64 * 1024;  // bytes of the whole messag
 constexpr std::size_t kLongestTitle = 256;          // bytes
 constexpr std::size_t kLongestWord = 64;            // bytes of an axis, a format, a species, a range
 constexpr std::size_t kLongestName = 1024;          // bytes of "ROOT/PATH"
+constexpr std::size_t kLongestPart = 255;           // bytes between two "/", as Linux has it
 constexpr int kMostInputs = 4096;
 constexpr int kMostBounds = 16;
 
@@ -33,6 +35,19 @@ Status checkWord(const std::string& word, std::string field, std::size_t longest
     return success();
 }
 
+/// "ROOT/PATH" that a file may have; what it means is the roots' to say.
+Status checkName(const std::string& name, const std::string& field) {
+    MOTE_RETURN_IF_ERROR(checkWord(name, field, kLongestName));
+    for (std::size_t begin = 0; begin < name.size();) {
+        const auto end = std::min(name.find('/', begin), name.size());
+        if (end - begin > kLongestPart) {
+            return bad(field, fmt::format("has a part of more than {} bytes", kLongestPart));
+        }
+        begin = end + 1;
+    }
+    return success();
+}
+
 Status checkInputs(const proto::ParticlesJob& job, const storage::Roots& roots) {
     if (job.inputs().empty()) return bad("particles.inputs", "names no file");
     if (job.inputs_size() > kMostInputs) {
@@ -40,7 +55,7 @@ Status checkInputs(const proto::ParticlesJob& job, const storage::Roots& roots) 
     }
     for (int i = 0; i < job.inputs_size(); ++i) {
         const auto field = fmt::format("particles.inputs[{}]", i);
-        MOTE_RETURN_IF_ERROR(checkWord(job.inputs(i), field, kLongestName));
+        MOTE_RETURN_IF_ERROR(checkName(job.inputs(i), field));
         const auto path = roots.resolveExisting(job.inputs(i));
         if (!path.ok()) return ofField(field, path.error());
     }
@@ -104,7 +119,7 @@ Status checkSynthBeam(const proto::SynthBeamJob& job) {
 }
 
 Result<JobOutput> checkOutput(const proto::JobRequest& request, const storage::Roots& roots) {
-    MOTE_RETURN_IF_ERROR(checkWord(request.output(), "output", kLongestName));
+    MOTE_RETURN_IF_ERROR(checkName(request.output(), "output"));
     const std::string_view ending = request.has_synth_beam() ? ".h5" : ".mote";
     const auto slash = request.output().rfind('/');
     const auto file = std::string_view(request.output()).substr(slash == std::string::npos ? 0 : slash + 1);

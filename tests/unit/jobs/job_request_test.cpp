@@ -70,9 +70,9 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
     const std::vector<Bad> table{
         {"no kind", invalid, "kind", [](auto& r) { r.clear_particles(); }},
         {"no output", invalid, "output", output("")},
-        {"no root", ErrorCode::notFound, "output", output("new.mote")},
+        {"no root", invalid, "output", output("new.mote")},
         {"unknown root", ErrorCode::notFound, "output", output("other/new.mote")},
-        {"absolute", ErrorCode::notFound, "output", output("/data/new.mote")},
+        {"absolute", invalid, "output", output("/data/new.mote")},
         {"leads out", invalid, "output", output("data/../new.mote")},
         {"dot", invalid, "output", output("data/./new.mote")},
         {"double slash", invalid, "output", output("data//new.mote")},
