@@ -3,14 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 
 namespace mote::prep {
 namespace {
 
-constexpr std::uint64_t maxChunkBytes = 1ull << 30;
-constexpr std::uint64_t deflateRatio = 1040;    // zlib's own limit is 1032:1
-constexpr std::uint64_t otherRatio = 1u << 16;  // scale-offset stores a constant chunk in a few bytes
+constexpr std::size_t maxValueBytes = 16;
 
 Error corrupt(const H5Object& object, std::string message) {
     return {ErrorCode::corrupt, object.where, std::move(message)};
@@ -33,47 +32,10 @@ Result<std::vector<hsize_t>> extentOf(const H5Object& dataset, hid_t space) {
     return extent;
 }
 
-/// Filters that HDF5 brings itself; others would come from plugins. Returns whether only those of bounded
-/// expansion are used.
-Result<bool> checkFilters(const H5Object& dataset, hid_t creation) {
-    const int filters = H5Pget_nfilters(creation);
-    if (filters < 0) return corrupt(dataset, "has no valid list of filters");
-    bool bounded = true;
-    for (int i = 0; i < filters; ++i) {
-        unsigned flags = 0;
-        std::size_t values = 0;
-        std::array<char, 64> name{};
-        const H5Z_filter_t filter = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &values,
-                                                   nullptr, name.size() - 1, name.data(), nullptr);
-        if (filter < 0) return corrupt(dataset, "has no valid list of filters");
-        if (filter < H5Z_FILTER_DEFLATE || filter > H5Z_FILTER_SCALEOFFSET || H5Zfilter_avail(filter) <= 0) {
-            return unsupported(dataset, "is compressed by filter " + std::to_string(filter) + " '" +
-                                            name.data() +
-                                            "', which needs a plugin; repack it (h5repack -f GZIP=1)");
-        }
-        bounded = bounded && filter <= H5Z_FILTER_FLETCHER32;
-    }
-    return bounded;
-}
-
 std::uint64_t saturatingProduct(std::uint64_t a, std::uint64_t b) {
     return b != 0 && a > std::numeric_limits<std::uint64_t>::max() / b
                ? std::numeric_limits<std::uint64_t>::max()
                : a * b;
-}
-
-/// Bytes of one chunk, decompressed.
-Result<std::uint64_t> chunkBytes(const H5Object& dataset, hid_t creation, std::uint64_t valueBytes) {
-    std::array<hsize_t, H5S_MAX_RANK> chunk{};
-    const int rank = H5Pget_chunk(creation, H5S_MAX_RANK, chunk.data());
-    if (rank < 1) return corrupt(dataset, "has no valid chunk shape");
-    std::uint64_t bytes = valueBytes;
-    for (int i = 0; i < rank; ++i) bytes = saturatingProduct(bytes, chunk[static_cast<std::size_t>(i)]);
-    if (bytes == 0 || bytes > maxChunkBytes) {
-        return unsupported(dataset,
-                           "has chunks of " + std::to_string(bytes) + " bytes; at most 1 GiB is read");
-    }
-    return bytes;
 }
 
 /// Data that lies in other files is refused before HDF5 looks for it.
@@ -87,27 +49,13 @@ Status checkOrigin(const H5Object& dataset, hid_t creation) {
     return success();
 }
 
-/// Bytes that what the dataset stores can become at most.
-Result<std::uint64_t> capacityOf(const H5Object& dataset, hid_t creation, std::uint64_t stored,
-                                 std::uint64_t valueBytes) {
-    if (H5Pget_layout(creation) != H5D_CHUNKED) return stored;
-    const auto bounded = checkFilters(dataset, creation);
-    if (!bounded) return bounded.error();
-    const auto chunk = chunkBytes(dataset, creation, valueBytes);
-    if (!chunk) return chunk.error();
-    // An edge chunk is stored whole, so that without filters `stored` is never less than what is declared.
-    if (H5Pget_nfilters(creation) == 0) return stored;
-    return saturatingProduct(stored, *bounded ? deflateRatio : otherRatio);
-}
-
-/// Whether the file can hold what the dataset declares.
-Status checkSize(const H5File& file, const H5Object& dataset, hid_t creation, std::uint64_t rows,
+/// Whether the file can hold what the dataset declares; `ratio` bytes come out of a stored one at most. An
+/// edge chunk is stored whole, so that without deflate no less is stored than declared.
+Status checkSize(const H5File& file, const H5Object& dataset, std::uint64_t ratio, std::uint64_t rows,
                  std::uint64_t valueBytes) {
     const std::uint64_t declared = saturatingProduct(rows, valueBytes);
     const std::uint64_t stored = H5Dget_storage_size(dataset.handle.get());
-    const auto capacity = capacityOf(dataset, creation, stored, valueBytes);
-    if (!capacity) return capacity.error();
-    if (stored <= file.bytes() && declared <= *capacity) return success();
+    if (stored <= file.bytes() && declared <= saturatingProduct(stored, ratio)) return success();
     return corrupt(dataset,
                    "declares " + std::to_string(declared) + " bytes and holds " +
                        std::to_string(std::min(stored, file.bytes())) +
@@ -122,20 +70,31 @@ Result<H5Column> H5Column::open(const H5File& file, H5Object dataset) {
     const H5Handle creation(H5Dget_create_plist(id), H5Pclose);
     if (!creation.ok()) return corrupt(dataset, "its layout cannot be read");
     MOTE_RETURN_IF_ERROR(checkOrigin(dataset, creation.get()));
-    const H5Handle type(H5Dget_type(id), H5Tclose);
     H5Column column;
+    column.type_ = H5Handle(H5Dget_type(id), H5Tclose);
     column.space_ = H5Handle(H5Dget_space(id), H5Sclose);
-    if (!type.ok() || !column.space_.ok()) return corrupt(dataset, "its type or extent cannot be read");
-    const H5T_class_t kind = H5Tget_class(type.get());
+    if (!column.type_.ok() || !column.space_.ok()) {
+        return corrupt(dataset, "its type or extent cannot be read");
+    }
+    const H5T_class_t kind = H5Tget_class(column.type_.get());
     if (kind != H5T_INTEGER && kind != H5T_FLOAT && kind != H5T_ENUM) {
         return unsupported(dataset, "holds no plain numbers");
     }
-    const std::size_t valueBytes = H5Tget_size(type.get());
-    if (valueBytes == 0 || valueBytes > 16) return corrupt(dataset, "has numbers of an impossible size");
-    column.signed_ = kind == H5T_INTEGER && H5Tget_sign(type.get()) == H5T_SGN_2;
+    column.valueBytes_ = H5Tget_size(column.type_.get());
+    if (column.valueBytes_ == 0 || column.valueBytes_ > maxValueBytes) {
+        return corrupt(dataset, "has numbers of an impossible size");
+    }
+    column.signed_ = kind == H5T_INTEGER && H5Tget_sign(column.type_.get()) == H5T_SGN_2;
     MOTE_RETURN_IF_ERROR(column.setExtent(dataset));
+    std::uint64_t ratio = 1;
+    if (H5Pget_layout(creation.get()) == H5D_CHUNKED) {
+        auto chunks = H5Chunks::open(dataset, column.axis_, column.valueBytes_, file.bytes());
+        if (!chunks) return chunks.error();
+        ratio = chunks->greatestRatio();
+        column.chunks_ = std::make_unique<H5Chunks>(std::move(*chunks));
+    }
     if (column.rows_ > 0) {
-        MOTE_RETURN_IF_ERROR(checkSize(file, dataset, creation.get(), column.rows_, valueBytes));
+        MOTE_RETURN_IF_ERROR(checkSize(file, dataset, ratio, column.rows_, column.valueBytes_));
     }
     column.dataset_ = std::move(dataset);
     return column;
@@ -170,6 +129,23 @@ Status H5Column::readAs(hid_t memoryType, std::uint64_t begin, std::size_t count
     if (begin > rows_ || count > rows_ - begin) {
         return corrupt(dataset_, "has " + std::to_string(rows_) + " values; more were asked for");
     }
+    return chunks_ ? readChunks(memoryType, begin, count, values)
+                   : readPlain(memoryType, begin, count, values);
+}
+
+Status H5Column::readChunks(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const {
+    std::vector<std::uint8_t> bytes;
+    MOTE_RETURN_IF_ERROR(chunks_->read(dataset_.handle.get(), begin, count, bytes, dataset_.where));
+    const std::size_t memoryBytes = H5Tget_size(memoryType);
+    bytes.resize(count * std::max(valueBytes_, memoryBytes));  // converted where it stands
+    if (H5Tconvert(type_.get(), memoryType, count, bytes.data(), nullptr, H5P_DEFAULT) < 0) {
+        return corrupt(dataset_, "its numbers cannot be converted");
+    }
+    std::memcpy(values, bytes.data(), count * memoryBytes);
+    return success();
+}
+
+Status H5Column::readPlain(hid_t memoryType, std::uint64_t begin, std::size_t count, void* values) const {
     const hsize_t length = count;
     const H5Handle memory(H5Screate_simple(1, &length, nullptr), H5Sclose);
     if (rank_ > 0) {

@@ -13,8 +13,6 @@ namespace {
 
 constexpr std::size_t maxChildren = 1'000'000;
 constexpr std::size_t maxNameBytes = 4096;
-constexpr std::uint64_t defaultCacheBytes = 1ull << 20;  // HDF5's own, for the chunks of one dataset
-constexpr std::uint64_t maxCacheBytes = 256ull << 20;
 constexpr int maxSteps = 512;  // components walked for one path, those of soft links included
 
 void pushFront(std::deque<std::string>& components, std::string_view path) {
@@ -40,35 +38,9 @@ Error corrupt(std::string where, std::string message) {
     return {ErrorCode::corrupt, std::move(where), std::move(message)};
 }
 
-/// Bytes of one chunk of a dataset, decompressed; 0 where it has none or they cannot be told.
-std::uint64_t chunkBytes(hid_t dataset) {
-    const H5Handle creation(H5Dget_create_plist(dataset), H5Pclose);
-    const H5Handle type(H5Dget_type(dataset), H5Tclose);
-    if (!creation.ok() || !type.ok() || H5Pget_layout(creation.get()) != H5D_CHUNKED) return 0;
-    std::array<hsize_t, H5S_MAX_RANK> chunk{};
-    const int rank = H5Pget_chunk(creation.get(), H5S_MAX_RANK, chunk.data());
-    std::uint64_t bytes = H5Tget_size(type.get());
-    for (int i = 0; i < rank && bytes <= maxCacheBytes; ++i) {
-        bytes *= std::min<hsize_t>(chunk[static_cast<std::size_t>(i)], maxCacheBytes + 1);
-    }
-    return bytes;
-}
-
-/// The dataset with a cache that holds one of its chunks: reading it in pieces must not decompress a big
-/// chunk again for each piece. HDF5 takes the size of the cache only where the dataset is not open already.
-H5Handle openDataset(hid_t parent, const std::string& name, H5Handle dataset) {
-    const std::uint64_t bytes = chunkBytes(dataset.get());
-    if (bytes <= defaultCacheBytes || bytes > maxCacheBytes) return dataset;
-    dataset = H5Handle();
-    const H5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-    if (access.ok()) H5Pset_chunk_cache(access.get(), 521, bytes, 1.0);
-    return {H5Dopen2(parent, name.c_str(), access.ok() ? access.get() : H5P_DEFAULT), H5Dclose};
-}
-
 Result<H5Object> openHard(hid_t parent, const std::string& name, std::string where) {
     H5Handle handle(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
     const H5I_type_t type = handle.ok() ? H5Iget_type(handle.get()) : H5I_BADID;
-    if (type == H5I_DATASET) handle = openDataset(parent, name, std::move(handle));
     if (!handle.ok()) return corrupt(std::move(where), "HDF5 cannot open this object; the file is damaged");
     if (type != H5I_GROUP && type != H5I_DATASET) {
         return unsupported(std::move(where), "is neither a group nor a dataset");

@@ -89,7 +89,11 @@ void H5TestFile::variableText(const std::string& object, const char* name, const
 void H5TestFile::write(const std::string& path, hid_t type, const void* values,
                        const std::vector<hsize_t>& extent, hid_t creation) {
     group(path.substr(0, path.rfind('/')));
-    const hid_t space = H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr);
+    // A chunk may be longer than a dimension that can still grow.
+    const bool grows = creation != H5P_DEFAULT && H5Pget_layout(creation) == H5D_CHUNKED;
+    const std::vector<hsize_t> unlimited(extent.size(), H5S_UNLIMITED);
+    const hid_t space =
+        H5Screate_simple(static_cast<int>(extent.size()), extent.data(), grows ? unlimited.data() : nullptr);
     const hid_t dataset =
         must(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), "H5Dcreate");
     if (values != nullptr) must(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), "H5Dwrite");

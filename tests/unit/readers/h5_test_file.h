@@ -45,12 +45,14 @@ class H5TestFile {
     /// A dataset of any extent and creation properties, without values.
     void empty(const std::string& path, const std::vector<hsize_t>& extent, hid_t creation = H5P_DEFAULT);
 
+    /// Values of any type, extent and creation properties.
+    void write(const std::string& path, hid_t type, const void* values, const std::vector<hsize_t>& extent,
+               hid_t creation);
+
     /// A constant component: a group with `value` and `shape`.
     void constant(const std::string& path, double value, std::int64_t rows, double unitSI = 1.0);
 
   private:
-    void write(const std::string& path, hid_t type, const void* values, const std::vector<hsize_t>& extent,
-               hid_t creation);
     void writeAttribute(const std::string& object, const char* name, hid_t type, hid_t space,
                         const void* value);
 
