@@ -132,10 +132,17 @@ Status MappedStep::checkTree() const {
 }
 
 void MappedStep::requireTree() const {
+    // No exception leaves the once: it would be checked again by everyone, and the thread sanitizer's
+    // call_once never returns after one.
     std::call_once(treeChecked_, [this] {
-        const auto checked = checkTree();
-        if (!checked.ok()) throw StorageError(checked.error());
+        try {
+            const auto checked = checkTree();
+            if (!checked.ok()) treeError_ = checked.error();
+        } catch (const StorageError& error) {
+            treeError_ = error.error();
+        }
     });
+    if (treeError_) throw StorageError(*treeError_);
 }
 
 OctreeNodes MappedStep::nodes() const {

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "storage/mapped_file.h"
@@ -53,6 +54,7 @@ class MappedStep final : public ParticleStep {
     std::uint32_t maxLevel_ = 0;
     LogDensity logDensity_;
     mutable std::once_flag treeChecked_;
+    mutable std::optional<Error> treeError_;  ///< written once, behind treeChecked_
 };
 
 }  // namespace mote::storage
