@@ -29,7 +29,7 @@ GLuint pointProgram() {
         void main() { gl_Position = toClip * vec4(place, 1.0); })"));
     glAttachShader(program, stage(GL_FRAGMENT_SHADER, R"(#version 450 core
         layout(location = 0) out vec4 color;
-        void main() { color = vec4(0.02, 0.015, 0.01, 0.02); })"));
+        void main() { color = vec4(0.5, 0.35, 0.15, 0.5); })"));
     glLinkProgram(program);
     return program;
 }

@@ -82,6 +82,8 @@ PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
                                         glm::dvec3(1.0 / originUnits));
     return {.toScreen = glm::mat4(boxToScreen * toBox),
             .origin = origin,
+            // A little less, for rounding at the very border of the box.
+            .nearest = plan.camera.perspective() ? static_cast<float>(plan.nearDepth * (1.0 - 1e-5)) : 0.0F,
             .discs = size > 1.0,
             .radius = static_cast<float>(0.5 * size + 0.5),
             .opacity = static_cast<float>(opacity),
@@ -95,7 +97,8 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     const double half = plan.camera.halfHeight();
     FrameBlock block{};
     block.picture = glm::ivec4(plan.width, plan.height, tilesAcross, firstRow);
-    block.band = glm::ivec4(tilesAcross * rows, plan.slabs, format == PixelFormat::linearHalf, 0);
+    const std::uint32_t pixelRows = std::min(rows * 8, plan.height - firstRow * 8);
+    block.band = glm::ivec4(tilesAcross * rows, plan.slabs, format == PixelFormat::linearHalf, pixelRows);
     block.window = glm::vec4(half * plan.width / plan.height, half, plan.samplesPerCell, 0.0);
     block.background = glm::vec4(plan.background, 1.0);
     block.blank = blankPixel(plan.background, format);

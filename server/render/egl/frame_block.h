@@ -37,6 +37,7 @@ static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 80 + 8 * 192);
 struct PointNumbers {
     glm::mat4 toScreen;  ///< from integers relative to `origin` to (px * w, py * w, slab, w)
     glm::uvec3 origin;   ///< units of 2^-31 of the box
+    float nearest;       ///< w below which nothing is seen
     bool discs;          ///< larger than a pixel
     float radius;        ///< where a disc's coverage reaches 0, pixels
     float opacity;       ///< of a whole point, in the pixel that it covers most

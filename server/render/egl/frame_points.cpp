@@ -30,23 +30,41 @@ bool FrameRun::dispatchPoints(std::string_view name, std::size_t layer, const Pa
         const PointChunk& chunk = steps_.chunk(*work.resident, i);
         glBindTextureUnit(pointUnit, chunk.pointsTexture.get());
         glBindTextureUnit(selectedUnit, chunk.selectedTexture.get());
-        const GLuint program = pointsProgram(name, layer, selection.listed);
-        setPointUniforms(program, layer, pass);
-        glUseProgram(program);
         if (selection.listed) {
             const auto count = static_cast<std::uint32_t>(selection.numbers.size());
+            const GLuint program = usePointsProgram(name, layer, Selection::listed, pass);
             glUniform1ui(glGetUniformLocation(program, "listed"), count);
             glDispatchCompute(groups(count, StepPoints::blockPoints), 1, 1);
         } else {
-            const std::size_t bytes = selection.blocks.size() * sizeof(std::uint32_t);
-            buffers_.blocks.grow(bytes);
-            buffers_.blocks.write(0, bytes, selection.blocks.data());
-            buffers_.blocks.bindStorage(blocks);
-            glDispatchCompute(static_cast<GLuint>(selection.blocks.size()), 1, 1);
+            usePointsProgram(name, layer, Selection::whole, pass);
+            dispatchBlocks(selection.wholeBlocks);
+            usePointsProgram(name, layer, Selection::byLeaf, pass);
+            dispatchBlocks(selection.partBlocks);
         }
         if (!pacer_.next()) return false;
     }
     return true;
+}
+
+void FrameRun::dispatchBlocks(const std::vector<std::uint32_t>& numbers) {
+    if (numbers.empty()) return;
+    const std::size_t bytes = numbers.size() * sizeof(std::uint32_t);
+    buffers_.blocks.grow(bytes);
+    buffers_.blocks.write(0, bytes, numbers.data());
+    buffers_.blocks.bindStorage(blocks);
+    glDispatchCompute(static_cast<GLuint>(numbers.size()), 1, 1);
+}
+
+GLuint FrameRun::usePointsProgram(std::string_view name, std::size_t layer, Selection selection,
+                                  const Pass& pass) {
+    const GLuint program = shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layers_.size())},
+                                                   {"WORDS", words_},
+                                                   {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
+                                                   {"FLAT", flat_ ? 1U : 0U},
+                                                   {"SELECTION", static_cast<unsigned>(selection)}});
+    setPointUniforms(program, layer, pass);
+    glUseProgram(program);
+    return program;
 }
 
 void FrameRun::setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const {
@@ -56,6 +74,7 @@ void FrameRun::setPointUniforms(GLuint program, std::size_t layer, const Pass& p
     glProgramUniformMatrix4fv(program, place("toScreen"), 1, GL_FALSE, glm::value_ptr(numbers.toScreen));
     glProgramUniform3uiv(program, place("origin"), 1, glm::value_ptr(numbers.origin));
     glProgramUniform1ui(program, place("layer"), static_cast<GLuint>(layer));
+    glProgramUniform1f(program, place("nearest"), numbers.nearest);
     glProgramUniform1f(program, place("radius"), numbers.radius);
     glProgramUniform1f(program, place("unit"), static_cast<float>(numbers.unit));
     glProgramUniform1f(program, place("opacity"), numbers.opacity);
@@ -90,14 +109,6 @@ GLuint FrameRun::allocateProgram() const {
     return shaders_.program("cells_allocate", {{"LAYERS", static_cast<unsigned>(layers_.size())},
                                                {"WORDS", words_},
                                                {"POINTS", anyPoints_ ? 1U : 0U}});
-}
-
-GLuint FrameRun::pointsProgram(std::string_view name, std::size_t layer, bool listed) const {
-    return shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layers_.size())},
-                                   {"WORDS", words_},
-                                   {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
-                                   {"FLAT", flat_ ? 1U : 0U},
-                                   {"LISTED", listed ? 1U : 0U}});
 }
 
 }  // namespace mote::render

@@ -57,6 +57,8 @@ class FrameRun {
     struct Pass {
         std::uint32_t firstCell = 0, cells = 0;
     };
+    /// How points.glsl learns which points are drawn.
+    enum class Selection { whole, byLeaf, listed };
     class Stage;
 
     bool prepare();
@@ -72,13 +74,14 @@ class FrameRun {
     bool drawCells(const Band& band, const Counts& counts);
     bool addPoints(const Pass& pass);
     bool dispatchPoints(std::string_view name, std::size_t layer, const Pass& pass);
+    void dispatchBlocks(const std::vector<std::uint32_t>& numbers);
+    GLuint usePointsProgram(std::string_view name, std::size_t layer, Selection selection, const Pass& pass);
     void setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const;
     bool composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount);
     void readBack(const Band& band, Picture& picture);
     GLuint program(std::string_view name) const;
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
     GLuint allocateProgram() const;
-    GLuint pointsProgram(std::string_view name, std::size_t layer, bool listed) const;
 
     const FramePlan& plan_;
     PixelFormat format_;

@@ -21,14 +21,14 @@ struct DevicePoint {
                                       "the leaves do not describe the points that are there"});
 }
 
-/// A leaf's cell: its corner in units of 2^-32 of the box, and how its points' places are scaled to them.
+/// A leaf's cell: its corner in units of 2^-31 of the box, and how its points' places are scaled to them.
 struct LeafFrame {
     glm::uvec3 corner;
     std::uint32_t level;
 
     /// The middle of place p, (2 p + 1) / 2^17 of the cell's edge.
     std::uint32_t place(std::uint32_t base, std::uint16_t p) const {
-        const std::uint64_t middle = (2ULL * p + 1) << 15;  // 2^-32 of the cell's edge
+        const std::uint64_t middle = (2ULL * p + 1) << 14;  // 2^-31 of the cell's edge
         return base + static_cast<std::uint32_t>(middle >> level);
     }
 };
@@ -38,7 +38,7 @@ LeafFrame leafFrame(const storage::OctreeNodes& nodes, std::size_t node) {
     const std::uint32_t level = nodes.level[node];
     const glm::uvec3 place = cellPlace(nodes.morton[node]);
     const auto corner = [&](std::uint32_t index) {
-        return static_cast<std::uint32_t>((std::uint64_t{index} << 32) >> level);
+        return static_cast<std::uint32_t>((std::uint64_t{index} << 31) >> level);
     };
     return {{corner(place.x), corner(place.y), corner(place.z)}, level};
 }
@@ -119,13 +119,22 @@ void StepPoints::selectChunk(const storage::Leaves& leaves, std::size_t chunk) {
         });
         return;
     }
-    std::uint32_t nextBlock = 0;  // leaves ascend, so blocks do
+    std::vector<std::uint32_t> drawnIn((size + blockPoints - 1) / blockPoints, 0);
     forEachLeaf([&](std::uint32_t first, std::uint32_t end) {
         selected.numbers.push_back(end);
-        if (first == end) return;
-        nextBlock = std::max(nextBlock, first / blockPoints);
-        for (; nextBlock <= (end - 1) / blockPoints; ++nextBlock) selected.blocks.push_back(nextBlock);
+        while (first < end) {
+            const std::uint32_t block = first / blockPoints;
+            const std::uint32_t next = std::min(end, (block + 1) * blockPoints);
+            drawnIn[block] += next - first;
+            first = next;
+        }
     });
+    for (std::uint32_t block = 0; block < drawnIn.size(); ++block) {
+        if (drawnIn[block] == 0) continue;
+        // The last block of the step may be short: its surplus invocations need the leaf to tell them so.
+        auto& blocks = drawnIn[block] == blockPoints ? selected.wholeBlocks : selected.partBlocks;
+        blocks.push_back(block);
+    }
 }
 
 PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chunk) {

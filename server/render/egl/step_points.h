@@ -16,7 +16,7 @@ namespace mote::render {
 
 /// A run of points with what a frame draws of them.
 struct PointChunk {
-    GlBuffer points;  ///< uvec4 each: place in units of 2^-32 of the box; leaf, counted from firstLeaf
+    GlBuffer points;  ///< uvec4 each: place in units of 2^-31 of the box; leaf, counted from firstLeaf
     GlTexture pointsTexture;
     GlBuffer selected;  ///< ChunkSelection::numbers
     GlTexture selectedTexture;
@@ -25,16 +25,17 @@ struct PointChunk {
     std::size_t bytes() const { return points.bytes() + selected.bytes(); }
 };
 
-/// What a frame draws of a chunk.
+/// What a frame draws of a chunk: either its points one by one, where they are few, or blocks of it.
 struct ChunkSelection {
+    bool listed = false;
     std::size_t firstLeaf = 0;  ///< of its first point
-    bool listed = false;        ///< few of its points are drawn: they are listed one by one
     /// Listed: points of the chunk. Otherwise, of each leaf, the point of the chunk before which it is drawn.
     std::vector<std::uint32_t> numbers;
-    std::vector<std::uint32_t> blocks;  ///< where not listed, the blocks of the chunk that hold drawn points
+    std::vector<std::uint32_t> wholeBlocks;  ///< not listed: the blocks of which all points are drawn
+    std::vector<std::uint32_t> partBlocks;   ///< and those of which some are
     bool uploaded = false;
 
-    bool empty() const { return listed ? numbers.empty() : blocks.empty(); }
+    bool empty() const { return numbers.empty() || (!listed && wholeBlocks.empty() && partBlocks.empty()); }
 };
 
 class StepPoints {

@@ -3,17 +3,15 @@
 #include "frame.glsl"
 #include "pixel.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 2) readonly buffer Cells { uint cells[]; };   // weights: [pixel]
+layout(local_size_x = 64) in;
+layout(std430, binding = 2) readonly buffer Cells { uint cells[]; };   // weights: pixel by pixel, row by row
 
-layout(location = 0) uniform uint firstTile;
+layout(location = 0) uniform uint firstTile;   // here a run of 64 pixels
 
 void main() {
-    uint tile = firstTile + gl_WorkGroupID.x;
-    uvec2 place = uvec2(tile % uint(frame.picture.z), tile / uint(frame.picture.z)) * 8u + gl_LocalInvocationID.xy;
-    uint weight = cells[tile * 64u + gl_LocalInvocationIndex];
-    bool inside = place.x < uint(frame.picture.x) && place.y + uint(frame.picture.w) * 8u < uint(frame.picture.y);
-    if (weight == 0u || !inside) return;
+    uint number = (firstTile + gl_WorkGroupID.x) * 64u + gl_LocalInvocationID.x;
+    uint weight = cells[number];
+    if (weight == 0u || number >= uint(frame.picture.x * frame.band.w)) return;
     float transmittance = exp(-float(weight) * frame.layers[0].scale.x * frame.layers[0].point.w);
-    store(place.y * uint(frame.picture.x) + place.x, (1.0 - transmittance) * frame.layers[0].point.rgb, transmittance);
+    store(number, (1.0 - transmittance) * frame.layers[0].point.rgb, transmittance);
 }

@@ -17,14 +17,20 @@ struct Layer {
 
 layout(std140, binding = 0) uniform Frame {
     ivec4 picture;       // width, height, tiles a row, first tile row of the band
-    ivec4 band;          // tiles, slabs, half floats wanted, unused
+    ivec4 band;          // tiles, slabs, half floats wanted, rows of pixels
     vec4 window;         // half width and half height of the picture at depth 1; samples a cell; unused
     vec4 background;     // linear RGB
     uvec4 blank;         // a pixel of background, encoded: one or two words
     Layer layers[8];
 } frame;
 
-uint pixelNumber(uint x, uint y) {   // picture coordinates, row 0 on top
+// Of a pixel of the picture, row 0 on top. FLAT: row by row, which is quicker to compute.
+uint pixelNumber(uint x, uint y) {
+#ifdef FLAT
+#if FLAT
+    return (y - uint(frame.picture.w) * 8u) * uint(frame.picture.x) + x;
+#endif
+#endif
     uint tile = ((y >> 3) - uint(frame.picture.w)) * uint(frame.picture.z) + (x >> 3);
     return tile * 64u + ((y & 7u) << 3) + (x & 7u);
 }

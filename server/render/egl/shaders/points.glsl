@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A point's pixels and slab, for points_mark and points_add, which define touch(). Both must find the very same ones,
 // hence `precise`. Compiled with LAYERS, WORDS (of slab bits a pixel), DISCS (points larger
-// than a pixel), LISTED.
+// than a pixel), FLAT (depth does not matter), SELECTION.
 
 layout(local_size_x = 256) in;
-layout(binding = 0) uniform usamplerBuffer points;   // place in units of 2^-32 of the box; leaf within the chunk
-// LISTED: the points of the chunk that are drawn. Otherwise, of each leaf, the point before which it is drawn.
+layout(binding = 0) uniform usamplerBuffer points;   // place in units of 2^-31 of the box; leaf within the chunk
+// SELECTION 1: of each leaf, the point before which it is drawn. 2: the points of the chunk that are drawn.
 layout(binding = 1) uniform usamplerBuffer selected;
-layout(std430, binding = 3) readonly buffer Blocks { uint blocks[]; };   // of 256 points, those with drawn ones
+layout(std430, binding = 3) readonly buffer Blocks { uint blocks[]; };   // of 256 points; SELECTION 0: all drawn
 
 uniform mat4 toScreen;   // from places in units of 2^-31 of the box, relative to `origin`
 uniform uvec3 origin;    // so that few digits are lost where the camera is close
 uniform uint layer;
 uniform float radius;    // DISCS: where coverage reaches 0, in pixels
-uniform uint listed;     // LISTED: how many points there are
+uniform float nearest;  // FLAT: w below which nothing is seen
+uniform uint listed;     // SELECTION 2: how many points there are
 
 void touch(uint pixel, uint slab, float fraction, float coverage);
 
 void draw(vec2 at, uint slab, float fraction) {
 #if DISCS
-    ivec2 first = ivec2(max(ceil(at - radius - 0.5), vec2(0.0, float(frame.picture.w * 8))));
-    int rows = min(frame.picture.y, (frame.picture.w + frame.band.x / frame.picture.z) * 8);
-    ivec2 last = ivec2(min(floor(at + radius - 0.5), vec2(frame.picture.x - 1, rows - 1)));
+    int top = frame.picture.w * 8;
+    ivec2 first = ivec2(max(ceil(at - radius - 0.5), vec2(0.0, float(top))));
+    ivec2 last = ivec2(min(floor(at + radius - 0.5), vec2(frame.picture.x - 1, top + frame.band.w - 1)));
     for (int y = first.y; y <= last.y; ++y) {
         for (int x = first.x; x <= last.x; ++x) {
             precise float coverage = min(radius - distance(vec2(x, y) + 0.5, at), 1.0);
@@ -30,24 +31,23 @@ void draw(vec2 at, uint slab, float fraction) {
     }
 #else
     uvec2 place = uvec2(ivec2(at));
-    uint row = place.y >> 3;
-    uint firstRow = uint(frame.picture.w);
-    uint rows = uint(frame.band.x) / uint(frame.picture.z);
-    if (row - firstRow < rows) touch(pixelNumber(place.x, place.y), slab, fraction, 1.0);
+    touch(pixelNumber(place.x, place.y), slab, fraction, 1.0);
 #endif
 }
 
 void main() {
-#if LISTED
+#if SELECTION == 2
     uint entry = gl_GlobalInvocationID.x;
     if (entry >= listed) return;
     uvec4 point = texelFetch(points, int(texelFetch(selected, int(entry)).x));
 #else
     uint index = blocks[gl_WorkGroupID.x] * 256u + gl_LocalInvocationID.x;
     uvec4 point = texelFetch(points, int(index));
+#if SELECTION == 1
     if (index >= texelFetch(selected, int(point.w)).x) return;
 #endif
-    vec3 place = vec3(ivec3((point.xyz >> 1) - origin));
+#endif
+    vec3 place = vec3(ivec3(point.xyz - origin));
     precise vec4 screen = toScreen[0] * place.x + toScreen[1] * place.y + toScreen[2] * place.z + toScreen[3];
     precise vec2 at = screen.xy * (1.0 / screen.w);
 #if DISCS
@@ -55,10 +55,15 @@ void main() {
     bool seen = all(greaterThanEqual(at, -margin)) && all(lessThan(at, vec2(frame.picture.xy) + margin));
 #else
     // What lies far outside becomes the least integer, and that, taken as unsigned, lies outside too.
-    uvec2 pixel = uvec2(ivec2(floor(at)));
-    bool seen = pixel.x < uint(frame.picture.x) && pixel.y < uint(frame.picture.y);
+    uvec2 pixel = uvec2(ivec2(floor(at)) - ivec2(0, frame.picture.w * 8));
+    bool seen = pixel.x < uint(frame.picture.x) && pixel.y < uint(frame.band.w);
 #endif
+#if FLAT
+    if (!seen || screen.w <= nearest) return;
+    draw(at, 0u, 0.0);
+#else
     if (!seen || screen.w <= 0.0 || screen.z < -0.001) return;
     int slab = int(clamp(screen.z, 0.0, float(frame.band.y) - 0.5));
     draw(at, uint(slab), clamp(screen.z - float(slab), 0.0, 1.0));
+#endif
 }

@@ -52,7 +52,7 @@ void main() {
     uint first = uint(clamp(front - 0.01, 0.0, slabs - 0.5));
     uint last = uint(clamp(back + 0.01, 0.0, slabs - 0.5));
     uint firstRow = uint(frame.picture.w);
-    uint rows = uint(frame.band.x) / uint(frame.picture.z);
+    uint rows = (uint(frame.band.w) + 7u) >> 3;
     if (lastTile.y < firstRow) return;
     for (uint y = max(firstTile.y, firstRow); y <= min(lastTile.y, firstRow + rows - 1u); ++y) {
         for (uint x = firstTile.x; x <= lastTile.x; ++x) {
