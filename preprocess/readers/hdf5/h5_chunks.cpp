@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint64_t maxChunkBytes = 1ull << 30;
 constexpr std::uint64_t deflateRatio = 1040;  // zlib's own limit is 1032:1
+constexpr std::size_t maxScratchBytes = 16 << 20;
 constexpr std::size_t checksumBytes = 4;
 constexpr std::size_t maxFilters = 8;
 
@@ -157,6 +158,7 @@ Status H5Chunks::load(hid_t dataset, std::uint64_t chunk, const std::string& whe
         return corrupt(where, "a chunk cannot be read: the file is cut short or damaged");
     }
     MOTE_RETURN_IF_ERROR(decode(skipped, where));
+    if (scratch_.capacity() > maxScratchBytes) scratch_ = {};  // a run has many columns
     loaded_ = chunk;
     return success();
 }
