@@ -34,7 +34,7 @@ struct EglDevice::State {
     EglOptions options;
     ShaderLibrary shaders;
     ResidentSteps steps;
-    TransferTextures transfers;
+    TransferBuffers transfers;
     FrameBuffers buffers;
     StageTimes times;
 };

@@ -2,6 +2,7 @@
 #include "server/render/egl/frame_run.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "server/render/egl/frame_gl.h"
 #include "server/render/egl/frame_stage.h"
@@ -9,8 +10,24 @@
 namespace mote::render {
 namespace {
 
-// A few milliseconds' work on a software rasteriser, so that a newer view need not wait.
-constexpr std::uint32_t tilesAtOnce = 512;
+/// How many tiles to draw at once: a few milliseconds' work on any device, so that a newer view need not wait
+/// and a fast device is kept busy.
+class TileBatch {
+  public:
+    std::uint32_t size() const { return size_; }
+    /// After each batch.
+    void done() {
+        const auto now = std::chrono::steady_clock::now();
+        const auto took = now - start_;
+        if (took < std::chrono::milliseconds(4)) size_ = std::min(2 * size_, 16384U);
+        if (took > std::chrono::milliseconds(12)) size_ = std::max(size_ / 2, 64U);
+        start_ = now;
+    }
+
+  private:
+    std::uint32_t size_ = 256;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 }  // namespace
 
@@ -57,16 +74,19 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         const LayerWork& work = layers_[i];
         const auto unit = static_cast<GLuint>(i);
         glBindTextureUnit(unit, work.volume == nullptr ? 0 : work.volume->texture());
-        glBindTextureUnit(transferUnit + unit, work.volume == nullptr ? 0 : work.transfer->texture.get());
     }
+    glBindTextureUnit(transferUnit, buffers_.transfersTexture.get());
     glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
     glBindTextureUnit(cellUnit, buffers_.cellsTexture.get());
     glBindTextureUnit(volumeMaskUnit, buffers_.volumeMasksTexture.get());
     barrier();
-    for (std::uint32_t tile = 0; tile < tileCount; tile += tilesAtOnce) {
+    TileBatch batch;
+    for (std::uint32_t tile = 0, count = 0; tile < tileCount; tile += count) {
+        count = std::min(batch.size(), tileCount - tile);
         glUniform1ui(0, firstTile + tile);
-        glDispatchCompute(std::min(tilesAtOnce, tileCount - tile), 1, 1);
+        glDispatchCompute(count, 1, 1);
         if (!pacer_.next()) return false;
+        batch.done();
     }
     barrier();
     return true;

@@ -11,14 +11,25 @@
 
 namespace mote::render {
 
-/// Bindings of shader storage.
-enum Storage : GLuint { masks, offsets, cells, blocks, counters, volumeMasks, bricks, pixels, tiles };
+/// Bindings of shader storage; GL guarantees no more than eight. Blocks of points and bricks of volume are
+/// bound only for the dispatch that reads them, and share one.
+enum Storage : GLuint {
+    masks,
+    offsets,
+    cells,
+    blocks,
+    counters,
+    volumeMasks,
+    tiles,
+    pixels,
+    bricks = blocks
+};
 
 /// Texture units of points' programs and of cells_allocate.
 enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit };
 
 /// Texture units of composite.comp: eight volumes from 0, then these.
-enum CompositeUnit : GLuint { transferUnit = 8, maskUnit = 16, cellUnit = 17, volumeMaskUnit = 18 };
+enum CompositeUnit : GLuint { transferUnit = 8, maskUnit, cellUnit, volumeMaskUnit };
 
 /// A cell holds the weight and the moment of its points.
 inline constexpr std::size_t cellSize = 2 * sizeof(std::uint32_t);

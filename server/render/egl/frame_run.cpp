@@ -9,7 +9,7 @@
 namespace mote::render {
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
-                   ShaderLibrary& shaders, ResidentSteps& steps, TransferTextures& transfers,
+                   ShaderLibrary& shaders, ResidentSteps& steps, TransferBuffers& transfers,
                    FrameBuffers& buffers, std::stop_token stop)
     : plan_(plan),
       format_(format),
@@ -54,6 +54,7 @@ bool FrameRun::prepare() {
     }
     // Points of one colour with nothing between them look the same in any order.
     flat_ = layers_.size() == 1 && layers_[0].volume == nullptr;
+    if (!flat_) gatherTransfers();
     anyPoints_ =
         std::any_of(layers_.begin(), layers_.end(), [](const LayerWork& work) { return work.drawsPoints(); });
     return true;
@@ -71,6 +72,16 @@ bool FrameRun::prepareVolume(LayerWork& work) {
     work.bricks = GlBuffer::of(std::span<const std::uint32_t>(visible));
     work.brickCount = static_cast<std::uint32_t>(visible.size());
     return pacer_.next();
+}
+
+/// One table after the other, so that a shader needs one texture for all.
+void FrameRun::gatherTransfers() {
+    constexpr std::size_t size = (TransferTable::cells + 1) * sizeof(glm::vec4);
+    buffers_.transfers.grow(layers_.size() * size);
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+        if (layers_[i].volume != nullptr) buffers_.transfers.copy(i * size, layers_[i].transfer->buffer);
+    }
+    buffers_.transfersTexture = bufferTexture(buffers_.transfers, GL_RGBA32F);
 }
 
 bool FrameRun::drawBand(const Band& band, Picture& picture) {

@@ -13,20 +13,20 @@
 #include "server/render/egl/pacer.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
-#include "server/render/egl/transfer_textures.h"
+#include "server/render/egl/transfer_buffers.h"
 
 namespace mote::render {
 
 /// Buffers that frames use again.
 struct FrameBuffers {
-    GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
-    GlTexture masksTexture, cellsTexture, volumeMasksTexture;
+    GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
+    GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture;
 };
 
 class FrameRun {
   public:
     FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
-             ResidentSteps& steps, TransferTextures& transfers, FrameBuffers& buffers, std::stop_token stop);
+             ResidentSteps& steps, TransferBuffers& transfers, FrameBuffers& buffers, std::stop_token stop);
 
     /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
     std::optional<Picture> draw();
@@ -38,7 +38,7 @@ class FrameRun {
         ResidentStep* resident;
         PointNumbers numbers;
         const StepVolume* volume = nullptr;  ///< null where none of it is visible
-        const TransferTexture* transfer = nullptr;
+        const TransferBuffer* transfer = nullptr;
         GlBuffer bricks;
         std::uint32_t brickCount = 0;
 
@@ -63,6 +63,7 @@ class FrameRun {
 
     bool prepare();
     bool prepareVolume(LayerWork& work);
+    void gatherTransfers();
     bool drawBand(const Band& band, Picture& picture);
     void bindBand(const Band& band);
     /// Where depth does not matter: see flat_.
@@ -88,7 +89,7 @@ class FrameRun {
     const EglOptions& options_;
     ShaderLibrary& shaders_;
     ResidentSteps& steps_;
-    TransferTextures& transfers_;
+    TransferBuffers& transfers_;
     FrameBuffers& buffers_;
     Pacer pacer_;
     StageTimes times_;

@@ -43,6 +43,11 @@ void GlBuffer::read(std::size_t offset, std::size_t bytes, void* data) const {
     glGetNamedBufferSubData(get(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), data);
 }
 
+void GlBuffer::copy(std::size_t offset, const GlBuffer& from) {
+    glCopyNamedBufferSubData(from.get(), get(), 0, static_cast<GLintptr>(offset),
+                             static_cast<GLsizeiptr>(from.bytes()));
+}
+
 void GlBuffer::zero(std::size_t bytes) {
     const GLuint nothing = 0;
     fill(bytes, &nothing, 1);

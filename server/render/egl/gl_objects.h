@@ -68,6 +68,8 @@ class GlBuffer {
     void grow(std::size_t bytes);
     void write(std::size_t offset, std::size_t bytes, const void* data);
     void read(std::size_t offset, std::size_t bytes, void* data) const;
+    /// All of another buffer.
+    void copy(std::size_t offset, const GlBuffer& from);
     /// Zeros the first `bytes`, a multiple of 4.
     void zero(std::size_t bytes);
     /// Repeats one or two words through the first `bytes`, a multiple of their size.

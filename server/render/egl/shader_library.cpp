@@ -18,7 +18,8 @@ std::string infoLog(GLuint object, bool program) {
     std::string log(static_cast<std::size_t>(std::max(length, 1)), '\0');
     program ? glGetProgramInfoLog(object, length, nullptr, log.data())
             : glGetShaderInfoLog(object, length, nullptr, log.data());
-    return log.c_str();  // without the terminator that GL counts
+    log.resize(std::min(log.find('\0'), std::size_t{600}));  // the first mistake says it
+    return log;
 }
 
 GlProgram compile(std::string_view name, const std::string& source) {

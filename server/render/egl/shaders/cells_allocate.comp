@@ -13,7 +13,7 @@ layout(std430, binding = 4) buffer Counters { uint cellCount, tileCounts[3]; };
 layout(std430, binding = 5) readonly buffer VolumeMasks { uint volumeMasks[]; };
 // Tiles with points and without volume; from the number of tiles, those without points and with volume; from twice it,
 // those with both.
-layout(std430, binding = 8) writeonly buffer Tiles { uint tiles[]; };
+layout(std430, binding = 6) writeonly buffer Tiles { uint tiles[]; };
 
 uint wordsOf(uint layer, uint pixel) {
     return 2u * (layer * uint(frame.band.x) * 64u + pixel) * wordCount;

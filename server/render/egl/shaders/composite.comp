@@ -7,13 +7,13 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler3D volumes[layerCount];             // scaled log density
-layout(binding = 8) uniform samplerBuffer transfers[layerCount];       // integrals over t of (sigma * color, sigma)
-layout(binding = 16) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
-layout(binding = 17) uniform usamplerBuffer cells;                         // weight, moment
-layout(binding = 18) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
+layout(binding = 8) uniform samplerBuffer transfers;                       // integrals of (sigma * color, sigma) over t: [layer][cell]
+layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
+layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment
+layout(binding = 11) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
 layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
 
-layout(std430, binding = 8) readonly buffer Tiles { uint tiles[]; };   // to be drawn
+layout(std430, binding = 6) readonly buffer Tiles { uint tiles[]; };   // to be drawn
 
 layout(location = 0) uniform uint firstTile;   // of this dispatch, in `tiles`
 layout(location = 1) uniform uvec2 pass;   // cells [x, x + y) are present; pixels that start there are drawn
@@ -52,8 +52,9 @@ void gather(vec4 matter) {
 vec4 integralTo(uint l, float t, out vec4 slope) {
     float x = clamp((t + fade) * tableScale, 0.0, tableCells);
     float cell = min(floor(x), tableCells - 1.0);
-    vec4 low = texelFetch(transfers[l], int(cell));
-    vec4 high = texelFetch(transfers[l], int(cell) + 1);
+    int index = int(l) * (int(tableCells) + 1) + int(cell);
+    vec4 low = texelFetch(transfers, index);
+    vec4 high = texelFetch(transfers, index + 1);
     slope = (high - low) * tableScale;
     return mix(low, high, x - cell);
 }

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 5) buffer VolumeMasks { uint volumeMasks[]; };   // [layer][tile][wordCount]
-layout(std430, binding = 6) readonly buffer Bricks { uint bricks[]; };    // x | y << 10 | z << 20
+layout(std430, binding = 3) readonly buffer Bricks { uint bricks[]; };    // x | y << 10 | z << 20
 
 layout(location = 0) uniform uint layer;
 layout(location = 1) uniform uint brickCount;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferTextures: transfer tables in the device's memory, kept as long as their curves are in use. Owned by
+// TransferBuffers: transfer tables in the device's memory, kept as long as their curves are in use. Owned by
 // the device; used while its context is current.
 #pragma once
 
@@ -12,22 +12,21 @@
 
 namespace mote::render {
 
-struct TransferTexture {
+struct TransferBuffer {
     Curve volumeOpacity;
     ColorMap colorMap;
     TransferTable table;
     GlBuffer buffer;
-    GlTexture texture;
 };
 
-class TransferTextures {
+class TransferBuffers {
   public:
     /// The table of a style's volume curve and colour map. The reference stays valid for the next 15 calls.
-    const TransferTexture& of(const ParticlesStyle& style);
+    const TransferBuffer& of(const ParticlesStyle& style);
 
   private:
     static constexpr std::size_t kept = 16;
-    std::list<TransferTexture> textures_;  ///< last used first
+    std::list<TransferBuffer> buffers_;  ///< last used first
 };
 
 }  // namespace mote::render
