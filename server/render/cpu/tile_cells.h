@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TileCells: the points of one layer in one tile, gathered by pixel and depth slab. Reused from tile to tile
+// by the thread that owns it; what is added in the same order gives the same sums.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "server/render/cpu/tile.h"
+
+namespace mote::render {
+
+/// The meeting of a pixel and a slab.
+struct PointCell {
+    float weight;  ///< sum over its points; a whole point at full fraction has 1: optical depth over that of
+                   ///< one
+    float depth;   ///< sum of weight * place within the slab, 0 (front) to 1
+};
+
+class TileCells {
+  public:
+    explicit TileCells(std::uint32_t slabs) : slabs_(slabs), cells_(std::size_t{slabs} * Tile::pixels) {
+        occupied_.resize(slabs, 0);
+    }
+
+    std::uint32_t slabs() const { return slabs_; }
+    /// The cells of a slab, by Tile::pixelIndex.
+    const PointCell* slab(std::uint32_t slab) const {
+        return cells_.data() + std::size_t{slab} * Tile::pixels;
+    }
+    /// One bit a packet of 4 x 4 pixels, from bit 0: whether its cells in this slab may hold points.
+    std::uint64_t occupied(std::uint32_t slab) const { return occupied_[slab]; }
+    bool empty() const {
+        return std::all_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits == 0; });
+    }
+
+    PointCell* cells() { return cells_.data(); }            ///< [slab][pixelIndex]
+    std::uint64_t* occupied() { return occupied_.data(); }  ///< [slab]
+
+    /// Empties what is occupied.
+    void clear() {
+        for (std::uint32_t s = 0; s < slabs_; ++s) {
+            if (occupied_[s] == 0) continue;
+            PointCell* const first = cells_.data() + std::size_t{s} * Tile::pixels;
+            std::fill(first, first + Tile::pixels, PointCell{0.0F, 0.0F});
+            occupied_[s] = 0;
+        }
+    }
+
+  private:
+    static_assert(Tile::packets == 64, "one bit a packet");
+
+    std::uint32_t slabs_;
+    std::vector<PointCell> cells_;
+    std::vector<std::uint64_t> occupied_;
+};
+
+}  // namespace mote::render
