@@ -7,7 +7,7 @@
 #include <limits>
 #include <tuple>
 
-#include "server/render/fraction.h"
+#include "protocol/scene/drawn_points.h"
 
 namespace mote::reference {
 namespace {
@@ -58,7 +58,7 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
         const auto node = leaves.node[leaf];
         const double fraction = style.pointFraction(scale.ofLeaf(leaves.density[leaf]));
         const auto drawn =
-            render::drawnPoints(fraction, leaves.pointCount[leaf], nodes.level[node], nodes.morton[node]);
+            drawnPoints(fraction, leaves.pointCount[leaf], nodes.level[node], nodes.morton[node]);
         const glm::dvec3 corner(placeOf(nodes.morton[node], 0), placeOf(nodes.morton[node], 1),
                                 placeOf(nodes.morton[node], 2));
         for (const auto& p : step.positions(leaves.pointBegin[leaf], drawn)) {

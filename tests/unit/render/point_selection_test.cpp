@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/render/fraction.h"
+#include "protocol/scene/drawn_points.h"
 #include "server/render/octree_cell.h"
 #include "storage/storage_error.h"
 #include "tests/support/beams.h"
