@@ -11,7 +11,7 @@
 
 #include "server/render/egl/gl_objects.h"
 #include "server/render/egl/pacer.h"
-#include "server/render/egl/transfer_table.h"
+#include "server/render/transfer_table.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {

@@ -8,7 +8,7 @@
 #include <list>
 
 #include "server/render/egl/gl_objects.h"
-#include "server/render/egl/transfer_table.h"
+#include "server/render/transfer_table.h"
 
 namespace mote::render {
 
