@@ -5,10 +5,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numeric>
 
 #include "protocol/scene/mote_check.h"
-#include "server/render/point_selection.h"
 
 namespace mote::render {
 namespace {
@@ -53,22 +51,37 @@ void setDepths(FramePlan& plan) {
     plan.farDepth = farthest;
 }
 
+std::uint64_t pointsInView(const LayerPlan& layer) {
+    if (layer.leavesInView.empty()) return layer.selection->points;
+    std::uint64_t points = 0;
+    for (std::size_t i = 0; i < layer.selection->drawn.size(); ++i) points += layer.drawn(i);
+    return points;
+}
+
 LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step,
-                    const FramePlan& plan, double pixels, double share) {
+                    const FramePlan& plan, double pixels, double share, SelectionCache& selections) {
     LayerPlan result{.step = std::move(step),
                      .layerToEye = plan.camera.worldToEye() * layer.transform,
                      .style = scaledStyle(layer.style, pixels, share),
-                     .drawn = {}};
+                     .selection = {},
+                     .leavesInView = {}};
     const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(result.style.pointSize),
                           nearLimit(plan.camera), result.layerToEye);
-    result.drawn = selectPoints(*result.step, frustum, layer.style.pointFraction, share);
-    result.pointsDrawn = std::accumulate(result.drawn.begin(), result.drawn.end(), std::uint64_t{0});
+    const Curve& fraction = layer.style.pointFraction;
+    result.selection = selections.of(result.step, fraction, share);
+    if (result.selection->points > 0) result.leavesInView = leavesInView(*result.step, frustum, fraction);
+    result.pointsDrawn = pointsInView(result);
     return result;
 }
 
 }  // namespace
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
+    SelectionCache selections;
+    return makeFramePlan(scene, quality, selections);
+}
+
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections) {
     MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
     MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
     MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
@@ -82,7 +95,8 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
                    .layers = {}};
     const double pixels = static_cast<double>(plan.height) / view.height;
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        plan.layers.push_back(planLayer(view.layers[i], scene.steps[i], plan, pixels, quality.pointFraction));
+        plan.layers.push_back(
+            planLayer(view.layers[i], scene.steps[i], plan, pixels, quality.pointFraction, selections));
     }
     setDepths(plan);
     return plan;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // FramePlan: what a device is to draw, computed from scene and quality without a device: for each layer the
-// points of each leaf that are drawn, the depth range and its slabs. A value; pure functions.
+// points of each leaf that are drawn, the depth range and its slabs. A value that shares what does not depend
+// on the camera; pure functions.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +10,10 @@
 #include <memory>
 #include <vector>
 
+#include "server/render/point_selection.h"
 #include "server/render/quality.h"
 #include "server/render/scene.h"
+#include "server/render/selection_cache.h"
 
 namespace mote::render {
 
@@ -19,9 +22,14 @@ struct LayerPlan {
     std::shared_ptr<const storage::ParticleStep> step;
     glm::dmat4 layerToEye{1.0};  ///< eye space: x right, y up, depth = -z
     ParticlesStyle style;  ///< opacity already raised for Quality::pointFraction; size in pixels of the plan
-    std::vector<std::uint32_t>
-        drawn;  ///< one a leaf: how many of its points, from its first; 0 outside the view
-    std::uint64_t pointsDrawn = 0;
+    std::shared_ptr<const PointSelection> selection;  ///< never null; of all leaves, also those out of view
+    std::vector<std::uint64_t> leavesInView;          ///< as the function of that name: no bits, no limit
+    std::uint64_t pointsDrawn = 0;                    ///< of the leaves that may be in view
+
+    /// How many of a leaf's points are drawn, from its first; 0 where it is known to be out of view.
+    std::uint32_t drawn(std::size_t leaf) const {
+        return leaf < selection->drawn.size() && inView(leavesInView, leaf) ? selection->drawn[leaf] : 0;
+    }
 };
 
 struct FramePlan {
@@ -41,6 +49,7 @@ struct FramePlan {
 inline constexpr double nearShare = 1e-3;
 
 /// Throws storage::StorageError where the octree's bytes are damaged.
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections);
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality);
 
 }  // namespace mote::render

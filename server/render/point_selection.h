@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Which leaves are in view and how many points of each are drawn (METHODS: a traversal for points skips a
-// dense subtree at its root). Pure functions.
+// Which points of a step are drawn, and which of its leaves are in view (METHODS: a traversal for points
+// skips a dense subtree at its root). Pure functions; they use all threads of the calling arena.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +13,28 @@
 
 namespace mote::render {
 
+/// Of each leaf, from the first, how many of its points are drawn, wherever they lie. Immutable once made, so
+/// that it is shared by all pictures of a step in one style.
+struct PointSelection {
+    std::vector<std::uint32_t> drawn;  ///< leaves beyond its end draw nothing
+    std::uint64_t points = 0;          ///< the sum
+};
+
+/// Where the curve's fraction is multiplied by `share`. Throws storage::StorageError where the leaves refer
+/// to nodes that are not there.
+PointSelection selectPoints(const storage::ParticleStep& step, const Curve& pointFraction, double share);
+
 /// The least t from which on a curve is zero; infinite where it never ends in zero.
 double zeroFrom(const Curve& curve);
 
-/// For each leaf 1 where points of it can touch the picture and its density lies below `densityLimit`, else
-/// 0. Throws storage::StorageError where the octree contradicts itself.
-std::vector<std::uint8_t> visibleLeaves(const storage::ParticleStep& step, const Frustum& frustum,
-                                        double densityLimit);
+/// A bit a leaf, from the first: whether points of it can touch the picture. None at all: any leaf may, and
+/// it is not worth its time to tell which. Leaves above the density where `pointFraction` ends may be set or
+/// not. Throws storage::StorageError where the octree contradicts itself.
+std::vector<std::uint64_t> leavesInView(const storage::ParticleStep& step, const Frustum& frustum,
+                                        const Curve& pointFraction);
 
-/// For each leaf the number of its points that are drawn where the curve's fraction is multiplied by `share`.
-/// Throws storage::StorageError as above.
-std::vector<std::uint32_t> selectPoints(const storage::ParticleStep& step, const Frustum& frustum,
-                                        const Curve& pointFraction, double share);
+inline bool inView(const std::vector<std::uint64_t>& bits, std::size_t leaf) {
+    return bits.empty() || (bits[leaf / 64] >> (leaf % 64) & 1) != 0;
+}
 
 }  // namespace mote::render

@@ -14,6 +14,7 @@
 #include "protocol/scene/error.h"
 #include "server/render/device.h"
 #include "server/render/scene.h"
+#include "server/render/selection_cache.h"
 #include "server/session/quality_controller.h"
 #include "server/session/render_schedule.h"
 #include "server/session/step_source.h"
@@ -59,6 +60,7 @@ class PictureMaker {
 
     const DeviceFactory factory_;
     StepSource& steps_;
+    render::SelectionCache selections_;
     std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
     std::string name_;
     int failures_ = 0;  // of the device, in a row

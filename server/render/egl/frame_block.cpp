@@ -9,6 +9,7 @@
 #include <glm/packing.hpp>
 
 #include "protocol/scene/srgb.h"
+#include "server/render/screen_map.h"
 
 namespace mote::render {
 namespace {
@@ -17,24 +18,6 @@ constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
 double slabThickness(const FramePlan& plan) {
     return (plan.farDepth - plan.nearDepth) / plan.slabs;
-}
-
-/// Box [0, 1]^3 to layer space [-1, 1]^3.
-glm::dmat4 boxToLayer() {
-    return glm::scale(glm::translate(glm::dmat4(1.0), glm::dvec3(-1.0)), glm::dvec3(2.0));
-}
-
-/// Eye space to (px * w, py * w, slab, w); w is the depth (perspective) or 1.
-glm::dmat4 eyeToScreen(const FramePlan& plan) {
-    const double half = plan.camera.halfHeight();
-    const double pixels = plan.height / (2.0 * half);  // a unit at depth 1 (perspective) or anywhere
-    const double thickness = slabThickness(plan);
-    const glm::dvec4 w =
-        plan.camera.perspective() ? glm::dvec4(0.0, 0.0, -1.0, 0.0) : glm::dvec4(0.0, 0.0, 0.0, 1.0);
-    const glm::dvec4 x = glm::dvec4(pixels, 0.0, 0.0, 0.0) + 0.5 * plan.width * w;
-    const glm::dvec4 y = glm::dvec4(0.0, -pixels, 0.0, 0.0) + 0.5 * plan.height * w;
-    const glm::dvec4 slab(0.0, 0.0, -1.0 / thickness, -plan.nearDepth / thickness);
-    return glm::transpose(glm::dmat4(x, y, slab, w));  // glm takes columns
 }
 
 /// The ray through (x, y) of the picture's window at slab s, in the box: entry + s * advance, both linear in
@@ -73,14 +56,14 @@ glm::uvec4 blankPixel(const glm::dvec3& background, PixelFormat format) {
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
     const double size = layer.style.pointSize;
     const double opacity = layer.style.pointOpacity * std::min(size * size, 1.0);
-    const glm::dmat4 boxToScreen = eyeToScreen(plan) * layer.layerToEye * boxToLayer();
+    const glm::dmat4 toScreen = boxToScreen(plan, layer);
     // Relative to the camera's target, for a camera that comes close to something looks at it.
     const glm::dvec3 target(glm::inverse(layer.layerToEye * boxToLayer()) *
                             (plan.camera.worldToEye() * glm::dvec4(plan.camera.target, 1.0)));
     const glm::uvec3 origin(glm::clamp(target, 0.0, 1.0) * (originUnits - 1.0));
     const glm::dmat4 toBox = glm::scale(glm::translate(glm::dmat4(1.0), glm::dvec3(origin) / originUnits),
                                         glm::dvec3(1.0 / originUnits));
-    return {.toScreen = glm::mat4(boxToScreen * toBox),
+    return {.toScreen = glm::mat4(toScreen * toBox),
             .origin = origin,
             // A little less, for rounding at the very border of the box.
             .nearest = plan.camera.perspective() ? static_cast<float>(plan.nearDepth * (1.0 - 1e-5)) : 0.0F,
@@ -106,7 +89,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         const LayerPlan& layer = plan.layers[i];
         const PointNumbers numbers = pointNumbers(plan, layer);
         LayerBlock& result = block.layers[i];
-        result.boxToScreen = glm::mat4(eyeToScreen(plan) * layer.layerToEye * boxToLayer());
+        result.boxToScreen = glm::mat4(boxToScreen(plan, layer));
         setRays(result, plan, layer);
         result.point = glm::vec4(layer.style.pointColor, numbers.tau);
         result.scale = glm::vec4(1.0 / numbers.unit, volumeSizes[i], 0.0, 0.0);

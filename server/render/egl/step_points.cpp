@@ -87,17 +87,18 @@ StepPoints::StepPoints(const storage::ParticleStep& step)
       chunks_((pointCount_ + chunkPoints - 1) / chunkPoints),
       selected_(chunks_.size()) {}
 
-void StepPoints::select(const storage::ParticleStep& step, const std::vector<std::uint32_t>& drawn) {
-    if (drawn == drawn_) return;
-    drawn_.clear();  // until all chunks follow: an exception must not leave half of them behind
+void StepPoints::select(const LayerPlan& layer) {
+    if (layer.selection == selection_ && layer.leavesInView == leavesInView_) return;
+    selection_.reset();  // until all chunks follow: an exception must not leave half of them behind
     for (auto& selected : selected_) selected = {};
-    const auto leaves = step.leaves();
-    if (drawn.size() != leaves.size()) damaged("/leaves/node", drawn.size());
-    drawn_ = drawn;
-    for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk) selectChunk(leaves, chunk);
+    const auto leaves = layer.step->leaves();
+    if (layer.selection->drawn.size() > leaves.size()) damaged("/leaves/node", leaves.size());
+    for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk) selectChunk(layer, leaves, chunk);
+    selection_ = layer.selection;
+    leavesInView_ = layer.leavesInView;
 }
 
-void StepPoints::selectChunk(const storage::Leaves& leaves, std::size_t chunk) {
+void StepPoints::selectChunk(const LayerPlan& layer, const storage::Leaves& leaves, std::size_t chunk) {
     const std::uint64_t begin = chunk * chunkPoints;
     const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
     ChunkSelection& selected = selected_[chunk];
@@ -105,7 +106,7 @@ void StepPoints::selectChunk(const storage::Leaves& leaves, std::size_t chunk) {
     const auto forEachLeaf = [&](auto visit) {
         for (std::size_t leaf = selected.firstLeaf;
              leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
-            const auto [first, end] = within(leaves.pointBegin[leaf], drawn_[leaf], begin, size);
+            const auto [first, end] = within(leaves.pointBegin[leaf], layer.drawn(leaf), begin, size);
             visit(first, end);
         }
     };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/render/egl/gl_objects.h"
+#include "server/render/frame_plan.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -46,7 +47,7 @@ class StepPoints {
     explicit StepPoints(const storage::ParticleStep& step);
 
     /// Which points are drawn from now on. Cheap where they are the same as before.
-    void select(const storage::ParticleStep& step, const std::vector<std::uint32_t>& drawn);
+    void select(const LayerPlan& layer);
 
     std::size_t chunkCount() const { return chunks_.size(); }
     const ChunkSelection& selection(std::size_t chunk) const { return selected_[chunk]; }
@@ -57,12 +58,14 @@ class StepPoints {
     const std::optional<PointChunk>& at(std::size_t chunk) const { return chunks_[chunk]; }
 
   private:
-    void selectChunk(const storage::Leaves& leaves, std::size_t chunk);
+    void selectChunk(const LayerPlan& layer, const storage::Leaves& leaves, std::size_t chunk);
 
     std::uint64_t pointCount_;
     std::vector<std::optional<PointChunk>> chunks_;
     std::vector<ChunkSelection> selected_;
-    std::vector<std::uint32_t> drawn_;
+    // What is selected; null: nothing is.
+    std::shared_ptr<const PointSelection> selection_;
+    std::vector<std::uint64_t> leavesInView_;
 };
 
 }  // namespace mote::render

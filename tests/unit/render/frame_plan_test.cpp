@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numeric>
 
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
@@ -36,9 +35,9 @@ TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
     ASSERT_EQ(plan.layers.size(), 1U);
     EXPECT_EQ(plan.layers[0].style, scene.view.layers[0].style);
     EXPECT_EQ(plan.layers[0].step, scene.steps[0]);
-    const auto& drawn = plan.layers[0].drawn;
-    EXPECT_EQ(drawn.size(), scene.steps[0]->leaves().size());
-    EXPECT_EQ(plan.layers[0].pointsDrawn, std::accumulate(drawn.begin(), drawn.end(), std::uint64_t{0}));
+    std::uint64_t drawn = 0;
+    for (std::size_t i = 0; i < scene.steps[0]->leaves().size(); ++i) drawn += plan.layers[0].drawn(i);
+    EXPECT_EQ(plan.layers[0].pointsDrawn, drawn);
     EXPECT_GT(plan.layers[0].pointsDrawn, 0U);
 }
 
@@ -99,13 +98,26 @@ TEST(FramePlan, FewerPointsAreAPrefixAndMoreOpaque) {
     const auto some = makeFramePlan(scene, {.pointFraction = 0.25});
     // n points of opacity a leave (1 - a)^n; a quarter of them must leave as much.
     EXPECT_NEAR(std::pow(1.0 - some.layers[0].style.pointOpacity, 0.25), 0.5, 1e-12);
-    for (std::size_t i = 0; i < all.layers[0].drawn.size(); ++i) {
-        EXPECT_LE(some.layers[0].drawn[i], all.layers[0].drawn[i]);
-    }
+    const std::size_t count = scene.steps[0]->leaves().size();
+    for (std::size_t i = 0; i < count; ++i) EXPECT_LE(some.layers[0].drawn(i), all.layers[0].drawn(i));
     // Each leaf rounds by less than a point, at random: three standard deviations of a sum over the leaves.
-    const double leaves = static_cast<double>(all.layers[0].drawn.size());
+    const auto leaves = static_cast<double>(count);
     EXPECT_NEAR(static_cast<double>(some.layers[0].pointsDrawn),
                 0.25 * static_cast<double>(all.layers[0].pointsDrawn), 3.0 * std::sqrt(0.5 * leaves));
+}
+
+TEST(FramePlan, PicturesOfOneStepAndStyleShareTheirSelection) {
+    SelectionCache selections;
+    auto scene = beamScene(plain);
+    const auto first = makeFramePlan(scene, Quality::exact(), selections);
+    scene.view.camera.eye = {3.0, 0.0, 0.0};
+    const auto turned = makeFramePlan(scene, Quality::exact(), selections);
+    EXPECT_EQ(turned.layers[0].selection, first.layers[0].selection);
+    const auto quick = makeFramePlan(scene, {.pointFraction = 0.5}, selections);
+    EXPECT_NE(quick.layers[0].selection, first.layers[0].selection);
+    scene.view.layers[0].style.pointFraction = Curve::constant(0.5);
+    EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections).layers[0].selection,
+              first.layers[0].selection);
 }
 
 TEST(FramePlan, OpacityStaysBelowItsLimit) {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "protocol/scene/drawn_points.h"
 #include "server/render/octree_cell.h"
@@ -32,22 +33,39 @@ std::shared_ptr<const MemoryStep> beamStep() {
                             {.leafCapacity = 16});
 }
 
-/// The definition, leaf by leaf, without octree, shortcuts or order.
-std::vector<std::uint32_t> byDefinition(const storage::ParticleStep& step, const Frustum& frustum,
-                                        const Curve& fraction, double share) {
+/// The definition, leaf by leaf, without shortcuts or order.
+std::vector<std::uint32_t> byDefinition(const storage::ParticleStep& step, const Curve& fraction,
+                                        double share) {
     const auto leaves = step.leaves();
     const auto nodes = step.nodes();
     std::vector<std::uint32_t> drawn;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
         const auto node = leaves.node[i];
-        const double half = std::ldexp(1.0, -nodes.level[node]);
-        const glm::dvec3 center = -1.0 + 2.0 * half * (glm::dvec3(cellPlace(nodes.morton[node])) + 0.5);
-        const bool out = frustum.of(center, half) == Frustum::Side::outside;
         const double wanted = share * fraction(step.logDensity().ofLeaf(leaves.density[i]));
-        drawn.push_back(
-            out ? 0 : drawnPoints(wanted, leaves.pointCount[i], nodes.level[node], nodes.morton[node]));
+        drawn.push_back(drawnPoints(wanted, leaves.pointCount[i], nodes.level[node], nodes.morton[node]));
     }
     return drawn;
+}
+
+std::vector<bool> inViewByDefinition(const storage::ParticleStep& step, const Frustum& frustum) {
+    std::vector<bool> result;
+    const auto nodes = step.nodes();
+    for (const auto node : step.leaves().node) {
+        const double half = std::ldexp(1.0, -nodes.level[node]);
+        const glm::dvec3 center = -1.0 + 2.0 * half * (glm::dvec3(cellPlace(nodes.morton[node])) + 0.5);
+        result.push_back(frustum.of(center, half) != Frustum::Side::outside);
+    }
+    return result;
+}
+
+std::vector<Curve> curves() {
+    return {Curve::constant(1.0),
+            Curve::constant(0.0),
+            Curve::constant(0.3),
+            curve({{0.3, 1.0}, {0.7, 0.0}}),
+            curve({{0.3, 0.0}, {0.7, 1.0}}),
+            curve({{0.5, 1.0}, {0.5, 0.0}}),
+            curve({{0.0, 0.0}, {0.5, 1.0}, {1.0, 0.0}})};
 }
 
 TEST(ZeroFrom, FindsWhereACurveEndsInZero) {
@@ -61,40 +79,57 @@ TEST(ZeroFrom, FindsWhereACurveEndsInZero) {
     EXPECT_EQ(zeroFrom(curve({{0.5, 1.0}, {0.5, 0.0}})), 0.5);
 }
 
-TEST(SelectPoints, IsTheDefinitionWhateverTheCurveAndTheView) {
+TEST(SelectPoints, IsTheDefinitionWhateverTheCurve) {
     const auto step = beamStep();
-    const Curve curves[] = {Curve::constant(1.0),
-                            Curve::constant(0.0),
-                            Curve::constant(0.3),
-                            curve({{0.3, 1.0}, {0.7, 0.0}}),
-                            curve({{0.3, 0.0}, {0.7, 1.0}}),
-                            curve({{0.5, 1.0}, {0.5, 0.0}}),
-                            curve({{0.0, 0.0}, {0.5, 1.0}, {1.0, 0.0}})};
-    Camera inside;
-    inside.eye = {0.1, 0.05, 0.2};
-    inside.target = {0.4, 0.1, -0.3};
-    const Frustum narrow(inside, 160, 90, 0.5, 1e-3, inside.worldToEye());
-    for (const auto& fraction : curves) {
+    for (const auto& fraction : curves()) {
         for (const double share : {1.0, 0.4}) {
-            EXPECT_EQ(selectPoints(*step, everything(), fraction, share),
-                      byDefinition(*step, everything(), fraction, share));
-            EXPECT_EQ(selectPoints(*step, narrow, fraction, share),
-                      byDefinition(*step, narrow, fraction, share));
+            auto selection = selectPoints(*step, fraction, share);
+            EXPECT_EQ(selection.points, std::accumulate(selection.drawn.begin(), selection.drawn.end(), 0U));
+            selection.drawn.resize(step->leaves().size(), 0);
+            EXPECT_EQ(selection.drawn, byDefinition(*step, fraction, share));
         }
     }
 }
 
+TEST(SelectPoints, DoesNotLookBeyondTheLastLeafThatIsDrawn) {
+    const auto step = beamStep();
+    const auto selection = selectPoints(*step, curve({{0.3, 1.0}, {0.7, 0.0}}), 1.0);
+    const double last = step->logDensity().ofLeaf(step->leaves().density[selection.drawn.size() - 1]);
+    EXPECT_LE(last, 0.7 + 1e-6);
+    EXPECT_LT(selection.drawn.size(), step->leaves().size());
+}
+
+TEST(LeavesInView, AreThoseThatTouchTheFrustum) {
+    const auto step = beamStep();
+    Camera inside;
+    inside.eye = {0.1, 0.05, 0.2};
+    inside.target = {0.4, 0.1, -0.3};
+    const Frustum narrow(inside, 160, 90, 0.5, 1e-3, inside.worldToEye());
+    const auto expected = inViewByDefinition(*step, narrow);
+    for (const auto& fraction : curves()) {
+        const auto bits = leavesInView(*step, narrow, fraction);
+        const auto drawn = selectPoints(*step, fraction, 1.0).drawn;
+        ASSERT_EQ(bits.size(), (expected.size() + 63) / 64);
+        for (std::size_t i = 0; i < drawn.size(); ++i) {
+            EXPECT_TRUE(drawn[i] == 0 || inView(bits, i) == expected[i]) << i;
+        }
+    }
+}
+
+TEST(LeavesInView, OfAPlotThatIsWhollyInViewNeedNoBits) {
+    EXPECT_TRUE(leavesInView(*beamStep(), everything(), Curve::constant(1.0)).empty());
+    EXPECT_TRUE(inView({}, 12345));
+}
+
 TEST(SelectPoints, AnEmptyStepDrawsNothing) {
     const auto step = MemoryStep::make({});
-    EXPECT_TRUE(selectPoints(*step, everything(), Curve::constant(1.0), 1.0).empty());
+    EXPECT_TRUE(selectPoints(*step, Curve::constant(1.0), 1.0).drawn.empty());
 }
 
 TEST(SelectPoints, OneDensityIsTheLeast) {
     const auto step = MemoryStep::make({{{0.2, 0.3, 0.4}}});
-    EXPECT_EQ(selectPoints(*step, everything(), curve({{0.0, 1.0}, {0.1, 0.0}}), 1.0),
-              std::vector<std::uint32_t>{1});
-    EXPECT_EQ(selectPoints(*step, everything(), curve({{0.0, 0.0}, {0.1, 1.0}}), 1.0),
-              std::vector<std::uint32_t>{0});
+    EXPECT_EQ(selectPoints(*step, curve({{0.0, 1.0}, {0.1, 0.0}}), 1.0).points, 1U);
+    EXPECT_EQ(selectPoints(*step, curve({{0.0, 0.0}, {0.1, 1.0}}), 1.0).points, 0U);
 }
 
 /// A step of which one array of the octree says something else.
@@ -137,29 +172,30 @@ class Altered final : public storage::ParticleStep {
     std::shared_ptr<const MemoryStep> step_;
 };
 
-void expectDamaged(const Altered& step) {
+void lookAt(const Altered& step) {
     // Part of the box out of view, so that the octree is walked.
-    EXPECT_THROW(selectPoints(step, everything(0.9), Curve::constant(0.5), 1.0), storage::StorageError);
+    leavesInView(step, everything(0.9), Curve::constant(0.5));
+    selectPoints(step, Curve::constant(0.5), 1.0);
 }
 
 TEST(SelectPoints, RefusesAnOctreeThatContradictsItself) {
     const Altered sound(beamStep());
-    EXPECT_NO_THROW(selectPoints(sound, everything(0.9), Curve::constant(0.5), 1.0));
+    EXPECT_NO_THROW(lookAt(sound));
     auto damaged = sound;
     damaged.firstChild[0] = static_cast<std::uint32_t>(damaged.firstChild.size());
-    expectDamaged(damaged);
+    EXPECT_THROW(lookAt(damaged), storage::StorageError);
     damaged = sound;
     damaged.firstChild[0] = 0;  // a circle
-    expectDamaged(damaged);
+    EXPECT_THROW(lookAt(damaged), storage::StorageError);
     damaged = sound;
     damaged.firstChild.back() = 4'000'000'000U;  // a leaf that is not there
-    expectDamaged(damaged);
+    EXPECT_THROW(lookAt(damaged), storage::StorageError);
     damaged = sound;
     damaged.level[1] = 200;
-    expectDamaged(damaged);
+    EXPECT_THROW(lookAt(damaged), storage::StorageError);
     damaged = sound;
     damaged.node[0] = 4'000'000'000U;
-    expectDamaged(damaged);
+    EXPECT_THROW(lookAt(damaged), storage::StorageError);
 }
 
 }  // namespace
