@@ -121,6 +121,8 @@ storage::StepContent BuiltStep::content() const {
     content.rows = row;
     content.volume = volume;
     content.volumeSize = volumeSize;
+    content.previewPoints = preview.points;
+    content.previewThreshold = preview.threshold;
     return content;
 }
 
@@ -148,6 +150,8 @@ Result<BuiltStep> buildStep(QuantizedStep particles, const StepOptions& options,
     weights = std::vector<double>();
     sorted.key = std::vector<std::uint64_t>();
     if (!PointWriter(particles, sorted.index, built).run(cancelled)) return cancelledError();
+    particles = {};
+    built.preview = buildPreview(built.octree.nodes(), built.octree.leaves(), built.position);
     return built;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "preprocess/particles/octree.h"
+#include "preprocess/particles/preview.h"
 #include "preprocess/particles/quantized_step.h"
 #include "storage/particles/step_content.h"
 
@@ -25,6 +26,7 @@ struct BuiltStep {
     std::vector<std::uint64_t> row;
     std::vector<float> volume;
     std::uint32_t volumeSize = 0;
+    BuiltPreview preview;
 
     /// Views of these arrays; axes and bounds are the caller's to add.
     storage::StepContent content() const;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "protocol/scene/json.h"
@@ -28,6 +30,21 @@ Result<proto::Digest> readDigest(const std::filesystem::path& path, const proto:
     const auto parsed = parseJson(*text, digest, path.string());
     if (parsed.ok()) return digest;
     return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
+}
+
+/// What stands for the preview of a file that has none: both of its arrays, empty.
+proto::Digest withPreview(proto::Digest digest) {
+    const auto isPreview = [](const auto& array) { return array.name().rfind("/preview/", 0) == 0; };
+    if (std::any_of(digest.arrays().begin(), digest.arrays().end(), isPreview)) return digest;
+    for (const auto which : {StepArray::previewPoint, StepArray::previewThreshold}) {
+        const auto& layout = stepArrays[static_cast<std::size_t>(which)];
+        auto& array = *digest.add_arrays();
+        array.set_name(layout.name);
+        array.set_type(std::string(layout.type));
+        array.add_shape(0);
+        if (which == StepArray::previewPoint) array.add_shape(4);
+    }
+    return digest;
 }
 
 }  // namespace
@@ -61,7 +78,7 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
     mapped->volumeSize_ = 1U << particles.volume_level();
     mapped->maxLevel_ = particles.max_level();
     mapped->logDensity_ = {particles.density_min(), particles.density_max()};
-    MOTE_RETURN_IF_ERROR(mapped->readArrays(*digest));
+    MOTE_RETURN_IF_ERROR(mapped->readArrays(withPreview(*digest)));
     MOTE_RETURN_IF_ERROR(mapped->checkShapes(entry));
     return std::shared_ptr<const MappedStep>(mapped);
 }
@@ -91,6 +108,10 @@ Status MappedStep::checkShapes(const proto::ParticleStepEntry& entry) const {
     if (nodes < 1 || nodes > most || leaves < 1 || leaves > nodes) {
         return Error{ErrorCode::corrupt, name_, "the octree has no sensible number of nodes and leaves"};
     }
+    const std::uint64_t shown = array(StepArray::previewPoint).size() / 4;
+    if (shown > std::min<std::uint64_t>(points / 4, Preview::mostPoints)) {
+        return Error{ErrorCode::corrupt, name_ + ":/preview/point", "has more points than a preview may"};
+    }
     for (std::size_t i = 0; i < stepArrays.size(); ++i) {
         const auto which = static_cast<StepArray>(i);
         Shape expected{leaves};
@@ -98,6 +119,10 @@ Status MappedStep::checkShapes(const proto::ParticleStepEntry& entry) const {
         if (which == StepArray::pointPosition) expected = {points, 3};
         if (which == StepArray::pointRow) expected = {points};
         if (which == StepArray::volumeDensity) expected = Shape(3, volumeSize_);
+        if (which == StepArray::previewPoint) expected = {shown, 4};
+        if (which == StepArray::previewThreshold) {
+            expected = {(shown + Preview::blockPoints - 1) / Preview::blockPoints};
+        }
         if (arrays_[i].shape() == expected) continue;
         return Error{ErrorCode::corrupt, name_ + ":" + stepArrays[i].name,
                      fmt::format("has the shape [{}], not [{}]", fmt::join(arrays_[i].shape(), ", "),
@@ -170,6 +195,49 @@ std::span<const float> MappedStep::volume() const {
     return array(StepArray::volumeDensity).all<float>();
 }
 
+LogDensity MappedStep::ownScale() const {
+    const auto& densities = array(StepArray::leafDensity);
+    const auto at = [&](std::uint64_t leaf) { return densities.get<float>(leaf, 1)[0]; };
+    // By halves, so that a few blocks are read; leaves that weigh nothing come first.
+    std::uint64_t first = 0;
+    std::uint64_t last = densities.size() - 1;
+    while (first < last) {
+        const std::uint64_t middle = first + (last - first) / 2;
+        if (at(middle) > 0.0F) {
+            last = middle;
+        } else {
+            first = middle + 1;
+        }
+    }
+    const float least = at(first);
+    const float greatest = at(densities.size() - 1);
+    if (!std::isfinite(greatest) || !(least >= 0.0F) || least > greatest) {
+        throw StorageError(
+            Error{ErrorCode::corrupt, name_ + ":/leaves/density", "is not in ascending order"});
+    }
+    return greatest > 0.0F ? LogDensity{least, greatest} : LogDensity{};
+}
+
+Preview MappedStep::preview(std::uint64_t most) const {
+    Preview preview;
+    preview.total = array(StepArray::previewPoint).size() / 4;
+    if (preview.total == 0) return preview;
+    const std::uint64_t count = std::min(most, preview.total);
+    const auto numbers = array(StepArray::previewPoint).get<std::uint16_t>(0, 4 * count);
+    preview.points = {reinterpret_cast<const PreviewPoint*>(numbers.data()), count};
+    preview.threshold = array(StepArray::previewThreshold).all<float>();
+    preview.scale = ownScale();
+    // Every comparison with a number that is none is false.
+    const auto& threshold = preview.threshold;
+    if (!(threshold.front() >= 0.0F && threshold.back() <= 1.0F) ||
+        std::adjacent_find(threshold.begin(), threshold.end(), [](float a, float b) { return !(a <= b); }) !=
+            threshold.end()) {
+        throw StorageError(
+            Error{ErrorCode::corrupt, name_ + ":/preview/threshold", "does not ascend from 0 to 1"});
+    }
+    return preview;
+}
+
 std::vector<Error> MappedStep::verify(const std::function<bool()>& cancelled) const {
     std::vector<Error> errors;
     for (const auto& one : arrays_) {
@@ -180,7 +248,12 @@ std::vector<Error> MappedStep::verify(const std::function<bool()>& cancelled) co
     }
     if (!errors.empty()) return errors;
     const auto checked = checkTree();
-    if (!checked.ok()) errors.push_back(checked.error());
+    if (!checked.ok()) return {checked.error()};
+    try {
+        preview(Preview::mostPoints);
+    } catch (const StorageError& error) {
+        errors.push_back(error.error());
+    }
     return errors;
 }
 

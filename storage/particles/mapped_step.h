@@ -30,6 +30,7 @@ class MappedStep final : public ParticleStep {
     std::span<const std::uint64_t> rows(std::uint64_t begin, std::uint64_t count) const override;
     std::span<const float> volume() const override;
     std::uint32_t volumeSize() const override { return volumeSize_; }
+    Preview preview(std::uint64_t most) const override;
     LogDensity logDensity() const override { return logDensity_; }
 
     /// Hashes every block and checks octree and leaves: what is wrong, nothing where all is well. Stops
@@ -44,6 +45,7 @@ class MappedStep final : public ParticleStep {
     OctreeNodes rawNodes() const;
     Leaves rawLeaves() const;
     Status checkTree() const;
+    LogDensity ownScale() const;
     /// Once, at the first use of the octree; throws StorageError.
     void requireTree() const;
 

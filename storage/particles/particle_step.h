@@ -51,6 +51,26 @@ struct PackedPosition {
 };
 static_assert(sizeof(PackedPosition) == 6);
 
+/// A point of the preview: its place in the plot's whole box, the box' edge being 65536; it lies at
+/// (p + 1/2) / 65536 of the edge.
+struct PreviewPoint {
+    std::uint16_t x, y, z;
+    std::uint16_t density;  ///< of its leaf: 65535 times Preview::scale.ofLeaf, rounded
+};
+static_assert(sizeof(PreviewPoint) == 8);
+
+/// Points that can be drawn without the octree: those of least `drawnFrom` (protocol/scene/drawn_points.h),
+/// ascending, so every prefix is an unbiased sample of the step.
+struct Preview {
+    static constexpr std::size_t mostPoints = std::size_t{1} << 23;
+    static constexpr std::size_t blockPoints = 4096;
+
+    std::span<const PreviewPoint> points;  ///< the first of `total`
+    std::uint64_t total = 0;               ///< at most mostPoints, and no more than a quarter of the step's
+    std::span<const float> threshold;      ///< drawnFrom of the first point of each of total's blocks
+    LogDensity scale;                      ///< the step's own: its least density above zero, its greatest
+};
+
 class ParticleStep {
   public:
     /// `directory` is the dataset; checks the digest's shapes against each other and the file's size.
@@ -72,6 +92,12 @@ class ParticleStep {
     /// log2(D), counted from the particles themselves.
     virtual std::span<const float> volume() const = 0;
     virtual std::uint32_t volumeSize() const = 0;  ///< D
+    /// The first `most` points of the preview, or as many as it has: none in a step of few points, nor in one
+    /// that was written without. Needs nothing of the octree.
+    virtual Preview preview(std::uint64_t most) const {
+        static_cast<void>(most);
+        return {};
+    }
 
     /// The plot's density scale, the same for all steps.
     virtual LogDensity logDensity() const = 0;

@@ -23,6 +23,8 @@ struct StepContent {
     std::span<const std::uint64_t> rows;        ///< as many
     std::span<const float> volume;              ///< volumeSize^3, x fastest
     std::uint32_t volumeSize = 0;
+    std::span<const PreviewPoint> previewPoints;
+    std::span<const float> previewThreshold;  ///< one for each Preview::blockPoints of them, or a part
 };
 
 }  // namespace mote::storage

@@ -25,6 +25,9 @@ enum class StepArray : std::size_t {
     pointPosition,
     pointRow,
     volumeDensity,
+    // Absent, both of them, in files of earlier writers.
+    previewPoint,
+    previewThreshold,
 };
 
 struct StepArrayLayout {
@@ -32,7 +35,7 @@ struct StepArrayLayout {
     std::string_view type;  ///< as in the digest
 };
 
-inline constexpr std::array<StepArrayLayout, 14> stepArrays{{
+inline constexpr std::array<StepArrayLayout, 16> stepArrays{{
     {"/octree/level", "u8"},
     {"/octree/morton", "u64"},
     {"/octree/first_child", "u32"},
@@ -47,8 +50,11 @@ inline constexpr std::array<StepArrayLayout, 14> stepArrays{{
     {"/points/position", "u16"},
     {"/points/row", "u64"},
     {"/volume/density", "f32"},
+    {"/preview/point", "u16"},
+    {"/preview/threshold", "f32"},
 }};
 
-inline constexpr std::array<const char*, 4> stepGroups{"/octree", "/leaves", "/points", "/volume"};
+inline constexpr std::array<const char*, 5> stepGroups{"/octree", "/leaves", "/points", "/volume",
+                                                       "/preview"};
 
 }  // namespace mote::storage

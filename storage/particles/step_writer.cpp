@@ -42,6 +42,8 @@ std::vector<Piece> piecesOf(const StepContent& content) {
     const hsize_t l = leaves.size();
     const hsize_t p = content.rows.size();
     const hsize_t d = content.volumeSize;
+    const hsize_t q = content.previewPoints.size();
+    const hsize_t b = content.previewThreshold.size();
     return {
         piece(StepArray::octreeLevel, {n}, nodes.level),
         piece(StepArray::octreeMorton, {n}, nodes.morton),
@@ -57,6 +59,8 @@ std::vector<Piece> piecesOf(const StepContent& content) {
         piece(StepArray::pointPosition, {p, 3}, content.positions),
         piece(StepArray::pointRow, {p}, content.rows),
         piece(StepArray::volumeDensity, {d, d, d}, content.volume),
+        piece(StepArray::previewPoint, {q, 4}, content.previewPoints),
+        piece(StepArray::previewThreshold, {b}, content.previewThreshold),
     };
 }
 

@@ -80,6 +80,7 @@ class MemoryStepBuilder {
         writePoints();
         countVolume();
         setScale();
+        step_->preview_ = brutePreview(*step_);
         return step_;
     }
 

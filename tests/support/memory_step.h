@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/particles/particle_step.h"
+#include "tests/support/brute_preview.h"
 
 namespace mote::test {
 
@@ -43,6 +44,7 @@ class MemoryStep final : public storage::ParticleStep {
     std::span<const std::uint64_t> rows(std::uint64_t begin, std::uint64_t count) const override;
     std::span<const float> volume() const override { return volume_; }
     std::uint32_t volumeSize() const override { return volumeSize_; }
+    storage::Preview preview(std::uint64_t most) const override { return preview_.first(most); }
     LogDensity logDensity() const override { return logDensity_; }
 
   private:
@@ -65,6 +67,7 @@ class MemoryStep final : public storage::ParticleStep {
     std::vector<std::uint64_t> rows_;
     std::vector<float> volume_;
     std::uint32_t volumeSize_ = 1;
+    BrutePreview preview_;
     LogDensity logDensity_;
 };
 

@@ -97,8 +97,8 @@ TEST_F(MotePrep, VerifyFindsDamageAndExportRefusesIt) {
     {
         const auto file = dir_ / "a.mote" / "step-000000.h5";
         std::fstream stream(file, std::ios::binary | std::ios::in | std::ios::out);
-        // The volume is the last array of the file and 1 MiB large.
-        stream.seekp(-1000, std::ios::end);
+        // The volume is 1 MiB large, and little lies behind it.
+        stream.seekp(-500000, std::ios::end);
         stream.write("damaged", 7);
     }
     const auto verified = run({"verify", path("a.mote"), "--json"});

@@ -16,12 +16,15 @@
 #include "storage/storage_error.h"
 #include "storage/verify.h"
 #include "tests/support/temp_dir.h"
+#include "tests/unit/storage/forged_digest.h"
 #include "tests/unit/storage/tiny_dataset.h"
 
 namespace mote::storage {
 namespace {
 
 namespace fs = std::filesystem;
+using test::digestOf;
+using test::forgeDigest;
 using test::TinyDataset;
 using testing::HasSubstr;
 
@@ -35,12 +38,6 @@ Error openError(const fs::path& dataset) {
     const auto opened = ParticleStep::open(dataset, *readManifest(dataset), 0);
     EXPECT_FALSE(opened.ok());
     return opened.ok() ? Error{} : opened.error();
-}
-
-proto::Digest digestOf(const fs::path& dataset) {
-    proto::Digest digest;
-    EXPECT_TRUE(readJsonFile(dataset / "step-000000.digest", digest).ok());
-    return digest;
 }
 
 void flipByte(const fs::path& path, std::uint64_t offset) {
@@ -58,6 +55,7 @@ void useAll(const ParticleStep& step) {
     step.positions(0, step.pointCount());
     step.rows(0, step.pointCount());
     step.volume();
+    step.preview(Preview::mostPoints);
 }
 
 TEST(ParticleStep, GivesBackWhatWasWritten) {
@@ -85,6 +83,13 @@ TEST(ParticleStep, GivesBackWhatWasWritten) {
     EXPECT_EQ(step->positions(299999, 1)[0].z, tiny.position[299999].z);
     EXPECT_TRUE(step->positions(TinyDataset::points, 0).empty());
     EXPECT_EQ(step->volumeSize(), 4U);
+    EXPECT_EQ(step->preview(4500).points.size(), 4500U);
+    EXPECT_EQ(step->preview(5001).points.size(), 5000U);
+    EXPECT_EQ(step->preview(0).total, 5000U);
+    EXPECT_EQ(step->preview(5000).points[4999].x, 4999);
+    EXPECT_TRUE(same(step->preview(0).threshold, tiny.threshold));
+    EXPECT_EQ(step->preview(0).scale.min, 8e5);
+    EXPECT_EQ(step->preview(0).scale.max, 16e5);
     EXPECT_EQ(step->logDensity().max, 16e5);
 }
 
@@ -218,21 +223,6 @@ TEST(ParticleStep, ADamagedDigestIsAnErrorAtOpen) {
     EXPECT_EQ(openError(dataset).code, ErrorCode::corrupt);
     EXPECT_THAT(openError(dataset).where, HasSubstr("step-000000.digest"));
     EXPECT_EQ(ParticleStep::open(dataset, *readManifest(dataset), 1).error().code, ErrorCode::notFound);
-}
-
-/// Puts a changed digest in place, its hash in the manifest corrected: damage that no hash tells.
-void forgeDigest(const fs::path& dataset, const std::function<void(proto::Digest&)>& change) {
-    auto digest = digestOf(dataset);
-    change(digest);
-    const std::string text = toJson(digest);
-    std::ofstream(dataset / "step-000000.digest", std::ios::binary) << text;
-    auto manifest = *readManifest(dataset);
-    for (auto& file : *manifest.mutable_files()) {
-        if (file.name() != "step-000000.digest") continue;
-        file.set_size(text.size());
-        file.set_xxh3_128(hash128(std::as_bytes(std::span(text))));
-    }
-    std::ofstream(dataset / manifestName, std::ios::binary) << toJson(manifest);
 }
 
 TEST(ParticleStep, AForgedDigestIsAnErrorAtOpen) {

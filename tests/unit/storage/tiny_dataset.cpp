@@ -21,6 +21,7 @@ TinyDataset::TinyDataset() : volume(64) {
             {number, static_cast<std::uint16_t>(number + 1), static_cast<std::uint16_t>(number + 2)});
         row.push_back(7 * i);
     }
+    for (std::uint16_t i = 0; i < 5000; ++i) preview.push_back({i, 1, 2, 3});
     for (std::size_t i = 0; i < volume.size(); ++i) volume[i] = static_cast<float>(i);
 }
 
@@ -36,6 +37,8 @@ storage::StepContent TinyDataset::content() const {
     content.rows = row;
     content.volume = volume;
     content.volumeSize = 4;
+    content.previewPoints = preview;
+    content.previewThreshold = threshold;
     return content;
 }
 

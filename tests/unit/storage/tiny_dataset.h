@@ -31,6 +31,8 @@ struct TinyDataset {
     std::vector<storage::PackedPosition> position;
     std::vector<std::uint64_t> row;
     std::vector<float> volume;
+    std::vector<storage::PreviewPoint> preview;  ///< not what a job would choose
+    std::vector<float> threshold{0.125F, 0.5F};
 
     TinyDataset();
 

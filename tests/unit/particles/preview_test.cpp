@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/preview.h"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "preprocess/particles/particles_job.h"
+#include "protocol/scene/drawn_points.h"
+#include "storage/verify.h"
+#include "tests/support/beams.h"
+#include "tests/support/brute_preview.h"
+#include "tests/support/memory_step.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/particles/fake_source.h"
+#include "tests/unit/particles/quiet_progress.h"
+
+namespace mote::prep {
+namespace {
+
+using storage::PreviewPoint;
+
+bool same(std::span<const PreviewPoint> a, std::span<const PreviewPoint> b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& p, const auto& q) {
+        return p.x == q.x && p.y == q.y && p.z == q.z && p.density == q.density;
+    });
+}
+
+std::shared_ptr<const test::MemoryStep> beam(std::uint32_t leafCapacity) {
+    test::BeamShape shape{.core = 30000, .halo = 5000, .filaments = 3000};
+    shape.evenWeights = false;
+    return test::MemoryStep::make(test::beam(shape), {.leafCapacity = leafCapacity, .maxLevel = 9});
+}
+
+/// Leaves of one point, of a few and of all.
+TEST(Preview, IsWhatSortingAllPointsGives) {
+    for (const std::uint32_t capacity : {1U, 20U, 100000U}) {
+        SCOPED_TRACE(capacity);
+        const auto step = beam(capacity);
+        const auto expected = test::brutePreview(*step);
+        ASSERT_EQ(expected.points.size(), 38000U / 4);
+        const auto built =
+            buildPreview(step->nodes(), step->leaves(), step->positions(0, step->pointCount()));
+        EXPECT_TRUE(same(built.points, expected.points));
+        EXPECT_EQ(built.threshold, expected.threshold);
+        EXPECT_EQ(built.threshold.size(), 3U);
+    }
+}
+
+TEST(Preview, DoesNotDependOnTheThreads) {
+    const auto step = beam(8);
+    const auto build = [&](int threads) {
+        tbb::task_arena arena(threads);
+        return arena.execute([&] {
+            return buildPreview(step->nodes(), step->leaves(), step->positions(0, step->pointCount()));
+        });
+    };
+    const tbb::global_control more(tbb::global_control::max_allowed_parallelism, 4);
+    const auto one = build(1);
+    const auto four = build(4);
+    EXPECT_TRUE(same(one.points, four.points));
+    EXPECT_EQ(one.threshold, four.threshold);
+}
+
+/// The first k points are those that some fraction draws: the numbers of points by leaf density agree with
+/// drawnPoints at that fraction.
+TEST(Preview, APrefixIsWhatAFractionDraws) {
+    const auto step = beam(20);
+    const auto preview = step->preview(storage::Preview::mostPoints);
+    const auto nodes = step->nodes();
+    const auto leaves = step->leaves();
+    ASSERT_EQ(preview.threshold.size(), 3U);
+    for (std::size_t block = 1; block < 3; ++block) {
+        // Halfway to the neighbouring number, so that rounding to single precision does not count.
+        const double fraction = preview.threshold[block];
+        std::array<double, 16> drawn{};
+        for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+            const auto node = leaves.node[leaf];
+            const auto bin = static_cast<std::size_t>(15.0 * preview.scale.ofLeaf(leaves.density[leaf]));
+            drawn[bin] +=
+                drawnPoints(fraction, leaves.pointCount[leaf], nodes.level[node], nodes.morton[node]);
+        }
+        std::array<double, 16> shown{};
+        for (const auto& point : preview.points.first(block * storage::Preview::blockPoints)) {
+            ++shown[static_cast<std::size_t>(15.0 * point.density / 65535.0)];
+        }
+        // Points at the border of a bin, by the rounding of the density, and those at the very fraction.
+        for (std::size_t bin = 0; bin < 16; ++bin) EXPECT_NEAR(shown[bin], drawn[bin], 2.0) << bin;
+    }
+}
+
+TEST(Preview, OfFewPointsIsEmptyAndWithoutWeightAllZero) {
+    for (const std::size_t points : {std::size_t{0}, std::size_t{1}, std::size_t{3}}) {
+        const auto step =
+            test::MemoryStep::make(std::vector<test::WeightedPoint>(points, {{0.3, 0.3, 0.3}, 1.0}));
+        EXPECT_TRUE(step->preview(10).points.empty());
+        if (points == 0) continue;
+        EXPECT_TRUE(buildPreview(step->nodes(), step->leaves(), step->positions(0, points)).points.empty());
+    }
+    const auto step = beam(1);
+    std::vector<float> nothing(step->leaves().size(), 0.0F);
+    auto leaves = step->leaves();
+    leaves.density = nothing;
+    const auto built = buildPreview(step->nodes(), leaves, step->positions(0, step->pointCount()));
+    ASSERT_EQ(built.points.size(), 38000U / 4);
+    EXPECT_TRUE(std::all_of(built.points.begin(), built.points.end(),
+                            [](const auto& point) { return point.density == 0; }));
+}
+
+TEST(Preview, OfAJobIsThatOfItsStep) {
+    const test::TempDir dir;
+    auto columns = test::beamStep(30000, 4);
+    // Leaves of density zero are no part of the scale.
+    for (std::size_t i = 0; i < 3000; ++i) columns[Column::weight][i] = 0.0;
+    test::FakeSource source({columns});
+    proto::JobRequest request;
+    request.mutable_particles()->add_inputs("fake.h5");
+    for (const char* axis : {"x", "px", "y"}) request.mutable_particles()->add_axes(axis);
+    request.mutable_particles()->set_leaf_capacity(4);
+    test::QuietProgress progress;
+    const auto manifest = runParticlesJob(request, source, {}, dir / "a.mote", {}, progress);
+    ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
+    EXPECT_TRUE(storage::verifyDataset(dir / "a.mote").empty());
+    const auto step = *storage::ParticleStep::open(dir / "a.mote", *manifest, 0);
+    const auto expected = test::brutePreview(*step);
+    const auto preview = step->preview(storage::Preview::mostPoints);
+    EXPECT_EQ(preview.total, 7500U);
+    EXPECT_TRUE(same(preview.points, expected.points));
+    EXPECT_TRUE(std::equal(preview.threshold.begin(), preview.threshold.end(), expected.threshold.begin(),
+                           expected.threshold.end()));
+    EXPECT_EQ(preview.scale.min, expected.scale.min);
+    EXPECT_EQ(preview.scale.max, expected.scale.max);
+    EXPECT_TRUE(same(step->preview(100).points, std::span(expected.points).first(100)));
+    EXPECT_EQ(step->preview(100).total, 7500U);
+}
+
+}  // namespace
+}  // namespace mote::prep
