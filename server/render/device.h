@@ -26,7 +26,7 @@ class DeviceError : public std::runtime_error {
 class Device {
   public:
     virtual ~Device() = default;
-    /// "egl (llvmpipe (LLVM 15.0.6, 256 bits))".
+    /// "egl (llvmpipe (LLVM 15.0.6, 256 bits))", "cpu (AVX-512, 2 threads)".
     virtual std::string name() const = 0;
     /// Empty where `stop` was requested before the picture was done: it is asked often enough that a newer
     /// view need not wait for an older one. Throws DeviceError, storage::StorageError.
@@ -38,9 +38,10 @@ class Device {
 
 enum class DeviceKind { automatic, egl, cpu };
 
-/// Errors: "auto", "egl" and "cpu" are known; "cpu" is refused as unsupported until it exists.
+/// Errors: anything but "auto", "egl" and "cpu".
 Result<DeviceKind> parseDeviceKind(std::string_view name);
 
+/// `automatic`: egl, the processor where EGL fails.
 /// Throws DeviceError.
 std::unique_ptr<Device> createDevice(DeviceKind kind);
 

@@ -14,7 +14,7 @@ constexpr double cellWidth = (1.0 + LogDensity::fade) / TransferTable::cells;
 }  // namespace
 
 TransferTable::TransferTable(const ParticlesStyle& style)
-    : integrals_(cells + 1), visibleBefore_(cells + 1, 0) {
+    : integrals_(cells + 1), extinctions_(cells), visibleBefore_(cells + 1, 0) {
     // Extinction may jump within a cell (a step of the curve); color changes slowly.
     constexpr int parts = 8;
     glm::dvec4 integral(0.0);
@@ -25,6 +25,7 @@ TransferTable::TransferTable(const ParticlesStyle& style)
         for (int part = 0; part < parts; ++part)
             mean += style.extinction(low + (part + 0.5) / parts * cellWidth) / parts;
         if (mean > 0.0) integral += cellWidth * mean * glm::dvec4(style.colorMap(low + 0.5 * cellWidth), 1.0);
+        extinctions_[i] = static_cast<float>(mean);
         integrals_[i + 1] = glm::vec4(integral);
         visibleBefore_[i + 1] = visibleBefore_[i] + (mean > 0.0 ? 1 : 0);
     }

@@ -21,11 +21,14 @@ class TransferTable {
 
     /// cells + 1 running integrals of (extinction * linear RGB, extinction) dt.
     const std::vector<glm::vec4>& integrals() const { return integrals_; }
+    /// Of each cell, its mean extinction per unit length of layer space.
+    const std::vector<float>& extinctions() const { return extinctions_; }
     /// Whether any t in [low, high] has extinction.
     bool visible(float low, float high) const;
 
   private:
     std::vector<glm::vec4> integrals_;
+    std::vector<float> extinctions_;
     std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction
 };
 

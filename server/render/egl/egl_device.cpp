@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/egl/egl_device.h"
 
-#include <cstring>
-
 #include "protocol/scene/mote_check.h"
+#include "server/render/blank_picture.h"
 #include "server/render/egl/egl_context.h"
 #include "server/render/egl/frame_run.h"
 
@@ -12,18 +11,6 @@ namespace {
 
 constexpr std::uint32_t mostSlabs = 256;
 constexpr std::size_t mostLayers = 8;  // as in shaders/frame.glsl
-
-/// A picture of nothing but background.
-Picture blankPicture(const FramePlan& plan, PixelFormat format) {
-    Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
-    const glm::uvec4 blank = blankPixel(plan.background, format);
-    const std::size_t size = bytesPerPixel(format);
-    picture.pixels.resize(std::size_t{plan.width} * plan.height * size);
-    for (std::size_t at = 0; at < picture.pixels.size(); at += size) {
-        std::memcpy(picture.pixels.data() + at, &blank, size);
-    }
-    return picture;
-}
 
 }  // namespace
 

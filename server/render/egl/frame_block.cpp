@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/common.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
-#include <glm/packing.hpp>
 
-#include "protocol/scene/srgb.h"
+#include "server/render/blank_picture.h"
+#include "server/render/ray_map.h"
 #include "server/render/screen_map.h"
 
 namespace mote::render {
@@ -16,23 +17,11 @@ namespace {
 
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
-double slabThickness(const FramePlan& plan) {
-    return (plan.farDepth - plan.nearDepth) / plan.slabs;
-}
-
-/// The ray through (x, y) of the picture's window at slab s, in the box: entry + s * advance, both linear in
-/// (1, x, y).
-void setRays(LayerBlock& block, const FramePlan& plan, const LayerPlan& layer) {
-    const glm::dmat4 eyeToBox = glm::inverse(layer.layerToEye * boxToLayer());
-    const glm::dvec3 right(eyeToBox[0]), up(eyeToBox[1]), away(-eyeToBox[2]), eye(eyeToBox[3]);
-    const double thickness = slabThickness(plan);
-    const bool perspective = plan.camera.perspective();
-    const double spread = perspective ? plan.nearDepth : 1.0;
-    block.entry = {glm::vec4(eye + plan.nearDepth * away, 0.0), glm::vec4(spread * right, 0.0),
-                   glm::vec4(spread * up, 0.0)};
-    const double turn = perspective ? thickness : 0.0;
-    block.advance = {glm::vec4(thickness * away, 0.0), glm::vec4(turn * right, 0.0),
-                     glm::vec4(turn * up, 0.0)};
+void setRays(LayerBlock& block, const RayMap& rays) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        block.entry[i] = glm::vec4(rays.entry[i], 0.0);
+        block.advance[i] = glm::vec4(rays.advance[i], 0.0);
+    }
 }
 
 /// Sums of weights stay below 2^32 whatever pixel the points meet in, with half a unit of rounding each.
@@ -43,15 +32,6 @@ std::uint32_t weightUnit(std::uint64_t points) {
 }
 
 }  // namespace
-
-glm::uvec4 blankPixel(const glm::dvec3& background, PixelFormat format) {
-    if (format == PixelFormat::linearHalf) {
-        return {glm::packHalf2x16(glm::vec2(background.x, background.y)),
-                glm::packHalf2x16(glm::vec2(background.z, 1.0)), 0, 0};
-    }
-    const glm::dvec3 encoded = glm::clamp(linearToSrgb(background), 0.0, 1.0);
-    return {glm::packUnorm4x8(glm::vec4(encoded, 1.0)), 0, 0, 0};
-}
 
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
     const double size = layer.style.pointSize;
@@ -84,13 +64,14 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     block.band = glm::ivec4(tilesAcross * rows, plan.slabs, format == PixelFormat::linearHalf, pixelRows);
     block.window = glm::vec4(half * plan.width / plan.height, half, plan.samplesPerCell, 0.0);
     block.background = glm::vec4(plan.background, 1.0);
-    block.blank = blankPixel(plan.background, format);
+    const auto blank = blankPixel(plan.background, format);
+    std::memcpy(&block.blank, blank.data(), blank.size());
     for (std::size_t i = 0; i < plan.layers.size(); ++i) {
         const LayerPlan& layer = plan.layers[i];
         const PointNumbers numbers = pointNumbers(plan, layer);
         LayerBlock& result = block.layers[i];
         result.boxToScreen = glm::mat4(boxToScreen(plan, layer));
-        setRays(result, plan, layer);
+        setRays(result, RayMap(plan, layer));
         result.point = glm::vec4(layer.style.pointColor, numbers.tau);
         result.scale = glm::vec4(1.0 / numbers.unit, volumeSizes[i], 0.0, 0.0);
     }

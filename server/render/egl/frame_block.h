@@ -45,9 +45,6 @@ struct PointNumbers {
     std::uint32_t unit;  ///< weight of a whole point; the sum over all points drawn stays below 2^32
 };
 
-/// A pixel of background in a format, in the first one or two words.
-glm::uvec4 blankPixel(const glm::dvec3& background, PixelFormat format);
-
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer);
 
 /// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side, 0 where nothing of it is

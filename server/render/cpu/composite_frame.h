@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// CompositeFrame: what the composite of every tile of one picture has in common. A value that points to
+// volumes and tables which the device keeps while the picture is drawn; read by any number of threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "server/render/cpu/packed_volume.h"
+#include "server/render/cpu/volume_blocks.h"
+#include "server/render/cpu/volume_table.h"
+#include "server/render/frame_plan.h"
+#include "server/render/picture.h"
+#include "server/render/ray_map.h"
+
+namespace mote::render {
+
+/// A volume that is somewhere visible; nothing is owned.
+struct VisibleVolume {
+    const PackedVolume* volume = nullptr;  ///< null: there is none
+    const VolumeTable* table = nullptr;
+    const VisibleBlocks* blocks = nullptr;
+};
+
+struct CompositeLayer {
+    RayMap rays;
+    VisibleVolume visible;
+    glm::vec3 pointColor;  ///< linear RGB
+    float pointTau;        ///< optical depth of a whole point
+};
+
+struct CompositeFrame {
+    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleVolume>& volumes);
+
+    std::uint32_t width, height;  ///< pixels
+    std::uint32_t slabs;
+    float samplesPerCell;
+    glm::dvec2 window;     ///< half width and half height of the picture at depth 1
+    glm::vec3 background;  ///< linear RGB
+    PixelFormat format;
+    std::array<std::uint8_t, 8> blank;  ///< a pixel of background, in its first bytes
+    std::vector<CompositeLayer> layers;
+};
+
+}  // namespace mote::render

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/cpu_device.h"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <stop_token>
+
+#include "protocol/scene/mote_check.h"
+#include "server/render/blank_picture.h"
+#include "server/render/cpu/composite.h"
+#include "server/render/cpu/packet.h"
+#include "server/render/cpu/resident_volumes.h"
+
+namespace mote::render {
+
+struct CpuDevice::State {
+    explicit State(const CpuOptions& options)
+        : arena(options.threads == 0 ? oneapi::tbb::task_arena::automatic
+                                     : static_cast<int>(options.threads)) {}
+
+    std::optional<Picture> draw(const FramePlan& plan, PixelFormat format, const std::stop_token& stop);
+
+    oneapi::tbb::task_arena arena;
+    ResidentVolumes volumes;
+};
+
+std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
+                                              const std::stop_token& stop) {
+    std::vector<VisibleVolume> visible;
+    for (const auto& layer : plan.layers) visible.push_back(volumes.of(layer.step, layer.style));
+    const CompositeFrame frame(plan, format, visible);
+    Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
+    picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
+    for (const auto& layer : plan.layers) picture.pointsDrawn += layer.pointsDrawn;
+    const std::uint32_t columns = tilesAcross(plan.width);
+    oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan.height), [&](std::uint32_t number) {
+        if (stop.stop_requested()) return;
+        const Tile tile{number % columns, number / columns};
+        compositeTile(frame, tile, {}, picture.pixels.data());
+    });
+    if (stop.stop_requested()) return std::nullopt;
+    return picture;
+}
+
+CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options)) {}
+
+CpuDevice::~CpuDevice() = default;
+
+std::string CpuDevice::name() const {
+    const int threads = state_->arena.max_concurrency();
+    return "cpu (" + vectorName() + ", " + std::to_string(threads) +
+           (threads == 1 ? " thread)" : " threads)");
+}
+
+std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= Packet::mostLayers);
+    MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
+    if (stop.stop_requested()) return std::nullopt;
+    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return blankPicture(plan, format);
+    return state_->arena.execute([&] { return state_->draw(plan, format, stop); });
+}
+
+void CpuDevice::trim() {
+    state_->volumes.dropExpired();
+}
+
+}  // namespace mote::render

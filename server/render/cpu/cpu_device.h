@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// CpuDevice: draws frame plans on the processor, tile by tile on a given number of threads, by the widest
+// vectors there are; docs/RENDERING.md says how. The same plan gives the same bytes for any number of
+// threads. Several may live in one process.
+#pragma once
+
+#include <memory>
+
+#include "server/render/device.h"
+
+namespace mote::render {
+
+struct CpuOptions {
+    unsigned threads = 0;  ///< 0: as many as the process may use
+};
+
+class CpuDevice final : public Device {
+  public:
+    explicit CpuDevice(CpuOptions options = {});
+    ~CpuDevice() override;
+
+    std::string name() const override;
+    std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
+    void trim() override;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace mote::render

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/packed_volume.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "storage/storage_error.h"
+
+namespace mote::render {
+namespace {
+
+std::uint16_t quantised(double t) {
+    constexpr double scale = PackedVolume::full / (1.0 + LogDensity::fade);
+    return static_cast<std::uint16_t>(std::lround((t + LogDensity::fade) * scale));
+}
+
+std::uint32_t checkedSize(const storage::ParticleStep& step) {
+    const std::uint32_t size = step.volumeSize();
+    if (size == 0 || size > PackedVolume::mostCells ||
+        step.volume().size() != std::size_t{size} * size * size) {
+        throw storage::StorageError(
+            Error{ErrorCode::corrupt, "/volume/density", "the volume's size is not its shape"});
+    }
+    return size;
+}
+
+/// t of each cell, x fastest.
+std::unique_ptr<std::uint16_t[]> quantisedCells(std::span<const float> densities, std::uint32_t size,
+                                                const LogDensity& scale) {
+    std::unique_ptr<std::uint16_t[]> cells(new std::uint16_t[densities.size()]);
+    const std::size_t sheet = std::size_t{size} * size;
+    oneapi::tbb::parallel_for(0U, size, [&](std::uint32_t z) {
+        for (std::size_t i = z * sheet; i < (z + 1) * sheet; ++i)
+            cells[i] = quantised(scale.ofCell(densities[i]));
+    });
+    return cells;
+}
+
+}  // namespace
+
+PackedVolume::PackedVolume(const storage::ParticleStep& step) : size_(checkedSize(step)) {
+    const auto cells = quantisedCells(step.volume(), size_, step.logDensity());
+    words_.reset(new std::uint32_t[std::size_t{size_ + 2} * sheetRows() * rowWords()]);
+    const auto inside = [this](std::uint32_t padded) {
+        return std::size_t{std::clamp(padded, 1U, size_) - 1};
+    };
+    oneapi::tbb::parallel_for(0U, size_ + 2, [&](std::uint32_t z) {
+        for (std::uint32_t y = 0; y < sheetRows(); ++y) {
+            const std::uint16_t* const near = &cells[(inside(z) * size_ + inside(y)) * size_];
+            const std::uint16_t* const far = &cells[(inside(z) * size_ + inside(y + 1)) * size_];
+            std::uint32_t* const row = &words_[(std::size_t{z} * sheetRows() + y) * rowWords()];
+            for (std::uint32_t x = 0; x < rowWords(); ++x)
+                row[x] = near[inside(x)] | std::uint32_t{far[inside(x)]} << 16;
+        }
+    });
+}
+
+}  // namespace mote::render

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PackedVolume: a step's density volume as scaled log densities, packed so that a trilinear sample takes two
+// reads of 8 bytes. Immutable once made; safe on any number of threads.
+//
+// The volume is padded by one cell on each side with its outermost values, so that interpolation within the
+// box needs no clamping: the padded cell p (0 to size + 1) has its centre at (p - 1/2) / size of the box.
+// A word holds two neighbours along y, the nearer one in the low half; words lie side by side along x, so
+// that 8 bytes from any word on are 2 x 2 cells.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+class PackedVolume {
+  public:
+    static constexpr std::uint32_t mostCells = 512;  ///< a side: words are counted in 31 bits
+    static constexpr std::uint16_t full = 32767;     ///< t = 1; 0 is t = -LogDensity::fade
+
+    /// Works in parallel. Throws storage::StorageError where the volume is damaged or too large.
+    explicit PackedVolume(const storage::ParticleStep& step);
+
+    std::uint32_t size() const { return size_; }           ///< cells a side, without the padding
+    std::uint32_t rowWords() const { return size_ + 2; }   ///< along x
+    std::uint32_t sheetRows() const { return size_ + 1; }  ///< along y; the last cell is in the row before
+    const std::uint32_t* words() const { return words_.get(); }
+    /// Of a padded cell.
+    std::uint16_t cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+        const std::uint32_t row = y < sheetRows() ? y : y - 1;
+        const std::uint32_t word = words_[(std::size_t{z} * sheetRows() + row) * rowWords() + x];
+        return static_cast<std::uint16_t>(y < sheetRows() ? word : word >> 16);
+    }
+
+  private:
+    std::uint32_t size_;
+    std::unique_ptr<std::uint32_t[]> words_;
+};
+
+}  // namespace mote::render

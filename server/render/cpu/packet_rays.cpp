@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/packet_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+
+namespace mote::render {
+namespace {
+
+// More stretches in one packet than any box of 512 cells needs, unless it is squeezed to a plate.
+constexpr float mostStretches = 65536.0F;
+constexpr double thinnest = 1e-12;  // a way through the box, slabs, that is worth walking
+
+struct Way {
+    glm::dvec3 from, to;  // in the box
+    double enter, leave;  // slabs
+};
+
+/// Where origin + s * speed, s from 0 to `slabs`, is in the box. False where it is not, and where a number is
+/// not finite.
+bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, Way& way) {
+    way.enter = 0.0;
+    way.leave = slabs;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double inverse = 1.0 / (std::abs(speed[axis]) < 1e-200 ? 1e-200 : speed[axis]);
+        const double one = -origin[axis] * inverse, other = (1.0 - origin[axis]) * inverse;
+        way.enter = std::max(way.enter, std::min(one, other));
+        way.leave = std::min(way.leave, std::max(one, other));
+    }
+    way.from = glm::clamp(origin + way.enter * speed, 0.0, 1.0);
+    way.to = glm::clamp(origin + way.leave * speed, 0.0, 1.0);
+    const double sum = way.enter + way.leave + glm::dot(origin + speed, glm::dvec3(1.0));
+    return std::isfinite(sum) && way.leave - way.enter > thinnest;
+}
+
+}  // namespace
+
+void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
+                     std::uint32_t size) {
+    hit = false;
+    nearest = std::numeric_limits<float>::max();
+    farthest = 0.0F;
+    double crowded = 0.0;  // cells a slab
+    for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
+        const double right = ((x + i % Tile::packetEdge + 0.5) / frame.width * 2.0 - 1.0) * frame.window.x;
+        const double up = (1.0 - (y + i / Tile::packetEdge + 0.5) / frame.height * 2.0) * frame.window.y;
+        Way way;
+        const bool meets =
+            clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
+                 rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs, way);
+        if (!meets) way = {glm::dvec3(0.5), glm::dvec3(0.5), -1.0, 0.0};
+        const glm::dvec3 travelled = way.to - way.from;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const int a = static_cast<int>(axis);
+            entry[axis][i] = static_cast<float>(way.from[a] * size + 0.5);
+            travel[axis][i] = static_cast<float>(travelled[a] * size);
+            const double cells = travelled[a] * size;
+            inverse[axis][i] = static_cast<float>(1.0 / (std::abs(cells) < 1e-6 ? 1e-6 : cells));
+        }
+        enter[i] = static_cast<float>(way.enter);
+        rate[i] = static_cast<float>(1.0 / (way.leave - way.enter));
+        length[i] = static_cast<float>(2.0 * glm::length(travelled));  // the box is [-1, 1]^3 in layer space
+        if (!meets) continue;
+        hit = true;
+        nearest = std::min(nearest, enter[i]);
+        farthest = std::max(farthest, static_cast<float>(way.leave));
+        crowded = std::max(crowded, glm::length(travelled) * size / (way.leave - way.enter));
+    }
+    stretch = static_cast<float>(1.0 / (crowded * frame.samplesPerCell));
+    stretch = std::clamp(stretch, (farthest - nearest) / mostStretches, static_cast<float>(frame.slabs));
+}
+
+}  // namespace mote::render

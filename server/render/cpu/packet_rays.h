@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PacketRays: the rays of a packet of 4 x 4 pixels through one layer's volume. A value of one thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "server/render/cpu/composite_frame.h"
+#include "server/render/cpu/tile.h"
+
+namespace mote::render {
+
+/// A number for each pixel of a packet.
+using Lanes = std::array<float, Tile::packetPixels>;
+
+/// A ray's way through the box is told by v from 0, where it enters, to 1, where it leaves:
+/// v = clamp((slab - enter) * rate, 0, 1), and the padded place in cells is entry + v * travel. So no
+/// rounding leads out of the padded volume. A ray that misses the box is past it everywhere.
+struct alignas(64) PacketRays {
+    std::array<Lanes, 3> entry;    ///< padded cells (packed_volume.h)
+    std::array<Lanes, 3> travel;   ///< cells
+    std::array<Lanes, 3> inverse;  ///< 1 / travel, finite
+    Lanes enter;                   ///< slab
+    Lanes rate;                    ///< 1 / slabs
+    Lanes length;                  ///< of the way, layer space
+    bool hit = false;              ///< whether any ray meets the box
+    float nearest = 0.0F;          ///< slab in which the first ray enters
+    float farthest = 0.0F;         ///< slab in which the last ray leaves
+    float stretch = 0.0F;          ///< slabs between two samples
+
+    /// (x, y): the first pixel of the packet in the picture; `size`: cells a side.
+    void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
+             std::uint32_t size);
+};
+
+}  // namespace mote::render

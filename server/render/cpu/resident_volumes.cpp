@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/resident_volumes.h"
+
+#include <algorithm>
+
+namespace mote::render {
+namespace {
+
+/// The element that fits, or what `make` gives, in front of the list; the last one goes where there are too
+/// many.
+template <class T, class Fits, class Make>
+T& latest(std::list<T>& list, std::size_t kept, const Fits& fits, const Make& make) {
+    const auto found = std::find_if(list.begin(), list.end(), fits);
+    if (found != list.end()) {
+        list.splice(list.begin(), list, found);
+    } else {
+        list.push_front(make());
+        if (list.size() > kept) list.pop_back();
+    }
+    return list.front();
+}
+
+}  // namespace
+
+VisibleVolume ResidentVolumes::of(const std::shared_ptr<const storage::ParticleStep>& step,
+                                  const ParticlesStyle& style) {
+    if (!(style.volumeOpacity.maximum() > 0.0)) return {};
+    Resident& kin = resident(step);
+    const VolumeTable& transfer = table(style);
+    const Visible& visible = latest(
+        kin.visible, kept, [&](const Visible& one) { return one.volumeOpacity == style.volumeOpacity; },
+        [&] {
+            return Visible{style.volumeOpacity, VisibleBlocks(kin.ranges, transfer)};
+        });
+    if (!visible.blocks.any()) return {};
+    return {&kin.volume, &transfer, &visible.blocks};
+}
+
+void ResidentVolumes::dropExpired() {
+    volumes_.remove_if([](const Resident& one) { return one.step.expired(); });
+}
+
+const VolumeTable& ResidentVolumes::table(const ParticlesStyle& style) {
+    return latest(
+               tables_, kept,
+               [&](const Table& one) {
+                   return one.volumeOpacity == style.volumeOpacity && one.colorMap == style.colorMap;
+               },
+               [&] {
+                   return Table{style.volumeOpacity, style.colorMap, VolumeTable(style)};
+               })
+        .table;
+}
+
+ResidentVolumes::Resident& ResidentVolumes::resident(
+    const std::shared_ptr<const storage::ParticleStep>& step) {
+    // A new step may stand at the address of one that is gone: the weak pointers tell them apart.
+    for (auto& one : volumes_) {
+        if (one.key == step.get() && !one.step.expired()) return one;
+    }
+    PackedVolume volume(*step);
+    BlockRanges ranges(volume);
+    return volumes_.emplace_back(Resident{step, step.get(), std::move(volume), std::move(ranges), {}});
+}
+
+}  // namespace mote::render

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// SlabPoints: the points of all layers in one slab of a packet, a vector at a time. Compiled once for each
+// target (Highway's foreach_target), hence without #pragma once.
+#if defined(MOTE_SLAB_POINTS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MOTE_SLAB_POINTS_INL_H
+#undef MOTE_SLAB_POINTS_INL_H
+#else
+#define MOTE_SLAB_POINTS_INL_H
+#endif
+
+#include "server/render/cpu/light-inl.h"
+#include "server/render/cpu/packet.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mote::render::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far around their mean depth they
+/// are spread; a single one stays where it is.
+struct alignas(64) SlabPoints {
+    std::size_t count = 0;                              ///< layers that have points here
+    std::array<std::size_t, Packet::mostLayers> layer;  ///< which
+    std::array<glm::vec3, Packet::mostLayers> color;
+    std::array<Lanes, Packet::mostLayers> from, to;  ///< slabs; both -1 where a ray meets none
+    std::array<Lanes, Packet::mostLayers> density;   ///< optical depth a slab of those that are spread
+    std::array<Lanes, Packet::mostLayers> single;    ///< optical depth of one in one place, at `to`
+    std::array<Lanes, Packet::mostLayers> tau;       ///< optical depth of all
+
+    /// Returns the layers that have points, as bits.
+    HWY_INLINE std::uint32_t read(const CompositeFrame& frame, const Packet& packet, std::uint32_t slab,
+                                  std::size_t lane) {
+        std::uint32_t layers = 0;
+        for (std::size_t l = 0; l < packet.points.size(); ++l) {
+            if (!packet.hasPoints(l, slab)) continue;
+            layer[count] = l;
+            color[count] = frame.layers[l].pointColor;
+            readLayer(packet.cells(l, slab) + lane, frame.layers[l].pointTau, static_cast<float>(slab));
+            layers |= 1U << l;
+        }
+        return layers;
+    }
+
+    HWY_INLINE void readLayer(const PointCell* cells, float tauOfOne, float slab) {
+        const Floats d;
+        static_assert(sizeof(PointCell) == 2 * sizeof(float));
+        V weight, moment;
+        hn::LoadInterleaved2(d, &cells->weight, weight, moment);
+        const V one = hn::Set(d, 1.0F), zero = hn::Zero(d);
+        const V all = hn::Mul(weight, hn::Set(d, tauOfOne));
+        const V least = hn::Set(d, 1.0F / 64.0F);  // a slab's share that points are spread over at least
+        const V middle = hn::Min(hn::Max(hn::Div(moment, hn::Max(weight, hn::Set(d, 1e-9F))), least), one);
+        const V spread = hn::IfThenElse(hn::Lt(weight, hn::Set(d, 1.5F)), zero,
+                                        hn::Div(hn::Sub(weight, one), hn::Add(weight, one)));
+        const V half = hn::Mul(spread, hn::Set(d, 0.5F));
+        const V start = hn::Set(d, slab);
+        const V near = hn::Add(start, hn::Max(hn::Sub(middle, half), zero));
+        const V far = hn::Add(start, hn::Min(hn::Add(middle, half), one));
+        const auto none = hn::Le(weight, zero);
+        const auto alone = hn::Le(far, near);  // also where both are the same after rounding
+        const V absent = hn::Set(d, -1.0F);
+        hn::Store(hn::IfThenElse(none, absent, near), d, from[count].data());
+        hn::Store(hn::IfThenElse(none, absent, hn::Max(far, near)), d, to[count].data());
+        hn::Store(hn::IfThenElse(alone, zero, hn::Div(all, hn::Sub(far, near))), d, density[count].data());
+        hn::Store(hn::IfThenElse(alone, all, zero), d, single[count].data());
+        hn::Store(all, d, tau[count].data());
+        ++count;
+    }
+
+    /// The nearest depth behind `at` where points begin or end; at most `end`.
+    HWY_INLINE V nextCut(V at, V end) const {
+        const Floats d;
+        V next = end;
+        for (std::size_t i = 0; i < count; ++i) {
+            for (const Lanes* cuts : {&from[i], &to[i]}) {
+                const V cut = hn::Load(d, cuts->data());
+                next = hn::IfThenElse(hn::Gt(cut, at), hn::Min(next, cut), next);
+            }
+        }
+        return next;
+    }
+
+    HWY_INLINE void addSpread(V at, V next, Matter& matter) const {
+        const Floats d;
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto within =
+                hn::And(hn::Le(hn::Load(d, from[i].data()), at), hn::Gt(hn::Load(d, to[i].data()), at));
+            const V depth = hn::Mul(hn::Load(d, density[i].data()), hn::Sub(next, at));
+            matter.add(hn::IfThenElseZero(within, depth), hn::Set(d, color[i].x), hn::Set(d, color[i].y),
+                       hn::Set(d, color[i].z));
+        }
+    }
+
+    /// A single point ends the stretch before it.
+    HWY_INLINE void addSingle(V at, V next, Matter& matter) const {
+        const Floats d;
+        for (std::size_t i = 0; i < count; ++i) {
+            const V place = hn::Load(d, from[i].data());
+            const auto met = hn::And(hn::Gt(place, at), hn::Le(place, next));
+            matter.add(hn::IfThenElseZero(met, hn::Load(d, single[i].data())), hn::Set(d, color[i].x),
+                       hn::Set(d, color[i].y), hn::Set(d, color[i].z));
+        }
+    }
+};
+
+}  // namespace mote::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VolumeTable: a volume's transfer functions as the composite reads them: running integrals of extinction
+// over t with their slopes, 8 bytes for one gather, and colours in 4. Built from a style; a value, safe on
+// any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/render/transfer_table.h"
+
+namespace mote::render {
+
+class VolumeTable {
+  public:
+    static constexpr std::uint32_t cells = TransferTable::cells;
+
+    /// At x = i, x being t in cells of the table: the integral of extinction over x from 0 to i, and the
+    /// extinction between i and i + 1, per unit length of layer space.
+    struct Integral {
+        float value;
+        float slope;
+    };
+
+    explicit VolumeTable(const ParticlesStyle& style);
+
+    const Integral* integrals() const { return integrals_.data(); }  ///< cells + 1
+    /// cells + 1, around x = i: red, green, blue from the lowest bits, each the square root of the linear
+    /// component in 10 bits.
+    const std::uint32_t* colors() const { return colors_.data(); }
+    bool visible(float low, float high) const { return table_.visible(low, high); }
+
+  private:
+    TransferTable table_;
+    std::vector<Integral> integrals_;
+    std::vector<std::uint32_t> colors_;
+};
+
+}  // namespace mote::render

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ray_map.h"
+
+#include <glm/matrix.hpp>
+
+#include "server/render/screen_map.h"
+
+namespace mote::render {
+
+RayMap::RayMap(const FramePlan& plan, const LayerPlan& layer) {
+    const glm::dmat4 eyeToBox = glm::inverse(layer.layerToEye * boxToLayer());
+    const glm::dvec3 right(eyeToBox[0]), up(eyeToBox[1]), away(-eyeToBox[2]), eye(eyeToBox[3]);
+    const double thickness = (plan.farDepth - plan.nearDepth) / plan.slabs;
+    const bool perspective = plan.camera.perspective();
+    const double spread = perspective ? plan.nearDepth : 1.0;
+    const double turn = perspective ? thickness : 0.0;
+    entry = {eye + plan.nearDepth * away, spread * right, spread * up};
+    advance = {thickness * away, turn * right, turn * up};
+}
+
+}  // namespace mote::render
