@@ -28,6 +28,8 @@ class Device {
     virtual ~Device() = default;
     /// "egl (llvmpipe (LLVM 15.0.6, 256 bits))", "cpu (AVX-512, 2 threads)".
     virtual std::string name() const = 0;
+    /// What plans for it may ask for.
+    virtual DeviceAbilities abilities() const { return {}; }
     /// Empty where `stop` was requested before the picture was done: it is asked often enough that a newer
     /// view need not wait for an older one. Throws DeviceError, storage::StorageError.
     virtual std::optional<Picture> render(const FramePlan& plan, PixelFormat format,

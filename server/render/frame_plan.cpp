@@ -58,19 +58,35 @@ std::uint64_t pointsInView(const LayerPlan& layer) {
     return points;
 }
 
+/// The points of a layer: a small share of a plot that lies mostly in view comes from the preview.
+void planPoints(LayerPlan& layer, const Curve& fraction, const Frustum& frustum, double share,
+                SelectionCache& selections, DeviceAbilities device) {
+    layer.leavesInView = leavesInView(*layer.step, frustum, fraction);
+    if (device.preview && share < 1.0 && layer.leavesInView.empty()) {
+        if (const auto preview = selectPreview(*layer.step, fraction, share)) {
+            layer.preview = std::make_shared<const PreviewSelection>(*preview);
+            layer.selection = std::make_shared<const PointSelection>();
+            layer.pointsDrawn = preview->points;
+            return;
+        }
+    }
+    layer.selection = selections.of(layer.step, fraction, share);
+    layer.pointsDrawn = pointsInView(layer);
+}
+
 LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step,
-                    const FramePlan& plan, double pixels, double share, SelectionCache& selections) {
+                    const FramePlan& plan, const Quality& quality, SelectionCache& selections,
+                    DeviceAbilities device, double pixels) {
+    const double share = quality.pointFraction;
     LayerPlan result{.step = std::move(step),
                      .layerToEye = plan.camera.worldToEye() * layer.transform,
                      .style = scaledStyle(layer.style, pixels, share),
                      .selection = {},
-                     .leavesInView = {}};
+                     .leavesInView = {},
+                     .preview = {}};
     const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(result.style.pointSize),
                           nearLimit(plan.camera), result.layerToEye);
-    const Curve& fraction = layer.style.pointFraction;
-    result.selection = selections.of(result.step, fraction, share);
-    if (result.selection->points > 0) result.leavesInView = leavesInView(*result.step, frustum, fraction);
-    result.pointsDrawn = pointsInView(result);
+    planPoints(result, layer.style.pointFraction, frustum, share, selections, device);
     return result;
 }
 
@@ -78,10 +94,11 @@ LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleS
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
     SelectionCache selections;
-    return makeFramePlan(scene, quality, selections);
+    return makeFramePlan(scene, quality, selections, {});
 }
 
-FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections) {
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
+                        DeviceAbilities device) {
     MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
     MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
     MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
@@ -96,7 +113,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
     const double pixels = static_cast<double>(plan.height) / view.height;
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
         plan.layers.push_back(
-            planLayer(view.layers[i], scene.steps[i], plan, pixels, quality.pointFraction, selections));
+            planLayer(view.layers[i], scene.steps[i], plan, quality, selections, device, pixels));
     }
     setDepths(plan);
     return plan;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/render/point_selection.h"
+#include "server/render/preview_selection.h"
 #include "server/render/quality.h"
 #include "server/render/scene.h"
 #include "server/render/selection_cache.h"
@@ -24,7 +25,9 @@ struct LayerPlan {
     ParticlesStyle style;  ///< opacity already raised for Quality::pointFraction; size in pixels of the plan
     std::shared_ptr<const PointSelection> selection;  ///< never null; of all leaves, also those out of view
     std::vector<std::uint64_t> leavesInView;          ///< as the function of that name: no bits, no limit
-    std::uint64_t pointsDrawn = 0;                    ///< of the leaves that may be in view
+    /// In place of the leaves' points, of which none are selected then; null: there is none.
+    std::shared_ptr<const PreviewSelection> preview;
+    std::uint64_t pointsDrawn = 0;  ///< of the leaves that may be in view, or of the preview at most
 
     /// How many of a leaf's points are drawn, from its first; 0 where it is known to be out of view.
     std::uint32_t drawn(std::size_t leaf) const {
@@ -48,8 +51,14 @@ struct FramePlan {
 /// distance from the eye to the camera's target is seen, in every device and in the reference.
 inline constexpr double nearShare = 1e-3;
 
+/// What a device knows to draw.
+struct DeviceAbilities {
+    bool preview = false;  ///< LayerPlan::preview
+};
+
 /// Throws storage::StorageError where the octree's bytes are damaged.
-FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections);
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
+                        DeviceAbilities device);
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality);
 
 }  // namespace mote::render

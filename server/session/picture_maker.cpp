@@ -103,7 +103,7 @@ Result<render::Scene> PictureMaker::makeScene(const View& view) {
 std::optional<MadePicture> PictureMaker::draw(const RenderJob& job, const render::Scene& scene,
                                               Clock::time_point begun, PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto plan = render::makeFramePlan(scene, quality, selections_);
+    const auto plan = render::makeFramePlan(scene, quality, selections_, device_->abilities());
     const auto planned = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
     auto picture = device_->render(plan, format, job.stop);

@@ -9,6 +9,10 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/composite.h"
+#include "server/render/cpu/flat_picture.h"
+#include "server/render/cpu/flat_points.h"
+#include "server/render/cpu/frame_points.h"
+#include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/resident_volumes.h"
 
@@ -21,26 +25,57 @@ struct CpuDevice::State {
 
     std::optional<Picture> draw(const FramePlan& plan, PixelFormat format, const std::stop_token& stop);
 
+    std::optional<Picture> drawFlat(const FramePlan& plan, const LayerPlan& layer, PixelFormat format,
+                                    const std::stop_token& stop);
+
     oneapi::tbb::task_arena arena;
     ResidentVolumes volumes;
+    ResidentLeaves leaves;
+    FramePoints points;
+    FlatPoints flat;
 };
+
+namespace {
+
+/// The only layer that draws anything, where that is points: depth does not matter then. Else null.
+const LayerPlan* onlyPoints(const FramePlan& plan, const std::vector<VisibleVolume>& volumes) {
+    const LayerPlan* only = nullptr;
+    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
+        if (volumes[i].volume != nullptr) return nullptr;
+        if (plan.layers[i].pointsDrawn == 0) continue;
+        if (only != nullptr) return nullptr;
+        only = &plan.layers[i];
+    }
+    return only;
+}
+
+}  // namespace
 
 std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
                                               const std::stop_token& stop) {
     std::vector<VisibleVolume> visible;
     for (const auto& layer : plan.layers) visible.push_back(volumes.of(layer.step, layer.style));
+    if (const LayerPlan* only = onlyPoints(plan, visible)) return drawFlat(plan, *only, format, stop);
+    if (!points.sort(plan, leaves, stop)) return std::nullopt;
     const CompositeFrame frame(plan, format, visible);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
     picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
-    for (const auto& layer : plan.layers) picture.pointsDrawn += layer.pointsDrawn;
+    picture.pointsDrawn = points.pointsDrawn();
     const std::uint32_t columns = tilesAcross(plan.width);
     oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan.height), [&](std::uint32_t number) {
         if (stop.stop_requested()) return;
         const Tile tile{number % columns, number / columns};
-        compositeTile(frame, tile, {}, picture.pixels.data());
+        compositeTile(frame, tile, points.gather(tile), picture.pixels.data());
     });
     if (stop.stop_requested()) return std::nullopt;
     return picture;
+}
+
+std::optional<Picture> CpuDevice::State::drawFlat(const FramePlan& plan, const LayerPlan& layer,
+                                                  PixelFormat format, const std::stop_token& stop) {
+    const auto cells = leaves.of(layer.step).upTo(*layer.step, layer.selection->drawn.size());
+    if (!flat.draw(plan, layer, cells, stop)) return std::nullopt;
+    return flatPicture(plan, layer, flat, format);
 }
 
 CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options)) {}
@@ -63,6 +98,7 @@ std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat form
 
 void CpuDevice::trim() {
     state_->volumes.dropExpired();
+    state_->leaves.dropExpired();
 }
 
 }  // namespace mote::render

@@ -21,6 +21,7 @@ class CpuDevice final : public Device {
     ~CpuDevice() override;
 
     std::string name() const override;
+    DeviceAbilities abilities() const override { return {.preview = true}; }
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
     void trim() override;
 

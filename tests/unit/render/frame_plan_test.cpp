@@ -109,14 +109,14 @@ TEST(FramePlan, FewerPointsAreAPrefixAndMoreOpaque) {
 TEST(FramePlan, PicturesOfOneStepAndStyleShareTheirSelection) {
     SelectionCache selections;
     auto scene = beamScene(plain);
-    const auto first = makeFramePlan(scene, Quality::exact(), selections);
+    const auto first = makeFramePlan(scene, Quality::exact(), selections, {});
     scene.view.camera.eye = {3.0, 0.0, 0.0};
-    const auto turned = makeFramePlan(scene, Quality::exact(), selections);
+    const auto turned = makeFramePlan(scene, Quality::exact(), selections, {});
     EXPECT_EQ(turned.layers[0].selection, first.layers[0].selection);
-    const auto quick = makeFramePlan(scene, {.pointFraction = 0.5}, selections);
+    const auto quick = makeFramePlan(scene, {.pointFraction = 0.5}, selections, {});
     EXPECT_NE(quick.layers[0].selection, first.layers[0].selection);
     scene.view.layers[0].style.pointFraction = Curve::constant(0.5);
-    EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections).layers[0].selection,
+    EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections, {}).layers[0].selection,
               first.layers[0].selection);
 }
 

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/flat_points.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <limits>
+#include <optional>
+
+#include "server/render/cpu/disc_footprint.h"
+#include "server/render/cpu/points_kernel.h"
+
+namespace mote::render {
+namespace {
+
+/// Leaves that a thread takes at a time: some hundred kilobytes of points.
+constexpr std::size_t chunkLeaves = 4096;
+/// Room for the counts of all threads, bytes: of very large pictures fewer threads count.
+constexpr std::size_t countBytes = std::size_t{1} << 30;
+
+/// So that a sum never wraps and does not depend on its order.
+std::uint32_t saturatingSum(std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t sum = a + b;
+    return sum < a ? std::numeric_limits<std::uint32_t>::max() : sum;
+}
+
+/// One picture being counted.
+class Counting {
+  public:
+    Counting(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells)
+        : layer_(layer),
+          leaves_(layer.step->leaves()),
+          cells_(cells),
+          map_(PointMap::make(plan, layer)),
+          end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
+        if (layer.style.pointSize > 1.0) {
+            discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
+        }
+    }
+
+    std::size_t chunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
+
+    /// Returns how many points were drawn.
+    std::uint64_t count(std::size_t chunk, std::vector<std::uint32_t>& counts) const {
+        const std::size_t first = chunk * chunkLeaves;
+        const std::size_t size = std::min(chunkLeaves, cells_.size() - first);
+        std::array<std::uint32_t, chunkLeaves> seen;
+        const std::uint32_t* drawn = layer_.selection->drawn.data() + first;
+        if (!layer_.leavesInView.empty()) {
+            for (std::size_t i = 0; i < size; ++i) seen[i] = layer_.drawn(first + i);
+            drawn = seen.data();
+        }
+        if (std::all_of(drawn, drawn + size, [](std::uint32_t points) { return points == 0; })) return 0;
+        const std::uint64_t begin = leaves_.pointBegin[first];
+        const std::uint64_t end = leaves_.pointBegin[first + size - 1] + leaves_.pointCount[first + size - 1];
+        const LeafRun run{.cells = cells_.data() + first,
+                          .drawn = drawn,
+                          .count = leaves_.pointCount.data() + first,
+                          .points = layer_.step->positions(begin, end - begin).data(),
+                          .end = end_,
+                          .leaves = size};
+        return discs_ ? spread(run, counts) : countPoints(map_, run, counts.data());
+    }
+
+  private:
+    std::uint64_t spread(const LeafRun& run, std::vector<std::uint32_t>& counts) const {
+        constexpr std::size_t batch = 1024;  // points of a leaf projected at a time
+        std::array<ScreenPoint, batch + 16> screen;
+        const PixelBox box{0, 0, static_cast<std::int32_t>(map_.width),
+                           static_cast<std::int32_t>(map_.height)};
+        const auto add = [&](std::int32_t column, std::int32_t row, float weight) {
+            auto& count =
+                counts[static_cast<std::size_t>(row) * map_.width + static_cast<std::size_t>(column)];
+            count = saturatingSum(count, static_cast<std::uint32_t>(weight * FlatPoints::discUnit + 0.5F));
+        };
+        const storage::PackedPosition* points = run.points;
+        std::uint64_t drawn = 0;
+        for (std::size_t i = 0; i < run.leaves; points += run.count[i], ++i) {
+            for (std::size_t begin = 0; begin < run.drawn[i]; begin += batch) {
+                const std::size_t size = std::min<std::size_t>(batch, run.drawn[i] - begin);
+                const std::size_t hits = projectPoints(map_, run.cells[i], points + begin, size, run.end,
+                                                       discs_->reach(), screen.data());
+                for (std::size_t k = 0; k < hits; ++k) discs_->spread(screen[k].x, screen[k].y, box, add);
+                drawn += hits;
+            }
+        }
+        return drawn;
+    }
+
+    const LayerPlan& layer_;
+    const storage::Leaves leaves_;
+    const std::span<const LeafCell> cells_;
+    const PointMap map_;
+    std::optional<DiscFootprint> discs_;
+    const storage::PackedPosition* end_;
+};
+
+std::size_t partsFor(std::size_t pixels) {
+    const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+    return std::clamp<std::size_t>(countBytes / (pixels * sizeof(std::uint32_t)), 1, threads);
+}
+
+}  // namespace
+
+bool FlatPoints::draw(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+                      std::stop_token stop) {
+    const std::size_t pixels = std::size_t{plan.width} * plan.height;
+    const Counting counting(plan, layer, cells);
+    weightOfOne_ = layer.style.pointSize > 1.0 ? 1.0 / discUnit : 1.0;
+    const std::size_t parts = partsFor(pixels);
+    parts_.resize(parts - 1);
+    std::atomic<std::size_t> next{0};
+    std::atomic<std::uint64_t> drawn{0};
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+        auto& counts = part == 0 ? counts_ : parts_[part - 1];
+        counts.assign(pixels, 0);
+        std::uint64_t mine = 0;
+        for (std::size_t chunk = next++; chunk < counting.chunks() && !stop.stop_requested();
+             chunk = next++) {
+            mine += counting.count(chunk, counts);
+        }
+        drawn += mine;
+    });
+    pointsDrawn_ = drawn;
+    if (stop.stop_requested()) return false;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1 << 14), [&](const auto& block) {
+        for (const auto& part : parts_) {
+            for (std::size_t i = block.begin(); i < block.end(); ++i)
+                counts_[i] = saturatingSum(counts_[i], part[i]);
+        }
+    });
+    return true;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FlatPoints: the points of a layer where depth does not matter, since nothing else is in the picture: how
+// much of them each pixel holds. Owned by the device, its memory reused from picture to picture; one thread,
+// which uses all threads of the calling arena.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_map.h"
+
+namespace mote::render {
+
+class FlatPoints {
+  public:
+    /// A point of one pixel and full coverage counts so much; discs less where they cover a pixel in part.
+    static constexpr std::uint32_t discUnit = 256;
+
+    /// Draws what the plan selects. False where `stop` was requested meanwhile. Throws storage::StorageError.
+    bool draw(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+              std::stop_token stop);
+
+    /// Optical depth of a count over that of one point: 1, or 1 / discUnit.
+    double weightOfOne() const { return weightOfOne_; }
+    /// Of each pixel, row by row; valid until the next draw().
+    std::span<const std::uint32_t> counts() const { return counts_; }
+    std::uint64_t pointsDrawn() const { return pointsDrawn_; }
+
+  private:
+    std::vector<std::uint32_t> counts_;
+    std::vector<std::vector<std::uint32_t>> parts_;  // of the other threads
+    double weightOfOne_ = 1.0;
+    std::uint64_t pointsDrawn_ = 0;
+};
+
+}  // namespace mote::render

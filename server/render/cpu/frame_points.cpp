@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/frame_points.h"
+
+#include <algorithm>
+
+namespace mote::render {
+
+bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop) {
+    slabs_ = plan.slabs;
+    layers_.resize(plan.layers.size());
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+        const LayerPlan& layer = plan.layers[i];
+        const auto cells = leaves.of(layer.step).upTo(*layer.step, layer.selection->drawn.size());
+        if (!layers_[i].sort(plan, layer, cells, stop)) return false;
+    }
+    return true;
+}
+
+std::span<const TileCells> FramePoints::gather(Tile tile) {
+    if (std::none_of(layers_.begin(), layers_.end(), [&](const auto& layer) { return layer.any(tile); })) {
+        return {};
+    }
+    auto& cells = cells_.local();
+    const bool fits = cells.size() == layers_.size() && cells.front().slabs() == slabs_;
+    if (!fits) cells.assign(layers_.size(), TileCells(slabs_));
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+        cells[i].clear();
+        layers_[i].gather(tile, cells[i]);
+    }
+    return cells;
+}
+
+std::uint64_t FramePoints::pointsDrawn() const {
+    std::uint64_t points = 0;
+    for (const auto& layer : layers_) points += layer.pointsDrawn();
+    return points;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FramePoints: the points of all layers of one picture, ready to be gathered tile by tile. Owned by the
+// device, its memory reused from picture to picture.
+#pragma once
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/tile_cells.h"
+#include "server/render/cpu/tile_points.h"
+
+namespace mote::render {
+
+class FramePoints {
+  public:
+    /// As TilePoints::sort, for each layer.
+    bool sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop);
+
+    /// The cells of a tile, one a layer; none where no layer has points there. They belong to the calling
+    /// thread until it asks again.
+    std::span<const TileCells> gather(Tile tile);
+    std::uint64_t pointsDrawn() const;
+
+  private:
+    std::vector<TilePoints> layers_;
+    tbb::enumerable_thread_specific<std::vector<TileCells>> cells_;
+    std::uint32_t slabs_ = 0;
+};
+
+}  // namespace mote::render

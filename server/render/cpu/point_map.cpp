@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/point_map.h"
+
+#include <cmath>
+
+#include "server/render/screen_map.h"
+
+namespace mote::render {
+PointMap PointMap::make(const FramePlan& plan, const LayerPlan& layer) {
+    constexpr double positionSteps = 65536.0;
+    PointMap map{.edge = {},
+                 .corner = {},
+                 .step = {},
+                 .width = plan.width,
+                 .height = plan.height,
+                 .slabs = plan.slabs,
+                 .perspective = plan.camera.perspective()};
+    // A little less, for rounding at the very border of the box.
+    if (map.perspective) map.nearest = static_cast<float>(plan.nearDepth * (1.0 - 1e-5));
+    const glm::dmat4 toScreen = boxToScreen(plan, layer);
+    for (std::size_t row = 0; row < rows; ++row) {
+        const auto at = static_cast<int>(row);
+        map.corner[row] = toScreen[3][at];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            map.edge[axis][row] = toScreen[static_cast<int>(axis)][at];
+            for (unsigned level = 0; level <= deepestLeafLevel; ++level) {
+                map.step[level][axis][row] = static_cast<float>(
+                    std::ldexp(map.edge[axis][row] / positionSteps, -static_cast<int>(level)));
+            }
+        }
+    }
+    return map;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Where points lie on the screen, a vector of them at a time.
+// For the files that are compiled for each instruction set.
+#if defined(MOTE_POINT_PLACES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MOTE_POINT_PLACES_INL_H
+#undef MOTE_POINT_PLACES_INL_H
+#else
+#define MOTE_POINT_PLACES_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+#include <cstring>
+
+#include "server/render/cpu/leaf_places-inl.h"
+#include "server/render/cpu/points_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mote::render::HWY_NAMESPACE {
+namespace {
+
+using storage::PackedPosition;
+
+using Floats = hn::ScalableTag<float>;
+using Ints = hn::RebindToSigned<Floats>;
+using Shorts = hn::Rebind<std::uint16_t, Floats>;
+using Float = hn::VFromD<Floats>;
+using Int = hn::VFromD<Ints>;
+using Mask = hn::MFromD<Floats>;
+
+constexpr Floats floats;
+constexpr Ints ints;
+constexpr Shorts shorts;
+constexpr std::size_t mostLanes = HWY_MAX_BYTES / sizeof(float);
+
+/// A vector of points, on the screen.
+struct Projected {
+    Float x, y;
+    Mask seen;  ///< not nearer than the eye sees
+};
+
+/// The places of a vector of points; those from `count` on are whatever follows.
+struct Places {
+    Float x, y, z;
+};
+
+HWY_INLINE Places loadPlaces(const PackedPosition* points, const PackedPosition* end) {
+    const std::size_t lanes = hn::Lanes(floats);
+    std::array<PackedPosition, mostLanes> tail;
+    if (HWY_UNLIKELY(points + lanes > end)) {
+        tail = {};
+        std::memcpy(tail.data(), points, static_cast<std::size_t>(end - points) * sizeof(PackedPosition));
+        points = tail.data();
+    }
+    hn::VFromD<Shorts> x, y, z;
+    hn::LoadInterleaved3(shorts, &points->x, x, y, z);
+    return {hn::ConvertTo(floats, hn::PromoteTo(ints, x)), hn::ConvertTo(floats, hn::PromoteTo(ints, y)),
+            hn::ConvertTo(floats, hn::PromoteTo(ints, z))};
+}
+
+/// A row of the map for the points of one leaf.
+struct LinearRow {
+    Float origin, x, y, z;
+    HWY_INLINE Float operator()(const Places& places) const {
+        return hn::MulAdd(places.z, z, hn::MulAdd(places.y, y, hn::MulAdd(places.x, x, origin)));
+    }
+};
+
+HWY_INLINE LinearRow linearRow(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf,
+                               std::size_t row) {
+    const auto& step = map.step[cellLevel(cell)];
+    return {hn::Set(floats, leaves.origin[row][leaf]), hn::Set(floats, step[0][row]),
+            hn::Set(floats, step[1][row]), hn::Set(floats, step[2][row])};
+}
+
+/// The map of one leaf's points to pixels.
+template <bool perspective>
+struct LeafMap {
+    LinearRow x, y, w;
+    Float nearest;
+
+    HWY_INLINE LeafMap(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf)
+        : x(linearRow(map, cell, leaves, leaf, PointMap::rowX)),
+          y(linearRow(map, cell, leaves, leaf, PointMap::rowY)),
+          w(linearRow(map, cell, leaves, leaf, PointMap::rowW)),
+          nearest(hn::Set(floats, map.nearest)) {}
+
+    HWY_INLINE Projected operator()(const Places& places) const {
+        if constexpr (perspective) {
+            const Float depth = w(places);
+            const Float inverse = hn::Div(hn::Set(floats, 1.0F), depth);
+            return {hn::Mul(x(places), inverse), hn::Mul(y(places), inverse), hn::Ge(depth, nearest)};
+        } else {
+            return {x(places), y(places), hn::Eq(nearest, nearest)};
+        }
+    }
+};
+
+/// A vector of preview points: their places in the whole box, and whether they are drawn.
+struct PreviewPlaces {
+    Places places;
+    Mask drawn;
+};
+
+HWY_INLINE PreviewPlaces loadPreview(const PreviewRun& run, std::size_t i) {
+    const std::size_t lanes = hn::Lanes(floats);
+    const storage::PreviewPoint* points = run.points + i;
+    std::array<storage::PreviewPoint, mostLanes> tail;
+    if (HWY_UNLIKELY(i + lanes > run.count)) {
+        tail = {};
+        std::memcpy(tail.data(), points, (run.count - i) * sizeof(storage::PreviewPoint));
+        points = tail.data();
+    }
+    hn::VFromD<Shorts> x, y, z, density;
+    hn::LoadInterleaved4(shorts, &points->x, x, y, z, density);
+    const Int index = hn::PromoteTo(ints, hn::ShiftRight<PreviewSelection::densityShift>(density));
+    const Mask drawn = hn::Ge(hn::GatherIndex(floats, run.limit, index), hn::Set(floats, run.threshold));
+    return {{hn::ConvertTo(floats, hn::PromoteTo(ints, x)), hn::ConvertTo(floats, hn::PromoteTo(ints, y)),
+             hn::ConvertTo(floats, hn::PromoteTo(ints, z))},
+            hn::And(drawn, hn::FirstN(floats, run.count - i))};
+}
+
+/// The map of the preview's points, whose cell is the whole box.
+template <bool perspective>
+struct PreviewMap {
+    static constexpr LeafCell whole = 0;
+    LeafPlaces box;
+
+    explicit PreviewMap(const PointMap& map) { placeLeaves<perspective>(map, &whole, 1, box); }
+    HWY_INLINE LeafMap<perspective> toScreen(const PointMap& map) const { return {map, whole, box, 0}; }
+    HWY_INLINE LinearRow toSlab(const PointMap& map) const {
+        return linearRow(map, whole, box, 0, PointMap::rowSlab);
+    }
+};
+
+}  // namespace
+}  // namespace mote::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The inner loops over points, compiled for each instruction set and chosen at run time. Pure functions on
+// the memory they are given; any thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_map.h"
+#include "server/render/cpu/tile_cells.h"
+#include "server/render/preview_selection.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+/// Leaves in the order of the file.
+struct LeafRun {
+    const LeafCell* cells = nullptr;
+    const std::uint32_t* drawn = nullptr;             ///< by leaf, at most its count
+    const std::uint32_t* count = nullptr;             ///< by leaf
+    const storage::PackedPosition* points = nullptr;  ///< of the first leaf; the others follow
+    const storage::PackedPosition* end = nullptr;     ///< of what may be read
+    std::size_t leaves = 0;
+};
+
+/// Adds one to the pixel of each point in view, counts[y * width + x]. Returns how many points were drawn,
+/// but for leaves out of view.
+std::uint64_t countPoints(const PointMap& map, const LeafRun& run, std::uint32_t* counts);
+
+/// Tiles [left, right) x [top, bottom).
+struct TileBox {
+    std::uint16_t left = 0, top = 0, right = 0, bottom = 0;
+};
+
+/// For each leaf the tiles that its points can touch, which reach `margin` pixels around them; none where it
+/// is out of view.
+void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, float margin, TileBox* boxes);
+
+/// A run of points of one leaf.
+struct LeafPoints {
+    LeafCell cell;        ///< bits from `countShift` hold the number of points
+    std::uint64_t begin;  ///< its first point
+
+    static constexpr unsigned countShift = 53;
+    static constexpr std::uint64_t mostPoints = (std::uint64_t{1} << (64 - countShift)) - 1;
+    std::uint32_t count() const { return static_cast<std::uint32_t>(cell >> countShift); }
+};
+
+/// Adds each point that falls into the tile to its cell with a weight of 1.
+void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t count,
+                  const storage::PackedPosition* points, const storage::PackedPosition* end, Tile tile,
+                  TileCells& cells);
+
+/// A point on the screen.
+struct ScreenPoint {
+    float x, y;  ///< pixels
+    float slab;  ///< 0 to PointMap::slabs
+};
+
+/// The points of one run that lie within `margin` pixels of the picture, in their order; `out` has room for
+/// `count` and 16 more. Returns how many there are.
+std::size_t projectPoints(const PointMap& map, LeafCell cell, const storage::PackedPosition* points,
+                          std::size_t count, const storage::PackedPosition* end, float margin,
+                          ScreenPoint* out);
+
+/// A block of the preview: its points are drawn where the limit of their density (PreviewSelection::limit)
+/// is at least `threshold`.
+struct PreviewRun {
+    const storage::PreviewPoint* points = nullptr;
+    std::size_t count = 0;
+    const float* limit = nullptr;
+    float threshold = 0.0F;
+};
+
+/// As countPoints.
+std::uint64_t countPreview(const PointMap& map, const PreviewRun& run, std::uint32_t* counts);
+
+/// As projectPoints.
+std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out);
+
+}  // namespace mote::render

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TilePoints: the points of a layer sorted by the tiles that they can touch, so that each tile is drawn by
+// one thread, in the order of the file: the sums in its cells are the same for any number of threads. Owned
+// by the device, its memory reused from picture to picture.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "server/render/cpu/disc_footprint.h"
+#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_map.h"
+#include "server/render/cpu/points_kernel.h"
+#include "server/render/cpu/tile_cells.h"
+
+namespace mote::render {
+
+class TilePoints {
+  public:
+    /// Sorts what the plan selects; uses all threads of the calling arena. False where `stop` was requested
+    /// meanwhile. Throws storage::StorageError. The step must outlive what follows.
+    bool sort(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+              const std::stop_token& stop);
+
+    bool any(Tile tile) const;
+    /// Adds the points of a tile to its cells. From any thread.
+    void gather(Tile tile, TileCells& cells) const;
+    std::uint64_t pointsDrawn() const { return pointsDrawn_; }
+
+  private:
+    std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
+    void gatherDiscs(Tile tile, std::span<const LeafPoints> leaves, TileCells& cells) const;
+
+    std::optional<PointMap> map_;
+    std::optional<DiscFootprint> discs_;
+    std::uint32_t columns_ = 0;       // of tiles
+    std::vector<LeafPoints> leaves_;  // by tile
+    std::vector<std::size_t> begin_;  // of each tile's, and the end
+    const storage::PackedPosition* points_ = nullptr;
+    const storage::PackedPosition* end_ = nullptr;
+    std::uint64_t pointsDrawn_ = 0;
+};
+
+}  // namespace mote::render
