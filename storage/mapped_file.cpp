@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/mapped_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 
 #include <cerrno>
 
@@ -11,9 +11,18 @@
 #include "storage/system_error.h"
 
 namespace mote::storage {
+namespace {
+
+constexpr std::uint64_t pageBytes = 4096;  // a wish for less than the kernel's page is refused, and no harm
+
+bool same(const timespec& a, const timespec& b) {
+    return a.tv_sec == b.tv_sec && a.tv_nsec == b.tv_nsec;
+}
+
+}  // namespace
 
 Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint64_t expectedSize) {
-    const auto file = openRegular(path);
+    auto file = openRegular(path);
     if (!file.ok()) return file.error();
     struct stat status {};
     if (::fstat(file->get(), &status) != 0) return systemError(errno, path.string(), "cannot be opened");
@@ -23,14 +32,61 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint
                      fmt::format("has {} bytes where the manifest says {}: it is truncated or was changed",
                                  size, expectedSize)};
     }
-    if (size == 0) return MappedFile({});
-    void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file->get(), 0);
+    MappedFile mapped(path.string(), *std::move(file));
+    mapped.changed_ = status.st_mtim;
+    if (size == 0) return mapped;
+    void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, mapped.file_.get(), 0);
     if (address == MAP_FAILED) return systemError(errno, path.string(), "cannot be mapped");
-    return MappedFile({static_cast<const std::byte*>(address), size});
+    mapped.bytes_ = {static_cast<const std::byte*>(address), size};
+    auto guard = MappingGuard::make(mapped.bytes_);
+    if (!guard.ok()) return guard.error().within(path.string());
+    mapped.guard_ = *std::move(guard);
+    return mapped;
 }
 
 MappedFile::~MappedFile() {
+    guard_ = {};  // before the place may become another mapping's
     if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
+}
+
+std::optional<Error> MappedFile::damage() const {
+    if (const auto offset = guard_.fault()) {
+        return Error{ErrorCode::corrupt, path_,
+                     fmt::format("cannot be read at byte {} any more: it was truncated while in use, or its "
+                                 "disk fails; copy or make it again",
+                                 *offset)};
+    }
+    struct stat status {};
+    if (::fstat(file_.get(), &status) != 0) return systemError(errno, path_, "is out of reach");
+    const auto size = static_cast<std::uint64_t>(status.st_size);
+    if (size < bytes_.size()) {
+        return Error{ErrorCode::corrupt, path_,
+                     fmt::format("was truncated while in use: it ends at byte {} where it had {}; copy or "
+                                 "make it again",
+                                 size, bytes_.size())};
+    }
+    if (same(status.st_mtim, changed_)) return std::nullopt;
+    return Error{ErrorCode::corrupt, path_, "was written to while in use; what was read of it is void"};
+}
+
+void MappedFile::expect(std::uint64_t begin, std::uint64_t size) const {
+    ::posix_fadvise(file_.get(), static_cast<off_t>(begin), static_cast<off_t>(size), POSIX_FADV_WILLNEED);
+}
+
+void MappedFile::populate(std::uint64_t begin, std::uint64_t size) const {
+    // Kernels before 5.14 do not know it: the pages come in one by one then.
+    advise(begin / pageBytes * pageBytes, (begin + size + pageBytes - 1) / pageBytes * pageBytes,
+           MADV_POPULATE_READ);
+}
+
+void MappedFile::giveUp(std::uint64_t begin, std::uint64_t size) const {
+    advise((begin + pageBytes - 1) / pageBytes * pageBytes, (begin + size) / pageBytes * pageBytes,
+           MADV_DONTNEED);
+}
+
+void MappedFile::advise(std::uint64_t first, std::uint64_t last, int advice) const {
+    if (first >= last) return;
+    ::madvise(const_cast<std::byte*>(bytes_.data()) + first, last - first, advice);
 }
 
 }  // namespace mote::storage

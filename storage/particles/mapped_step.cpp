@@ -51,7 +51,8 @@ proto::Digest withPreview(proto::Digest digest) {
 
 Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesystem::path& directory,
                                                                const proto::Manifest& manifest,
-                                                               std::uint32_t step) {
+                                                               std::uint32_t step,
+                                                               std::shared_ptr<BlockBudget> budget) {
     const auto checked = checkManifest(manifest);
     if (!checked.ok()) return checked.error().within((directory / manifestName).string() + ":");
     if (step >= static_cast<std::uint32_t>(manifest.particles().steps_size())) {
@@ -59,14 +60,15 @@ Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesy
             ErrorCode::notFound, directory.string(),
             fmt::format("has {} steps, so none with index {}", manifest.particles().steps_size(), step)};
     }
-    auto opened = MappedStep::open(directory, manifest, step);
+    auto opened = MappedStep::open(directory, manifest, step, std::move(budget));
     if (!opened.ok()) return opened.error();
     return std::shared_ptr<const ParticleStep>(*std::move(opened));
 }
 
 Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem::path& directory,
                                                            const proto::Manifest& manifest,
-                                                           std::uint32_t step) {
+                                                           std::uint32_t step,
+                                                           std::shared_ptr<BlockBudget> budget) {
     const auto& particles = manifest.particles();
     const auto& entry = particles.steps(static_cast<int>(step));
     const auto digest = readDigest(directory / entry.digest(), *findFile(manifest, entry.digest()));
@@ -74,13 +76,31 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
     const auto path = directory / entry.file();
     auto file = MappedFile::open(path, findFile(manifest, entry.file())->size());
     if (!file.ok()) return file.error();
-    const std::shared_ptr<MappedStep> mapped(new MappedStep(*std::move(file), path.string()));
+    const std::shared_ptr<MappedStep> mapped(
+        new MappedStep(*std::move(file), path.string(), std::move(budget)));
     mapped->volumeSize_ = 1U << particles.volume_level();
     mapped->maxLevel_ = particles.max_level();
     mapped->logDensity_ = {particles.density_min(), particles.density_max()};
     MOTE_RETURN_IF_ERROR(mapped->readArrays(withPreview(*digest)));
     MOTE_RETURN_IF_ERROR(mapped->checkShapes(entry));
+    MOTE_RETURN_IF_ERROR(mapped->enterBudget());
     return std::shared_ptr<const MappedStep>(mapped);
+}
+
+MappedStep::~MappedStep() {
+    if (!budget_) return;
+    for (const auto& one : arrays_) budget_->leave(one);
+}
+
+Status MappedStep::enterBudget() const {
+    if (!budget_) return success();
+    for (const auto& one : arrays_) budget_->enter(one);
+    if (bytesAtOnce() <= budget_->limit()) return success();
+    return Error{ErrorCode::resourceExhausted, name_,
+                 fmt::format("its octree and volume take {} MiB of memory where {} MiB are left for data; "
+                             "raise --memory by {} MiB or more",
+                             bytesAtOnce() >> 20, budget_->limit() >> 20,
+                             ((bytesAtOnce() - budget_->limit()) >> 20) + 1)};
 }
 
 Status MappedStep::readArrays(const proto::Digest& digest) {
@@ -92,7 +112,7 @@ Status MappedStep::readArrays(const proto::Digest& digest) {
         const auto where = name_ + ":" + wanted.name;
         if (!found) return Error{ErrorCode::corrupt, where, "is missing in the digest"};
         if (found->type() != wanted.type) return Error{ErrorCode::corrupt, where, "has the wrong type"};
-        auto made = VerifiedArray::make(name_, file_.bytes(), *found);
+        auto made = VerifiedArray::make(file_, *found, budget_.get());
         if (!made.ok()) return made.error();
         arrays_.push_back(*std::move(made));
     }
@@ -156,7 +176,7 @@ Status MappedStep::checkTree() const {
     return error;
 }
 
-void MappedStep::requireTree() const {
+void MappedStep::knowTree() const {
     // No exception leaves the once: it would be checked again by everyone, and the thread sanitizer's
     // call_once never returns after one.
     std::call_once(treeChecked_, [this] {
@@ -166,7 +186,12 @@ void MappedStep::requireTree() const {
         } catch (const StorageError& error) {
             treeError_ = error.error();
         }
+        treeKnown_.store(true, std::memory_order_release);
     });
+}
+
+void MappedStep::requireTree() const {
+    knowTree();
     if (treeError_) throw StorageError(*treeError_);
 }
 
@@ -196,6 +221,15 @@ std::span<const float> MappedStep::volume() const {
 }
 
 LogDensity MappedStep::ownScale() const {
+    const std::lock_guard lock(scaleMutex_);
+    if (!scaleKnown_.load(std::memory_order_relaxed)) {
+        scale_ = findScale();
+        scaleKnown_.store(true, std::memory_order_release);
+    }
+    return scale_;
+}
+
+LogDensity MappedStep::findScale() const {
     const auto& densities = array(StepArray::leafDensity);
     const auto at = [&](std::uint64_t leaf) { return densities.get<float>(leaf, 1)[0]; };
     // By halves, so that a few blocks are read; leaves that weigh nothing come first.
@@ -236,6 +270,90 @@ Preview MappedStep::preview(std::uint64_t most) const {
             Error{ErrorCode::corrupt, name_ + ":/preview/threshold", "does not ascend from 0 to 1"});
     }
     return preview;
+}
+
+bool MappedStep::octreeReady() const {
+    if (!budget_) return true;
+    if (!treeKnown_.load(std::memory_order_acquire)) return false;
+    const auto first = arrays_.begin();
+    return std::all_of(first, first + static_cast<std::ptrdiff_t>(StepArray::leafDensity) + 1,
+                       [](const VerifiedArray& one) { return one.ready(0, one.bytes()) == one.bytes(); });
+}
+
+bool MappedStep::volumeReady() const {
+    const auto& densities = array(StepArray::volumeDensity);
+    return densities.ready(0, densities.bytes()) == densities.bytes();
+}
+
+std::uint64_t MappedStep::positionsReady(std::uint64_t begin, std::uint64_t count) const {
+    MOTE_CHECK(begin <= pointCount() && count <= pointCount() - begin);
+    constexpr auto size = sizeof(PackedPosition);
+    return array(StepArray::pointPosition).ready(size * begin, size * count) / size;
+}
+
+std::uint64_t MappedStep::previewReady(std::uint64_t most) const {
+    const auto& thresholds = array(StepArray::previewThreshold);
+    if (thresholds.ready(0, thresholds.bytes()) != thresholds.bytes()) return 0;
+    if (budget_ && thresholds.size() > 0 && !scaleKnown_.load(std::memory_order_acquire)) return 0;
+    const auto& points = array(StepArray::previewPoint);
+    const auto bytes = std::min<std::uint64_t>(most * sizeof(PreviewPoint), points.bytes());
+    const auto ready = points.ready(0, bytes);
+    return ready == points.bytes() ? most : ready / sizeof(PreviewPoint);
+}
+
+void MappedStep::check() const {
+    if (const auto damage = file_.damage()) throw StorageError(*damage);
+    const std::lock_guard lock(failureMutex_);
+    if (failure_) throw StorageError(*failure_);
+}
+
+void MappedStep::fail(const Error& error) const {
+    const std::lock_guard lock(failureMutex_);
+    if (!failure_) failure_ = error;
+}
+
+std::uint64_t MappedStep::bytesAtOnce() const {
+    std::uint64_t bytes = array(StepArray::volumeDensity).bytes();
+    for (std::size_t i = 0; i <= static_cast<std::size_t>(StepArray::leafDensity); ++i) {
+        bytes += arrays_[i].bytes();
+    }
+    return bytes;
+}
+
+std::vector<MappedStep::Ahead> MappedStep::aheadOf(const StepNeed& need) const {
+    std::vector<Ahead> ahead;
+    const auto bytes = [&](StepArray which, std::uint64_t begin, std::uint64_t end) {
+        const auto& wanted = array(which);
+        end = std::min(end, wanted.bytes());
+        if (begin < end) ahead.push_back({&wanted, begin / blockBytes, (end - 1) / blockBytes + 1});
+    };
+    const auto whole = [&](StepArray which) { bytes(which, 0, array(which).bytes()); };
+    if (need.preview > 0 && array(StepArray::previewThreshold).size() > 0) {
+        whole(StepArray::previewThreshold);
+        ahead.push_back({.follows = Ahead::Follows::previewScale});
+        bytes(StepArray::previewPoint, 0, std::min(need.preview, Preview::mostPoints) * sizeof(PreviewPoint));
+    }
+    if (need.volume) whole(StepArray::volumeDensity);
+    if (need.octree) {
+        for (std::size_t i = 0; i <= static_cast<std::size_t>(StepArray::leafDensity); ++i) {
+            whole(static_cast<StepArray>(i));
+        }
+        ahead.push_back({.follows = Ahead::Follows::octreeCheck});
+    }
+    for (const auto& range : need.points) {
+        const auto begin = std::min(range.begin, pointCount());
+        const auto end = begin + std::min(range.count, pointCount() - begin);
+        bytes(StepArray::pointPosition, begin * sizeof(PackedPosition), end * sizeof(PackedPosition));
+    }
+    return ahead;
+}
+
+void MappedStep::follow(Ahead::Follows follows) const {
+    if (follows == Ahead::Follows::previewScale) {
+        ownScale();
+    } else {
+        knowTree();
+    }
 }
 
 std::vector<Error> MappedStep::verify(const std::function<bool()>& cancelled) const {

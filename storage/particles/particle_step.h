@@ -7,6 +7,11 @@
 // Space: the plot's box [0, 1]^3 for the octree; layer space is that box scaled to [-1, 1]^3.
 // Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
 // (corrupt, naming file, array and offset) where they differ from the digest. Layout: docs/FORMAT.md.
+//
+// Opened with a budget (block_budget.h), the blocks come and go: an accessor waits for what is not in memory,
+// and the functions ...Ready say what it need not wait for. Without one, all counts as ready. A span is good
+// until the turn of the budget ends in which it was asked for; one asks for no more at once than the budget
+// holds.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +24,8 @@
 #include "protocol/scene/log_density.h"
 
 namespace mote::storage {
+
+class BlockBudget;
 
 /// The octree's nodes, at least the root, breadth first; the children of a node stand side by side, in Morton
 /// order.
@@ -77,7 +84,8 @@ class ParticleStep {
     /// Errors: notFound, corrupt.
     static Result<std::shared_ptr<const ParticleStep>> open(const std::filesystem::path& directory,
                                                             const proto::Manifest& manifest,
-                                                            std::uint32_t step);
+                                                            std::uint32_t step,
+                                                            std::shared_ptr<BlockBudget> budget = nullptr);
     virtual ~ParticleStep() = default;
 
     virtual OctreeNodes nodes() const = 0;
@@ -101,6 +109,20 @@ class ParticleStep {
 
     /// The plot's density scale, the same for all steps.
     virtual LogDensity logDensity() const = 0;
+
+    /// Whether nodes() and leaves() return at once.
+    virtual bool octreeReady() const { return true; }
+    virtual bool volumeReady() const { return true; }
+    /// How many of these points, from the first, positions() returns at once.
+    virtual std::uint64_t positionsReady(std::uint64_t begin, std::uint64_t count) const {
+        static_cast<void>(begin);
+        return count;
+    }
+    /// The greatest `most`, no greater than this one, that preview() answers at once.
+    virtual std::uint64_t previewReady(std::uint64_t most) const { return most; }
+    /// At the end of each picture: throws StorageError where what was read may have been something else: the
+    /// file was truncated or changed under the mapping, or a block that was to come in is damaged.
+    virtual void check() const {}
 };
 
 }  // namespace mote::storage

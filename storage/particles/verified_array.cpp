@@ -34,10 +34,13 @@ std::optional<std::uint64_t> arrayBytes(const proto::DigestArray& digest, std::u
 
 }  // namespace
 
-Result<VerifiedArray> VerifiedArray::make(std::string file, std::span<const std::byte> bytes,
-                                          const proto::DigestArray& digest) {
+Result<VerifiedArray> VerifiedArray::make(const MappedFile& file, const proto::DigestArray& digest,
+                                          BlockBudget* budget) {
     VerifiedArray array;
-    array.where_ = std::move(file) + ":" + digest.name();
+    const auto bytes = file.bytes();
+    array.file_ = &file;
+    array.budget_ = budget;
+    array.where_ = file.path() + ":" + digest.name();
     const auto corrupt = [&](std::string message) {
         return Error{ErrorCode::corrupt, array.where_, std::move(message)};
     };
@@ -58,7 +61,7 @@ Result<VerifiedArray> VerifiedArray::make(std::string file, std::span<const std:
     array.offset_ = digest.offset();
     array.bytes_ = bytes.subspan(digest.offset(), *size);
     array.blocks_.assign(digest.blocks().begin(), digest.blocks().end());
-    array.verified_ = std::make_unique<std::atomic<std::uint64_t>[]>((array.blocks_.size() + 63) / 64);
+    array.used_ = std::make_unique<std::atomic<BlockBudget::Turn>[]>(array.blocks_.size());
     return array;
 }
 
@@ -66,10 +69,16 @@ std::uint64_t VerifiedArray::size() const {
     return bytes_.size() / elementBytes(type_);
 }
 
+std::uint64_t VerifiedArray::blockSize(std::size_t block) const {
+    return std::min<std::uint64_t>(blockBytes, bytes_.size() - block * blockBytes);
+}
+
 std::optional<Error> VerifiedArray::checkBlock(std::size_t block) const {
     const std::uint64_t begin = block * blockBytes;
-    const auto bytes = bytes_.subspan(begin, std::min<std::uint64_t>(blockBytes, bytes_.size() - begin));
-    if (hashBlock(bytes) == blocks_[block]) return std::nullopt;
+    file_->populate(offset_ + begin, blockSize(block));
+    const bool matches = hashBlock(bytes_.subspan(begin, blockSize(block))) == blocks_[block];
+    if (file_->faulted()) return file_->damage();
+    if (matches) return std::nullopt;
     return Error{
         ErrorCode::corrupt, where_,
         fmt::format("the block at byte {} of the array (byte {} of the file) differs from its digest; the "
@@ -77,18 +86,73 @@ std::optional<Error> VerifiedArray::checkBlock(std::size_t block) const {
                     begin, offset_ + begin)};
 }
 
-void VerifiedArray::verify(std::uint64_t offset, std::uint64_t length) const {
+/// Marks a block used where it is in memory.
+bool VerifiedArray::touch(std::size_t block, BlockBudget::Turn turn) const {
+    auto used = used_[block].load(std::memory_order_relaxed);
+    while (used != 0) {
+        if (used >= turn) return true;
+        if (used_[block].compare_exchange_weak(used, turn, std::memory_order_relaxed)) return true;
+    }
+    return false;
+}
+
+void VerifiedArray::load(std::size_t block, BlockBudget::Turn turn) const {
+    if (auto error = checkBlock(block)) throw StorageError(*std::move(error));
+    BlockBudget::Turn absent = 0;
+    // The bytes never change, so the mark orders nothing else.
+    const bool first = used_[block].compare_exchange_strong(absent, turn, std::memory_order_relaxed);
+    if (first && budget_) budget_->add(blockSize(block));
+}
+
+bool VerifiedArray::bring(std::size_t block, BlockBudget::Turn turn) const {
+    if (touch(block, turn)) return true;
+    if (budget_ && !budget_->makeRoom(blockSize(block), turn)) return false;
+    load(block, turn);
+    return true;
+}
+
+/// What is asked for comes in, if need be in the place of something of the same turn, which whoever reads on
+/// through more than there is room for has left behind.
+void VerifiedArray::bringForUse(std::size_t block) const {
+    const auto turn = budget_ ? budget_->turn() : 1;
+    if (touch(block, turn)) return;
+    if (budget_ && !budget_->makeRoom(blockSize(block), turn)) budget_->makeRoom(blockSize(block), turn + 1);
+    load(block, turn);
+}
+
+void VerifiedArray::expect(std::size_t block) const {
+    file_->expect(offset_ + block * blockBytes, blockSize(block));
+}
+
+bool VerifiedArray::giveUp(std::size_t block, BlockBudget::Turn used) const {
+    if (!used_[block].compare_exchange_strong(used, 0, std::memory_order_relaxed)) return false;
+    file_->giveUp(offset_ + block * blockBytes, blockSize(block));
+    return true;
+}
+
+std::uint64_t VerifiedArray::ready(std::uint64_t offset, std::uint64_t length) const {
+    MOTE_CHECK(offset <= bytes_.size() && length <= bytes_.size() - offset);
+    const std::uint64_t end = offset + length;
+    if (!budget_) return length;
+    std::uint64_t at = offset;
+    while (at < end && usedIn(at / blockBytes) != 0) at = (at / blockBytes + 1) * blockBytes;
+    return std::min(at, end) - offset;
+}
+
+void VerifiedArray::use(std::uint64_t offset, std::uint64_t length) const {
     MOTE_CHECK(offset <= bytes_.size() && length <= bytes_.size() - offset);
     if (length == 0) return;
-    const std::size_t last = (offset + length - 1) / blockBytes;
-    for (std::size_t block = offset / blockBytes; block <= last; ++block) {
-        auto& word = verified_[block / 64];
-        const std::uint64_t bit = 1ULL << (block % 64);
-        // The bytes never change, so the bits order nothing else.
-        if (word.load(std::memory_order_relaxed) & bit) continue;
-        if (auto error = checkBlock(block)) throw StorageError(*std::move(error));
-        word.fetch_or(bit, std::memory_order_relaxed);
+    if (budget_ && length > budget_->limit()) {
+        throw StorageError(
+            Error{ErrorCode::resourceExhausted, where_,
+                  fmt::format("{} MiB are needed at once, and {} MiB may be used; raise --memory",
+                              length >> 20, budget_->limit() >> 20)});
     }
+    const std::size_t last = (offset + length - 1) / blockBytes;
+    for (std::size_t block = offset / blockBytes; block <= last; ++block) bringForUse(block);
+    // Also of what was brought in before: the file may have lost it since.
+    if (!file_->faulted()) return;
+    if (auto damage = file_->damage()) throw StorageError(*std::move(damage));
 }
 
 }  // namespace mote::storage

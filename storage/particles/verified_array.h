@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// VerifiedArray: one array of a mapped file whose MiB blocks are held to their digest at their first use.
-// Safe to use from any number of threads; two that meet at a fresh block may both hash it, which does no
-// harm.
+// VerifiedArray: one array of a mapped file, in blocks of a MiB that are held to their digest when they are
+// brought into memory, at their first use or ahead of it. With a budget, blocks may leave again and are
+// verified anew when they come back. Safe to use from any number of threads; two that meet at a fresh block
+// may both hash it, which does no harm.
 #pragma once
 
 #include <atomic>
@@ -15,49 +16,69 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/mapped_file.h"
+#include "storage/particles/block_budget.h"
 
 namespace mote::storage {
 
 class VerifiedArray {
   public:
-    /// `file` is the file's name for messages, `bytes` its whole mapping, which must outlive this. Errors:
-    /// corrupt, where the digest contradicts itself or the file's size.
-    static Result<VerifiedArray> make(std::string file, std::span<const std::byte> bytes,
-                                      const proto::DigestArray& digest);
+    /// `file` and `budget` must outlive this; no budget: what came in stays. Errors: corrupt, where the
+    /// digest contradicts itself or the file's size.
+    static Result<VerifiedArray> make(const MappedFile& file, const proto::DigestArray& digest,
+                                      BlockBudget* budget);
 
     /// Slowest first.
     const std::vector<std::uint64_t>& shape() const { return shape_; }
     const std::string& type() const { return type_; }
     /// Elements.
     std::uint64_t size() const;
+    std::uint64_t bytes() const { return bytes_.size(); }
 
     /// Elements [begin, begin + count), their blocks verified; T is what type() says. Throws StorageError
-    /// (corrupt, with file, array and offset).
+    /// (corrupt, with file, array and offset; resourceExhausted, where they are more than the budget).
     template <class T>
     std::span<const T> get(std::uint64_t begin, std::uint64_t count) const {
-        verify(begin * sizeof(T), count * sizeof(T));
+        use(begin * sizeof(T), count * sizeof(T));
         return {reinterpret_cast<const T*>(bytes_.data()) + begin, count};
     }
     template <class T>
     std::span<const T> all() const {
         return get<T>(0, bytes_.size() / sizeof(T));
     }
+    /// How many of these bytes, from the first, are in memory.
+    std::uint64_t ready(std::uint64_t offset, std::uint64_t length) const;
 
     std::size_t blockCount() const { return blocks_.size(); }
+    std::uint64_t blockSize(std::size_t block) const;  ///< bytes
+    /// The turn in which a block was last used; 0: it is not in memory.
+    BlockBudget::Turn usedIn(std::size_t block) const { return used_[block].load(std::memory_order_relaxed); }
+    /// Brings a block in, or marks it used, in `turn`. False where the budget has no room but for what was
+    /// used since. Throws StorageError (corrupt).
+    bool bring(std::size_t block, BlockBudget::Turn turn) const;
+    /// Tells the kernel that the block will be brought in soon.
+    void expect(std::size_t block) const;
+    /// Of the budget: takes a block out of memory, but not where it was used after `used`.
+    bool giveUp(std::size_t block, BlockBudget::Turn used) const;
     /// Hashes one block, whether or not it was verified before; the Error names file, array and offset.
     std::optional<Error> checkBlock(std::size_t block) const;
 
   private:
     VerifiedArray() = default;
-    void verify(std::uint64_t offset, std::uint64_t length) const;
+    void use(std::uint64_t offset, std::uint64_t length) const;
+    void bringForUse(std::size_t block) const;
+    bool touch(std::size_t block, BlockBudget::Turn turn) const;
+    void load(std::size_t block, BlockBudget::Turn turn) const;
 
+    const MappedFile* file_ = nullptr;
+    BlockBudget* budget_ = nullptr;
     std::string where_;  ///< "DIR/step-000000.h5:/points/position"
     std::string type_;
     std::vector<std::uint64_t> shape_;
     std::uint64_t offset_ = 0;  ///< of bytes_ in the file
     std::span<const std::byte> bytes_;
     std::vector<std::uint64_t> blocks_;
-    std::unique_ptr<std::atomic<std::uint64_t>[]> verified_;  ///< one bit a block
+    std::unique_ptr<std::atomic<BlockBudget::Turn>[]> used_;  ///< by block; 0: not in memory
 };
 
 }  // namespace mote::storage

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/particles/block_budget.h"
+
+#include <algorithm>
+
+#include "storage/hash.h"
+#include "storage/particles/verified_array.h"
+
+namespace mote::storage {
+namespace {
+
+/// More room than is asked for, so that not every block that comes looks at all that are there.
+constexpr std::uint64_t slackShare = 64;  // of the budget
+constexpr std::uint64_t mostSlack = std::uint64_t{16} << 20;
+constexpr std::size_t batch = 32;  // blocks
+
+}  // namespace
+
+void BlockBudget::enter(const VerifiedArray& array) {
+    const std::lock_guard lock(mutex_);
+    arrays_.push_back(&array);
+}
+
+void BlockBudget::leave(const VerifiedArray& array) {
+    const std::lock_guard lock(mutex_);
+    std::erase(arrays_, &array);
+    for (std::size_t block = 0; block < array.blockCount(); ++block) {
+        if (array.usedIn(block) != 0) resident_ -= array.blockSize(block);
+    }
+}
+
+/// Under the mutex.
+std::vector<BlockBudget::Candidate> BlockBudget::oldest(Turn before, std::size_t most) const {
+    std::vector<Candidate> found;
+    for (const auto* array : arrays_) {
+        for (std::size_t block = 0; block < array->blockCount(); ++block) {
+            const Turn used = array->usedIn(block);
+            if (used != 0 && used < before) found.push_back({used, block, array});
+        }
+    }
+    const auto older = [](const Candidate& a, const Candidate& b) {
+        return a.used != b.used ? a.used < b.used : a.block > b.block;
+    };
+    const std::size_t count = std::min(most, found.size());
+    std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count), found.end(), older);
+    found.resize(count);
+    return found;
+}
+
+bool BlockBudget::makeRoom(std::uint64_t bytes, Turn turn) {
+    const auto over = [&](std::uint64_t slack) { return resident() + bytes + slack > limit_; };
+    if (!over(0)) return true;
+    const std::uint64_t slack = std::min(limit_ / slackShare / blockBytes * blockBytes, mostSlack);
+    const std::lock_guard lock(mutex_);
+    while (over(slack)) {
+        const auto candidates = oldest(turn, batch);
+        if (candidates.empty()) break;
+        for (const auto& one : candidates) {
+            // One that was used meanwhile stays.
+            if (over(slack) && one.array->giveUp(one.block, one.used)) {
+                resident_ -= one.array->blockSize(one.block);
+            }
+        }
+    }
+    return !over(0);
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/particles/step_loader.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "storage/storage_error.h"
+
+namespace mote::storage {
+namespace {
+
+constexpr int niceness = 10;          // about a tenth of what a thread gets that draws
+constexpr std::size_t readAhead = 8;  // blocks that the disk is asked for before their turn
+
+/// On Linux, of the calling thread alone. Where it is refused, loading and drawing are equals.
+void giveWay() {
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), niceness);
+}
+
+}  // namespace
+
+StepLoader::StepLoader(std::shared_ptr<BlockBudget> budget, unsigned threads, std::function<void()> arrived)
+    : budget_(std::move(budget)), arrived_(std::move(arrived)) {
+    for (unsigned i = 0; i < std::max(1U, threads); ++i) {
+        threads_.emplace_back([this] {
+            giveWay();
+            run();
+        });
+    }
+}
+
+StepLoader::~StepLoader() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    wake_.notify_all();
+    for (auto& thread : threads_) thread.join();
+}
+
+void StepLoader::want(const std::shared_ptr<const MappedStep>& step, const StepNeed& need, Urgency urgency) {
+    auto task = std::make_shared<Task>(Task{.step = step,
+                                            .key = step.get(),
+                                            .ahead = step->aheadOf(need),
+                                            .urgency = urgency,
+                                            .turn = budget_->turn()});
+    if (!task->ahead.empty()) task->block = task->ahead.front().first;
+    {
+        const std::lock_guard lock(mutex_);
+        // A new step may stand at the address of one that is gone: both are to go.
+        tasks_.remove_if([&](const auto& other) { return other->key == task->key || other->step.expired(); });
+        if (task->ahead.empty()) return;
+        const auto place = std::find_if(tasks_.begin(), tasks_.end(),
+                                        [&](const auto& other) { return other->urgency >= urgency; });
+        tasks_.insert(place, std::move(task));
+    }
+    wake_.notify_all();
+}
+
+std::size_t StepLoader::waiting() const {
+    const std::lock_guard lock(mutex_);
+    return tasks_.size();
+}
+
+/// Under the mutex: the next piece of the most urgent task that has one.
+StepLoader::Piece StepLoader::next() {
+    for (auto place = tasks_.begin(); place != tasks_.end();) {
+        Task& task = **place;
+        auto step = task.step.lock();
+        if (!step) {
+            place = tasks_.erase(place);
+            continue;
+        }
+        if (task.at < task.ahead.size()) {
+            Piece piece{*place, std::move(step), task.ahead[task.at]};
+            if (piece.ahead.array) piece.ahead.first = task.block++;
+            if (!piece.ahead.array || task.block >= piece.ahead.last) {
+                ++task.at;
+                task.block = task.at < task.ahead.size() ? task.ahead[task.at].first : 0;
+            }
+            ++task.busy;
+            return piece;
+        }
+        ++place;  // its last pieces are with other threads
+    }
+    return {};
+}
+
+void StepLoader::run() {
+    std::unique_lock lock(mutex_);
+    while (!stopping_) {
+        auto piece = next();
+        if (!piece.task) {
+            wake_.wait(lock);
+            continue;
+        }
+        lock.unlock();
+        const bool goOn = serve(piece);
+        finished(piece, goOn);
+        arrived_();
+        piece = {};  // it may be the last to hold the step, whose end takes a while
+        lock.lock();
+    }
+}
+
+/// False where the rest of the task is not to be tried.
+bool StepLoader::serve(const Piece& piece) const {
+    const auto& ahead = piece.ahead;
+    try {
+        if (!ahead.array) {
+            piece.step->follow(ahead.follows);
+            return true;
+        }
+        const std::size_t later = ahead.first + readAhead;
+        if (later < ahead.last && ahead.array->usedIn(later) == 0) ahead.array->expect(later);
+        return ahead.array->bring(ahead.first, piece.task->turn);
+    } catch (const StorageError& error) {
+        piece.step->fail(error.error());
+        return false;
+    }
+}
+
+void StepLoader::finished(const Piece& piece, bool goOn) {
+    const std::lock_guard lock(mutex_);
+    Task& task = *piece.task;
+    --task.busy;
+    if (!goOn) task.at = task.ahead.size();
+    if (task.at >= task.ahead.size() && task.busy == 0) tasks_.remove(piece.task);
+}
+
+}  // namespace mote::storage
