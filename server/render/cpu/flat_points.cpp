@@ -13,6 +13,7 @@
 
 #include "server/render/cpu/disc_footprint.h"
 #include "server/render/cpu/points_kernel.h"
+#include "server/render/cpu/preview_blocks.h"
 
 namespace mote::render {
 namespace {
@@ -36,16 +37,26 @@ class Counting {
           leaves_(layer.step->leaves()),
           cells_(cells),
           map_(PointMap::make(plan, layer)),
+          preview_(layer),
           end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
         if (layer.style.pointSize > 1.0) {
             discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
         }
     }
 
-    std::size_t chunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
+    /// Of leaves, then of the preview; a plan selects points of one or the other.
+    std::size_t chunks() const { return leafChunks() + preview_.count(); }
 
     /// Returns how many points were drawn.
     std::uint64_t count(std::size_t chunk, std::vector<std::uint32_t>& counts) const {
+        return chunk < leafChunks() ? countLeaves(chunk, counts)
+                                    : countBlock(preview_.block(chunk - leafChunks()), counts);
+    }
+
+  private:
+    std::size_t leafChunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
+
+    std::uint64_t countLeaves(std::size_t chunk, std::vector<std::uint32_t>& counts) const {
         const std::size_t first = chunk * chunkLeaves;
         const std::size_t size = std::min(chunkLeaves, cells_.size() - first);
         std::array<std::uint32_t, chunkLeaves> seen;
@@ -66,35 +77,48 @@ class Counting {
         return discs_ ? spread(run, counts) : countPoints(map_, run, counts.data());
     }
 
-  private:
     std::uint64_t spread(const LeafRun& run, std::vector<std::uint32_t>& counts) const {
-        constexpr std::size_t batch = 1024;  // points of a leaf projected at a time
-        std::array<ScreenPoint, batch + 16> screen;
-        const PixelBox box{0, 0, static_cast<std::int32_t>(map_.width),
-                           static_cast<std::int32_t>(map_.height)};
-        const auto add = [&](std::int32_t column, std::int32_t row, float weight) {
-            auto& count =
-                counts[static_cast<std::size_t>(row) * map_.width + static_cast<std::size_t>(column)];
-            count = saturatingSum(count, static_cast<std::uint32_t>(weight * FlatPoints::discUnit + 0.5F));
-        };
+        std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
         const storage::PackedPosition* points = run.points;
         std::uint64_t drawn = 0;
         for (std::size_t i = 0; i < run.leaves; points += run.count[i], ++i) {
-            for (std::size_t begin = 0; begin < run.drawn[i]; begin += batch) {
-                const std::size_t size = std::min<std::size_t>(batch, run.drawn[i] - begin);
+            for (std::size_t begin = 0; begin < run.drawn[i]; begin += PreviewBlocks::blockPoints) {
+                const std::size_t size = std::min(PreviewBlocks::blockPoints, run.drawn[i] - begin);
                 const std::size_t hits = projectPoints(map_, run.cells[i], points + begin, size, run.end,
                                                        discs_->reach(), screen.data());
-                for (std::size_t k = 0; k < hits; ++k) discs_->spread(screen[k].x, screen[k].y, box, add);
+                addDiscs({screen.data(), hits}, counts);
                 drawn += hits;
             }
         }
         return drawn;
     }
 
+    std::uint64_t countBlock(const PreviewRun& run, std::vector<std::uint32_t>& counts) const {
+        if (!discs_) return countPreview(map_, run, counts.data());
+        std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
+        const std::size_t hits = projectPreview(map_, run, discs_->reach(), screen.data());
+        addDiscs({screen.data(), hits}, counts);
+        return hits;
+    }
+
+    void addDiscs(std::span<const ScreenPoint> points, std::vector<std::uint32_t>& counts) const {
+        const PixelBox box{0, 0, static_cast<std::int32_t>(map_.width),
+                           static_cast<std::int32_t>(map_.height)};
+        for (const auto& at : points) {
+            discs_->spread(at.x, at.y, box, [&](std::int32_t column, std::int32_t row, float weight) {
+                auto& count =
+                    counts[static_cast<std::size_t>(row) * map_.width + static_cast<std::size_t>(column)];
+                count =
+                    saturatingSum(count, static_cast<std::uint32_t>(weight * FlatPoints::discUnit + 0.5F));
+            });
+        }
+    }
+
     const LayerPlan& layer_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
     const PointMap map_;
+    const PreviewBlocks preview_;
     std::optional<DiscFootprint> discs_;
     const storage::PackedPosition* end_;
 };

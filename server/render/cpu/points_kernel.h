@@ -60,7 +60,7 @@ struct ScreenPoint {
 };
 
 /// The points of one run that lie within `margin` pixels of the picture, in their order; `out` has room for
-/// `count` and 16 more. Returns how many there are.
+/// `count`. Returns how many there are.
 std::size_t projectPoints(const PointMap& map, LeafCell cell, const storage::PackedPosition* points,
                           std::size_t count, const storage::PackedPosition* end, float margin,
                           ScreenPoint* out);

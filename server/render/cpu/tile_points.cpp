@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/tile_points.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
+
+#include "server/render/cpu/preview_blocks.h"
 
 namespace mote::render {
 namespace {
@@ -13,12 +14,12 @@ namespace {
 /// Leaves that are sorted by one task.
 constexpr std::size_t chunkLeaves = std::size_t{1} << 14;
 constexpr std::size_t blockLeaves = 1024;
+constexpr std::size_t chunkBlocks = 16;  // of the preview
 
-/// The leaves of a layer that are drawn, chunk by chunk, twice alike: to count them by tile, and to place
-/// them.
-class Sorting {
+/// The leaves of a layer that are drawn, chunk by chunk, with the tiles that they can touch.
+class LeafTiles {
   public:
-    Sorting(const LayerPlan& layer, const PointMap& map, std::span<const LeafCell> cells, float margin)
+    LeafTiles(const LayerPlan& layer, const PointMap& map, std::span<const LeafCell> cells, float margin)
         : layer_(layer), leaves_(layer.step->leaves()), map_(map), cells_(cells), margin_(margin) {}
 
     std::size_t chunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
@@ -27,6 +28,8 @@ class Sorting {
     /// leaves that touch one.
     template <class Visit>
     std::uint64_t forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
+        if (!drawsAny(chunk)) return 0;
+        verify(chunk);
         std::uint64_t drawn = 0;
         const std::size_t end = std::min(cells_.size(), (chunk + 1) * chunkLeaves);
         std::array<TileBox, blockLeaves> boxes;
@@ -48,6 +51,15 @@ class Sorting {
         return drawn;
     }
 
+  private:
+    bool drawsAny(std::size_t chunk) const {
+        for (std::size_t i = chunk * chunkLeaves; i < std::min(cells_.size(), (chunk + 1) * chunkLeaves);
+             ++i) {
+            if (layer_.drawn(i) > 0) return true;
+        }
+        return false;
+    }
+
     /// Of the chunk's points, that their bytes are right.
     void verify(std::size_t chunk) const {
         const std::size_t first = chunk * chunkLeaves,
@@ -56,7 +68,6 @@ class Sorting {
         layer_.step->positions(begin, leaves_.pointBegin[last] + leaves_.pointCount[last] - begin);
     }
 
-  private:
     template <class Visit>
     void visitRuns(std::size_t tile, std::size_t leaf, std::uint32_t count, Visit& visit) const {
         std::uint64_t begin = leaves_.pointBegin[leaf];
@@ -85,78 +96,84 @@ bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<c
     if (layer.style.pointSize > 1.0) discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
     points_ = layer.step->positions(0, 0).data();
     end_ = points_ + layer.step->pointCount();
-
     const std::size_t tiles = std::size_t{columns_} * tilesAcross(plan.height);
-    const Sorting sorting(layer, *map_, cells, discs_ ? discs_->reach() : 0.0F);
-    const std::size_t chunks = sorting.chunks();
-    // Where each chunk's leaves of each tile go: first how many there are, then where they begin.
-    std::vector<std::uint32_t> places(chunks * tiles, 0);
+    const LeafTiles leafTiles(layer, *map_, cells, reach());
     std::atomic<std::uint64_t> drawn{0};
-    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-        if (stop.stop_requested()) return;
-        std::uint32_t* const counts = places.data() + chunk * tiles;
-        const std::uint64_t points =
-            sorting.forEach(chunk, columns_, [&](std::size_t tile, const LeafPoints&) { ++counts[tile]; });
-        if (points > 0) sorting.verify(chunk);
-        drawn += points;
-    });
-    pointsDrawn_ = drawn;
-    begin_.assign(tiles + 1, 0);
-    for (std::size_t tile = 0; tile < tiles; ++tile) {
-        std::size_t count = 0;
-        for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-            const auto there = places[chunk * tiles + tile];
-            places[chunk * tiles + tile] = static_cast<std::uint32_t>(count);
-            count += there;
-        }
-        begin_[tile + 1] = begin_[tile] + count;
-    }
-    leaves_.resize(begin_.back());
-    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-        if (stop.stop_requested()) return;
-        std::uint32_t* const next = places.data() + chunk * tiles;
-        sorting.forEach(chunk, columns_, [&](std::size_t tile, const LeafPoints& leaf) {
-            leaves_[begin_[tile] + next[tile]++] = leaf;
-        });
-    });
+    leaves_.fill(tiles, leafTiles.chunks(), stop,
+                 [&](std::size_t chunk, auto visit) { drawn += leafTiles.forEach(chunk, columns_, visit); });
+    pointsDrawn_ = drawn / 2;  // each chunk was visited twice
+    sortPreview(layer, tiles, stop);
     return !stop.stop_requested();
 }
 
-bool TilePoints::any(Tile tile) const {
-    return begin_[index(tile)] < begin_[index(tile) + 1];
+void TilePoints::sortPreview(const LayerPlan& layer, std::size_t tiles, const std::stop_token& stop) {
+    const PreviewBlocks blocks(layer);
+    std::atomic<std::uint64_t> drawn{0};
+    const auto tileOf = [](float pixel) {
+        return static_cast<std::int32_t>(std::floor(pixel / static_cast<float>(Tile::edge)));
+    };
+    const auto columns = static_cast<std::int32_t>(columns_);
+    const auto rows = static_cast<std::int32_t>(tilesAcross(map_->height));
+    const std::size_t chunks = (blocks.count() + chunkBlocks - 1) / chunkBlocks;
+    preview_.fill(tiles, chunks, stop, [&](std::size_t chunk, auto visit) {
+        std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
+        const std::size_t end = std::min(blocks.count(), (chunk + 1) * chunkBlocks);
+        for (std::size_t block = chunk * chunkBlocks; block < end; ++block) {
+            const std::size_t hits = projectPreview(*map_, blocks.block(block), reach(), screen.data());
+            drawn += hits;
+            for (std::size_t i = 0; i < hits; ++i) {
+                const ScreenPoint& at = screen[i];
+                const std::int32_t bottom = std::min(tileOf(at.y + reach()), rows - 1);
+                const std::int32_t right = std::min(tileOf(at.x + reach()), columns - 1);
+                for (std::int32_t row = std::max(tileOf(at.y - reach()), 0); row <= bottom; ++row) {
+                    for (std::int32_t column = std::max(tileOf(at.x - reach()), 0); column <= right;
+                         ++column) {
+                        visit(static_cast<std::size_t>(row * columns + column), at);
+                    }
+                }
+            }
+        }
+    });
+    pointsDrawn_ += drawn / 2;
 }
 
 void TilePoints::gather(Tile tile, TileCells& cells) const {
-    const std::span<const LeafPoints> leaves(leaves_.data() + begin_[index(tile)],
-                                             begin_[index(tile) + 1] - begin_[index(tile)]);
-    if (discs_) return gatherDiscs(tile, leaves, cells);
-    gatherPoints(*map_, leaves.data(), leaves.size(), points_, end_, tile, cells);
+    const auto leaves = leaves_.of(index(tile));
+    if (discs_) {
+        addDiscs(leaves, tile, cells);
+    } else {
+        gatherPoints(*map_, leaves.data(), leaves.size(), points_, end_, tile, cells);
+    }
+    for (const auto& point : preview_.of(index(tile))) add(point, tile, cells);
 }
 
-void TilePoints::gatherDiscs(Tile tile, std::span<const LeafPoints> leaves, TileCells& cells) const {
-    std::array<ScreenPoint, LeafPoints::mostPoints + 16> screen;
-    const auto left = static_cast<std::int32_t>(tile.column * Tile::edge);
-    const auto top = static_cast<std::int32_t>(tile.row * Tile::edge);
-    constexpr auto edge = static_cast<std::int32_t>(Tile::edge);
-    const PixelBox box{left, top, left + edge, top + edge};
+void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const {
+    std::array<ScreenPoint, LeafPoints::mostPoints> screen;
     for (const auto& leaf : leaves) {
-        const std::size_t hits = projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_,
-                                               discs_->reach(), screen.data());
-        for (std::size_t i = 0; i < hits; ++i) {
-            const ScreenPoint& at = screen[i];
-            const std::uint32_t slab = std::min(static_cast<std::uint32_t>(at.slab), cells.slabs() - 1);
-            const float place = at.slab - static_cast<float>(slab);
-            discs_->spread(at.x, at.y, box, [&](std::int32_t column, std::int32_t row, float weight) {
-                const auto x = static_cast<std::uint32_t>(column - left);
-                const auto y = static_cast<std::uint32_t>(row - top);
-                const std::uint32_t pixel = Tile::pixelIndex(x, y);
-                PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
-                cell.weight += weight;
-                cell.depth += weight * place;
-                cells.occupied()[slab] |= std::uint64_t{1} << (pixel / Tile::packetPixels);
-            });
-        }
+        const std::size_t hits =
+            projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
+        for (std::size_t i = 0; i < hits; ++i) add(screen[i], tile, cells);
     }
+}
+
+void TilePoints::add(const ScreenPoint& point, Tile tile, TileCells& cells) const {
+    constexpr auto edge = static_cast<std::int32_t>(Tile::edge);
+    const auto left = static_cast<std::int32_t>(tile.column) * edge;
+    const auto top = static_cast<std::int32_t>(tile.row) * edge;
+    const std::uint32_t slab = std::min(static_cast<std::uint32_t>(point.slab), cells.slabs() - 1);
+    const float place = point.slab - static_cast<float>(slab);
+    const auto addTo = [&](std::int32_t column, std::int32_t row, float weight) {
+        const std::uint32_t pixel = Tile::pixelIndex(static_cast<std::uint32_t>(column - left),
+                                                     static_cast<std::uint32_t>(row - top));
+        PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
+        cell.weight += weight;
+        cell.depth += weight * place;
+        cells.occupied()[slab] |= std::uint64_t{1} << (pixel / Tile::packetPixels);
+    };
+    if (discs_) return discs_->spread(point.x, point.y, {left, top, left + edge, top + edge}, addTo);
+    // Where a point lies on the picture's very edge it belongs to no pixel.
+    const auto column = static_cast<std::int32_t>(point.x), row = static_cast<std::int32_t>(point.y);
+    if (column < left + edge && row < top + edge) addTo(column, row, 1.0F);
 }
 
 }  // namespace mote::render

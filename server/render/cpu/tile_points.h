@@ -9,13 +9,13 @@
 #include <optional>
 #include <span>
 #include <stop_token>
-#include <vector>
 
 #include "server/render/cpu/disc_footprint.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/points_kernel.h"
 #include "server/render/cpu/tile_cells.h"
+#include "server/render/cpu/tile_lists.h"
 
 namespace mote::render {
 
@@ -26,20 +26,25 @@ class TilePoints {
     bool sort(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
               const std::stop_token& stop);
 
-    bool any(Tile tile) const;
+    bool any(Tile tile) const {
+        return !leaves_.of(index(tile)).empty() || !preview_.of(index(tile)).empty();
+    }
     /// Adds the points of a tile to its cells. From any thread.
     void gather(Tile tile, TileCells& cells) const;
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
 
   private:
     std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
-    void gatherDiscs(Tile tile, std::span<const LeafPoints> leaves, TileCells& cells) const;
+    float reach() const { return discs_ ? discs_->reach() : 0.0F; }
+    void sortPreview(const LayerPlan& layer, std::size_t tiles, const std::stop_token& stop);
+    void add(const ScreenPoint& point, Tile tile, TileCells& cells) const;
+    void addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const;
 
     std::optional<PointMap> map_;
     std::optional<DiscFootprint> discs_;
-    std::uint32_t columns_ = 0;       // of tiles
-    std::vector<LeafPoints> leaves_;  // by tile
-    std::vector<std::size_t> begin_;  // of each tile's, and the end
+    std::uint32_t columns_ = 0;  // of tiles
+    TileLists<LeafPoints> leaves_;
+    TileLists<ScreenPoint> preview_;
     const storage::PackedPosition* points_ = nullptr;
     const storage::PackedPosition* end_ = nullptr;
     std::uint64_t pointsDrawn_ = 0;

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The cpu device's points against plain loops in double precision, on every instruction set that runs here.
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+
+#include "server/render/cpu/disc_footprint.h"
+#include "server/render/cpu/flat_points.h"
+#include "server/render/cpu/tile_points.h"
+#include "server/render/octree_cell.h"
+#include "server/render/screen_map.h"
+#include "tests/support/beams.h"
+#include "tests/support/memory_step.h"
+#include "tests/support/view_text.h"
+
+namespace mote::render {
+namespace {
+
+struct PlainPoint {
+    double x, y, slab;  ///< pixels, slabs
+};
+
+/// The points that a plan's only layer draws, from its leaves, where the eye sees them.
+std::vector<PlainPoint> plainPoints(const FramePlan& plan) {
+    const LayerPlan& layer = plan.layers.at(0);
+    const auto leaves = layer.step->leaves();
+    const auto nodes = layer.step->nodes();
+    const glm::dmat4 toScreen = boxToScreen(plan, layer);
+    std::vector<PlainPoint> points;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        const auto node = leaves.node[i];
+        const double edge = std::ldexp(1.0, -nodes.level[node]);
+        const glm::dvec3 place(cellPlace(nodes.morton[node]));
+        for (const auto& p : layer.step->positions(leaves.pointBegin[i], layer.drawn(i))) {
+            const glm::dvec3 box = edge * (place + (glm::dvec3(p.x, p.y, p.z) + 0.5) / 65536.0);
+            const glm::dvec4 at = toScreen * glm::dvec4(box, 1.0);
+            if (plan.camera.perspective() && at.w < plan.nearDepth) continue;
+            points.push_back({at.x / at.w, at.y / at.w, at.z});
+        }
+    }
+    return points;
+}
+
+bool inPicture(const FramePlan& plan, const PlainPoint& point) {
+    return point.x >= 0.0 && point.x < plan.width && point.y >= 0.0 && point.y < plan.height;
+}
+
+std::vector<std::uint32_t> plainCounts(const FramePlan& plan) {
+    std::vector<std::uint32_t> counts(std::size_t{plan.width} * plan.height, 0);
+    for (const auto& point : plainPoints(plan)) {
+        if (!inPicture(plan, point)) continue;
+        ++counts[static_cast<std::size_t>(point.y) * plan.width + static_cast<std::size_t>(point.x)];
+    }
+    return counts;
+}
+
+template <class Numbers>
+double distance(const Numbers& a, const std::vector<std::uint32_t>& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < b.size(); ++i) sum += std::abs(static_cast<double>(a[i]) - b[i]);
+    return sum;
+}
+
+/// Single precision places a point to about 1e-4 pixels (24 bits for 1000 pixels), so that of a thousand
+/// points a fifth of one changes its pixel, which is a distance of two.
+double allowance(const std::vector<std::uint32_t>& counts) {
+    return 4.0 + 1e-3 * std::accumulate(counts.begin(), counts.end(), 0.0);
+}
+
+const char* const cameras[] = {
+    "'camera': {'eye': [1, 2, 4], 'target': [0, 0, 0]}",
+    "'camera': {'eye': [0.1, 0.05, 0.3], 'target': [0, 0, 0]}",
+    "'camera': {'eye': [2, 1, 3], 'target': [0, 0, 0], 'orthographicHeight': 2.2}",
+    "'camera': {'eye': [2, 1, 3], 'target': [0.1, 0, 0], 'orthographicHeight': 0.05}",
+    "'camera': {'eye': [0, 0, 200], 'target': [0, 0, 0]}"};
+
+Scene scene(const std::string& camera, const std::string& look = "") {
+    static const auto step = test::MemoryStep::make(
+        test::beam({.core = 30000, .halo = 6000, .filaments = 2000}), {.leafCapacity = 24});
+    const std::string points = "'linked': false, 'curve': [{'density': 0, 'fraction': 1}]" + look;
+    return {test::viewOf("{'width': 203, 'height': 121, " + camera +
+                         ", 'layers': [{'particles': {'points': {" + points + "}}}]}"),
+            {step}};
+}
+
+std::vector<std::uint32_t> flatCounts(const FramePlan& plan) {
+    LeafCells cells;
+    FlatPoints flat;
+    const LayerPlan& layer = plan.layers.at(0);
+    EXPECT_TRUE(flat.draw(plan, layer, cells.upTo(*layer.step, layer.selection->drawn.size()), {}));
+    return {flat.counts().begin(), flat.counts().end()};
+}
+
+/// The weights of all tiles' cells by pixel, and the sum of how deep their points lie.
+struct Gathered {
+    std::vector<double> weight;
+    double depth = 0.0;
+};
+
+Gathered gather(const FramePlan& plan) {
+    LeafCells leafCells;
+    TilePoints points;
+    const LayerPlan& layer = plan.layers.at(0);
+    EXPECT_TRUE(points.sort(plan, layer, leafCells.upTo(*layer.step, layer.selection->drawn.size()), {}));
+    Gathered sums{std::vector<double>(std::size_t{plan.width} * plan.height, 0.0)};
+    TileCells cells(plan.slabs);
+    for (std::uint32_t row = 0; row < tilesAcross(plan.height); ++row) {
+        for (std::uint32_t column = 0; column < tilesAcross(plan.width); ++column) {
+            cells.clear();
+            points.gather({column, row}, cells);
+            EXPECT_EQ(cells.empty(), !points.any({column, row}) || cells.empty());
+            for (std::uint32_t y = 0; y < Tile::edge && row * Tile::edge + y < plan.height; ++y) {
+                for (std::uint32_t x = 0; x < Tile::edge && column * Tile::edge + x < plan.width; ++x) {
+                    const std::uint32_t pixel = Tile::pixelIndex(x, y);
+                    for (std::uint32_t slab = 0; slab < plan.slabs; ++slab) {
+                        const PointCell cell = cells.slab(slab)[pixel];
+                        if (cell.weight > 0.0F) {
+                            EXPECT_TRUE(cells.occupied(slab) >> (pixel / Tile::packetPixels) & 1);
+                        }
+                        const std::size_t at =
+                            std::size_t{row * Tile::edge + y} * plan.width + column * Tile::edge + x;
+                        sums.weight[at] += cell.weight;
+                        sums.depth += cell.weight * slab + cell.depth;
+                    }
+                }
+            }
+        }
+    }
+    return sums;
+}
+
+class CpuPointsTest : public testing::TestWithParam<std::int64_t> {
+  protected:
+    void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
+    void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
+};
+
+TEST_P(CpuPointsTest, FlatCountsAreThePlainOnes) {
+    for (const auto* camera : cameras) {
+        const auto plan = makeFramePlan(scene(camera), Quality::exact());
+        const auto expected = plainCounts(plan);
+        EXPECT_LE(distance(flatCounts(plan), expected), allowance(expected)) << camera;
+    }
+}
+
+TEST_P(CpuPointsTest, GatheredCellsHoldThePlainPoints) {
+    for (const auto* camera : cameras) {
+        const auto plan = makeFramePlan(scene(camera), {.slabs = 24});
+        const auto expected = plainCounts(plan);
+        const auto gathered = gather(plan);
+        EXPECT_LE(distance(gathered.weight, expected), allowance(expected)) << camera;
+        double depth = 0.0;
+        for (const auto& point : plainPoints(plan)) depth += inPicture(plan, point) ? point.slab : 0.0;
+        // Points that change their pixel at the picture's edge take their depth with them.
+        EXPECT_NEAR(gathered.depth, depth, plan.slabs * allowance(expected)) << camera;
+    }
+}
+
+TEST_P(CpuPointsTest, DiscsAreSpreadAlikeFlatAndInTiles) {
+    for (const auto* camera : cameras) {
+        const auto plan = makeFramePlan(scene(camera, ", 'sizePixels': 4.5, 'opacity': 0.3"), {.slabs = 8});
+        const auto flat = flatCounts(plan);
+        const auto gathered = gather(plan);
+        for (std::size_t i = 0; i < flat.size(); ++i) {
+            // Each of the discs that meet in a pixel is rounded to a 256th there; some 16 pixels a disc.
+            const double each = gathered.weight[i];
+            EXPECT_NEAR(flat[i] / 256.0, each, 1e-3 + each * 0.1 + 0.02) << camera << ' ' << i;
+        }
+        const double sum = std::accumulate(gathered.weight.begin(), gathered.weight.end(), 0.0);
+        EXPECT_NEAR(std::accumulate(flat.begin(), flat.end(), 0.0) / 256.0, sum, 0.01 * sum + 1e-3);
+    }
+}
+
+TEST_P(CpuPointsTest, ThePreviewIsTheShareOfTheLeavesThatItStandsFor) {
+    for (const double share : {0.05, 0.2}) {
+        const auto whole = scene("'camera': {'eye': [2, 4, 8], 'target': [0, 0, 0]}");
+        SelectionCache selections;
+        const auto fromLeaves = makeFramePlan(whole, {.pointFraction = share, .slabs = 24}, selections, {});
+        const auto preview =
+            makeFramePlan(whole, {.pointFraction = share, .slabs = 24}, selections, {.preview = true});
+        ASSERT_NE(preview.layers[0].preview, nullptr);
+        EXPECT_EQ(preview.layers[0].selection->points, 0U);
+        const auto expected = plainCounts(fromLeaves);
+        const double points = std::accumulate(expected.begin(), expected.end(), 0.0);
+        // Its positions are rounded to a 65536th of the box, here a 500th of a pixel across: of the points
+        // one in 250 changes its pixel. Its thresholds hold for blocks of 4096 points: up to a block more.
+        const double most = 4.0 + 2.0 * points / 250.0 + storage::Preview::blockPoints;
+        EXPECT_LE(distance(flatCounts(preview), expected), most) << share;
+        EXPECT_EQ(distance(gather(preview).weight, flatCounts(preview)), 0.0) << share;
+    }
+}
+
+TEST_P(CpuPointsTest, ATileBoxHoldsAllThatItsLeafTouches) {
+    for (const auto* camera : cameras) {
+        const auto plan = makeFramePlan(scene(camera), Quality::exact());
+        const LayerPlan& layer = plan.layers[0];
+        LeafCells leafCells;
+        const auto cells = leafCells.upTo(*layer.step, layer.step->leaves().size());
+        const PointMap map = PointMap::make(plan, layer);
+        std::vector<TileBox> boxes(cells.size());
+        leafTiles(map, cells.data(), cells.size(), 0.0F, boxes.data());
+        const auto leaves = layer.step->leaves();
+        for (std::size_t i = 0; i < cells.size(); ++i) {
+            std::vector<ScreenPoint> screen(leaves.pointCount[i]);
+            const auto positions = layer.step->positions(leaves.pointBegin[i], leaves.pointCount[i]);
+            const auto all = layer.step->positions(0, layer.step->pointCount());
+            const std::size_t hits = projectPoints(map, cells[i], positions.data(), positions.size(),
+                                                   all.data() + all.size(), 0.0F, screen.data());
+            for (std::size_t k = 0; k < hits; ++k) {
+                const double column = std::min<double>(screen[k].x, plan.width - 1) / Tile::edge;
+                const double row = std::min<double>(screen[k].y, plan.height - 1) / Tile::edge;
+                EXPECT_TRUE(column >= boxes[i].left && column < boxes[i].right && row >= boxes[i].top &&
+                            row < boxes[i].bottom)
+                    << camera << ", leaf " << i;
+            }
+        }
+    }
+}
+
+/// The kernels are compiled for vectors only.
+std::vector<std::int64_t> vectorTargets() {
+    auto targets = hwy::SupportedAndGeneratedTargets();
+    std::erase_if(targets, [](std::int64_t target) { return target == HWY_SCALAR; });
+    return targets;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, CpuPointsTest, testing::ValuesIn(vectorTargets()),
+                         [](const auto& target) { return std::string(hwy::TargetName(target.param)); });
+
+TEST(CpuPoints, AnyNumberOfThreadsCountsTheSame) {
+    const auto plan = makeFramePlan(scene(cameras[1]), {.slabs = 24});
+    const auto discs = makeFramePlan(scene(cameras[0], ", 'sizePixels': 3"), {.slabs = 24});
+    tbb::task_arena one(1), four(4);
+    for (const auto& each : {plan, discs}) {
+        EXPECT_EQ(one.execute([&] { return flatCounts(each); }),
+                  four.execute([&] { return flatCounts(each); }));
+        EXPECT_EQ(one.execute([&] { return gather(each).weight; }),
+                  four.execute([&] { return gather(each).weight; }));
+    }
+}
+
+TEST(CpuPoints, AStoppedPictureSaysSo) {
+    const auto plan = makeFramePlan(scene(cameras[0]), {.slabs = 24});
+    std::stop_source source;
+    source.request_stop();
+    LeafCells cells;
+    const auto& layer = plan.layers[0];
+    const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
+    EXPECT_FALSE(FlatPoints().draw(plan, layer, span, source.get_token()));
+    EXPECT_FALSE(TilePoints().sort(plan, layer, span, source.get_token()));
+}
+
+TEST(DiscFootprint, CoversAsDefined) {
+    const double size = 5.0, opacity = 0.4;
+    const DiscFootprint disc(size, opacity);
+    std::vector<double> weights(20 * 20, 0.0);
+    const float x = 9.3F, y = 10.8F;
+    disc.spread(x, y, {0, 0, 20, 20}, [&](std::int32_t column, std::int32_t row, float weight) {
+        weights[static_cast<std::size_t>(row * 20 + column)] += weight;
+    });
+    for (int row = 0; row < 20; ++row) {
+        for (int column = 0; column < 20; ++column) {
+            const double d = std::hypot(column + 0.5 - x, row + 0.5 - y);
+            const double coverage = std::clamp(size / 2.0 + 0.5 - d, 0.0, 1.0);
+            const double expected = std::log1p(-opacity * coverage) / std::log1p(-opacity);
+            // Coverage is told to a 1024th; the slope of the weight by coverage is at most 1.31 here.
+            EXPECT_NEAR(weights[static_cast<std::size_t>(row * 20 + column)], expected, 1.31 / 2048 + 1e-5);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mote::render
