@@ -14,6 +14,8 @@
 namespace mote::storage {
 namespace {
 
+constexpr std::size_t most = std::size_t{1} << 30;  // bytes; the kernel takes less than 2 GiB at once
+
 std::filesystem::path folderOf(const std::filesystem::path& path) {
     const auto folder = path.parent_path();
     return folder.empty() ? std::filesystem::path(".") : folder;
@@ -33,7 +35,6 @@ int renameNew(const std::filesystem::path& from, const std::filesystem::path& to
 
 Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
                const std::filesystem::path& name) {
-    constexpr std::size_t most = std::size_t{1} << 30;  // the kernel takes less than 2 GiB at once
     while (!bytes.empty()) {
         const ssize_t wrote =
             ::pwrite(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
@@ -41,6 +42,19 @@ Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> 
         if (wrote <= 0) return systemError(wrote < 0 ? errno : ENOSPC, name.string(), "cannot be written");
         bytes = bytes.subspan(static_cast<std::size_t>(wrote));
         offset += static_cast<std::uint64_t>(wrote);
+    }
+    return success();
+}
+
+Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
+              const std::filesystem::path& name) {
+    while (!bytes.empty()) {
+        const ssize_t got =
+            ::pread(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return systemError(got < 0 ? errno : EIO, name.string(), "cannot be read again");
+        bytes = bytes.subspan(static_cast<std::size_t>(got));
+        offset += static_cast<std::uint64_t>(got);
     }
     return success();
 }

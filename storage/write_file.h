@@ -22,6 +22,10 @@ Status writeNewFile(const std::filesystem::path& path, std::string_view text);
 Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
                const std::filesystem::path& name);
 
+/// Fills `bytes` from `offset` of an open file called `name`. Errors: internal, also where the file ends.
+Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
+              const std::filesystem::path& name);
+
 /// Asks the kernel to put a file, or a folder's entries, on the disk. Errors: notFound, resourceExhausted,
 /// internal.
 Status syncPath(const std::filesystem::path& path);

@@ -2,18 +2,14 @@
 #include "preprocess/particles/bounds_rule.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t sampleSize = 65536;
+constexpr std::uint64_t sampleSize = 65536;
 constexpr double reach = 1000.0;
 
 /// Of a sorted sample, linear between neighbours.
@@ -26,24 +22,6 @@ double quantile(const std::vector<double>& sorted, double share) {
     return sorted[below] * (1.0 - f) + sorted[above] * f;
 }
 
-/// Where values are taken for particles of the beam.
-Range accepted(const std::vector<double>& sorted) {
-    const double median = quantile(sorted, 0.5);
-    for (const double tail : {0.25, 0.05, 0.01}) {
-        const double spread = quantile(sorted, 1.0 - tail) - quantile(sorted, tail);
-        if (spread > 0.0) return {median - reach * spread, median + reach * spread};
-    }
-    return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-}
-
-std::vector<double> sortedSample(std::span<const double> values) {
-    const std::size_t stride = (values.size() + sampleSize - 1) / sampleSize;
-    std::vector<double> sample;
-    for (std::size_t i = 0; i < values.size(); i += stride) sample.push_back(values[i]);
-    std::sort(sample.begin(), sample.end());
-    return sample;
-}
-
 }  // namespace
 
 Range Range::united(const Range& other) const {
@@ -52,19 +30,20 @@ Range Range::united(const Range& other) const {
     return {std::min(min, other.min), std::max(max, other.max)};
 }
 
-Range robustRange(std::span<const double> values) {
-    if (values.empty()) return {};
-    const Range inside = accepted(sortedSample(values));
-    return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, values.size(), 1 << 15), Range{},
-        [&](const tbb::blocked_range<std::size_t>& part, Range range) {
-            for (std::size_t i = part.begin(); i < part.end(); ++i) {
-                const double value = values[i];
-                if (value >= inside.min && value <= inside.max) range = range.united({value, value});
-            }
-            return range;
-        },
-        [](const Range& a, const Range& b) { return a.united(b); });
+std::uint64_t sampleStride(std::uint64_t values) {
+    return std::max<std::uint64_t>(1, (values + sampleSize - 1) / sampleSize);
+}
+
+Range acceptedRange(std::vector<double> sample) {
+    const Range all{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    if (sample.empty()) return all;
+    std::sort(sample.begin(), sample.end());
+    const double median = quantile(sample, 0.5);
+    for (const double tail : {0.25, 0.05, 0.01}) {
+        const double spread = quantile(sample, 1.0 - tail) - quantile(sample, tail);
+        if (spread > 0.0) return {median - reach * spread, median + reach * spread};
+    }
+    return all;
 }
 
 Result<Range> widened(Range range) {

@@ -4,7 +4,8 @@
 // functions.
 #pragma once
 
-#include <span>
+#include <cstdint>
+#include <vector>
 
 #include "protocol/scene/error.h"
 
@@ -16,15 +17,18 @@ struct Range {
     double max = 0.0;
 
     bool empty() const { return min > max; }
+    bool contains(double value) const { return value >= min && value <= max; }
     Range united(const Range& other) const;
     bool operator==(const Range&) const = default;
 };
 
-/// Least and greatest of `values` (finite), but for those further than 1000 interquartile ranges from the
-/// median. Where half of the values are the same, the ranges from 5 to 95% and from 1 to 99% take the place
-/// of the quartiles'; where these are nothing too, all values count. Quantiles are those of at most 65536
-/// evenly strided values. Uses all threads of the calling arena, with the same result for any number.
-Range robustRange(std::span<const double> values);
+/// Quantiles of so many values are those of every n-th: 1 for at most 65,536 values.
+std::uint64_t sampleStride(std::uint64_t values);
+
+/// Where values are taken for particles of the beam, from every n-th of them (finite): no further than 1000
+/// interquartile ranges from the median. Where half of the values are the same, the ranges from 5 to 95% and
+/// from 1 to 99% take the place of the quartiles'; where these are nothing too, all values count.
+Range acceptedRange(std::vector<double> sample);
 
 /// A range that is one value gets a width, the value in its middle. Errors: resourceExhausted, where the
 /// range is too wide for a difference of its ends.

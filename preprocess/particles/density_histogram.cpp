@@ -7,22 +7,21 @@
 
 namespace mote::prep {
 
-Range densityRange(const storage::Leaves& leaves) {
-    // Ascending: the least above zero, and the last.
-    const auto first = std::upper_bound(leaves.density.begin(), leaves.density.end(), 0.0F);
-    if (first == leaves.density.end()) return {};
-    return {*first, leaves.density.back()};
+Range densityRange(std::span<const float> density) {
+    const auto first = std::upper_bound(density.begin(), density.end(), 0.0F);
+    if (first == density.end()) return {};
+    return {*first, density.back()};
 }
 
-std::vector<std::uint64_t> densityHistogram(const storage::Leaves& leaves, const LogDensity& scale) {
-    constexpr std::size_t bins = storage::densityHistogramBins;
-    std::vector<std::uint64_t> histogram(bins);
-    for (std::size_t i = 0; i < leaves.size(); ++i) {
+void addToHistogram(std::span<const float> density, std::span<const std::uint32_t> particles,
+                    const LogDensity& scale, std::vector<std::uint64_t>& bins) {
+    constexpr std::size_t count = storage::densityHistogramBins;
+    bins.resize(count);
+    for (std::size_t i = 0; i < density.size(); ++i) {
         // A density of zero has no logarithm; it belongs to the thinnest.
-        const double t = leaves.density[i] > 0.0F ? scale.ofLeaf(leaves.density[i]) : 0.0;
-        histogram[std::min(bins - 1, static_cast<std::size_t>(t * bins))] += leaves.pointCount[i];
+        const double t = density[i] > 0.0F ? scale.ofLeaf(density[i]) : 0.0;
+        bins[std::min(count - 1, static_cast<std::size_t>(t * count))] += particles[i];
     }
-    return histogram;
 }
 
 }  // namespace mote::prep

@@ -5,18 +5,21 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "preprocess/particles/bounds_rule.h"
 #include "protocol/scene/log_density.h"
-#include "storage/particles/particle_step.h"
 
 namespace mote::prep {
 
-/// Of the leaves whose density is above zero (macro-particles may weigh nothing); empty where there is none.
-Range densityRange(const storage::Leaves& leaves);
+/// Of leaves in ascending density, but for those of zero (macro-particles may weigh nothing); empty where
+/// there is no other.
+Range densityRange(std::span<const float> density);
 
-/// Particles in even bins of t over [0, 1]; the last bin holds t = 1.
-std::vector<std::uint64_t> densityHistogram(const storage::Leaves& leaves, const LogDensity& scale);
+/// Adds particles to even bins of t over [0, 1], of which the last holds t = 1. `particles` are as many as
+/// the leaves' densities; `bins` are resized to as many as the manifest has.
+void addToHistogram(std::span<const float> density, std::span<const std::uint32_t> particles,
+                    const LogDensity& scale, std::vector<std::uint64_t>& bins);
 
 }  // namespace mote::prep

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The density volume of a step, counted from its sorted particles. A pure function.
+// The density volume of a step from the weights in its cells. A pure function.
 #pragma once
 
-#include <cstdint>
-#include <span>
 #include <vector>
+
+#include "preprocess/particles/range_builder.h"
 
 namespace mote::prep {
 
+/// Adds the weights of cells at `cellLevel`, at least `level`, to those of their cells at `level`, by Morton
+/// key.
+void addCells(std::span<const CellSum> cells, unsigned cellLevel, unsigned level, std::vector<double>& sums);
+
 /// The densities of the 8^level cells of an octree level, x fastest: weight over the cell's share of the box.
-/// Keys as in buildOctree, keyLevel at least `level`. Each cell is summed in the order of its particles,
-/// whatever the number of threads of the calling arena.
-std::vector<float> densityVolume(std::span<const std::uint64_t> keys, std::span<const double> weights,
-                                 unsigned keyLevel, unsigned level);
+std::vector<float> densityVolume(const std::vector<double>& sums, unsigned level);
 
 }  // namespace mote::prep

@@ -9,7 +9,7 @@
 namespace mote::prep {
 
 /// The low 21 bits of `v`, two zeros behind each.
-inline std::uint64_t spreadBits(std::uint64_t v) {
+constexpr std::uint64_t spreadBits(std::uint64_t v) {
     v &= 0x1fffff;
     v = (v | v << 32) & 0x1f00000000ffff;
     v = (v | v << 16) & 0x1f0000ff0000ff;

@@ -1,161 +1,162 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/octree.h"
 
+#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <array>
+#include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace mote::prep {
 namespace {
 
-/// Where a node's children begin among the sorted particles; child i has [begin[i], begin[i + 1]).
-using Split = std::array<std::uint64_t, 9>;
+/// A leaf in the order of the file: by density, then Morton key, then level.
+struct LeafKey {
+    std::uint32_t density;  ///< the bits of the float, which are in its order from 0 on
+    std::uint32_t node;
+    std::uint64_t place;  ///< Morton key, then level
+    bool operator<(const LeafKey& other) const {
+        return density != other.density ? density < other.density : place < other.place;
+    }
+};
 
-class Builder {
+class Assembly {
   public:
-    Builder(std::span<const std::uint64_t> keys, std::span<const double> weights, unsigned keyLevel,
-            const OctreeOptions& options)
-        : keys_(keys), weights_(weights), keyLevel_(keyLevel), options_(options) {}
+    explicit Assembly(OctreeLevels levels) : levels_(std::move(levels)) {}
 
-    Result<Octree> build() {
-        addNode(0, 0, 0, keys_.size());
-        std::size_t begin = 0;
-        for (unsigned level = 0; level < options_.maxLevel; ++level) {
-            const std::size_t end = tree_.level.size();
-            MOTE_RETURN_IF_ERROR(divideLevel(begin, end, level));
-            begin = end;
-        }
-        sumWeights();
-        MOTE_RETURN_IF_ERROR(setDensities());
+    Result<Octree> run() {
+        MOTE_RETURN_IF_ERROR(placeLevels());
+        linkNodes();
+        MOTE_RETURN_IF_ERROR(weigh());
         orderLeaves();
         return std::move(tree_);
     }
 
   private:
-    void addNode(std::uint8_t level, std::uint64_t morton, std::uint64_t begin, std::uint64_t end) {
-        tree_.level.push_back(level);
-        tree_.morton.push_back(morton);
-        tree_.firstChild.push_back(0);
-        tree_.childCount.push_back(0);
-        tree_.count.push_back(end - begin);
-        source_.push_back(begin);
-    }
-
-    Split split(std::size_t node, unsigned level) const {
-        const unsigned shift = 3 * (keyLevel_ - level - 1);
-        const std::uint64_t begin = source_[node];
-        const std::uint64_t end = begin + tree_.count[node];
-        Split result{};
-        result.front() = begin;
-        result.back() = end;
-        for (std::uint64_t child = 1; child < 8; ++child) {
-            const std::uint64_t first = (tree_.morton[node] * 8 + child) << shift;
-            const auto from = keys_.begin() + static_cast<std::ptrdiff_t>(result[child - 1]);
-            const auto to = keys_.begin() + static_cast<std::ptrdiff_t>(end);
-            result[child] = static_cast<std::uint64_t>(std::lower_bound(from, to, first) - keys_.begin());
-        }
-        return result;
-    }
-
-    Status divideLevel(std::size_t begin, std::size_t end, unsigned level) {
-        std::vector<std::size_t> full;
-        for (std::size_t node = begin; node < end; ++node) {
-            if (tree_.count[node] > options_.leafCapacity) full.push_back(node);
-        }
-        std::vector<Split> splits(full.size());
-        tbb::parallel_for(std::size_t{0}, full.size(),
-                          [&](std::size_t i) { splits[i] = split(full[i], level); });
-        for (std::size_t i = 0; i < full.size(); ++i) {
-            const std::size_t first = tree_.level.size();
-            if (first + 8 > std::numeric_limits<std::uint32_t>::max()) {
-                return Error{ErrorCode::resourceExhausted, "",
-                             "the octree has more than 2^32 nodes; raise the leaf capacity"};
-            }
-            addChildren(full[i], splits[i], level + 1);
-            tree_.firstChild[full[i]] = static_cast<std::uint32_t>(first);
-            tree_.childCount[full[i]] = static_cast<std::uint8_t>(tree_.level.size() - first);
-        }
-        return success();
-    }
-
-    void addChildren(std::size_t node, const Split& at, unsigned level) {
-        for (std::size_t child = 0; child < 8; ++child) {
-            if (at[child] == at[child + 1]) continue;
-            addNode(static_cast<std::uint8_t>(level), tree_.morton[node] * 8 + child, at[child],
-                    at[child + 1]);
-        }
-    }
-
-    /// Leaves in the order of their particles, inner nodes in the order of their children.
-    void sumWeights() {
-        weight_.resize(tree_.level.size());
-        tbb::parallel_for(std::size_t{0}, weight_.size(), [&](std::size_t node) {
-            if (tree_.childCount[node] != 0) return;
-            const auto own = weights_.subspan(source_[node], tree_.count[node]);
-            weight_[node] = std::accumulate(own.begin(), own.end(), 0.0);
+    template <class Use>
+    static void forEach(std::size_t begin, std::size_t end, Use use) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(begin, end, 1 << 13), [&](const auto& part) {
+            for (auto i = part.begin(); i < part.end(); ++i) use(i);
         });
-        for (std::size_t node = weight_.size(); node-- > 0;) {
-            if (tree_.childCount[node] == 0) continue;
-            const auto first = weight_.begin() + tree_.firstChild[node];
-            weight_[node] = std::accumulate(first, first + tree_.childCount[node], 0.0);
-        }
-        tree_.totalWeight = weight_.front();
     }
 
-    Status setDensities() {
-        const std::size_t size = weight_.size();
-        tree_.density.resize(size);
-        tree_.minDensity.resize(size);
-        for (std::size_t node = size; node-- > 0;) {
-            const double density = std::ldexp(weight_[node], 3 * tree_.level[node]);
-            if (!(density <= std::numeric_limits<float>::max())) {
-                return Error{ErrorCode::resourceExhausted, "",
-                             "the weights are too large for their densities"};
-            }
-            tree_.density[node] = static_cast<float>(density);
-            tree_.minDensity[node] = tree_.density[node];
-            if (tree_.childCount[node] == 0) continue;
-            const auto first = tree_.minDensity.begin() + tree_.firstChild[node];
-            tree_.minDensity[node] = *std::min_element(first, first + tree_.childCount[node]);
+    Status placeLevels() {
+        for (const auto& level : levels_) first_.push_back(first_.back() + level.size());
+        const std::size_t size = first_.back();
+        if (size > std::numeric_limits<std::uint32_t>::max()) {
+            return Error{ErrorCode::resourceExhausted, "",
+                         "the octree has more than 2^32 nodes; raise the leaf capacity"};
         }
+        tree_.level.resize(size);
+        tree_.morton.resize(size);
+        tree_.firstChild.resize(size);
+        tree_.childCount.resize(size);
+        tree_.count.resize(size);
+        source_.resize(size);
         return success();
+    }
+
+    /// Children stand side by side, in the order of their parents: each level is in Morton order.
+    void linkNodes() {
+        for (std::size_t depth = 0; depth < levels_.size(); ++depth) {
+            const auto& level = levels_[depth];
+            std::size_t child = first_[depth + 1];
+            for (std::size_t i = 0; i < level.size(); ++i) {
+                const std::size_t node = first_[depth] + i;
+                tree_.firstChild[node] = static_cast<std::uint32_t>(child);
+                child += static_cast<std::size_t>(std::popcount(level.children[i]));
+            }
+            forEach(0, level.size(), [&](std::size_t i) {
+                const std::size_t node = first_[depth] + i;
+                tree_.level[node] = static_cast<std::uint8_t>(depth);
+                tree_.childCount[node] = static_cast<std::uint8_t>(std::popcount(level.children[i]));
+                tree_.count[node] = level.count[i];
+                if (level.children[i] != 0) placeChildren(node, level.children[i], levels_[depth + 1]);
+            });
+        }
+    }
+
+    void placeChildren(std::size_t node, unsigned mask, const OctreeLevel& below) {
+        std::size_t child = tree_.firstChild[node];
+        std::uint64_t source = source_[node];
+        for (unsigned number = 0; number < 8; ++number) {
+            if ((mask >> number & 1U) == 0) continue;
+            tree_.morton[child] = tree_.morton[node] * 8 + number;
+            source_[child] = source;
+            source += below.count[child - first_[tree_.level[node] + 1U]];
+            ++child;
+        }
+    }
+
+    /// From the deepest level up: weights, densities and least densities.
+    Status weigh() {
+        tree_.density.resize(tree_.level.size());
+        tree_.minDensity.resize(tree_.level.size());
+        std::atomic<bool> tooLarge{false};
+        for (std::size_t depth = levels_.size(); depth-- > 0;) {
+            forEach(0, levels_[depth].size(), [&](std::size_t i) {
+                if (!weighNode(depth, i)) tooLarge.store(true, std::memory_order_relaxed);
+            });
+        }
+        tree_.totalWeight = levels_[0].weight[0];
+        if (!tooLarge) return success();
+        return Error{ErrorCode::resourceExhausted, "", "the weights are too large for their densities"};
+    }
+
+    bool weighNode(std::size_t depth, std::size_t i) {
+        const std::size_t node = first_[depth] + i;
+        double& weight = levels_[depth].weight[i];
+        float least = std::numeric_limits<float>::infinity();
+        for (std::size_t k = 0; k < tree_.childCount[node]; ++k) {
+            const std::size_t child = tree_.firstChild[node] + k;
+            weight += levels_[depth + 1].weight[child - first_[depth + 1]];
+            least = std::min(least, tree_.minDensity[child]);
+        }
+        const double density = std::ldexp(weight, static_cast<int>(3 * depth));
+        tree_.density[node] = static_cast<float>(density);
+        tree_.minDensity[node] = tree_.childCount[node] == 0 ? tree_.density[node] : least;
+        return density <= std::numeric_limits<float>::max();
     }
 
     void orderLeaves() {
-        for (std::size_t node = 0; node < weight_.size(); ++node) {
-            if (tree_.childCount[node] == 0) tree_.leafNode.push_back(static_cast<std::uint32_t>(node));
+        levels_ = {};
+        std::vector<LeafKey> keys;
+        keys.reserve(static_cast<std::size_t>(
+            std::count(tree_.childCount.begin(), tree_.childCount.end(), std::uint8_t{0})));
+        for (std::size_t node = 0; node < tree_.level.size(); ++node) {
+            if (tree_.childCount[node] != 0) continue;
+            keys.push_back({std::bit_cast<std::uint32_t>(tree_.density[node]),
+                            static_cast<std::uint32_t>(node), tree_.morton[node] << 5 | tree_.level[node]});
         }
-        tbb::parallel_sort(tree_.leafNode.begin(), tree_.leafNode.end(),
-                           [&](std::uint32_t a, std::uint32_t b) {
-                               if (tree_.density[a] != tree_.density[b])
-                                   return tree_.density[a] < tree_.density[b];
-                               if (tree_.morton[a] != tree_.morton[b])
-                                   return tree_.morton[a] < tree_.morton[b];
-                               return tree_.level[a] < tree_.level[b];
-                           });
+        tbb::parallel_sort(keys.begin(), keys.end());
+        tree_.leafNode.resize(keys.size());
+        tree_.leafPointBegin.resize(keys.size());
+        tree_.leafPointCount.resize(keys.size());
+        tree_.leafDensity.resize(keys.size());
+        tree_.leafSource.resize(keys.size());
+        forEach(0, keys.size(), [&](std::size_t leaf) {
+            const auto node = keys[leaf].node;
+            tree_.firstChild[node] = static_cast<std::uint32_t>(leaf);
+            tree_.leafNode[leaf] = node;
+            tree_.leafPointCount[leaf] = static_cast<std::uint32_t>(tree_.count[node]);
+            tree_.leafDensity[leaf] = tree_.density[node];
+            tree_.leafSource[leaf] = source_[node];
+        });
         std::uint64_t begin = 0;
-        for (const auto node : tree_.leafNode) {
-            tree_.firstChild[node] = static_cast<std::uint32_t>(tree_.leafPointBegin.size());
-            tree_.leafPointBegin.push_back(begin);
-            tree_.leafPointCount.push_back(static_cast<std::uint32_t>(tree_.count[node]));
-            tree_.leafDensity.push_back(tree_.density[node]);
-            tree_.leafSource.push_back(source_[node]);
-            begin += tree_.count[node];
+        for (std::size_t leaf = 0; leaf < keys.size(); ++leaf) {
+            tree_.leafPointBegin[leaf] = begin;
+            begin += tree_.leafPointCount[leaf];
         }
     }
 
-    std::span<const std::uint64_t> keys_;
-    std::span<const double> weights_;
-    unsigned keyLevel_;
-    OctreeOptions options_;
+    OctreeLevels levels_;
     Octree tree_;
-    std::vector<std::uint64_t> source_;  ///< by node: its first particle among the sorted ones
-    std::vector<double> weight_;         ///< by node
+    std::vector<std::size_t> first_{0};  ///< by level: its first node
+    std::vector<std::uint64_t> source_;  ///< by node: its first particle in Morton order
 };
 
 }  // namespace
@@ -168,9 +169,8 @@ storage::Leaves Octree::leaves() const {
     return {leafNode, leafPointBegin, leafPointCount, leafDensity};
 }
 
-Result<Octree> buildOctree(std::span<const std::uint64_t> keys, std::span<const double> weights,
-                           unsigned keyLevel, const OctreeOptions& options) {
-    return Builder(keys, weights, keyLevel, options).build();
+Result<Octree> assembleOctree(OctreeLevels levels) {
+    return Assembly(std::move(levels)).run();
 }
 
 }  // namespace mote::prep

@@ -3,27 +3,29 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "preprocess/particles/density_histogram.h"
+#include "preprocess/particles/memory_plan.h"
+#include "preprocess/particles/step_bounds.h"
 #include "preprocess/particles/step_builder.h"
+#include "preprocess/particles/step_output.h"
 #include "preprocess/particles/step_selection.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"
-#include "storage/particles/mapped_step.h"
 #include "storage/particles/step_writer.h"
+#include "storage/write_file.h"
 
 namespace mote::prep {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Particles of earlier steps that are kept between the pass over the bounds and the building: bytes.
-constexpr std::uint64_t cacheLimit = std::uint64_t{512} << 20;
 
 Error cancelledError() {
     return {ErrorCode::cancelled, "", "cancelled"};
@@ -56,20 +58,17 @@ class Job {
           inputs_(inputs),
           output_(output),
           options_(options),
+          ranks_(*options.ranks),
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
         MOTE_RETURN_IF_ERROR(prepare());
-        auto writer = storage::DatasetWriter::create(output_);
-        if (!writer.ok()) return writer.error();
+        MOTE_RETURN_IF_ERROR(begin());
         MOTE_RETURN_IF_ERROR(findBounds());
         describe();
-        for (std::size_t i = 0; i < steps_.size(); ++i) MOTE_RETURN_IF_ERROR(makeStep(i, *writer));
-        MOTE_RETURN_IF_ERROR(finish(*writer));
-        if (progress_.cancelled()) return cancelledError();
-        MOTE_RETURN_IF_ERROR(writer->publish(manifest_));
-        manifest_.mutable_files()->Assign(writer->files().begin(), writer->files().end());
-        progress_.report(1.0, "done");
+        for (std::size_t i = 0; i < steps_.size(); ++i) MOTE_RETURN_IF_ERROR(makeStep(i));
+        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
+        report(1.0, "done");
         return std::move(manifest_);
     }
 
@@ -93,50 +92,70 @@ class Job {
         stepOptions_.volumeLevel = job_.has_volume_level() ? job_.volume_level() : defaultVolumeLevel;
         stepOptions_.octree = {job_.has_leaf_capacity() ? job_.leaf_capacity() : defaultLeafCapacity,
                                job_.has_max_level() ? job_.max_level() : defaultMaxLevel};
-        kept_.resize(steps_.size());
         return checkMemory();
     }
 
-    Status checkMemory() const {
+    MemoryPlan memoryFor(std::size_t step) const {
+        return planMemory(source_.steps()[step].particles, stepOptions_, options_.memory,
+                          tbb::this_task_arena::max_concurrency());
+    }
+
+    Status checkMemory() {
+        mayKeep_ = std::numeric_limits<std::uint64_t>::max();
         for (const auto step : steps_) {
             const auto& info = source_.steps()[step];
-            const auto needed = buildMemory(info.particles, stepOptions_);
-            if (options_.memory == 0 || needed <= options_.memory) continue;
+            const auto plan = memoryFor(step);
+            mayKeep_ = std::min(mayKeep_, plan.kept);
+            if (plan.particles > 0) continue;
             constexpr double gigabyte = 1e9;
             return Error{
                 ErrorCode::resourceExhausted, info.file,
-                fmt::format("step {} has {} particles, which take {:.1f} GB of memory; the limit is {:.1f} "
-                            "GB",
-                            step, info.particles, static_cast<double>(needed) / gigabyte,
+                fmt::format("step {} has {} particles, for which the job needs at least {:.2f} GB of "
+                            "memory; the limit is {:.2f} GB",
+                            step, info.particles, static_cast<double>(plan.needed) / gigabyte * 1.02,
                             static_cast<double>(options_.memory) / gigabyte)};
         }
         return success();
     }
 
-    std::uint64_t mayKeep() const {
-        if (options_.memory == 0) return cacheLimit;
-        std::uint64_t largest = 0;
-        for (const auto step : steps_) {
-            largest = std::max(largest, buildMemory(source_.steps()[step].particles, stepOptions_));
+    /// Rank 0 makes the folder; the others learn its name.
+    Status begin() {
+        Status status = success();
+        if (ranks_.first()) {
+            auto writer = storage::DatasetWriter::create(output_);
+            if (!writer.ok()) status = writer.error();
+            if (writer.ok()) writer_.emplace(*std::move(writer));
         }
-        return std::min(cacheLimit, options_.memory - largest);
+        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
+        const auto name = fromFirst(ranks_, writer_ ? writer_->directory().string() : std::string());
+        if (!name.ok()) return name.error();
+        directory_ = *name;
+        return success();
+    }
+
+    void report(double fraction, std::string_view phase) {
+        if (ranks_.first()) progress_.report(fraction, phase);
+    }
+
+    Result<StepReader> openReader(std::size_t index) {
+        return StepReader::open(source_, steps_[index], axes_, ranks_, progress_, mayKeep_);
     }
 
     bool boundsGiven() const { return job_.bounds_size() == 3; }
 
     Status findBounds() {
+        readers_.resize(steps_.size());
         std::array<Range, 3> found;
-        std::uint64_t keptBytes = 0;
         for (std::size_t i = 0; i < steps_.size() && !boundsGiven(); ++i) {
-            progress_.report(0.3 * static_cast<double>(i) / static_cast<double>(steps_.size()),
-                             fmt::format("looking for the bounds: step {} of {}", i + 1, steps_.size()));
-            auto particles = loadStep(source_, steps_[i], axes_, progress_);
-            if (!particles.ok()) return particles.error();
-            for (std::size_t a = 0; a < 3; ++a) {
-                found[a] = found[a].united(robustRange(particles->coordinate[a]));
-            }
-            keptBytes += particles->bytes();
-            if (steps_.size() == 1 || keptBytes <= mayKeep()) kept_[i] = *std::move(particles);
+            report(0.2 * static_cast<double>(i) / static_cast<double>(steps_.size()),
+                   fmt::format("looking for the bounds: step {} of {}", i + 1, steps_.size()));
+            auto reader = openReader(i);
+            if (!reader.ok()) return reader.error();
+            const auto ranges = stepBounds(*reader, ranks_);
+            if (!ranges.ok()) return ranges.error();
+            for (std::size_t a = 0; a < 3; ++a) found[a] = found[a].united((*ranges)[a]);
+            mayKeep_ -= reader->keptBytes();
+            readers_[i].emplace(*std::move(reader));
         }
         for (std::size_t a = 0; a < 3; ++a) MOTE_RETURN_IF_ERROR(setBounds(a, found[a]));
         return success();
@@ -186,62 +205,83 @@ class Job {
         particles.set_max_level(stepOptions_.octree.maxLevel);
     }
 
-    Result<StepParticles> take(std::size_t index) {
-        if (!kept_[index]) return loadStep(source_, steps_[index], axes_, progress_);
-        StepParticles particles = *std::move(kept_[index]);
-        kept_[index].reset();
-        return particles;
-    }
-
     void reportStep(std::size_t index, double part, std::string_view what) {
         const double done = (static_cast<double>(index) + part) / static_cast<double>(steps_.size());
-        const double before = boundsGiven() ? 0.0 : 0.3;
-        progress_.report(before + (0.97 - before) * done,
-                         fmt::format("{} step {} of {}", what, index + 1, steps_.size()));
+        const double before = boundsGiven() ? 0.0 : 0.2;
+        report(before + (0.97 - before) * done,
+               fmt::format("{} step {} of {}", what, index + 1, steps_.size()));
     }
 
-    Status makeStep(std::size_t index, storage::DatasetWriter& writer) {
-        reportStep(index, 0.0, "reading");
-        auto particles = take(index);
-        if (!particles.ok()) return particles.error();
-        auto& entry = *manifest_.mutable_particles()->add_steps();
-        entry.set_lost(particles->lost);
-        entry.set_invalid(particles->invalid);
-        reportStep(index, 0.3, "building");
-        auto quantized = quantize(*std::move(particles), bounds_);
-        entry.set_outside(quantized.outside);
-        entry.set_particles(quantized.size());
+    Status makeStep(std::size_t index) {
+        reportStep(index, 0.0, "building");
+        const auto built = build(index);
+        if (!built.ok()) {
+            const auto& error = built.error();
+            return Error{error.code, error.where.empty() ? source_.steps()[steps_[index]].file : error.where,
+                         error.message};
+        }
         const auto& info = source_.steps()[steps_[index]];
-        auto built = buildStep(std::move(quantized), stepOptions_, [this] { return progress_.cancelled(); });
-        if (!built.ok()) return Error{built.error().code, info.file, built.error().message};
+        auto& entry = *manifest_.mutable_particles()->add_steps();
+        entry.set_lost(built->counts.lost);
+        entry.set_invalid(built->counts.invalid);
+        entry.set_outside(built->counts.outside);
+        entry.set_particles(built->counts.particles);
         entry.set_iteration(info.iteration);
         entry.set_time(std::isfinite(info.time) ? info.time : 0.0);
         entry.set_total_weight(built->octree.totalWeight);
-        densities_ = densities_.united(densityRange(built->octree.leaves()));
-        reportStep(index, 0.8, "writing");
-        return write(*built, static_cast<std::uint32_t>(index), entry, writer);
+        densities_ = densities_.united(densityRange(built->octree.leafDensity));
+        leaves_.push_back(built->octree.leafNode.size());
+        reportStep(index, 0.6, "writing");
+        return write(*built, static_cast<std::uint32_t>(index), entry);
     }
 
-    Status write(const BuiltStep& built, std::uint32_t index, proto::ParticleStepEntry& entry,
-                 storage::DatasetWriter& writer) {
-        auto content = built.content();
-        for (std::size_t a = 0; a < 3; ++a) {
-            content.axes[a] = axes_[a].name;
-            content.boundsMin[a] = bounds_[a].min;
-            content.boundsMax[a] = bounds_[a].max;
+    Result<BuiltStep> build(std::size_t index) {
+        if (!readers_[index]) {
+            auto reader = openReader(index);
+            if (!reader.ok()) return reader.error();
+            readers_[index].emplace(*std::move(reader));
         }
-        const auto name = storage::stepName(index);
-        entry.set_file(name + ".h5");
-        entry.set_digest(name + ".digest");
-        MOTE_RETURN_IF_ERROR(storage::writeStep(writer.directory(), name, content));
-        const auto cancelled = [this] { return progress_.cancelled(); };
-        MOTE_RETURN_IF_ERROR(writer.add(entry.file(), cancelled));
-        return writer.add(entry.digest(), cancelled);
+        const StepResources resources{&ranks_, [this] { return progress_.cancelled(); },
+                                      memoryFor(steps_[index]).particles, directory_};
+        auto built = buildStep(*readers_[index], bounds_, stepOptions_, resources);
+        readers_[index].reset();
+        return built;
+    }
+
+    Status write(const BuiltStep& built, std::uint32_t index, proto::ParticleStepEntry& entry) {
+        StepOutput output;
+        output.directory = directory_;
+        output.name = storage::stepName(index);
+        entry.set_file(output.name + ".h5");
+        entry.set_digest(output.name + ".digest");
+        for (std::size_t a = 0; a < 3; ++a) {
+            output.attributes.axes[a] = axes_[a].name;
+            output.attributes.boundsMin[a] = bounds_[a].min;
+            output.attributes.boundsMax[a] = bounds_[a].max;
+        }
+        output.attributes.totalWeight = built.octree.totalWeight;
+        output.ranks = &ranks_;
+        output.cancelled = [this] { return progress_.cancelled(); };
+        output.complete = [&] { return takeFile(entry.file()); };
+        const auto places = writeBuiltStep(built, output);
+        if (!places.ok()) return places.error();
+        places_.push_back(*places);
+        return ranks_.first() ? writer_->add(entry.digest(), output.cancelled) : success();
+    }
+
+    /// Hashes the file; the disk gets it meanwhile, so that publishing need not wait.
+    Status takeFile(const std::string& name) {
+        Status added = success();
+        Status synced = success();
+        tbb::parallel_invoke([&] { synced = storage::syncPath(directory_ / name); },
+                             [&] { added = writer_->add(name, [this] { return progress_.cancelled(); }); });
+        MOTE_RETURN_IF_ERROR(synced);
+        return added;
     }
 
     /// What is known only after the last step: the scale of densities, and with it each step's histogram,
     /// from the files just written.
-    Status finish(storage::DatasetWriter& writer) {
+    Status finish() {
         auto& particles = *manifest_.mutable_particles();
         std::uint64_t total = 0;
         for (const auto& step : particles.steps()) total += step.particles();
@@ -252,17 +292,32 @@ class Job {
         }
         particles.set_density_min(densities_.min);
         particles.set_density_max(densities_.max);
-        manifest_.mutable_files()->Assign(writer.files().begin(), writer.files().end());
-        for (int i = 0; i < particles.steps_size(); ++i) {
-            if (progress_.cancelled()) return cancelledError();
-            const auto step =
-                storage::MappedStep::open(writer.directory(), manifest_, static_cast<std::uint32_t>(i));
-            if (!step.ok()) return step.error();
-            const auto histogram = densityHistogram((*step)->leaves(), (*step)->logDensity());
-            particles.mutable_steps(i)->mutable_density_histogram()->Assign(histogram.begin(),
-                                                                            histogram.end());
-        }
+        for (std::size_t i = 0; i < places_.size(); ++i) MOTE_RETURN_IF_ERROR(addHistogram(i));
         noteLeftOut();
+        if (progress_.cancelled()) return cancelledError();
+        MOTE_RETURN_IF_ERROR(writer_->publish(manifest_));
+        manifest_.mutable_files()->Assign(writer_->files().begin(), writer_->files().end());
+        return success();
+    }
+
+    Status addHistogram(std::size_t index) {
+        constexpr std::uint64_t together = std::uint64_t{1} << 20;
+        auto& entry = *manifest_.mutable_particles()->mutable_steps(static_cast<int>(index));
+        const auto file = storage::StepFile::open(directory_ / entry.file(), places_[index]);
+        if (!file.ok()) return file.error();
+        std::vector<std::uint64_t> bins;
+        for (std::uint64_t leaf = 0; leaf < leaves_[index]; leaf += together) {
+            if (progress_.cancelled()) return cancelledError();
+            const auto count = static_cast<std::size_t>(std::min(together, leaves_[index] - leaf));
+            std::vector<float> density(count);
+            std::vector<std::uint32_t> points(count);
+            MOTE_RETURN_IF_ERROR(file->read(storage::StepArray::leafDensity, leaf * sizeof(float),
+                                            std::as_writable_bytes(std::span(density))));
+            MOTE_RETURN_IF_ERROR(file->read(storage::StepArray::leafPointCount, leaf * sizeof(std::uint32_t),
+                                            std::as_writable_bytes(std::span(points))));
+            addToHistogram(density, points, {densities_.min, densities_.max}, bins);
+        }
+        entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
         return success();
     }
 
@@ -291,12 +346,18 @@ class Job {
     const std::vector<fs::path>& inputs_;
     fs::path output_;
     ParticlesJobOptions options_;
+    Communicator& ranks_;
     Progress& progress_;
 
     PlotAxes axes_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
-    std::vector<std::optional<StepParticles>> kept_;  ///< by selected step, from the pass over the bounds
+    std::uint64_t mayKeep_ = 0;                       ///< bytes of what is read, for its next use
+    std::vector<std::optional<StepReader>> readers_;  ///< by selected step, from the pass over the bounds
+    std::optional<storage::DatasetWriter> writer_;    ///< on rank 0
+    fs::path directory_;                              ///< of the dataset while it is made
+    std::vector<storage::StepFile::Places> places_;   ///< by selected step
+    std::vector<std::uint64_t> leaves_;               ///< by selected step
     std::array<Range, 3> bounds_;
     Range densities_;
     proto::Manifest manifest_;
@@ -314,7 +375,10 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, Partic
         more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
     }
     tbb::task_arena arena(threads);
-    return arena.execute([&] { return Job(request, source, inputs, output, options, progress).run(); });
+    const auto alone = singleProcess();
+    ParticlesJobOptions all = options;
+    if (!all.ranks) all.ranks = alone.get();
+    return arena.execute([&] { return Job(request, source, inputs, output, all, progress).run(); });
 }
 
 }  // namespace mote::prep

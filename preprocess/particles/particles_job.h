@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The particles job: from a run to a dataset of kind "particles". Called from one thread; works on as many as
-// it is given. The same request and input give the same bytes, whatever the threads and the memory.
+// The particles job: from a run to a dataset of kind "particles". Called from one thread in each of the
+// processes that do it together; works on as many threads as it is given. The same request and input give the
+// same bytes, whatever the processes, the threads and the memory.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <vector>
 
+#include "preprocess/parallel/communicator.h"
 #include "preprocess/progress.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/mote.pb.h"
@@ -17,8 +19,9 @@ namespace mote::prep {
 
 /// What changes how the job works, and not what it makes.
 struct ParticlesJobOptions {
-    int threads = 0;           ///< 0: as many as there are cores
-    std::uint64_t memory = 0;  ///< bytes that the job may take; 0: as much as there is
+    int threads = 0;                ///< 0: as many as there are cores
+    std::uint64_t memory = 0;       ///< bytes that this process may take; 0: three quarters of the machine's
+    Communicator* ranks = nullptr;  ///< the processes that do this job together; null: this one alone
 };
 
 inline constexpr std::uint32_t defaultLeafCapacity = 32;
@@ -30,9 +33,8 @@ inline constexpr std::uint32_t defaultVolumeLevel = 6;
 Status checkParticlesJob(const proto::ParticlesJob& job);
 
 /// Makes `output`, which appears by one rename, from `source`, which was opened from `inputs`. Returns its
-/// manifest. Errors: invalidArgument, notFound (an axis that the run does not have), alreadyExists,
-/// permissionDenied, resourceExhausted (memory, disk), cancelled, and the source's own. Throws
-/// storage::StorageError where what it has just written cannot be read again.
+/// manifest; its files only on rank 0. Errors: invalidArgument, notFound (an axis that the run does not
+/// have), alreadyExists, permissionDenied, resourceExhausted (memory, disk), cancelled, and the source's own.
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<std::filesystem::path>& inputs,
                                         const std::filesystem::path& output,

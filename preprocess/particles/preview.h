@@ -1,23 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The preview of a step: the points that are drawn first as the drawn fraction grows, with all that drawing
-// them needs. A pure function of what the step file holds; docs/FORMAT.md.
+// them needs. Gathered while points are written, then put in order; docs/FORMAT.md. PreviewSelection is
+// immutable and safe on any number of threads.
 #pragma once
 
 #include <vector>
 
+#include "preprocess/particles/octree.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::prep {
+
+struct PreviewCandidate {
+    double from;  ///< the fraction that draws it
+    storage::PreviewPoint point;
+};
 
 struct BuiltPreview {
     std::vector<storage::PreviewPoint> points;
     std::vector<float> threshold;  ///< by storage::Preview::blockPoints of them
 };
 
-/// A quarter of the points, at most Preview::mostPoints. Uses all threads of the calling arena, with the same
-/// result for any number.
-BuiltPreview buildPreview(const storage::OctreeNodes& nodes, const storage::Leaves& leaves,
-                          std::span<const storage::PackedPosition> positions);
+/// A quarter of the points, at most Preview::mostPoints.
+std::uint64_t previewSize(std::uint64_t points);
+
+class PreviewSelection {
+  public:
+    /// `octree` outlives this. Uses all threads of the calling arena.
+    explicit PreviewSelection(const Octree& octree);
+
+    /// Appends those of a leaf's points that may be in the preview: `positions` are its points from `first`
+    /// on.
+    void add(std::size_t leaf, std::uint32_t first, std::span<const storage::PackedPosition> positions,
+             std::vector<PreviewCandidate>& candidates) const;
+
+    /// Of all leaves' candidates, leaf by leaf in their order. The same for any number of threads.
+    BuiltPreview choose(std::vector<PreviewCandidate> candidates) const;
+
+  private:
+    double fractionFor(std::uint64_t total) const;
+
+    const Octree& octree_;
+    std::uint64_t total_ = 0;
+    double fraction_ = 0.0;  ///< draws all of the preview, and few points more
+    LogDensity scale_;       ///< of the leaves that weigh anything
+};
 
 }  // namespace mote::prep

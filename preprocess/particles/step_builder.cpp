@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/step_builder.h"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <atomic>
 
+#include "preprocess/particles/cell_count.h"
 #include "preprocess/particles/density_volume.h"
-#include "preprocess/particles/morton.h"
-#include "preprocess/particles/radix_sort.h"
+#include "preprocess/particles/particle_exchange.h"
+#include "preprocess/particles/range_builder.h"
 
 namespace mote::prep {
 namespace {
@@ -17,142 +19,205 @@ Error cancelledError() {
     return {ErrorCode::cancelled, "", "cancelled"};
 }
 
-/// splitmix64 (Steele, Lea, Flood 2014): a row's place in the shuffle of its leaf, the same in every step.
-std::uint64_t shuffleHash(std::uint64_t row) {
-    std::uint64_t h = row + 0x9e3779b97f4a7c15ULL;
-    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    h = (h ^ (h >> 27)) * 0x94d049bb133111ebULL;
-    return h ^ (h >> 31);
+template <class T>
+void appendTo(std::vector<T>& to, const std::vector<T>& from) {
+    to.insert(to.end(), from.begin(), from.end());
 }
 
-/// Particles in Morton order, those of the same cell in the order of their rows.
-KeyedIndices sortedKeys(const QuantizedStep& particles, unsigned keyLevel) {
-    KeyedIndices items;
-    items.key.resize(particles.size());
-    items.index.resize(particles.size());
-    const unsigned shift = 32 - keyLevel;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, particles.size(), 1 << 14), [&](const auto& part) {
-        for (std::size_t i = part.begin(); i < part.end(); ++i) {
-            const auto& place = particles.place[i];
-            items.key[i] = mortonKey(place[0] >> shift, place[1] >> shift, place[2] >> shift);
-            items.index[i] = static_cast<std::uint32_t>(i);
-        }
-    });
-    radixSort(items, 3 * keyLevel);
-    return items;
-}
-
-std::vector<double> gathered(const std::vector<double>& values, const std::vector<std::uint32_t>& order) {
-    std::vector<double> result(order.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 1 << 14), [&](const auto& part) {
-        for (std::size_t i = part.begin(); i < part.end(); ++i) result[i] = values[order[i]];
-    });
-    return result;
-}
-
-/// Puts points in the order of their leaves, shuffled within each.
-class PointWriter {
+class Builder {
   public:
-    PointWriter(const QuantizedStep& particles, const std::vector<std::uint32_t>& order, BuiltStep& built)
-        : particles_(particles), order_(order), built_(built) {
-        built_.position.resize(order.size());
-        built_.row.resize(order.size());
-    }
+    Builder(StepReader& reader, const std::array<Range, 3>& bounds, const StepOptions& options,
+            const StepResources& resources)
+        : reader_(reader),
+          bounds_(bounds),
+          options_(options),
+          resources_(resources),
+          ranks_(*resources.ranks),
+          gridLevel_(gridLevelFor(reader.rows())),
+          rangeOptions_{options.octree, gridLevel_, std::max(gridLevel_, options.volumeLevel)} {}
 
-    bool run(const std::function<bool()>& cancelled) {
-        const std::size_t leaves = built_.octree.leafNode.size();
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves, 256), [&](const auto& part) {
-            std::vector<Item> items;
-            for (std::size_t leaf = part.begin(); leaf < part.end(); ++leaf) {
-                if ((leaf - part.begin()) % 4096 == 0 && cancelled()) return;
-                write(leaf, items);
-            }
-        });
-        return !cancelled();
+    Result<BuiltStep> run() {
+        MOTE_RETURN_IF_ERROR(plan());
+        MOTE_RETURN_IF_ERROR(sortIntoRanges());
+        MOTE_RETURN_IF_ERROR(agree(ranks_, buildRanges()));
+        MOTE_RETURN_IF_ERROR(shareVolume());
+        MOTE_RETURN_IF_ERROR(shareTrees());
+        auto octree = assembleOctree(std::move(plan_.levels));
+        if (!octree.ok()) return octree.error();
+        built_.octree = *std::move(octree);
+        built_.points = std::move(store_.particles);
+        return std::move(built_);
     }
 
   private:
-    struct Item {
-        std::uint64_t hash;
-        std::uint32_t particle;
-        bool operator<(const Item& other) const {
-            return hash != other.hash ? hash < other.hash : particle < other.particle;
-        }
-    };
+    std::size_t rank() const { return static_cast<std::size_t>(ranks_.rank()); }
 
-    void write(std::size_t leaf, std::vector<Item>& items) {
-        const auto& tree = built_.octree;
-        const std::size_t count = tree.leafPointCount[leaf];
-        items.resize(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto particle = order_[tree.leafSource[leaf] + i];
-            items[i] = {shuffleHash(particles_.row[particle]), particle};
-        }
-        if (count > 65536) {
-            tbb::parallel_sort(items.begin(), items.end());
-        } else {
-            std::sort(items.begin(), items.end());
-        }
-        // The 16 bits below the leaf's own.
-        const unsigned shift = 16U - tree.level[tree.leafNode[leaf]];
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto& place = particles_.place[items[i].particle];
-            const auto bits = [&](std::size_t axis) {
-                return static_cast<std::uint16_t>(place[axis] >> shift);
-            };
-            built_.position[tree.leafPointBegin[leaf] + i] = {bits(0), bits(1), bits(2)};
-            built_.row[tree.leafPointBegin[leaf] + i] = particles_.row[items[i].particle];
-        }
+    Status plan() {
+        auto mine = countCells(reader_, bounds_, gridLevel_);
+        MOTE_RETURN_IF_ERROR(agree(ranks_, mine.ok() ? success() : Status(mine.error())));
+        const auto all = sumOfRanks(ranks_, *mine);
+        if (!all.ok()) return all.error();
+        cells_ = std::move(mine->cells);
+        withWeights_ = all->weight.min < all->weight.max;
+        weight_ = all->weight.min;
+        plan_ = planCells(all->cells, gridLevel_, options_.octree);
+        built_.counts = {plan_.particles(), all->lost, all->invalid, all->outside};
+        return success();
     }
 
-    const QuantizedStep& particles_;
-    const std::vector<std::uint32_t>& order_;
-    BuiltStep& built_;
+    Status sortIntoRanges() {
+        ParticleExchange exchange(plan_, ranks_, withWeights_);
+        const auto& firstRange = exchange.firstRange();
+        for (const auto range : firstRange) {
+            built_.firstPoint.push_back(range < plan_.ranges.size() ? plan_.ranges[range].begin
+                                                                    : plan_.particles());
+        }
+        ranges_ =
+            std::span(plan_.ranges).subspan(firstRange[rank()], firstRange[rank() + 1] - firstRange[rank()]);
+        MOTE_RETURN_IF_ERROR(agree(ranks_, makeStores()));
+        return exchange.run(reader_, bounds_, cells_, store_);
+    }
+
+    Status makeStores() {
+        const std::uint64_t count = built_.firstPoint[rank() + 1] - built_.firstPoint[rank()];
+        const std::uint64_t bytes = count * sizeof(Particle);
+        const std::uint64_t weightBytes = withWeights_ ? count * sizeof(double) : 0;
+        const bool spill = bytes + weightBytes > resources_.memory;
+        const auto make = [&](std::uint64_t size) {
+            return spill ? RecordStore::inFile(resources_.temporary, size) : RecordStore::inMemory(size);
+        };
+        auto particles = make(bytes);
+        if (!particles.ok()) return particles.error();
+        auto weights = make(weightBytes);
+        if (!weights.ok()) return weights.error();
+        store_ = {*std::move(particles), *std::move(weights)};
+        return success();
+    }
+
+    /// What a thread needs to build ranges.
+    struct Worker {
+        RangeBuilder builder;
+        std::vector<Particle> particles;
+        std::vector<double> weights;
+        Status status = success();
+    };
+
+    Status buildRanges() {
+        trees_.resize(ranges_.size());
+        tbb::enumerable_thread_specific<Worker> workers;
+        std::atomic<bool> failed{false};
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, ranges_.size(), 1), [&](const auto& part) {
+            auto& worker = workers.local();
+            for (auto i = part.begin(); i < part.end() && !failed; ++i) {
+                worker.status = resources_.cancelled() ? cancelledError() : buildRange(i, worker);
+                if (!worker.status.ok()) failed = true;
+            }
+        });
+        store_.weights = RecordStore();
+        for (const auto& worker : workers) MOTE_RETURN_IF_ERROR(worker.status);
+        return success();
+    }
+
+    /// Its points take the place of its particles in the store.
+    Status buildRange(std::size_t i, Worker& worker) {
+        const auto& range = ranges_[i];
+        const std::uint64_t first = range.begin - built_.firstPoint[rank()];
+        const auto particles = store_.particles.read(first, range.count, worker.particles);
+        if (!particles.ok()) return particles.error();
+        Weights weights{{}, weight_};
+        if (withWeights_) {
+            const auto each = store_.weights.read(first, range.count, worker.weights);
+            if (!each.ok()) return each.error();
+            weights.each = *each;
+        }
+        const auto units = std::span(plan_.units).subspan(range.firstUnit, range.unitCount);
+        trees_[i] = worker.builder.build(*particles, weights, units, rangeOptions_);
+        return store_.particles.write(first, worker.builder.points());
+    }
+
+    Status shareVolume() {
+        std::vector<CellSum> mine;
+        for (const auto& tree : trees_) appendTo(mine, tree.cells);
+        const auto all = shareValues<CellSum>(ranks_, mine);
+        if (!all.ok()) return all.error();
+        std::vector<double> sums(std::size_t{1} << (3 * options_.volumeLevel));
+        for (const auto& cells : *all) addCells(cells, rangeOptions_.cellLevel, options_.volumeLevel, sums);
+        built_.volumeSize = 1U << options_.volumeLevel;
+        built_.volume = densityVolume(sums, options_.volumeLevel);
+        return success();
+    }
+
+    /// Puts what all ranks found below the grid into the plan's levels.
+    Status shareTrees() {
+        std::vector<UnitTree> units;
+        OctreeLevels mine(options_.octree.maxLevel > gridLevel_ ? options_.octree.maxLevel - gridLevel_ : 0);
+        for (auto& tree : trees_) {
+            appendTo(units, tree.units);
+            for (std::size_t depth = 0; depth < mine.size(); ++depth) {
+                appendTo(mine[depth].children, tree.levels[depth].children);
+                appendTo(mine[depth].count, tree.levels[depth].count);
+                appendTo(mine[depth].weight, tree.levels[depth].weight);
+            }
+            tree = {};
+        }
+        trees_.clear();
+        MOTE_RETURN_IF_ERROR(shareUnits(units));
+        for (auto& level : mine) {
+            auto& whole = plan_.levels.emplace_back();
+            MOTE_RETURN_IF_ERROR(shareInto(whole.children, level.children));
+            MOTE_RETURN_IF_ERROR(shareInto(whole.count, level.count));
+            MOTE_RETURN_IF_ERROR(shareInto(whole.weight, level.weight));
+        }
+        return success();
+    }
+
+    Status shareUnits(std::vector<UnitTree>& mine) {
+        std::vector<UnitTree> all;
+        MOTE_RETURN_IF_ERROR(shareInto(all, mine));
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const auto& unit = plan_.units[i];
+            plan_.levels[unit.level].weight[unit.index] = all[i].weight;
+            if (unit.divided) plan_.levels[unit.level].children[unit.index] = all[i].children;
+        }
+        return success();
+    }
+
+    /// All ranks' values in turn; this one's are given up.
+    template <class T>
+    Status shareInto(std::vector<T>& all, std::vector<T>& mine) {
+        if (ranks_.size() == 1) {
+            all = std::move(mine);
+            return success();
+        }
+        const auto shared = shareValues<T>(ranks_, mine);
+        if (!shared.ok()) return shared.error();
+        mine = std::vector<T>();
+        for (const auto& values : *shared) appendTo(all, values);
+        return success();
+    }
+
+    StepReader& reader_;
+    const std::array<Range, 3>& bounds_;
+    const StepOptions& options_;
+    const StepResources& resources_;
+    Communicator& ranks_;
+    unsigned gridLevel_;
+    RangeOptions rangeOptions_;
+    std::vector<std::uint32_t> cells_;  ///< this rank's particles by cell
+    bool withWeights_ = false;          ///< whether they differ
+    double weight_ = 0.0;               ///< that of all, where they do not
+    CellPlan plan_;
+    std::span<const PlanRange> ranges_;  ///< this rank's
+    SortedParticles store_;
+    std::vector<RangeTree> trees_;  ///< by range of this rank
+    BuiltStep built_;
 };
 
 }  // namespace
 
-storage::StepContent BuiltStep::content() const {
-    storage::StepContent content;
-    content.totalWeight = octree.totalWeight;
-    content.nodes = octree.nodes();
-    content.leaves = octree.leaves();
-    content.positions = position;
-    content.rows = row;
-    content.volume = volume;
-    content.volumeSize = volumeSize;
-    content.previewPoints = preview.points;
-    content.previewThreshold = preview.threshold;
-    return content;
-}
-
-std::uint64_t buildMemory(std::uint64_t particles, const StepOptions& options) {
-    // Arrays of particles; nodes and leaves, of which there are more the smaller the leaves; the volume; the
-    // program.
-    const std::uint64_t tree = 160 * particles / options.octree.leafCapacity;
-    return 56 * particles + tree + (std::uint64_t{4} << (3 * options.volumeLevel)) +
-           (std::uint64_t{64} << 20);
-}
-
-Result<BuiltStep> buildStep(QuantizedStep particles, const StepOptions& options,
-                            const std::function<bool()>& cancelled) {
-    const unsigned keyLevel = std::max(options.octree.maxLevel, options.volumeLevel);
-    auto sorted = sortedKeys(particles, keyLevel);
-    if (cancelled()) return cancelledError();
-    auto weights = gathered(particles.weight, sorted.index);
-    particles.weight = std::vector<double>();  // "= {}" would keep the memory
-    auto octree = buildOctree(sorted.key, weights, keyLevel, options.octree);
-    if (!octree.ok()) return octree.error();
-    BuiltStep built;
-    built.octree = *std::move(octree);
-    built.volumeSize = 1U << options.volumeLevel;
-    built.volume = densityVolume(sorted.key, weights, keyLevel, options.volumeLevel);
-    weights = std::vector<double>();
-    sorted.key = std::vector<std::uint64_t>();
-    if (!PointWriter(particles, sorted.index, built).run(cancelled)) return cancelledError();
-    particles = {};
-    built.preview = buildPreview(built.octree.nodes(), built.octree.leaves(), built.position);
-    return built;
+Result<BuiltStep> buildStep(StepReader& reader, const std::array<Range, 3>& bounds,
+                            const StepOptions& options, const StepResources& resources) {
+    return Builder(reader, bounds, options, resources).run();
 }
 
 }  // namespace mote::prep

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A step's octree, points and volume from its particles: what goes into the step file. Pure, but for
-// progress.
+// A step's octree, points and volume from its particles, on all ranks together: particles are counted in the
+// cells of a grid, sent to the ranks that own their ranges of cells, sorted there range by range, and the
+// octree is put together from the ranges' parts. Called from one thread; uses all threads of its arena.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <vector>
 
+#include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/octree.h"
-#include "preprocess/particles/preview.h"
-#include "preprocess/particles/quantized_step.h"
-#include "storage/particles/step_content.h"
+#include "preprocess/particles/record_store.h"
+#include "preprocess/particles/step_reader.h"
 
 namespace mote::prep {
 
@@ -20,24 +22,31 @@ struct StepOptions {
     std::uint32_t volumeLevel = 0;  ///< 1 to 8
 };
 
-struct BuiltStep {
-    Octree octree;
-    std::vector<storage::PackedPosition> position;  ///< in the order of the leaves
-    std::vector<std::uint64_t> row;
-    std::vector<float> volume;
-    std::uint32_t volumeSize = 0;
-    BuiltPreview preview;
-
-    /// Views of these arrays; axes and bounds are the caller's to add.
-    storage::StepContent content() const;
+/// What a step needs while it is built, besides its particles.
+struct StepResources {
+    Communicator* ranks = nullptr;
+    std::function<bool()> cancelled;
+    std::uint64_t memory = 0;         ///< bytes for particles; beyond them they lie in a temporary file
+    std::filesystem::path temporary;  ///< the folder of that file
 };
 
-/// The most memory that building a step takes, bytes: measured, docs/FORMAT.md.
-std::uint64_t buildMemory(std::uint64_t particles, const StepOptions& options);
+struct StepCounts {
+    std::uint64_t particles = 0, lost = 0, invalid = 0, outside = 0;
+};
 
-/// Uses all threads of the calling arena, with the same result for any number. Errors: as buildOctree,
-/// cancelled.
-Result<BuiltStep> buildStep(QuantizedStep particles, const StepOptions& options,
-                            const std::function<bool()>& cancelled);
+struct BuiltStep {
+    StepCounts counts;
+    Octree octree;              ///< the same on all ranks
+    std::vector<float> volume;  ///< the same on all ranks; volumeSize^3, x fastest
+    std::uint32_t volumeSize = 0;
+    RecordStore points;  ///< LeafPoints of this rank's ranges, in Morton order of their leaves
+    /// By rank, and one more: the first of its points among all in Morton order.
+    std::vector<std::uint64_t> firstPoint;
+};
+
+/// The same for any number of threads and ranks and any memory. Errors: the source's own, as assembleOctree,
+/// resourceExhausted (memory, disk), cancelled; the same on all ranks.
+Result<BuiltStep> buildStep(StepReader& reader, const std::array<Range, 3>& bounds,
+                            const StepOptions& options, const StepResources& resources);
 
 }  // namespace mote::prep

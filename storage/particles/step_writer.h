@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Writes a step file, NAME.h5, and its digest, NAME.digest. HDF5 lays the file out and writes what describes
-// it; the arrays themselves go to their places without it, so that a full disk is an errno and not a library
-// in disorder. The same content gives the same bytes. One call at a time in a process: HDF5 is not
+// Writes a whole step file, NAME.h5, and its digest, NAME.digest, from arrays in memory; who has them in
+// pieces takes StepFile. The same content gives the same bytes. One call at a time in a process: HDF5 is not
 // thread-safe.
 #pragma once
 

@@ -8,10 +8,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "preprocess/particles/step_particles.h"
+#include "preprocess/particles/step_reader.h"
 #include "preprocess/particles/step_selection.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"
+#include "tests/unit/particles/load_step.h"
 #include "tests/unit/particles/quiet_progress.h"
 
 namespace mote::test {
@@ -27,25 +28,24 @@ Expected expectedOf(prep::ParticleSource& source, std::size_t step, const prep::
                     const proto::ParticlesManifest& manifest) {
     Expected expected;
     QuietProgress progress;
-    const auto loaded = prep::loadStep(source, step, axes, progress);
-    EXPECT_TRUE(loaded.ok());
+    const auto loaded = loadStep(source, step, axes, progress);
     const std::size_t rows = source.steps()[step].particles;
     for (auto& unit : expected.unit) unit.assign(rows, NAN);
     expected.weight.assign(rows, 0.0);
-    expected.lost = loaded->lost;
-    expected.invalid = loaded->invalid;
-    for (std::size_t i = 0; i < loaded->size(); ++i) {
+    expected.lost = loaded.lost;
+    expected.invalid = loaded.invalid;
+    for (std::size_t i = 0; i < loaded.size(); ++i) {
         std::array<double, 3> unit{};
         bool inside = true;
         for (std::size_t a = 0; a < 3; ++a) {
             const auto& axis = manifest.axes(static_cast<int>(a));
-            unit[a] = (loaded->coordinate[a][i] - axis.min()) / (axis.max() - axis.min());
+            unit[a] = (loaded.coordinate[a][i] - axis.min()) / (axis.max() - axis.min());
             inside = inside && unit[a] >= 0.0 && unit[a] <= 1.0;
         }
         ++(inside ? expected.inside : expected.outside);
         if (!inside) continue;
-        for (std::size_t a = 0; a < 3; ++a) expected.unit[a][loaded->row[i]] = unit[a];
-        expected.weight[loaded->row[i]] = loaded->weight[i];
+        for (std::size_t a = 0; a < 3; ++a) expected.unit[a][loaded.row[i]] = unit[a];
+        expected.weight[loaded.row[i]] = loaded.weight[i];
     }
     EXPECT_EQ(expected.lost + expected.invalid + expected.outside + expected.inside, rows);
     return expected;

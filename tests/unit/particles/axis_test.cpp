@@ -5,9 +5,9 @@
 
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
-#include "preprocess/particles/step_particles.h"
 #include "preprocess/particles/step_selection.h"
 #include "tests/unit/particles/fake_source.h"
+#include "tests/unit/particles/load_step.h"
 #include "tests/unit/particles/quiet_progress.h"
 
 namespace mote::prep {
@@ -34,7 +34,7 @@ double valueOf(const std::string& name, std::size_t particle, double mass = 0.0)
     FakeSource source({twoParticles()}, mass);
     PlotAxes axes{*findAxis(name), *findAxis("x"), *findAxis("y")};
     test::QuietProgress progress;
-    return loadStep(source, 0, axes, progress)->coordinate[0].at(particle);
+    return test::loadStep(source, 0, axes, progress).coordinate[0].at(particle);
 }
 
 TEST(Axis, DerivedQuantities) {

@@ -9,6 +9,18 @@
 namespace mote::prep {
 namespace {
 
+/// The rule on values that lie in one place.
+Range robustRange(const std::vector<double>& values) {
+    std::vector<double> sample;
+    for (std::size_t i = 0; i < values.size(); i += sampleStride(values.size())) sample.push_back(values[i]);
+    const Range inside = acceptedRange(sample);
+    Range range;
+    for (const double value : values) {
+        if (inside.contains(value)) range = range.united({value, value});
+    }
+    return range;
+}
+
 TEST(BoundsRule, AllOfAPlainBeam) {
     std::vector<double> values(1001);
     std::iota(values.begin(), values.end(), -500.0);

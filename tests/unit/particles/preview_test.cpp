@@ -37,6 +37,42 @@ std::shared_ptr<const test::MemoryStep> beam(std::uint32_t leafCapacity) {
     return test::MemoryStep::make(test::beam(shape), {.leafCapacity = leafCapacity, .maxLevel = 9});
 }
 
+template <class T>
+std::vector<T> copyOf(std::span<const T> values) {
+    return {values.begin(), values.end()};
+}
+
+Octree octreeOf(const storage::ParticleStep& step) {
+    const auto nodes = step.nodes();
+    const auto leaves = step.leaves();
+    Octree tree;
+    tree.level = copyOf(nodes.level);
+    tree.morton = copyOf(nodes.morton);
+    tree.count = copyOf(nodes.count);
+    tree.leafNode = copyOf(leaves.node);
+    tree.leafPointBegin = copyOf(leaves.pointBegin);
+    tree.leafPointCount = copyOf(leaves.pointCount);
+    tree.leafDensity = copyOf(leaves.density);
+    return tree;
+}
+
+/// As the job does it, `together` points at once: leaves come in pieces.
+BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::uint64_t together) {
+    const PreviewSelection selection(tree);
+    std::vector<PreviewCandidate> candidates;
+    for (std::size_t leaf = 0; leaf < tree.leafNode.size(); ++leaf) {
+        const std::uint64_t begin = tree.leafPointBegin[leaf];
+        const std::uint64_t end = begin + tree.leafPointCount[leaf];
+        for (auto at = begin; at < end;) {
+            const auto next = std::min(end, (at / together + 1) * together);
+            selection.add(leaf, static_cast<std::uint32_t>(at - begin), step.positions(at, next - at),
+                          candidates);
+            at = next;
+        }
+    }
+    return selection.choose(std::move(candidates));
+}
+
 /// Leaves of one point, of a few and of all.
 TEST(Preview, IsWhatSortingAllPointsGives) {
     for (const std::uint32_t capacity : {1U, 20U, 100000U}) {
@@ -44,8 +80,7 @@ TEST(Preview, IsWhatSortingAllPointsGives) {
         const auto step = beam(capacity);
         const auto expected = test::brutePreview(*step);
         ASSERT_EQ(expected.points.size(), 38000U / 4);
-        const auto built =
-            buildPreview(step->nodes(), step->leaves(), step->positions(0, step->pointCount()));
+        const auto built = build(*step, octreeOf(*step), 1000);
         EXPECT_TRUE(same(built.points, expected.points));
         EXPECT_EQ(built.threshold, expected.threshold);
         EXPECT_EQ(built.threshold.size(), 3U);
@@ -54,15 +89,14 @@ TEST(Preview, IsWhatSortingAllPointsGives) {
 
 TEST(Preview, DoesNotDependOnTheThreads) {
     const auto step = beam(8);
-    const auto build = [&](int threads) {
+    const auto tree = octreeOf(*step);
+    const auto with = [&](int threads) {
         tbb::task_arena arena(threads);
-        return arena.execute([&] {
-            return buildPreview(step->nodes(), step->leaves(), step->positions(0, step->pointCount()));
-        });
+        return arena.execute([&] { return build(*step, tree, 1U << 20); });
     };
     const tbb::global_control more(tbb::global_control::max_allowed_parallelism, 4);
-    const auto one = build(1);
-    const auto four = build(4);
+    const auto one = with(1);
+    const auto four = with(4);
     EXPECT_TRUE(same(one.points, four.points));
     EXPECT_EQ(one.threshold, four.threshold);
 }
@@ -100,13 +134,12 @@ TEST(Preview, OfFewPointsIsEmptyAndWithoutWeightAllZero) {
             test::MemoryStep::make(std::vector<test::WeightedPoint>(points, {{0.3, 0.3, 0.3}, 1.0}));
         EXPECT_TRUE(step->preview(10).points.empty());
         if (points == 0) continue;
-        EXPECT_TRUE(buildPreview(step->nodes(), step->leaves(), step->positions(0, points)).points.empty());
+        EXPECT_TRUE(build(*step, octreeOf(*step), 10).points.empty());
     }
     const auto step = beam(1);
-    std::vector<float> nothing(step->leaves().size(), 0.0F);
-    auto leaves = step->leaves();
-    leaves.density = nothing;
-    const auto built = buildPreview(step->nodes(), leaves, step->positions(0, step->pointCount()));
+    auto tree = octreeOf(*step);
+    tree.leafDensity.assign(tree.leafDensity.size(), 0.0F);
+    const auto built = build(*step, tree, 1000);
     ASSERT_EQ(built.points.size(), 38000U / 4);
     EXPECT_TRUE(std::all_of(built.points.begin(), built.points.end(),
                             [](const auto& point) { return point.density == 0; }));

@@ -38,29 +38,33 @@ TEST(StepPreview, AFileWithoutOneIsWholeAndHasNone) {
 }
 
 TEST(StepPreview, HalfOfOneOrOneOfTheWrongSizeIsAnErrorAtOpen) {
-    const std::vector<std::function<void(TinyDataset&)>> changes{
-        [](auto& tiny) { tiny.threshold.pop_back(); },
-        [](auto& tiny) { tiny.threshold.push_back(0.5F); },
-        // More than a quarter of the step's points.
-        [](auto& tiny) {
-            tiny.preview.resize(TinyDataset::points / 4 + 1);
-            tiny.threshold.resize(tiny.preview.size() / Preview::blockPoints + 1, 0.5F);
-        },
+    const auto points = static_cast<int>(StepArray::previewPoint);
+    const auto threshold = static_cast<int>(StepArray::previewThreshold);
+    const std::vector<std::function<void(proto::Digest&)>> changes{
+        [&](auto& digest) { digest.mutable_arrays(threshold)->set_shape(0, 1); },
+        [&](auto& digest) { digest.mutable_arrays(points)->set_shape(0, 4096); },
+        [&](auto& digest) { digest.mutable_arrays(points)->set_shape(1, 3); },
+        [&](auto& digest) { digest.mutable_arrays()->DeleteSubrange(points, 1); },
+        [&](auto& digest) { digest.mutable_arrays()->DeleteSubrange(threshold, 1); },
     };
     for (std::size_t i = 0; i < changes.size(); ++i) {
         SCOPED_TRACE(i);
         const test::TempDir dir;
-        TinyDataset tiny;
-        changes[i](tiny);
-        tiny.write(dir / "a.mote");
-        EXPECT_EQ(openStep(dir / "a.mote").error().code, ErrorCode::corrupt);
+        TinyDataset().write(dir / "a.mote");
+        test::forgeDigest(dir / "a.mote", changes[i]);
+        const auto step = openStep(dir / "a.mote");
+        ASSERT_FALSE(step.ok());
+        EXPECT_EQ(step.error().code, ErrorCode::corrupt);
     }
+    // More than a quarter of the step's points.
     const test::TempDir dir;
-    TinyDataset().write(dir / "a.mote");
-    test::forgeDigest(dir / "a.mote", [](proto::Digest& digest) {
-        digest.mutable_arrays()->DeleteSubrange(static_cast<int>(StepArray::previewPoint), 1);
-    });
-    EXPECT_EQ(openStep(dir / "a.mote").error().code, ErrorCode::corrupt);
+    TinyDataset tiny;
+    tiny.preview.resize(TinyDataset::points / 4 + 1);
+    tiny.threshold.resize(tiny.preview.size() / Preview::blockPoints + 1, 0.5F);
+    tiny.write(dir / "a.mote");
+    const auto step = openStep(dir / "a.mote");
+    ASSERT_FALSE(step.ok());
+    EXPECT_EQ(step.error().code, ErrorCode::corrupt);
 }
 
 TEST(StepPreview, ThresholdsOrDensitiesOutOfOrderAreAnErrorAtUse) {

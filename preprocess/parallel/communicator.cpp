@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/parallel/communicator.h"
+
+#include <string>
+
+namespace mote::prep {
+namespace {
+
+class SingleProcess final : public Communicator {
+  public:
+    int rank() const override { return 0; }
+    int size() const override { return 1; }
+    Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) override { return outgoing; }
+    Result<std::vector<Bytes>> share(std::span<const std::byte> mine) override {
+        return std::vector<Bytes>{{mine.begin(), mine.end()}};
+    }
+};
+
+std::string textOf(const Bytes& bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+}  // namespace
+
+std::unique_ptr<Communicator> singleProcess() {
+    return std::make_unique<SingleProcess>();
+}
+
+Status agree(Communicator& ranks, const Status& mine) {
+    if (ranks.size() == 1) return mine;
+    // Code, place and sentence, with a zero between them; nothing where all is well.
+    std::string text;
+    if (!mine.ok()) {
+        text += static_cast<char>(mine.error().code);
+        text += mine.error().where + '\0' + mine.error().message;
+    }
+    const auto all = ranks.share(std::as_bytes(std::span(text)));
+    if (!all.ok()) return all.error();
+    for (const auto& bytes : *all) {
+        if (bytes.empty()) continue;
+        const auto said = textOf(bytes);
+        const auto end = said.find('\0', 1);
+        return Error{static_cast<ErrorCode>(said[0]), said.substr(1, end - 1), said.substr(end + 1)};
+    }
+    return success();
+}
+
+Result<std::string> fromFirst(Communicator& ranks, const std::string& text) {
+    const auto all = ranks.share(std::as_bytes(std::span(ranks.first() ? text : std::string())));
+    if (!all.ok()) return all.error();
+    return textOf(all->front());
+}
+
+}  // namespace mote::prep

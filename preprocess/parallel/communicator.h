@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Communicator: the processes that work on one job together, its ranks. All of them call the same functions
+// in the same order, each from one thread at a time. A rank that fails says so by agree(), so that none waits
+// for it. Owned by main; MPI itself appears in mpi_communicator.cpp alone.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "preprocess/progress.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+using Bytes = std::vector<std::byte>;
+
+class Communicator {
+  public:
+    virtual ~Communicator() = default;
+    virtual int rank() const = 0;
+    virtual int size() const = 0;
+    bool first() const { return rank() == 0; }
+
+    /// Gives `outgoing[r]` to rank r; returns what each rank had for this one, in the order of the ranks.
+    /// Errors: cancelled, also where another rank was ended.
+    virtual Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) = 0;
+    /// Gives `mine` to all; returns everyone's, in the order of the ranks. Errors: as exchange.
+    virtual Result<std::vector<Bytes>> share(std::span<const std::byte> mine) = 0;
+};
+
+/// Of this process alone.
+std::unique_ptr<Communicator> singleProcess();
+
+/// The first rank's Error that is one, on all ranks.
+Status agree(Communicator& ranks, const Status& mine);
+
+/// Everyone's numbers, one rank's after another's; T is trivially copyable.
+template <class T>
+Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<const T> mine);
+
+/// `text` of rank 0, on all ranks.
+Result<std::string> fromFirst(Communicator& ranks, const std::string& text);
+
+template <class T>
+std::vector<T> valuesOf(const Bytes& bytes) {
+    std::vector<T> values(bytes.size() / sizeof(T));
+    const auto* from = reinterpret_cast<const std::byte*>(bytes.data());
+    std::copy_n(from, values.size() * sizeof(T), reinterpret_cast<std::byte*>(values.data()));
+    return values;
+}
+
+template <class T>
+Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<const T> mine) {
+    auto shared = ranks.share(std::as_bytes(mine));
+    if (!shared.ok()) return shared.error();
+    std::vector<std::vector<T>> values;
+    for (const auto& bytes : *shared) values.push_back(valuesOf<T>(bytes));
+    return values;
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/particles/step_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "storage/hash.h"
+#include "storage/particles/step_hdf5.h"
+#include "storage/system_error.h"
+#include "storage/write_file.h"
+
+namespace mote::storage {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::uint64_t elementBytes(std::string_view type) {
+    if (type == "u8") return 1;
+    if (type == "u16") return 2;
+    return type == "u64" ? 8 : 4;
+}
+
+std::uint64_t bytesOf(const StepShape& shape, std::size_t array) {
+    std::uint64_t bytes = elementBytes(stepArrays[array].type);
+    for (const auto length : shape.of(static_cast<StepArray>(array))) bytes *= length;
+    return bytes;
+}
+
+std::uint64_t blocksOf(std::uint64_t bytes) {
+    return (bytes + blockBytes - 1) / blockBytes;
+}
+
+/// Makes the file with room for everything, before HDF5 sees it.
+Status reserve(const fs::path& path, const StepShape& shape) {
+    std::uint64_t size = 16384;
+    for (std::size_t i = 0; i < stepArrays.size(); ++i) size += bytesOf(shape, i) + 64;
+    const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be made");
+    int number = 0;
+    do {
+        number = ::fallocate(file.get(), 0, 0, static_cast<off_t>(size)) == 0 ? 0 : errno;
+    } while (number == EINTR);
+    if (number == 0 || number == EOPNOTSUPP || number == ENOSYS) return success();
+    return systemError(number, path.string(), fmt::format("cannot have the {} bytes that it needs", size));
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> StepShape::of(StepArray which) const {
+    if (which <= StepArray::octreeMinDensity) return {nodes};
+    if (which <= StepArray::leafDensity) return {leaves};
+    switch (which) {
+        case StepArray::pointPosition:
+            return {points, 3};
+        case StepArray::pointRow:
+            return {points};
+        case StepArray::volumeDensity:
+            return {volumeSize, volumeSize, volumeSize};
+        case StepArray::previewPoint:
+            return {previewPoints, 4};
+        default:
+            return {(previewPoints + Preview::blockPoints - 1) / Preview::blockPoints};
+    }
+}
+
+Result<StepFile> StepFile::create(const fs::path& path, const StepShape& shape,
+                                  const StepAttributes& attributes) {
+    MOTE_RETURN_IF_ERROR(reserve(path, shape));
+    const auto places = layOutStep(path, shape, attributes);
+    if (!places.ok()) return places.error();
+    return open(path, *places);
+}
+
+Result<StepFile> StepFile::open(const fs::path& path, const Places& places) {
+    FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
+    return StepFile(path, std::move(file), places);
+}
+
+Status StepFile::write(StepArray which, std::uint64_t at, std::span<const std::byte> bytes) const {
+    const auto& place = places_[static_cast<std::size_t>(which)];
+    MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
+    return writeAt(file_.get(), place.offset + at, bytes, path_);
+}
+
+Status StepFile::read(StepArray which, std::uint64_t at, std::span<std::byte> bytes) const {
+    const auto& place = places_[static_cast<std::size_t>(which)];
+    MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
+    return readAt(file_.get(), place.offset + at, bytes, path_);
+}
+
+std::uint64_t StepFile::blockCount() const {
+    std::uint64_t count = 0;
+    for (const auto& place : places_) count += blocksOf(place.bytes);
+    return count;
+}
+
+Result<std::vector<std::uint64_t>> StepFile::hashBlocks(std::uint64_t begin, std::uint64_t end) const {
+    std::vector<std::uint64_t> hashes;
+    std::vector<std::byte> buffer(blockBytes);
+    std::uint64_t first = 0;
+    for (const auto& place : places_) {
+        const std::uint64_t last = first + blocksOf(place.bytes);
+        for (auto block = std::max(begin, first); block < std::min(end, last); ++block) {
+            const std::uint64_t at = (block - first) * blockBytes;
+            const auto bytes = std::span(buffer).first(std::min(blockBytes, place.bytes - at));
+            MOTE_RETURN_IF_ERROR(readAt(file_.get(), place.offset + at, bytes, path_));
+            hashes.push_back(hashBlock(bytes));
+        }
+        first = last;
+    }
+    return hashes;
+}
+
+proto::Digest StepFile::digest(const StepShape& shape, std::span<const std::uint64_t> blocks) const {
+    proto::Digest digest;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < stepArrays.size(); ++i) {
+        auto& array = *digest.add_arrays();
+        array.set_name(stepArrays[i].name);
+        array.set_type(std::string(stepArrays[i].type));
+        for (const auto extent : shape.of(static_cast<StepArray>(i))) array.add_shape(extent);
+        array.set_offset(places_[i].offset);
+        const std::uint64_t count = blocksOf(places_[i].bytes);
+        for (std::uint64_t block = 0; block < count; ++block) array.add_blocks(blocks[next++]);
+    }
+    MOTE_CHECK(next == blocks.size());
+    return digest;
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// StepFile: a step file while it is written, by any number of threads and processes. One of them makes it:
+// HDF5 lays it out and writes what describes it. The arrays then go to their places without HDF5, by whoever
+// has a part of them: a full disk is an errno and not a library in disorder, and no process needs another's
+// HDF5. Move-only; write() and hashBlocks() may be called from any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "storage/file_descriptor.h"
+#include "storage/particles/step_content.h"
+
+namespace mote::storage {
+
+class StepFile {
+  public:
+    struct Place {
+        std::uint64_t offset = 0;  ///< in the file; 0 for an array without bytes
+        std::uint64_t bytes = 0;
+    };
+    using Places = std::array<Place, stepArrays.size()>;
+
+    /// `path` must be new. The same arguments give the same bytes. One call at a time in a process: HDF5 is
+    /// not thread-safe. Errors: resourceExhausted (disk full), permissionDenied, alreadyExists, internal; a
+    /// part of the file may be left.
+    static Result<StepFile> create(const std::filesystem::path& path, const StepShape& shape,
+                                   const StepAttributes& attributes);
+    /// A file that another process made. Errors: notFound, permissionDenied.
+    static Result<StepFile> open(const std::filesystem::path& path, const Places& places);
+
+    const Places& places() const { return places_; }
+
+    /// Bytes of an array, from its byte `at` on. Errors: resourceExhausted (disk full), internal.
+    Status write(StepArray which, std::uint64_t at, std::span<const std::byte> bytes) const;
+
+    /// The same of what was written, by whomever. Errors: internal.
+    Status read(StepArray which, std::uint64_t at, std::span<std::byte> bytes) const;
+
+    /// The digest's blocks, those of all arrays counted in turn.
+    std::uint64_t blockCount() const;
+    /// Hashes blocks [begin, end) of what was written, by whomever. Errors: internal.
+    Result<std::vector<std::uint64_t>> hashBlocks(std::uint64_t begin, std::uint64_t end) const;
+
+    /// `blocks` are all of them.
+    proto::Digest digest(const StepShape& shape, std::span<const std::uint64_t> blocks) const;
+
+  private:
+    StepFile(std::filesystem::path path, FileDescriptor file, const Places& places)
+        : path_(std::move(path)), file_(std::move(file)), places_(places) {}
+
+    std::filesystem::path path_;
+    FileDescriptor file_;
+    Places places_;
+};
+
+}  // namespace mote::storage
