@@ -41,30 +41,18 @@ struct PixelsInView {
     }
 };
 
-/// A leaf whose cell meets at most 2 x 2 pixels of the picture: the points left of the middle border and
-/// above it are counted without a look at each.
+/// A leaf whose cell meets at most 2 x 2 pixels of the picture.
 template <bool perspective>
 HWY_INLINE void countInFour(const PointMap& map, const LeafMap<perspective>& toScreen, const LeafRun& run,
                             const PackedPosition* points, std::size_t count, float left, float top,
                             std::uint32_t* counts) {
-    const std::size_t lanes = hn::Lanes(floats);
-    const Float borderX = hn::Set(floats, left + 1.0F), borderY = hn::Set(floats, top + 1.0F);
-    std::size_t right = 0, below = 0, both = 0;
-    for (std::size_t i = 0; i < count; i += lanes) {
-        const Projected at = toScreen(loadPlaces(points + i, run.end));
-        const Mask counted = hn::FirstN(floats, count - i);
-        const Mask isRight = hn::And(hn::Ge(at.x, borderX), counted);
-        const Mask isBelow = hn::And(hn::Ge(at.y, borderY), counted);
-        right += hn::CountTrue(floats, isRight);
-        below += hn::CountTrue(floats, isBelow);
-        both += hn::CountTrue(floats, hn::And(isRight, isBelow));
-    }
+    const Quarters quarters = countQuarters(toScreen, points, count, run.end, left, top);
     std::uint32_t* const first =
         counts + static_cast<std::size_t>(top) * map.width + static_cast<std::size_t>(left);
-    first[0] += static_cast<std::uint32_t>(count - right - below + both);
-    first[1] += static_cast<std::uint32_t>(right - both);
-    first[map.width] += static_cast<std::uint32_t>(below - both);
-    first[map.width + 1] += static_cast<std::uint32_t>(both);
+    first[0] += quarters.leftTop;
+    first[1] += quarters.rightTop;
+    first[map.width] += quarters.leftBottom;
+    first[map.width + 1] += quarters.rightBottom;
 }
 
 template <bool perspective>

@@ -56,72 +56,153 @@ HWY_INLINE Int pixelIndex(Int x, Int y) {
     return hn::Add(hn::ShiftLeft<4>(packet), inside);
 }
 
+/// What a tile's points are added to.
 struct CellSums {
     PointCell* cells;
-    std::uint64_t* occupied;
+    std::uint8_t* touched;
 
-    HWY_INLINE void add(std::uint32_t cell, float place) const {
-        cells[cell].weight += 1.0F;
-        cells[cell].depth += place;
-        occupied[cell / Tile::pixels] |= std::uint64_t{1} << (cell % Tile::pixels / Tile::packetPixels);
+    HWY_INLINE void add(std::uint32_t cell, float weight, float depth) const {
+        cells[cell].weight += weight;
+        cells[cell].depth += depth;
+        touched[cell / Tile::packetPixels] = 1;
     }
 };
 
+/// How deep the cells of a level lie, in slabs.
+struct LevelDepth {
+    float toMiddle;  ///< from where a cell's points begin
+    float reach;     ///< from the middle
+};
+
+std::array<LevelDepth, deepestLeafLevel + 1> levelDepths(const PointMap& map) {
+    std::array<LevelDepth, deepestLeafLevel + 1> depths;
+    double sum = 0.0, reach = 0.0;
+    for (const auto& edge : map.edge) {
+        sum += 0.5 * edge[PointMap::rowSlab];
+        reach += 0.5 * std::abs(edge[PointMap::rowSlab]);
+    }
+    for (int level = 0; level <= static_cast<int>(deepestLeafLevel); ++level) {
+        depths[static_cast<std::size_t>(level)] = {static_cast<float>(std::ldexp(sum, -level)),
+                                                   static_cast<float>(std::ldexp(reach, -level))};
+    }
+    return depths;
+}
+
+/// Adds the leaves of one tile to its cells.
 template <bool perspective>
-void gatherLeaves(const PointMap& map, const LeafPoints* leaves, std::size_t leafCount,
-                  const PackedPosition* points, const PackedPosition* end, Tile tile, TileCells& cells) {
-    static_assert(Tile::edge == 32 && Tile::packetEdge == 4);
-    const std::size_t lanes = hn::Lanes(floats);
-    const Float tileX = hn::Set(floats, static_cast<float>(tile.column * Tile::edge)),
-                tileY = hn::Set(floats, static_cast<float>(tile.row * Tile::edge)),
-                edge = hn::Set(floats, static_cast<float>(Tile::edge)), zero = hn::Zero(floats),
-                farthest = hn::Set(floats, static_cast<float>(map.slabs));
-    const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map.slabs) - 1);
-    const CellSums sums{cells.cells(), cells.occupied()};
-    HWY_ALIGN std::array<std::int32_t, mostLanes> numbers;
-    HWY_ALIGN std::array<float, mostLanes> places;
-    constexpr std::size_t ahead = 6;  // leaves: their points lie all over the file
-    LeafPlaces block;
-    HWY_ALIGN std::array<LeafCell, LeafPlaces::block> blockCells;
-    for (std::size_t i = 0; i < leafCount; ++i) {
-        if (i + ahead < leafCount) __builtin_prefetch(points + leaves[i + ahead].begin);
-        const std::size_t inBlock = i % LeafPlaces::block;
-        if (inBlock == 0) {
-            const std::size_t size = std::min(LeafPlaces::block, leafCount - i);
-            for (std::size_t k = 0; k < size; ++k) blockCells[k] = leaves[i + k].cell;
-            placeLeaves<perspective>(map, blockCells.data(), size, block);
+class TileGather {
+  public:
+    TileGather(const PointMap& map, const PackedPosition* points, const PackedPosition* end, Tile tile,
+               TileCells& cells)
+        : map_(map),
+          points_(points),
+          end_(end),
+          left_(static_cast<float>(tile.column * Tile::edge)),
+          top_(static_cast<float>(tile.row * Tile::edge)),
+          slabs_(static_cast<float>(map.slabs)),
+          sums_{cells.cells(), cells.touched()},
+          depths_(levelDepths(map)) {}
+
+    void add(const LeafPoints* leaves, std::size_t count) {
+        constexpr std::size_t ahead = 12;  // leaves: their points lie all over the file
+        for (std::size_t begin = 0; begin < count; begin += LeafPlaces::block) {
+            const std::size_t size = std::min(LeafPlaces::block, count - begin);
+            for (std::size_t i = 0; i < size; ++i) blockCells_[i] = leaves[begin + i].cell;
+            placeLeaves<perspective>(map_, blockCells_.data(), size, block_);
+            for (std::size_t i = 0; i < size; ++i) {
+                if (begin + i + ahead < count) {
+                    const PackedPosition* next = points_ + leaves[begin + i + ahead].begin;
+                    __builtin_prefetch(next);
+                    __builtin_prefetch(next + 10);
+                }
+                addLeaf(leaves[begin + i], i);
+            }
         }
-        const LeafPoints& leaf = leaves[i];
-        const LeafMap<perspective> toScreen(map, leaf.cell, block, inBlock);
-        const LinearRow toSlab = linearRow(map, leaf.cell, block, inBlock, PointMap::rowSlab);
+    }
+
+  private:
+    HWY_INLINE void addLeaf(const LeafPoints& leaf, std::size_t i) {
+        const LeafMap<perspective> toScreen(map_, leaf.cell, block_, i);
+        const LevelDepth& depth = depths_[cellLevel(leaf.cell)];
+        const float middle = block_.origin[PointMap::rowSlab][i] + depth.toMiddle;
+        const float slab = std::floor(middle);
+        const float left = std::floor(block_.left[i]), top = std::floor(block_.top[i]);
+        // A cell that is flat in its slab has its points' mean depth at its middle, or as good as there.
+        constexpr float flat = 1.0F / 8.0F;
+        if (depth.reach < flat && middle - depth.reach >= slab && middle + depth.reach < slab + 1.0F &&
+            slab >= 0.0F && slab < slabs_ && block_.right[i] < left + 2.0F && block_.bottom[i] < top + 2.0F &&
+            left >= left_ && top >= top_ && left + 2.0F <= left_ + Tile::edge &&
+            top + 2.0F <= top_ + Tile::edge) {
+            addToFour(leaf, toScreen, left, top, slab, middle - slab);
+        } else {
+            addEach(leaf, toScreen, i);
+        }
+    }
+
+    /// As countInFour of the flat counts.
+    HWY_INLINE void addToFour(const LeafPoints& leaf, const LeafMap<perspective>& toScreen, float left,
+                              float top, float slab, float place) {
+        const Quarters quarters =
+            countQuarters(toScreen, points_ + leaf.begin, leaf.count(), end_, left, top);
+        const auto x = static_cast<std::uint32_t>(left - left_), y = static_cast<std::uint32_t>(top - top_);
+        const std::uint32_t first = static_cast<std::uint32_t>(slab) * Tile::pixels;
+        const auto addTo = [&](std::uint32_t column, std::uint32_t row, std::size_t count) {
+            if (count == 0) return;
+            const auto weight = static_cast<float>(count);
+            sums_.add(first + Tile::pixelIndex(column, row), weight, weight * place);
+        };
+        addTo(x, y, quarters.leftTop);
+        addTo(x + 1, y, quarters.rightTop);
+        addTo(x, y + 1, quarters.leftBottom);
+        addTo(x + 1, y + 1, quarters.rightBottom);
+    }
+
+    HWY_INLINE void addEach(const LeafPoints& leaf, const LeafMap<perspective>& toScreen, std::size_t i) {
+        static_assert(Tile::edge == 32 && Tile::packetEdge == 4 && Tile::pixels == 1 << 10);
+        const LinearRow toSlab = linearRow(map_, leaf.cell, block_, i, PointMap::rowSlab);
+        const Float zero = hn::Zero(floats), edge = hn::Set(floats, static_cast<float>(Tile::edge));
+        const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs) - 1);
         const std::size_t count = leaf.count();
-        for (std::size_t k = 0; k < count; k += lanes) {
-            const Places at = loadPlaces(points + leaf.begin + k, end);
+        for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+            const Places at = loadPlaces(points_ + leaf.begin + k, end_);
             const Projected pixel = toScreen(at);
-            const Float x = hn::Sub(pixel.x, tileX), y = hn::Sub(pixel.y, tileY);
+            const Float x = hn::Sub(pixel.x, hn::Set(floats, left_)),
+                        y = hn::Sub(pixel.y, hn::Set(floats, top_));
             const Mask inX = hn::And(hn::Ge(x, zero), hn::Lt(x, edge));
             const Mask inY = hn::And(hn::Ge(y, zero), hn::Lt(y, edge));
             const Mask seen = hn::And(hn::And(inX, inY), hn::And(pixel.seen, hn::FirstN(floats, count - k)));
-            const Float slab = hn::Min(hn::Max(toSlab(at), zero), farthest);
+            const Float slab = hn::Min(hn::Max(toSlab(at), zero), hn::Set(floats, slabs_));
             const Int slabIndex = hn::Min(hn::ConvertTo(ints, slab), lastSlab);
             const Int cell = hn::Add(hn::ShiftLeft<10>(slabIndex),
                                      pixelIndex(hn::ConvertTo(ints, x), hn::ConvertTo(ints, y)));
             const std::size_t hits =
-                hn::CompressStore(cell, hn::RebindMask(ints, seen), ints, numbers.data());
-            hn::CompressStore(hn::Sub(slab, hn::ConvertTo(floats, slabIndex)), seen, floats, places.data());
+                hn::CompressStore(cell, hn::RebindMask(ints, seen), ints, numbers_.data());
+            hn::CompressStore(hn::Sub(slab, hn::ConvertTo(floats, slabIndex)), seen, floats, places_.data());
             for (std::size_t hit = 0; hit < hits; ++hit) {
-                sums.add(static_cast<std::uint32_t>(numbers[hit]), places[hit]);
+                sums_.add(static_cast<std::uint32_t>(numbers_[hit]), 1.0F, places_[hit]);
             }
         }
     }
-}
+
+    const PointMap& map_;
+    const PackedPosition* points_;
+    const PackedPosition* end_;
+    const float left_, top_;  // of the tile, pixels
+    const float slabs_;
+    const CellSums sums_;
+    const std::array<LevelDepth, deepestLeafLevel + 1> depths_;
+    LeafPlaces block_;
+    HWY_ALIGN std::array<LeafCell, LeafPlaces::block> blockCells_;
+    HWY_ALIGN std::array<std::int32_t, mostLanes> numbers_;
+    HWY_ALIGN std::array<float, mostLanes> places_;
+};
 
 void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t count,
                   const PackedPosition* points, const PackedPosition* end, Tile tile, TileCells& cells) {
     if (map.perspective) {
-        gatherLeaves<true>(map, leaves, count, points, end, tile, cells);
+        TileGather<true>(map, points, end, tile, cells).add(leaves, count);
     } else {
-        gatherLeaves<false>(map, leaves, count, points, end, tile, cells);
+        TileGather<false>(map, points, end, tile, cells).add(leaves, count);
     }
 }
 

@@ -98,6 +98,32 @@ struct LeafMap {
     }
 };
 
+/// How many points of a leaf fall into each of 2 x 2 pixels.
+struct Quarters {
+    std::uint32_t leftTop, rightTop, leftBottom, rightBottom;
+};
+
+/// Of points that all fall into the pixels whose first is (left, top): those right of the middle border and
+/// those below it are counted, a vector at a time.
+template <bool perspective>
+HWY_INLINE Quarters countQuarters(const LeafMap<perspective>& toScreen, const PackedPosition* points,
+                                  std::size_t count, const PackedPosition* end, float left, float top) {
+    const Float borderX = hn::Set(floats, left + 1.0F), borderY = hn::Set(floats, top + 1.0F);
+    std::size_t right = 0, below = 0, both = 0;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(floats)) {
+        const Projected at = toScreen(loadPlaces(points + i, end));
+        const Mask counted = hn::FirstN(floats, count - i);
+        const Mask isRight = hn::And(hn::Ge(at.x, borderX), counted);
+        const Mask isBelow = hn::And(hn::Ge(at.y, borderY), counted);
+        right += hn::CountTrue(floats, isRight);
+        below += hn::CountTrue(floats, isBelow);
+        both += hn::CountTrue(floats, hn::And(isRight, isBelow));
+    }
+    return {static_cast<std::uint32_t>(count - right - below + both),
+            static_cast<std::uint32_t>(right - both), static_cast<std::uint32_t>(below - both),
+            static_cast<std::uint32_t>(both)};
+}
+
 /// A vector of preview points: their places in the whole box, and whether they are drawn.
 struct PreviewPlaces {
     Places places;

@@ -23,23 +23,36 @@ struct PointCell {
 
 class TileCells {
   public:
-    explicit TileCells(std::uint32_t slabs) : slabs_(slabs), cells_(std::size_t{slabs} * Tile::pixels) {
-        occupied_.resize(slabs, 0);
-    }
+    explicit TileCells(std::uint32_t slabs)
+        : slabs_(slabs),
+          cells_(std::size_t{slabs} * Tile::pixels),
+          touched_(std::size_t{slabs} * Tile::packets),
+          occupied_(slabs) {}
 
     std::uint32_t slabs() const { return slabs_; }
     /// The cells of a slab, by Tile::pixelIndex.
     const PointCell* slab(std::uint32_t slab) const {
         return cells_.data() + std::size_t{slab} * Tile::pixels;
     }
-    /// One bit a packet of 4 x 4 pixels, from bit 0: whether its cells in this slab may hold points.
+    /// One bit a packet of 4 x 4 pixels, from bit 0: whether its cells in this slab may hold points. As of
+    /// the latest settle().
     std::uint64_t occupied(std::uint32_t slab) const { return occupied_[slab]; }
     bool empty() const {
         return std::all_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits == 0; });
     }
 
-    PointCell* cells() { return cells_.data(); }            ///< [slab][pixelIndex]
-    std::uint64_t* occupied() { return occupied_.data(); }  ///< [slab]
+    PointCell* cells() { return cells_.data(); }  ///< [slab][pixelIndex]
+    /// [slab][packet]: to be set to 1 by who adds to one of its cells. Bytes, as a bit would have to be read.
+    std::uint8_t* touched() { return touched_.data(); }
+    /// To be called when all is added.
+    void settle() {
+        for (std::uint32_t s = 0; s < slabs_; ++s) {
+            const std::uint8_t* const packets = touched_.data() + std::size_t{s} * Tile::packets;
+            std::uint64_t bits = 0;
+            for (std::uint32_t i = 0; i < Tile::packets; ++i) bits |= std::uint64_t{packets[i]} << i;
+            occupied_[s] = bits;
+        }
+    }
 
     /// Empties what is occupied.
     void clear() {
@@ -47,6 +60,7 @@ class TileCells {
             if (occupied_[s] == 0) continue;
             PointCell* const first = cells_.data() + std::size_t{s} * Tile::pixels;
             std::fill(first, first + Tile::pixels, PointCell{0.0F, 0.0F});
+            std::fill_n(touched_.data() + std::size_t{s} * Tile::packets, Tile::packets, std::uint8_t{0});
             occupied_[s] = 0;
         }
     }
@@ -56,6 +70,7 @@ class TileCells {
 
     std::uint32_t slabs_;
     std::vector<PointCell> cells_;
+    std::vector<std::uint8_t> touched_;
     std::vector<std::uint64_t> occupied_;
 };
 

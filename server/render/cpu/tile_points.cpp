@@ -109,11 +109,6 @@ bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<c
 void TilePoints::sortPreview(const LayerPlan& layer, std::size_t tiles, const std::stop_token& stop) {
     const PreviewBlocks blocks(layer);
     std::atomic<std::uint64_t> drawn{0};
-    const auto tileOf = [](float pixel) {
-        return static_cast<std::int32_t>(std::floor(pixel / static_cast<float>(Tile::edge)));
-    };
-    const auto columns = static_cast<std::int32_t>(columns_);
-    const auto rows = static_cast<std::int32_t>(tilesAcross(map_->height));
     const std::size_t chunks = (blocks.count() + chunkBlocks - 1) / chunkBlocks;
     preview_.fill(tiles, chunks, stop, [&](std::size_t chunk, auto visit) {
         std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
@@ -121,20 +116,27 @@ void TilePoints::sortPreview(const LayerPlan& layer, std::size_t tiles, const st
         for (std::size_t block = chunk * chunkBlocks; block < end; ++block) {
             const std::size_t hits = projectPreview(*map_, blocks.block(block), reach(), screen.data());
             drawn += hits;
-            for (std::size_t i = 0; i < hits; ++i) {
-                const ScreenPoint& at = screen[i];
-                const std::int32_t bottom = std::min(tileOf(at.y + reach()), rows - 1);
-                const std::int32_t right = std::min(tileOf(at.x + reach()), columns - 1);
-                for (std::int32_t row = std::max(tileOf(at.y - reach()), 0); row <= bottom; ++row) {
-                    for (std::int32_t column = std::max(tileOf(at.x - reach()), 0); column <= right;
-                         ++column) {
-                        visit(static_cast<std::size_t>(row * columns + column), at);
-                    }
-                }
-            }
+            for (std::size_t i = 0; i < hits; ++i) visitTiles(screen[i], visit);
         }
     });
     pointsDrawn_ += drawn / 2;
+}
+
+template <class Visit>
+void TilePoints::visitTiles(const ScreenPoint& point, Visit visit) const {
+    // Not below zero, so that rounding towards it is rounding down.
+    const auto first = [this](float pixel) {
+        return static_cast<std::uint32_t>(std::max(pixel - reach(), 0.0F)) / Tile::edge;
+    };
+    const auto last = [this](float pixel, std::uint32_t across) {
+        return std::min(static_cast<std::uint32_t>(std::max(pixel + reach(), 0.0F)) / Tile::edge, across - 1);
+    };
+    const std::uint32_t bottom = last(point.y, tilesAcross(map_->height)), right = last(point.x, columns_);
+    for (std::uint32_t row = first(point.y); row <= bottom; ++row) {
+        for (std::uint32_t column = first(point.x); column <= right; ++column) {
+            visit(std::size_t{row} * columns_ + column, point);
+        }
+    }
 }
 
 void TilePoints::gather(Tile tile, TileCells& cells) const {
@@ -145,6 +147,7 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
         gatherPoints(*map_, leaves.data(), leaves.size(), points_, end_, tile, cells);
     }
     for (const auto& point : preview_.of(index(tile))) add(point, tile, cells);
+    cells.settle();
 }
 
 void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const {
@@ -168,7 +171,7 @@ void TilePoints::add(const ScreenPoint& point, Tile tile, TileCells& cells) cons
         PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
         cell.weight += weight;
         cell.depth += weight * place;
-        cells.occupied()[slab] |= std::uint64_t{1} << (pixel / Tile::packetPixels);
+        cells.touched()[slab * Tile::packets + pixel / Tile::packetPixels] = 1;
     };
     if (discs_) return discs_->spread(point.x, point.y, {left, top, left + edge, top + edge}, addTo);
     // Where a point lies on the picture's very edge it belongs to no pixel.

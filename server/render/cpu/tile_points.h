@@ -37,6 +37,8 @@ class TilePoints {
     std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
     float reach() const { return discs_ ? discs_->reach() : 0.0F; }
     void sortPreview(const LayerPlan& layer, std::size_t tiles, const std::stop_token& stop);
+    template <class Visit>
+    void visitTiles(const ScreenPoint& point, Visit visit) const;
     void add(const ScreenPoint& point, Tile tile, TileCells& cells) const;
     void addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const;
 
