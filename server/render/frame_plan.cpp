@@ -58,39 +58,92 @@ std::uint64_t pointsInView(const LayerPlan& layer) {
     return points;
 }
 
+/// What the points and the volume of a layer need in memory; of the points of an octree that is not there
+/// yet, none.
+storage::StepNeed needOf(const storage::ParticleStep& step, const Curve& fraction) {
+    if (zeroFrom(fraction) <= 0.0) return {.volume = true};
+    storage::StepNeed need{.preview = storage::Preview::mostPoints, .volume = true, .octree = true};
+    if (step.octreeReady()) need.points = {{0, pointsUpTo(step, fraction)}};
+    return need;
+}
+
+bool ready(const storage::ParticleStep& step, const storage::StepNeed& need) {
+    return step.octreeReady() && std::all_of(need.points.begin(), need.points.end(), [&](const auto& range) {
+               return step.positionsReady(range.begin, range.count) == range.count;
+           });
+}
+
+/// Takes the points of a layer from the preview. False where it does not reach so far.
+bool planPreview(LayerPlan& layer, const Curve& fraction, double share) {
+    const auto preview = selectPreview(*layer.step, fraction, share);
+    if (!preview) return false;
+    layer.preview = std::make_shared<const PreviewSelection>(*preview);
+    layer.selection = std::make_shared<const PointSelection>();
+    layer.pointsDrawn = preview->points;
+    layer.share = share;
+    return true;
+}
+
+/// As planPreview, of no more of the preview than is in memory, or than is read in a moment.
+bool planWhatIsReady(LayerPlan& layer, const Curve& fraction, double share) {
+    constexpr std::uint64_t read = std::uint64_t{1} << 20;
+    const auto points = std::max(read, layer.step->previewReady(storage::Preview::mostPoints));
+    const double shown = previewShare(*layer.step, fraction, share, points);
+    if (!(shown > 0.0) || !planPreview(layer, fraction, shown)) return false;
+    layer.waits = shown < share;
+    return true;
+}
+
 /// The points of a layer: a small share of a plot that lies mostly in view comes from the preview.
 void planPoints(LayerPlan& layer, const Curve& fraction, const Frustum& frustum, double share,
-                SelectionCache& selections, DeviceAbilities device) {
+                SelectionCache& selections, DeviceAbilities device, Reading reading) {
+    layer.share = share;
+    layer.need = needOf(*layer.step, fraction);
+    if (!layer.need.octree) {
+        layer.selection = std::make_shared<const PointSelection>();
+        return;
+    }
+    if (device.preview && reading == Reading::notForPoints && !ready(*layer.step, layer.need) &&
+        planWhatIsReady(layer, fraction, share)) {
+        return;
+    }
     layer.leavesInView = leavesInView(*layer.step, frustum, fraction);
-    if (device.preview && share < 1.0 && layer.leavesInView.empty()) {
-        if (const auto preview = selectPreview(*layer.step, fraction, share)) {
-            layer.preview = std::make_shared<const PreviewSelection>(*preview);
-            layer.selection = std::make_shared<const PointSelection>();
-            layer.pointsDrawn = preview->points;
-            return;
-        }
+    if (device.preview && share < 1.0 && layer.leavesInView.empty() && planPreview(layer, fraction, share)) {
+        return;
     }
     layer.selection = selections.of(layer.step, fraction, share);
     layer.pointsDrawn = pointsInView(layer);
 }
 
+struct Planning {
+    SelectionCache& selections;
+    DeviceAbilities device;
+    Reading reading;
+    double pixels;  ///< of the plan, a pixel of the view
+};
+
 LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step,
-                    const FramePlan& plan, const Quality& quality, SelectionCache& selections,
-                    DeviceAbilities device, double pixels) {
-    const double share = quality.pointFraction;
+                    const FramePlan& plan, const Quality& quality, const Planning& planning) {
     LayerPlan result{.step = std::move(step),
                      .layerToEye = plan.camera.worldToEye() * layer.transform,
-                     .style = scaledStyle(layer.style, pixels, share),
+                     .style = layer.style,
                      .selection = {},
                      .leavesInView = {},
                      .preview = {}};
-    const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(result.style.pointSize),
-                          nearLimit(plan.camera), result.layerToEye);
-    planPoints(result, layer.style.pointFraction, frustum, share, selections, device);
+    const Frustum frustum(plan.camera, plan.width, plan.height,
+                          footprintReach(layer.style.pointSize * planning.pixels), nearLimit(plan.camera),
+                          result.layerToEye);
+    planPoints(result, layer.style.pointFraction, frustum, quality.pointFraction, planning.selections,
+               planning.device, planning.reading);
+    result.style = scaledStyle(layer.style, planning.pixels, result.share);
     return result;
 }
 
 }  // namespace
+
+bool FramePlan::waits() const {
+    return std::any_of(layers.begin(), layers.end(), [](const LayerPlan& layer) { return layer.waits; });
+}
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
     SelectionCache selections;
@@ -98,7 +151,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
 }
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
-                        DeviceAbilities device) {
+                        DeviceAbilities device, Reading reading) {
     MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
     MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
     MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
@@ -110,10 +163,9 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                    .slabs = std::max(1U, quality.slabs),
                    .samplesPerCell = quality.samplesPerCell,
                    .layers = {}};
-    const double pixels = static_cast<double>(plan.height) / view.height;
+    const Planning planning{selections, device, reading, static_cast<double>(plan.height) / view.height};
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        plan.layers.push_back(
-            planLayer(view.layers[i], scene.steps[i], plan, quality, selections, device, pixels));
+        plan.layers.push_back(planLayer(view.layers[i], scene.steps[i], plan, quality, planning));
     }
     setDepths(plan);
     return plan;

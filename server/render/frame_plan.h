@@ -15,6 +15,7 @@
 #include "server/render/quality.h"
 #include "server/render/scene.h"
 #include "server/render/selection_cache.h"
+#include "storage/particles/step_need.h"
 
 namespace mote::render {
 
@@ -28,6 +29,9 @@ struct LayerPlan {
     /// In place of the leaves' points, of which none are selected then; null: there is none.
     std::shared_ptr<const PreviewSelection> preview;
     std::uint64_t pointsDrawn = 0;  ///< of the leaves that may be in view, or of the preview at most
+    double share = 1.0;             ///< of the points of the exact picture; at most Quality::pointFraction
+    storage::StepNeed need = {};    ///< what would have to be in memory for any share
+    bool waits = false;  ///< the share is less than was asked for until what is needed is in memory
 
     /// How many of a leaf's points are drawn, from its first; 0 where it is known to be out of view.
     std::uint32_t drawn(std::size_t leaf) const {
@@ -45,11 +49,18 @@ struct FramePlan {
     std::uint32_t slabs = 1;  ///< of equal thickness from nearDepth to farDepth
     double samplesPerCell = 4.0;
     std::vector<LayerPlan> layers;
+
+    /// Whether any layer does.
+    bool waits() const;
 };
 
 /// Where points are drawn in front of a perspective eye at all: nothing nearer than this share of the
 /// distance from the eye to the camera's target is seen, in every device and in the reference.
 inline constexpr double nearShare = 1e-3;
+
+/// Whether a plan takes the time to read what is not in memory. `notForPoints`: where the device can, it
+/// shows of the points what the preview offers instead.
+enum class Reading { all, notForPoints };
 
 /// What a device knows to draw.
 struct DeviceAbilities {
@@ -58,7 +69,7 @@ struct DeviceAbilities {
 
 /// Throws storage::StorageError where the octree's bytes are damaged.
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
-                        DeviceAbilities device);
+                        DeviceAbilities device, Reading reading = Reading::all);
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality);
 
 }  // namespace mote::render

@@ -168,6 +168,14 @@ double zeroFrom(const Curve& curve) {
     return last == knots.rend() ? 0.0 : last.base()->x;
 }
 
+std::uint64_t pointsUpTo(const storage::ParticleStep& step, const Curve& pointFraction) {
+    const auto leaves = step.leaves();
+    const double limit = densityAt(step.logDensity(), zeroFrom(pointFraction));
+    const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limit);
+    if (end == leaves.density.end()) return step.pointCount();
+    return leaves.pointBegin[static_cast<std::size_t>(end - leaves.density.begin())];
+}
+
 std::vector<std::uint64_t> leavesInView(const storage::ParticleStep& step, const Frustum& frustum,
                                         const Curve& pointFraction) {
     if (frustum.of(glm::dvec3(0.0), 1.0) == Frustum::Side::inside) return {};

@@ -27,6 +27,10 @@ PointSelection selectPoints(const storage::ParticleStep& step, const Curve& poin
 /// The least t from which on a curve is zero; infinite where it never ends in zero.
 double zeroFrom(const Curve& curve);
 
+/// The points of the leaves up to the density where the curve ends, from the first: no other is drawn. Throws
+/// storage::StorageError.
+std::uint64_t pointsUpTo(const storage::ParticleStep& step, const Curve& pointFraction);
+
 /// A bit a leaf, from the first: whether points of it can touch the picture. None at all: any leaf may, and
 /// it is not worth its time to tell which. Leaves above the density where `pointFraction` ends may be set or
 /// not. Throws storage::StorageError where the octree contradicts itself.

@@ -28,4 +28,9 @@ struct PreviewSelection {
 std::optional<PreviewSelection> selectPreview(const storage::ParticleStep& step, const Curve& pointFraction,
                                               double share);
 
+/// The greatest share, at most `share`, that the first `points` of the preview show; 0 where they show none.
+/// Throws storage::StorageError.
+double previewShare(const storage::ParticleStep& step, const Curve& pointFraction, double share,
+                    std::uint64_t points);
+
 }  // namespace mote::render

@@ -26,8 +26,12 @@ Error unknownDataset(const std::string& dataset) {
 
 }  // namespace
 
-DatasetService::DatasetService(storage::Roots roots, std::function<void()> changed)
-    : catalogue_(std::move(roots)), changed_(std::move(changed)), known_(std::make_shared<Known>()) {
+DatasetService::DatasetService(storage::Roots roots, std::function<void()> changed, std::uint64_t memory,
+                               std::function<void()> arrived)
+    : catalogue_(std::move(roots)),
+      changed_(std::move(changed)),
+      known_(std::make_shared<Known>()),
+      steps_(memory, std::thread::hardware_concurrency(), std::move(arrived)) {
     thread_ = std::thread([this] { run(); });
 }
 
@@ -147,20 +151,13 @@ Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const 
     const auto all = known();
     const auto found = all->entries.find(withoutSuffix(dataset));
     if (found == all->entries.end()) return unknownDataset(dataset);
-    const auto& entry = found->second;
-    const std::lock_guard lock(stepsMutex_);
-    const auto opened = std::find_if(steps_.begin(), steps_.end(), [&](const OpenStep& open) {
-        return open.manifest == entry.manifest && open.index == index;
-    });
-    if (opened != steps_.end()) {
-        steps_.splice(steps_.begin(), steps_, opened);
-        return steps_.front().step;
-    }
-    auto step = storage::ParticleStep::open(entry.directory, *entry.manifest, index);
-    MOTE_RETURN_IF_ERROR(step);
-    steps_.push_front({entry.manifest, index, *step});
-    if (steps_.size() > keptSteps) steps_.pop_back();
-    return *std::move(step);
+    auto step = steps_.step(found->second, index);
+    if (!step.ok()) return step.error();
+    return std::shared_ptr<const storage::ParticleStep>(*std::move(step));
+}
+
+bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {
+    return steps_.want(step, need);
 }
 
 }  // namespace mote::server

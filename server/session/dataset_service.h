@@ -2,14 +2,13 @@
 //
 // DatasetService: the datasets that the server offers. It owns the catalogue and looks at the disk on a
 // thread of its own, so that a slow file system delays nobody who does not ask for it; what it last saw can
-// be asked for from any thread at once. Opened steps are kept for the renderer, the latest few.
+// be asked for from any thread at once. Opened steps are kept for the renderer within a bound of memory.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
-#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,6 +18,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/session/step_cache.h"
 #include "server/session/step_source.h"
 #include "server/session/view_task.h"
 #include "storage/catalogue.h"
@@ -28,7 +28,10 @@ namespace mote::server {
 class DatasetService final : public StepSource {
   public:
     /// `changed` is called on the service's thread when the datasets are not the same as before.
-    DatasetService(storage::Roots roots, std::function<void()> changed);
+    /// Steps take `memory` bytes; `arrived` is called on other threads when nothing more will come of what
+    /// want() asked for, and must be quick.
+    DatasetService(storage::Roots roots, std::function<void()> changed, std::uint64_t memory,
+                   std::function<void()> arrived);
     /// Waits for what the thread does.
     ~DatasetService() override;
     DatasetService(const DatasetService&) = delete;
@@ -51,19 +54,14 @@ class DatasetService final : public StepSource {
 
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;
+    bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
+    void beginPicture() override { steps_.beginPicture(); }
 
   private:
-    static constexpr std::size_t keptSteps = 8;
-
     /// What a scan found; immutable.
     struct Known {
         proto::Catalogue summary;
         std::map<std::string, storage::Catalogue::Entry> entries;
-    };
-    struct OpenStep {
-        std::shared_ptr<const proto::Manifest> manifest;  // tells a dataset from a later one of its name
-        std::uint32_t index;
-        std::shared_ptr<const storage::ParticleStep> step;
     };
 
     void run();
@@ -87,8 +85,7 @@ class DatasetService final : public StepSource {
     bool rescanWaits_ = false;
     bool stopping_ = false;
 
-    std::mutex stepsMutex_;
-    std::list<OpenStep> steps_;  // the latest first
+    StepCache steps_;  // of the thread that renders
     std::thread thread_;
 };
 

@@ -18,6 +18,7 @@
 
 #include "server/session/options.h"
 #include "server/session/server.h"
+#include "storage/mapping_guard.h"
 
 namespace {
 
@@ -69,6 +70,7 @@ int main(int argc, char** argv) {
     settings.stopOnSignals = true;
     setUpLog();
     std::signal(SIGPIPE, SIG_IGN);
+    mote::storage::catchMappingFaults();
 
     const auto device = settings.device;
     const std::string connection = settings.connectionFile.string();

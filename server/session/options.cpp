@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "server/session/data_memory.h"
+
 namespace mote::server {
 namespace {
 
@@ -46,7 +48,10 @@ void addOptions(CLI::App& app, Texts& texts) {
     app.add_option("--listen", texts.listen, "unix (reach it from elsewhere through ssh -L)")
         ->default_str("unix");
     app.add_option("--device", texts.device, "auto, egl or cpu: what renders")->default_str("auto");
-    app.add_option("--memory", texts.memory, "what a job may use, for example 8G; default no limit");
+    app.add_option(
+        "--memory", texts.memory,
+        "what the server may use, and each job besides, for example 8G; default: half of the machine's "
+        "memory for data, no limit for jobs");
     app.add_option("--threads", texts.threads, "of a job; default all")->check(CLI::Range(0, 4096));
     app.add_option("--config", texts.config, "a TOML file with these options; the command line wins");
     app.footer(examples);
@@ -96,6 +101,8 @@ Result<ServerSettings> toSettings(const Texts& texts) {
     if (texts.memory.empty()) return settings;
     const auto memory = parseSize(texts.memory);
     if (!memory.ok()) return memory.error().within("--memory");
+    const auto data = dataMemory(*memory);
+    if (!data.ok()) return data.error().within("--memory");
     settings.memory = *memory;
     return settings;
 }

@@ -39,12 +39,30 @@ Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controll
     return stage == Stage::intermediate ? controller.intermediate(load) : Quality::exact();
 }
 
+/// Of the exact picture's points; of layers with a share each, the least.
+double shareOf(const render::FramePlan& plan, const Quality& quality) {
+    double share = quality.pointFraction;
+    for (const auto& layer : plan.layers) share = std::min(share, layer.share);
+    return share;
+}
+
+void describe(MadePicture& made, const RenderJob& job, const std::string& device) {
+    auto& message = made.message;
+    message.set_view_id(job.task->viewId);
+    message.set_asked_ns(job.task->askedNs);
+    message.set_width(made.picture.width);
+    message.set_height(made.picture.height);
+    message.set_final(job.stage == Stage::exact);
+    message.set_points_drawn(made.picture.pointsDrawn);
+    message.set_device(device);
+}
+
 void learn(PictureHistory& history, const render::Scene& scene, const render::Picture& picture,
-           const Quality& quality, double ms) {
+           const Quality& quality, double share, double ms) {
     const auto points = static_cast<double>(picture.pointsDrawn);
     history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
     history.steps = scene.steps;
-    history.exactPoints = points / quality.pointFraction;
+    history.exactPoints = points / share;
 }
 
 Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& history) {
@@ -62,10 +80,11 @@ void PictureMaker::trim() {
     if (device_) device_->trim();
 }
 
-Result<std::optional<MadePicture>> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
+Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
     const auto begun = Clock::now();
     try {
         if (!device_) device_ = factory_();
+        steps_.beginPicture();
         const auto scene = makeScene(job.task->view);
         if (!scene.ok()) return scene.error();
         auto made = draw(job, *scene, begun, history);
@@ -100,30 +119,41 @@ Result<render::Scene> PictureMaker::makeScene(const View& view) {
     return scene;
 }
 
-std::optional<MadePicture> PictureMaker::draw(const RenderJob& job, const render::Scene& scene,
-                                              Clock::time_point begun, PictureHistory& history) {
+/// Says what the picture needs; whether some of it is on its way.
+bool PictureMaker::awaitData(const render::FramePlan& plan) {
+    bool coming = false;
+    for (const auto& layer : plan.layers) coming = steps_.want(*layer.step, layer.need) || coming;
+    return coming;
+}
+
+Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
+                          PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto plan = render::makeFramePlan(scene, quality, selections_, device_->abilities());
+    const auto planFor = [&](render::Reading reading) {
+        return render::makeFramePlan(scene, quality, selections_, device_->abilities(), reading);
+    };
+    auto plan = planFor(render::Reading::notForPoints);
+    const bool coming = awaitData(plan);
+    if (job.stage == Stage::exact && plan.waits()) {
+        for (const auto& step : scene.steps) step->check();
+        if (coming) return {.waits = true};
+        plan = planFor(render::Reading::all);
+    }
     const auto planned = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
     auto picture = device_->render(plan, format, job.stop);
-    if (!picture) return std::nullopt;
+    for (const auto& step : scene.steps) step->check();
+    if (!picture) return {};
     const double renderMs = milliseconds(Clock::now() - planned);
-    learn(history, scene, *picture, quality, renderMs);
+    const double share = shareOf(plan, quality);
+    learn(history, scene, *picture, quality, share, renderMs);
     MadePicture made{*std::move(picture), {}, stageAfter(job.stage, scene, history)};
-    auto& message = made.message;
-    message.set_view_id(job.task->viewId);
-    message.set_asked_ns(job.task->askedNs);
-    message.set_width(made.picture.width);
-    message.set_height(made.picture.height);
-    message.set_final(job.stage == Stage::exact);
-    message.set_point_fraction(quality.pointFraction);
-    message.set_queued_ms(milliseconds(begun - job.task->arrived));
-    message.set_plan_ms(milliseconds(planned - begun));
-    message.set_render_ms(renderMs);
-    message.set_points_drawn(made.picture.pointsDrawn);
-    message.set_device(name_);
-    return made;
+    describe(made, job, name_);
+    made.message.set_point_fraction(share);
+    made.message.set_queued_ms(milliseconds(begun - job.task->arrived));
+    made.message.set_plan_ms(milliseconds(planned - begun));
+    made.message.set_render_ms(renderMs);
+    return {.picture = std::move(made)};
 }
 
 }  // namespace mote::server

@@ -38,6 +38,12 @@ struct MadePicture {
     Stage next = Stage::done;  ///< of its view
 };
 
+/// What came of a job: a picture, or none, because it was stopped or waits for data.
+struct Making {
+    std::optional<MadePicture> picture = std::nullopt;
+    bool waits = false;
+};
+
 class PictureMaker {
   public:
     /// Throws render::DeviceError. `steps` must outlive it.
@@ -45,16 +51,19 @@ class PictureMaker {
 
     const std::string& deviceName() const { return name_; }
 
-    /// Empty: it was stopped. Errors: notFound, corrupt and so on of the data; internal of the device, which
-    /// is made anew where it fails again and again; resourceExhausted (memory).
-    Result<std::optional<MadePicture>> make(const RenderJob& job, PictureHistory& history);
+    /// A view in motion is drawn from what is in memory; the exact picture waits until all of its data is
+    /// there, unless there is no room for it, when it is read as it is drawn. Errors: notFound, corrupt and
+    /// so on of the data; internal of the device, which is made anew where it fails again and again;
+    /// resourceExhausted (memory).
+    Result<Making> make(const RenderJob& job, PictureHistory& history);
 
     /// The device frees what nobody needs any more.
     void trim();
 
   private:
-    std::optional<MadePicture> draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
-                                    PictureHistory& history);
+    Making draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
+                PictureHistory& history);
+    bool awaitData(const render::FramePlan& plan);
     Result<render::Scene> makeScene(const View& view);
     void deviceFailed();
 

@@ -2,6 +2,7 @@
 #include "server/session/render_schedule.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/scene/mote_check.h"
 
@@ -35,6 +36,7 @@ void RenderSchedule::addCredits(SessionId session, std::uint32_t count) {
 /// A stage's due time: at once for what the client waits for, at rest for a refinement, never while it moves.
 void RenderSchedule::enter(Client& client, Stage stage) {
     const bool refinement = stage != Stage::quick && !client.task->finalOnly;
+    client.waits = false;
     client.stage = refinement && client.task->moving ? Stage::done : stage;
     client.due = client.task->arrived + (refinement ? settings_.restDelay : Clock::duration::zero());
 }
@@ -53,7 +55,7 @@ std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
     };
     for (auto& entry : clients_) {
         const Client& client = entry.second;
-        if (client.stage == Stage::done || client.credits == 0 || client.due > now) continue;
+        if (!client.open() || client.due > now) continue;
         if (!best || better(client, best->second)) best = &entry;
     }
     if (!best) return std::nullopt;
@@ -68,7 +70,7 @@ std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
 std::optional<Clock::time_point> RenderSchedule::nextDue() const {
     std::optional<Clock::time_point> due;
     for (const auto& [session, client] : clients_) {
-        if (client.stage == Stage::done || client.credits == 0) continue;
+        if (!client.open()) continue;
         due = due ? std::min(*due, client.due) : client.due;
     }
     return due;
@@ -95,6 +97,18 @@ void RenderSchedule::finishDrawn(const RenderJob& job, Stage next) {
 
 void RenderSchedule::finishStopped(const RenderJob& job) {
     finish(job, true, std::nullopt);
+}
+
+void RenderSchedule::finishWaiting(const RenderJob& job) {
+    finish(job, true, std::nullopt);
+    const auto found = clients_.find(job.session);
+    if (found != clients_.end() && found->second.task == job.task) found->second.waits = true;
+}
+
+void RenderSchedule::dataArrived(Clock::time_point now) {
+    for (auto& [session, client] : clients_) {
+        if (std::exchange(client.waits, false)) client.due = now;
+    }
 }
 
 void RenderSchedule::finishFailed(const RenderJob& job) {

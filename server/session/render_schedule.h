@@ -61,6 +61,10 @@ class RenderSchedule {
     void finishDrawn(const RenderJob& job, Stage next);
     /// It was stopped or nobody wants it: the credit comes back, the stage stays.
     void finishStopped(const RenderJob& job);
+    /// It waits for data: the credit comes back, and it is tried again when some arrived.
+    void finishWaiting(const RenderJob& job);
+    /// Data arrived that somebody may wait for.
+    void dataArrived(Clock::time_point now);
     /// It cannot be drawn: the credit comes back, and nothing more is tried for this view.
     void finishFailed(const RenderJob& job);
 
@@ -71,6 +75,9 @@ class RenderSchedule {
         std::uint32_t credits = 0;
         std::uint64_t served = 0;  ///< the turn in which it was served last
         Clock::time_point due;     ///< the stage may begin
+        bool waits = false;        ///< for data: it may not
+
+        bool open() const { return stage != Stage::done && credits > 0 && !waits; }
     };
     struct Running {
         SessionId session;

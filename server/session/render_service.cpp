@@ -88,6 +88,15 @@ class RenderService::Impl {
         wake_.notify_one();
     }
 
+    void dataArrived() {
+        {
+            const std::lock_guard lock(mutex_);
+            ++arrivals_;
+            schedule_.dataArrived(Clock::now());
+        }
+        wake_.notify_one();
+    }
+
   private:
     void begin(std::promise<Result<std::string>>& ready) {
         try {
@@ -108,8 +117,9 @@ class RenderService::Impl {
             auto job = schedule_.next(Clock::now());
             if (job) {
                 auto client = clients_.at(job->session);
+                const std::uint64_t arrivals = arrivals_;
                 lock.unlock();
-                serve(*std::move(job), std::move(client));
+                serve(*std::move(job), std::move(client), arrivals);
                 lock.lock();
                 tidy = false;
             } else if (!tidy) {
@@ -125,11 +135,19 @@ class RenderService::Impl {
         }
     }
 
-    void serve(RenderJob job, std::shared_ptr<Client> client) {
+    void serve(RenderJob job, std::shared_ptr<Client> client, std::uint64_t arrivals) {
         auto made = maker_->make(job, client->history);
         if (!made.ok()) return fail(job, *client, made.error());
-        if (!*made) return stopped(job);
-        send(std::make_shared<Drawn>(Drawn{*std::move(*made), std::move(job), std::move(client)}));
+        if (made->waits) return waiting(job, arrivals);
+        if (!made->picture) return stopped(job);
+        send(std::make_shared<Drawn>(Drawn{*std::move(made->picture), std::move(job), std::move(client)}));
+    }
+
+    /// `arrivals`: before it was tried. What has arrived since may be what it waits for.
+    void waiting(const RenderJob& job, std::uint64_t arrivals) {
+        const std::lock_guard lock(mutex_);
+        schedule_.finishWaiting(job);
+        if (arrivals != arrivals_) schedule_.dataArrived(Clock::now());
     }
 
     void stopped(const RenderJob& job) {
@@ -190,6 +208,7 @@ class RenderService::Impl {
     // Under the mutex.
     RenderSchedule schedule_;
     std::map<SessionId, std::shared_ptr<Client>> clients_;
+    std::uint64_t arrivals_ = 0;  // of data
     bool stopping_ = false;
 
     std::unique_ptr<EncodePool> encoders_;
@@ -214,6 +233,9 @@ void RenderService::setView(SessionId session, std::shared_ptr<const ViewTask> t
 }
 void RenderService::addCredits(SessionId session, std::uint32_t count) {
     impl_->addCredits(session, count);
+}
+void RenderService::dataArrived() {
+    impl_->dataArrived();
 }
 
 }  // namespace mote::server

@@ -58,6 +58,8 @@ class RenderService {
     void close(SessionId session);
     void setView(SessionId session, std::shared_ptr<const ViewTask> task);
     void addCredits(SessionId session, std::uint32_t count);
+    /// More of the data is in memory, or never will be: pictures that wait for it are tried again.
+    void dataArrived();
 
   private:
     class Impl;

@@ -19,6 +19,7 @@
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "server/session/connection_claim.h"
+#include "server/session/data_memory.h"
 #include "server/session/session.h"
 #include "server/session/socket_place.h"
 #include "server/session/token.h"
@@ -63,8 +64,11 @@ class Server::Impl {
         jobs_.emplace(io_, jobSettings(settings_));
         MOTE_RETURN_IF_ERROR(jobs_->start());
         jobs_->onChange([this](const proto::JobStatus& job) { jobChanged(job); });
+        const auto memory = dataMemory(settings_.memory);
+        if (!memory.ok()) return memory.error().within("memory");
         datasets_ = std::make_unique<DatasetService>(
-            *std::move(roots), [this] { asio::post(io_, [this] { catalogueChanged(); }); });
+            *std::move(roots), [this] { asio::post(io_, [this] { catalogueChanged(); }); }, *memory,
+            [this] { asio::post(io_, [this] { render_->dataArrived(); }); });
         datasets_->rescan();
         render_ = std::make_unique<RenderService>(device_, *datasets_, settings_.render);
         const auto name = render_->start();

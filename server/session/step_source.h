@@ -10,6 +10,7 @@
 
 #include "protocol/scene/error.h"
 #include "storage/particles/particle_step.h"
+#include "storage/particles/step_need.h"
 
 namespace mote::server {
 
@@ -19,6 +20,16 @@ class StepSource {
     /// `dataset` as in the catalogue. Errors: notFound (the dataset, the step), corrupt, permissionDenied.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                                       std::uint32_t index) = 0;
+    /// What the pictures of a step, one that step() gave, would use now: what is missing is brought in
+    /// meanwhile, and later steps of a series that is played are readied as far. Returns at once. False where
+    /// nothing more will come: all is there, or there is no room for the rest.
+    virtual bool want(const storage::ParticleStep& step, const storage::StepNeed& need) {
+        static_cast<void>(step);
+        static_cast<void>(need);
+        return false;
+    }
+    /// Before a picture's first step: what the one before it held may leave memory.
+    virtual void beginPicture() {}
 };
 
 }  // namespace mote::server

@@ -40,23 +40,35 @@ StepLoader::~StepLoader() {
     for (auto& thread : threads_) thread.join();
 }
 
-void StepLoader::want(const std::shared_ptr<const MappedStep>& step, const StepNeed& need, Urgency urgency) {
+bool StepLoader::want(const std::shared_ptr<const MappedStep>& step, const StepNeed& need, Urgency urgency) {
     auto task = std::make_shared<Task>(Task{.step = step,
                                             .key = step.get(),
                                             .ahead = step->aheadOf(need),
+                                            .need = need,
                                             .urgency = urgency,
                                             .turn = budget_->turn()});
     if (!task->ahead.empty()) task->block = task->ahead.front().first;
     {
         const std::lock_guard lock(mutex_);
-        // A new step may stand at the address of one that is gone: both are to go.
-        tasks_.remove_if([&](const auto& other) { return other->key == task->key || other->step.expired(); });
-        if (task->ahead.empty()) return;
+        const bool tried = std::any_of(beyond_.begin(), beyond_.end(), [&](const auto& other) {
+            return other->step.lock() == step && other->need == need;
+        });
+        if (tried) return false;
+        forget(task->key);
+        if (task->ahead.empty()) return true;
         const auto place = std::find_if(tasks_.begin(), tasks_.end(),
                                         [&](const auto& other) { return other->urgency >= urgency; });
         tasks_.insert(place, std::move(task));
     }
     wake_.notify_all();
+    return true;
+}
+
+/// Under the mutex. A new step may stand at the address of one that is gone: both go.
+void StepLoader::forget(const MappedStep* step) {
+    const auto outdated = [&](const auto& other) { return other->key == step || other->step.expired(); };
+    tasks_.remove_if(outdated);
+    beyond_.remove_if(outdated);
 }
 
 std::size_t StepLoader::waiting() const {
@@ -97,37 +109,41 @@ void StepLoader::run() {
             continue;
         }
         lock.unlock();
-        const bool goOn = serve(piece);
-        finished(piece, goOn);
-        arrived_();
+        if (finished(piece, serve(piece))) arrived_();
         piece = {};  // it may be the last to hold the step, whose end takes a while
         lock.lock();
     }
 }
 
-/// False where the rest of the task is not to be tried.
-bool StepLoader::serve(const Piece& piece) const {
+StepLoader::Served StepLoader::serve(const Piece& piece) const {
     const auto& ahead = piece.ahead;
     try {
         if (!ahead.array) {
             piece.step->follow(ahead.follows);
-            return true;
+            return Served::yes;
         }
         const std::size_t later = ahead.first + readAhead;
         if (later < ahead.last && ahead.array->usedIn(later) == 0) ahead.array->expect(later);
-        return ahead.array->bring(ahead.first, piece.task->turn);
+        return ahead.array->bring(ahead.first, piece.task->turn) ? Served::yes : Served::noRoom;
     } catch (const StorageError& error) {
         piece.step->fail(error.error());
-        return false;
+        return Served::failed;
     }
 }
 
-void StepLoader::finished(const Piece& piece, bool goOn) {
+bool StepLoader::finished(const Piece& piece, Served served) {
     const std::lock_guard lock(mutex_);
     Task& task = *piece.task;
     --task.busy;
-    if (!goOn) task.at = task.ahead.size();
-    if (task.at >= task.ahead.size() && task.busy == 0) tasks_.remove(piece.task);
+    if (served != Served::yes) task.at = task.ahead.size();
+    if (served == Served::noRoom) task.beyond = true;
+    if (task.at < task.ahead.size() || task.busy > 0) return false;
+    // Not where a later need has taken its place.
+    const auto place = std::find(tasks_.begin(), tasks_.end(), piece.task);
+    if (place == tasks_.end()) return false;
+    if (task.beyond) beyond_.push_front(piece.task);
+    tasks_.erase(place);
+    return true;
 }
 
 }  // namespace mote::storage

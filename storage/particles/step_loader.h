@@ -23,9 +23,9 @@ class StepLoader {
   public:
     enum class Urgency { inUse, expected };
 
-    /// `arrived` is called on the loader's threads after each block that came in, after a need that is served
-    /// or beyond the budget, and after a failure (ParticleStep::check): it must be quick. At least one
-    /// thread.
+    /// `arrived` is called on the loader's threads, and must be quick, when nothing more will come of a need:
+    /// it is served, the budget has no room for its rest, or something failed (ParticleStep::check). At least
+    /// one thread.
     StepLoader(std::shared_ptr<BlockBudget> budget, unsigned threads, std::function<void()> arrived);
     /// Waits for the blocks under way, not for the rest.
     ~StepLoader();
@@ -33,8 +33,9 @@ class StepLoader {
     StepLoader& operator=(const StepLoader&) = delete;
 
     /// Takes the place of what was wanted of that step before; an empty need: nothing more. In the budget's
-    /// present turn: what was used in it or later is not given up for it.
-    void want(const std::shared_ptr<const MappedStep>& step, const StepNeed& need, Urgency urgency);
+    /// present turn: what was used in it or later is not given up for it. False where the same need was tried
+    /// last and found beyond the budget: nothing will come.
+    bool want(const std::shared_ptr<const MappedStep>& step, const StepNeed& need, Urgency urgency);
     /// Needs that are not yet served.
     std::size_t waiting() const;
 
@@ -43,11 +44,13 @@ class StepLoader {
         std::weak_ptr<const MappedStep> step;
         const MappedStep* key;
         std::vector<MappedStep::Ahead> ahead;
+        StepNeed need;
         Urgency urgency;
         BlockBudget::Turn turn;
         std::size_t at = 0;     ///< of ahead
         std::size_t block = 0;  ///< of it, the next to take
         unsigned busy = 0;      ///< threads that are on it
+        bool beyond = false;    ///< there was no room for all of it
     };
     using Tasks = std::list<std::shared_ptr<Task>>;
     /// One block to bring in, or one thing that follows.
@@ -59,14 +62,19 @@ class StepLoader {
 
     void run();
     Piece next();
-    bool serve(const Piece& piece) const;
-    void finished(const Piece& piece, bool goOn);
+    enum class Served { yes, noRoom, failed };
+    Served serve(const Piece& piece) const;
+    /// Whether it was the last piece of its task.
+    bool finished(const Piece& piece, Served served);
+    void forget(const MappedStep* step);
 
     const std::shared_ptr<BlockBudget> budget_;
     const std::function<void()> arrived_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
-    Tasks tasks_;  // under the mutex; the most urgent first
+    // Under the mutex.
+    Tasks tasks_;   // the most urgent first
+    Tasks beyond_;  // ended for want of room; the latest of each step
     bool stopping_ = false;
     std::vector<std::thread> threads_;
 };

@@ -58,7 +58,7 @@ class StepMemory : public testing::Test {
         loader_ = std::make_unique<StepLoader>(budget_, threads, arrivals_.notify());
     }
     void load(const std::shared_ptr<const MappedStep>& step, const StepNeed& need) {
-        loader_->want(step, need, StepLoader::Urgency::inUse);
+        EXPECT_TRUE(loader_->want(step, need, StepLoader::Urgency::inUse));
         arrivals_.await([&] { return loader_->waiting() == 0; });
     }
     void flipByte(std::uint64_t offset) {
@@ -212,7 +212,11 @@ TEST_F(StepMemory, WhatThePictureUsesIsNotGivenUpForMore) {
     const auto step = open();
     budget_->beginTurn();
     step->positions(0, 1);
-    load(step, {.points = {{firstBlock, 1000}}});
+    const StepNeed beyond{.points = {{firstBlock, 1000}}};
+    load(step, beyond);
+    EXPECT_FALSE(loader_->want(step, beyond, StepLoader::Urgency::inUse));
+    EXPECT_TRUE(loader_->want(step, {.volume = true}, StepLoader::Urgency::inUse));
+    EXPECT_TRUE(loader_->want(step, {}, StepLoader::Urgency::inUse));
     EXPECT_EQ(step->positionsReady(0, points), firstBlock);
     EXPECT_EQ(budget_->resident(), mib);
 }
