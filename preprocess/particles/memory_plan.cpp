@@ -30,7 +30,7 @@ MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::
     plan.needed = small + volume + tree + preview;
     const std::uint64_t all = limit > 0 ? limit : machineMemory() / 4 * 3;
     if (plan.needed > all) return plan;
-    plan.kept = std::min(512 * megabyte, (all - plan.needed) / 8);
+    plan.kept = std::min(256 * megabyte, (all - plan.needed) / 8);
     plan.particles = all - plan.needed - plan.kept;
     return plan;
 }

@@ -3,26 +3,41 @@
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace mote::prep {
 namespace {
 
-/// A leaf in the order of the file: by density, then Morton key, then level.
+/// A leaf on its way to its place in the file.
 struct LeafKey {
     std::uint32_t density;  ///< the bits of the float, which are in its order from 0 on
     std::uint32_t node;
-    std::uint64_t place;  ///< Morton key, then level
-    bool operator<(const LeafKey& other) const {
-        return density != other.density ? density < other.density : place < other.place;
-    }
+    std::uint64_t morton;
 };
+
+/// A stable sort by some bits of a number, the least significant first. Digits that are the same everywhere
+/// cost a look.
+template <class Key>
+void radixSort(std::vector<LeafKey>& leaves, std::vector<LeafKey>& other, unsigned bits, Key key) {
+    constexpr unsigned digitBits = 11;
+    constexpr std::uint64_t mask = (1U << digitBits) - 1;
+    other.resize(leaves.size());
+    for (unsigned shift = 0; shift < bits; shift += digitBits) {
+        std::array<std::size_t, mask + 1> next{};
+        for (const auto& leaf : leaves) ++next[key(leaf) >> shift & mask];
+        if (next[key(leaves.front()) >> shift & mask] == leaves.size()) continue;
+        std::exclusive_scan(next.begin(), next.end(), next.begin(), std::size_t{0});
+        for (const auto& leaf : leaves) other[next[key(leaf) >> shift & mask]++] = leaf;
+        leaves.swap(other);
+    }
+}
 
 class Assembly {
   public:
@@ -122,17 +137,26 @@ class Assembly {
         return density <= std::numeric_limits<float>::max();
     }
 
-    void orderLeaves() {
-        levels_ = {};
+    std::vector<LeafKey> leafKeys() const {
         std::vector<LeafKey> keys;
         keys.reserve(static_cast<std::size_t>(
             std::count(tree_.childCount.begin(), tree_.childCount.end(), std::uint8_t{0})));
         for (std::size_t node = 0; node < tree_.level.size(); ++node) {
             if (tree_.childCount[node] != 0) continue;
             keys.push_back({std::bit_cast<std::uint32_t>(tree_.density[node]),
-                            static_cast<std::uint32_t>(node), tree_.morton[node] << 5 | tree_.level[node]});
+                            static_cast<std::uint32_t>(node), tree_.morton[node]});
         }
-        tbb::parallel_sort(keys.begin(), keys.end());
+        return keys;
+    }
+
+    void orderLeaves() {
+        levels_ = {};
+        auto keys = leafKeys();
+        std::vector<LeafKey> other;
+        // By density, then Morton key, then level, in which order they come.
+        radixSort(keys, other, 48, [](const LeafKey& leaf) { return leaf.morton; });
+        radixSort(keys, other, 32, [](const LeafKey& leaf) { return std::uint64_t{leaf.density}; });
+        other = std::vector<LeafKey>();
         tree_.leafNode.resize(keys.size());
         tree_.leafPointBegin.resize(keys.size());
         tree_.leafPointCount.resize(keys.size());

@@ -22,6 +22,9 @@ struct PlotAxis {
     std::string_view unit;        ///< "m", "eV/c", "s", "rad", "eV" or "1"
     std::vector<Column> columns;  ///< what it is made from, weight aside
     bool needsMass = false;
+
+    /// Whether its values are a column as it is.
+    bool isColumn() const { return kind <= AxisKind::pz; }
 };
 
 /// What some axes need besides a particle's own columns.

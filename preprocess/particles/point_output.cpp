@@ -183,6 +183,7 @@ Status PointOutput::write(std::size_t index, std::vector<std::span<const LeafPoi
 }
 
 Result<BuiltPreview> PointOutput::preview() {
+    if (ranks_.size() == 1) return selection_.choose({candidates_.begin(), candidates_.end()});
     std::vector<std::uint64_t> sizes;
     std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks_.size()));
     for (auto& ofWindow : candidates_) {
@@ -196,17 +197,18 @@ Result<BuiltPreview> PointOutput::preview() {
     if (!incoming.ok()) return incoming.error();
     if (!ranks_.first()) return BuiltPreview();
     // Each window's candidates come from the one rank that wrote it.
-    std::vector<PreviewCandidate> all;
-    std::vector<std::size_t> taken(incoming->size());
+    std::vector<std::span<const PreviewCandidate>> lists;
+    std::vector<const PreviewCandidate*> next;
+    for (const auto& bytes : *incoming) {
+        next.push_back(reinterpret_cast<const PreviewCandidate*>(bytes.data()));
+    }
     for (std::size_t i = 0; i < windowCount(); ++i) {
-        for (std::size_t rank = 0; rank < incoming->size(); ++rank) {
-            const auto* from = reinterpret_cast<const PreviewCandidate*>((*incoming)[rank].data());
-            const auto count = (*allSizes)[rank][i];
-            all.insert(all.end(), from + taken[rank], from + taken[rank] + count);
-            taken[rank] += count;
+        for (std::size_t rank = 0; rank < next.size(); ++rank) {
+            lists.emplace_back(next[rank], (*allSizes)[rank][i]);
+            next[rank] += lists.back().size();
         }
     }
-    return selection_.choose(std::move(all));
+    return selection_.choose(lists);
 }
 
 }  // namespace mote::prep

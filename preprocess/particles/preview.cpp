@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "preprocess/particles/morton.h"
 #include "protocol/scene/drawn_points.h"
@@ -23,25 +24,32 @@ std::uint32_t drawnOf(const Octree& octree, std::size_t leaf, double fraction) {
     return drawnPoints(fraction, octree.leafPointCount[leaf], octree.level[node], octree.morton[node]);
 }
 
-/// Sorts by the fraction, stably. Fractions are spread evenly, so each of many parts is small.
-void sortByFraction(std::vector<PreviewCandidate>& candidates, double greatest) {
-    const std::size_t parts = candidates.size() / 1024 + 1;
+/// All candidates by their fraction, stably. Fractions are spread evenly, so each of many parts is small.
+std::vector<PreviewCandidate> sortedByFraction(const std::vector<std::span<const PreviewCandidate>>& lists,
+                                               double greatest) {
+    std::size_t size = 0;
+    for (const auto& list : lists) size += list.size();
+    const std::size_t parts = size / 1024 + 1;
     const auto partOf = [&](const PreviewCandidate& candidate) {
         const double at = candidate.from / greatest * static_cast<double>(parts);
         return std::min(parts - 1, static_cast<std::size_t>(at));
     };
     std::vector<std::size_t> next(parts + 1);
-    for (const auto& candidate : candidates) ++next[partOf(candidate) + 1];
-    for (std::size_t part = 0; part < parts; ++part) next[part + 1] += next[part];
+    for (const auto& list : lists) {
+        for (const auto& candidate : list) ++next[partOf(candidate) + 1];
+    }
+    std::partial_sum(next.begin(), next.end(), next.begin());
     const auto begin = next;
-    std::vector<PreviewCandidate> sorted(candidates.size());
-    for (const auto& candidate : candidates) sorted[next[partOf(candidate)]++] = candidate;
+    std::vector<PreviewCandidate> sorted(size);
+    for (const auto& list : lists) {
+        for (const auto& candidate : list) sorted[next[partOf(candidate)]++] = candidate;
+    }
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
         std::stable_sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin[part]),
                          sorted.begin() + static_cast<std::ptrdiff_t>(begin[part + 1]),
                          [](const auto& a, const auto& b) { return a.from < b.from; });
     });
-    candidates.swap(sorted);
+    return sorted;
 }
 
 }  // namespace
@@ -103,10 +111,10 @@ void PreviewSelection::add(std::size_t leaf, std::uint32_t first,
     }
 }
 
-BuiltPreview PreviewSelection::choose(std::vector<PreviewCandidate> candidates) const {
+BuiltPreview PreviewSelection::choose(const std::vector<std::span<const PreviewCandidate>>& lists) const {
     BuiltPreview preview;
     if (total_ == 0) return preview;
-    sortByFraction(candidates, fraction_);
+    const auto candidates = sortedByFraction(lists, fraction_);
     MOTE_CHECK(candidates.size() >= total_);
     preview.points.resize(total_);
     for (std::size_t i = 0; i < total_; ++i) {

@@ -5,6 +5,7 @@
 // immutable and safe on any number of threads.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "preprocess/particles/octree.h"
@@ -35,8 +36,9 @@ class PreviewSelection {
     void add(std::size_t leaf, std::uint32_t first, std::span<const storage::PackedPosition> positions,
              std::vector<PreviewCandidate>& candidates) const;
 
-    /// Of all leaves' candidates, leaf by leaf in their order. The same for any number of threads.
-    BuiltPreview choose(std::vector<PreviewCandidate> candidates) const;
+    /// Of all leaves' candidates, list after list and in each leaf by leaf in their order. The same for any
+    /// number of threads.
+    BuiltPreview choose(const std::vector<std::span<const PreviewCandidate>>& lists) const;
 
   private:
     double fractionFor(std::uint64_t total) const;

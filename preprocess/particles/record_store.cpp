@@ -38,6 +38,8 @@ Result<RecordStore> RecordStore::inMemory(std::uint64_t bytes) {
         return Error{ErrorCode::resourceExhausted, "",
                      fmt::format("there are no {} bytes of memory for the particles", bytes)};
     }
+    // Large pages come sooner and are found sooner; without them it is slower, not wrong.
+    static_cast<void>(::madvise(address, bytes, MADV_HUGEPAGE));
     store.memory_ = {static_cast<std::byte*>(address), bytes};
     return store;
 }

@@ -32,10 +32,17 @@ class Output {
     Result<StepFile::Places> run() {
         MOTE_RETURN_IF_ERROR(openFile());
         PointOutput points(step_, *file_, ranks_, output_.cancelled);
-        MOTE_RETURN_IF_ERROR(points.run());
+        Status tree = success();
+        Status written = success();
+        tbb::parallel_invoke([&] { written = points.run(); },
+                             [&] {
+                                 if (ranks_.first()) tree = writeTree();
+                             });
+        MOTE_RETURN_IF_ERROR(written);
+        MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
         const auto preview = points.preview();
         if (!preview.ok()) return preview.error();
-        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writeRest(*preview) : success()));
+        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writePreview(*preview) : success()));
         MOTE_RETURN_IF_ERROR(hash());
         return file_->places();
     }
@@ -68,8 +75,8 @@ class Output {
         return file_->write(which, 0, std::as_bytes(std::span(values)));
     }
 
-    /// All but the points.
-    Status writeRest(const BuiltPreview& preview) {
+    /// Octree, leaves and volume.
+    Status writeTree() {
         const auto& tree = step_.octree;
         const std::vector<std::function<Status()>> parts{
             [&] { return write(StepArray::octreeLevel, tree.level); },
@@ -84,13 +91,16 @@ class Output {
             [&] { return write(StepArray::leafPointCount, tree.leafPointCount); },
             [&] { return write(StepArray::leafDensity, tree.leafDensity); },
             [&] { return write(StepArray::volumeDensity, step_.volume); },
-            [&] { return write(StepArray::previewPoint, preview.points); },
-            [&] { return write(StepArray::previewThreshold, preview.threshold); },
         };
         std::vector<Status> written(parts.size(), success());
         tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) { written[i] = parts[i](); });
         for (const auto& status : written) MOTE_RETURN_IF_ERROR(status);
         return success();
+    }
+
+    Status writePreview(const BuiltPreview& preview) {
+        MOTE_RETURN_IF_ERROR(write(StepArray::previewPoint, preview.points));
+        return write(StepArray::previewThreshold, preview.threshold);
     }
 
     /// Blocks by all ranks but the first, which meanwhile looks at the whole file.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace mote::prep {
@@ -52,47 +53,69 @@ struct StepReader::Slot {
     std::size_t index = 0;
     bool isKept = false;
     ParticleChunk chunk;
-    std::array<std::vector<double>, 3> values;
     ParticleBlock block;
 
     void collect(const PlotAxes& axes, const AxisContext& context) {
+        const std::size_t size = chunk.size;
+        // Derived axes first: what is a column of the source changes places with it.
         for (std::size_t a = 0; a < 3; ++a) {
-            values[a].resize(chunk.size);
-            evaluateAxis(axes[a], chunk, context, values[a]);
-            block.coordinate[a].resize(chunk.size);
+            if (axes[a].isColumn()) continue;
+            block.coordinate[a].resize(size);
+            evaluateAxis(axes[a], chunk, context, block.coordinate[a]);
         }
-        block.weight.resize(chunk.size);
-        block.row.resize(chunk.size);
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (axes[a].isColumn()) block.coordinate[a].swap(chunk[axes[a].columns.front()]);
+            block.coordinate[a].resize(size);
+        }
+        block.weight.swap(chunk[Column::weight]);
+        block.weight.resize(size);
+        block.row.resize(size);
+        std::iota(block.row.begin(), block.row.end(), static_cast<std::uint32_t>(chunk.begin));
         block.lost = 0;
         block.invalid = 0;
-        const std::size_t size = fill();
+        if (!allTakePart()) dropOthers();
+    }
+
+  private:
+    bool isValid(std::size_t i) const {
+        return std::isfinite(block.coordinate[0][i]) && std::isfinite(block.coordinate[1][i]) &&
+               std::isfinite(block.coordinate[2][i]) && isWeight(block.weight[i]);
+    }
+
+    /// The usual case, without a branch for each particle.
+    bool allTakePart() const {
+        bool all = true;
+        for (const auto lost : chunk.lost) all &= lost == 0;
+        for (std::size_t i = 0; i < chunk.size; ++i) all &= isValid(i);
+        return all;
+    }
+
+    void dropOthers() {
+        std::size_t size = 0;
+        for (std::size_t i = 0; i < chunk.size; ++i) {
+            if (isLost(chunk, i)) {
+                ++block.lost;
+            } else if (!isValid(i)) {
+                ++block.invalid;
+            } else {
+                for (auto& coordinate : block.coordinate) coordinate[size] = coordinate[i];
+                block.weight[size] = block.weight[i];
+                block.row[size] = block.row[i];
+                ++size;
+            }
+        }
         for (auto& coordinate : block.coordinate) coordinate.resize(size);
         block.weight.resize(size);
         block.row.resize(size);
     }
-
-  private:
-    std::size_t fill() {
-        std::size_t size = 0;
-        const auto& weight = chunk[Column::weight];
-        for (std::size_t i = 0; i < chunk.size; ++i) {
-            if (isLost(chunk, i)) {
-                ++block.lost;
-                continue;
-            }
-            if (!std::isfinite(values[0][i]) || !std::isfinite(values[1][i]) ||
-                !std::isfinite(values[2][i]) || !isWeight(weight[i])) {
-                ++block.invalid;
-                continue;
-            }
-            for (std::size_t a = 0; a < 3; ++a) block.coordinate[a][size] = values[a][i];
-            block.weight[size] = weight[i];
-            block.row[size] = static_cast<std::uint32_t>(chunk.begin + i);
-            ++size;
-        }
-        return size;
-    }
 };
+
+StepReader::StepReader(ParticleSource& source, std::size_t step, const PlotAxes& axes,
+                       const Progress& progress)
+    : source_(&source), step_(step), axes_(&axes), progress_(&progress) {}
+
+StepReader::StepReader(StepReader&&) noexcept = default;
+StepReader::~StepReader() = default;
 
 Result<StepReader> StepReader::open(ParticleSource& source, std::size_t step, const PlotAxes& axes,
                                     Communicator& ranks, const Progress& progress, std::uint64_t mayKeep) {
@@ -104,12 +127,13 @@ Result<StepReader> StepReader::open(ParticleSource& source, std::size_t step, co
     }
     StepReader reader(source, step, axes, progress);
     reader.rows_ = info.particles;
-    reader.mayKeep_ = mayKeep;
+    constexpr std::uint64_t particleBytes = 4 * sizeof(double) + sizeof(std::uint32_t);
     const std::size_t blocks = (info.particles + blockRows - 1) / blockRows;
     const auto size = static_cast<std::size_t>(ranks.size());
     const auto rank = static_cast<std::size_t>(ranks.rank());
     reader.first_ = blocks * rank / size;
     reader.kept_.resize(blocks * (rank + 1) / size - reader.first_);
+    reader.keeps_ = reader.kept_.size() * blockRows * particleBytes <= mayKeep;
     reader.context_.mass = source.mass();
     if (std::any_of(axes.begin(), axes.end(),
                     [](const auto& axis) { return axis.kind == AxisKind::delta; })) {
@@ -164,9 +188,9 @@ Status StepReader::forEach(std::size_t begin, std::size_t end,
     if (begin == end) return success();
     const auto wanted = wantedColumns(*axes_);
     const auto tokens = 2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-    std::vector<Slot> slots(std::min(tokens, end - begin));
+    while (slots_.size() < std::min(tokens, end - begin)) slots_.push_back(std::make_unique<Slot>());
     tbb::concurrent_bounded_queue<Slot*> free;
-    for (auto& slot : slots) free.push(&slot);
+    for (auto& slot : slots_) free.push(slot.get());
     Status status = success();
     std::size_t next = begin;
     const auto read = [&](tbb::flow_control& control) -> Slot* {
@@ -193,13 +217,13 @@ Status StepReader::forEach(std::size_t begin, std::size_t end,
         return slot;
     };
     const auto giveBack = [&](Slot* slot) {
-        if (!slot->isKept && keptBytes_ + slot->block.bytes() <= mayKeep_) keep(slot->index, *slot);
+        if (!slot->isKept && keeps_) keep(slot->index, *slot);
         free.push(slot);
     };
     tbb::parallel_pipeline(
-        slots.size(), tbb::make_filter<void, Slot*>(tbb::filter_mode::serial_in_order, read) &
-                          tbb::make_filter<Slot*, Slot*>(tbb::filter_mode::parallel, work) &
-                          tbb::make_filter<Slot*, void>(tbb::filter_mode::serial_out_of_order, giveBack));
+        slots_.size(), tbb::make_filter<void, Slot*>(tbb::filter_mode::serial_in_order, read) &
+                           tbb::make_filter<Slot*, Slot*>(tbb::filter_mode::parallel, work) &
+                           tbb::make_filter<Slot*, void>(tbb::filter_mode::serial_out_of_order, giveBack));
     return status;
 }
 

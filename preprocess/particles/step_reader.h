@@ -38,11 +38,14 @@ class StepReader {
   public:
     static constexpr std::uint64_t blockRows = std::uint64_t{1} << 18;
 
-    /// Of this rank's share of the step's blocks. Up to `mayKeep` bytes of blocks are kept from the first
-    /// pass for the others. All references outlive the reader. Errors: resourceExhausted (too many rows), the
-    /// source's own, cancelled; the same on all ranks.
+    /// Of this rank's share of the step's blocks. What it reads is kept for the next
+    /// pass where it takes at most `mayKeep` bytes. All references outlive the reader. Errors:
+    /// resourceExhausted (too many rows), the source's own, cancelled; the same on all ranks.
     static Result<StepReader> open(ParticleSource& source, std::size_t step, const PlotAxes& axes,
                                    Communicator& ranks, const Progress& progress, std::uint64_t mayKeep);
+
+    StepReader(StepReader&&) noexcept;
+    ~StepReader();
 
     std::size_t firstBlock() const { return first_; }  ///< of this rank's blocks, among the step's
     std::size_t blockCount() const { return kept_.size(); }
@@ -56,8 +59,7 @@ class StepReader {
 
   private:
     struct Slot;
-    StepReader(ParticleSource& source, std::size_t step, const PlotAxes& axes, const Progress& progress)
-        : source_(&source), step_(step), axes_(&axes), progress_(&progress) {}
+    StepReader(ParticleSource& source, std::size_t step, const PlotAxes& axes, const Progress& progress);
     Status readBlock(std::size_t index, const std::vector<Column>& wanted, ParticleChunk& chunk);
     Status findMeanMomentum(Communicator& ranks);
     void keep(std::size_t index, Slot& slot);
@@ -68,10 +70,11 @@ class StepReader {
     const Progress* progress_;
     std::uint64_t rows_ = 0;
     std::size_t first_ = 0;
-    std::uint64_t mayKeep_ = 0;
+    bool keeps_ = false;
     std::uint64_t keptBytes_ = 0;
     AxisContext context_;
     std::vector<std::optional<ParticleBlock>> kept_;  ///< by block of this rank
+    std::vector<std::unique_ptr<Slot>> slots_;        ///< used again by each pass
 };
 
 }  // namespace mote::prep

@@ -70,7 +70,9 @@ BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::u
             at = next;
         }
     }
-    return selection.choose(std::move(candidates));
+    const std::span all(candidates);
+    const std::size_t half = all.size() / 2;
+    return selection.choose({all.first(half), {}, all.subspan(half)});
 }
 
 /// Leaves of one point, of a few and of all.
