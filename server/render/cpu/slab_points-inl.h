@@ -19,13 +19,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far around their mean depth they
 /// are spread; a single one stays where it is.
 struct alignas(64) SlabPoints {
+    // The lanes first: they are loaded as vectors, which must lie as the struct itself is aligned.
+    std::array<Lanes, Packet::mostLayers> from, to;     ///< slabs; both -1 where a ray meets none
+    std::array<Lanes, Packet::mostLayers> density;      ///< optical depth a slab of those that are spread
+    std::array<Lanes, Packet::mostLayers> single;       ///< optical depth of one in one place, at `to`
+    std::array<Lanes, Packet::mostLayers> tau;          ///< optical depth of all
     std::size_t count = 0;                              ///< layers that have points here
     std::array<std::size_t, Packet::mostLayers> layer;  ///< which
     std::array<glm::vec3, Packet::mostLayers> color;
-    std::array<Lanes, Packet::mostLayers> from, to;  ///< slabs; both -1 where a ray meets none
-    std::array<Lanes, Packet::mostLayers> density;   ///< optical depth a slab of those that are spread
-    std::array<Lanes, Packet::mostLayers> single;    ///< optical depth of one in one place, at `to`
-    std::array<Lanes, Packet::mostLayers> tau;       ///< optical depth of all
 
     /// Returns the layers that have points, as bits.
     HWY_INLINE std::uint32_t read(const CompositeFrame& frame, const Packet& packet, std::uint32_t slab,
