@@ -8,6 +8,7 @@
 
 #include "preprocess/console_progress.h"
 #include "preprocess/json_object.h"
+#include "preprocess/parallel/mpi_communicator.h"
 
 namespace mote::prep {
 namespace {
@@ -53,6 +54,12 @@ void printText(const JobOutcome& outcome, double seconds) {
                seconds);
 }
 
+/// The processes of this job: those that a launcher of MPI started, else this one.
+Result<std::unique_ptr<Communicator>> joinRanks(const CancelSignal& signal) {
+    if (!startedByMpi()) return singleProcess();
+    return joinMpi([&signal] { return signal.received() != 0; });
+}
+
 }  // namespace
 
 void addOutputFlags(CLI::App& command, CommandLine& line) {
@@ -66,7 +73,8 @@ void addResourceOptions(CLI::App& command, ParticlesJobOptions& options) {
         ->type_name("N");
     command
         .add_option("--memory", options.memory,
-                    "Memory that the job may take, as 8G; an error if it needs more")
+                    "Memory that each process of the job may take, as 8G; three quarters of the machine's "
+                    "unless given. Beyond it, particles lie in a temporary file beside the output")
         ->transform(CLI::AsSizeValue(false))
         ->check(CLI::Range(std::uint64_t{1} << 20, std::uint64_t{1} << 50))
         ->type_name("BYTES");
@@ -75,10 +83,17 @@ void addResourceOptions(CLI::App& command, ParticlesJobOptions& options) {
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
                 const ParticlesJobOptions& options, int progressDescriptor) {
     const auto begin = std::chrono::steady_clock::now();
+    auto ranks = joinRanks(line.signal);
+    if (!ranks.ok()) return fail(line, ranks.error());
+    const bool first = (*ranks)->first();
     auto outcome = [&] {
-        ConsoleProgress progress(line.signal, {line.quiet, progressDescriptor});
-        return runJob(request, roots, options, progress);
+        ConsoleProgress progress(line.signal, {line.quiet || !first, first ? progressDescriptor : -1});
+        auto together = options;
+        together.ranks = ranks->get();
+        return runJob(request, roots, together, progress);
     }();
+    // What all ranks know, one says.
+    if (!first) return outcome.ok() ? 0 : 1;
     if (!outcome.ok()) return fail(line, outcome.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     if (line.json) {

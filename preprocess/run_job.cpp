@@ -56,6 +56,10 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
                           const ParticlesJobOptions& options, Progress& progress) {
     auto output = outputPath(request, roots);
     if (!output.ok()) return output.error();
+    const bool together = options.ranks && options.ranks->size() > 1;
+    if (together && request.kind_case() != proto::JobRequest::kParticles) {
+        return Error{ErrorCode::unsupported, "", "this kind of job runs in one process, not under MPI"};
+    }
     switch (request.kind_case()) {
         case proto::JobRequest::kParticles:
             return runParticles(request, roots, *std::move(output), options, progress);

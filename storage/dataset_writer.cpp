@@ -17,7 +17,7 @@ namespace mote::storage {
 
 namespace fs = std::filesystem;
 
-Result<DatasetWriter> DatasetWriter::create(const fs::path& output) {
+Result<fs::path> DatasetWriter::choose(const fs::path& output) {
     if (output.extension() != datasetSuffix || output.stem().empty()) {
         return Error{ErrorCode::invalidArgument, output.string(), "a dataset's name ends with .mote"};
     }
@@ -30,10 +30,20 @@ Result<DatasetWriter> DatasetWriter::create(const fs::path& output) {
         fs::path partial = output;
         partial += fmt::format(".partial-{}", ::getpid());
         if (attempt > 0) partial += fmt::format("-{}", attempt);
-        if (::mkdir(partial.c_str(), 0777) == 0) return DatasetWriter(output, partial);
-        if (errno != EEXIST) return systemError(errno, output.string(), "cannot be made");
+        if (!fs::exists(fs::symlink_status(partial, code))) return partial;
     }
     return Error{ErrorCode::alreadyExists, output.string(), "too many unfinished copies lie beside it"};
+}
+
+Result<DatasetWriter> DatasetWriter::create(const fs::path& output, const fs::path& chosen) {
+    if (::mkdir(chosen.c_str(), 0777) == 0) return DatasetWriter(output, chosen);
+    return systemError(errno, output.string(), "cannot be made");
+}
+
+Result<DatasetWriter> DatasetWriter::create(const fs::path& output) {
+    const auto chosen = choose(output);
+    if (!chosen.ok()) return chosen.error();
+    return create(output, *chosen);
 }
 
 DatasetWriter::DatasetWriter(DatasetWriter&& other) noexcept

@@ -19,6 +19,11 @@ class DatasetWriter {
     /// `output` is "FOLDER/NAME.mote", which must not exist; FOLDER must. Errors: invalidArgument (the name),
     /// alreadyExists, notFound, permissionDenied, resourceExhausted.
     static Result<DatasetWriter> create(const std::filesystem::path& output);
+    /// The same in two steps, for who must tell others of the folder before it is there. Errors:
+    /// invalidArgument, alreadyExists.
+    static Result<std::filesystem::path> choose(const std::filesystem::path& output);
+    static Result<DatasetWriter> create(const std::filesystem::path& output,
+                                        const std::filesystem::path& chosen);
 
     DatasetWriter(DatasetWriter&& other) noexcept;
     DatasetWriter& operator=(DatasetWriter&&) = delete;

@@ -11,7 +11,8 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
                                         const ParticlesJobOptions& options, Progress& progress) {
     MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
     auto source = openParticleSource(request.particles(), inputs, progress);
-    if (!source.ok()) return source.error();
+    const Status opened = source.ok() ? success() : Status(source.error());
+    MOTE_RETURN_IF_ERROR(options.ranks ? agree(*options.ranks, opened) : opened);
     return runParticlesJob(request, **source, inputs, output, options, progress);
 }
 

@@ -11,7 +11,10 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t blocksPerRound = 16;
+/// Alone, more, so that reading rarely waits; with others, fewer, whose messages find memory that is warm.
+std::size_t blocksPerRound(const Communicator& ranks) {
+    return ranks.size() == 1 ? 16 : 4;
+}
 
 /// What stands before a batch's share in a message.
 struct Header {
@@ -73,7 +76,8 @@ Status ParticleExchange::findPlaces(const std::vector<std::uint32_t>& cells) {
 }
 
 Result<std::size_t> ParticleExchange::findRounds(const StepReader& reader) {
-    const std::uint64_t mine = (reader.blockCount() + blocksPerRound - 1) / blocksPerRound;
+    const std::size_t together = blocksPerRound(ranks_);
+    const std::uint64_t mine = (reader.blockCount() + together - 1) / together;
     const auto all = shareValues<std::uint64_t>(ranks_, std::span(&mine, 1));
     if (!all.ok()) return all.error();
     std::uint64_t most = 0;
@@ -87,10 +91,11 @@ Status ParticleExchange::run(StepReader& reader, const std::array<Range, 3>& bou
     const auto rounds = findRounds(reader);
     if (!rounds.ok()) return rounds.error();
     tbb::enumerable_thread_specific<QuantizedBlock> blocks;
-    std::vector<Batch> batches(blocksPerRound);
+    const std::size_t together = blocksPerRound(ranks_);
+    std::vector<Batch> batches(together);
     for (std::size_t round = 0; round < *rounds; ++round) {
-        const std::size_t begin = std::min(reader.blockCount(), round * blocksPerRound);
-        const std::size_t end = std::min(reader.blockCount(), begin + blocksPerRound);
+        const std::size_t begin = std::min(reader.blockCount(), round * together);
+        const std::size_t end = std::min(reader.blockCount(), begin + together);
         batches.resize(end - begin);
         const auto read = reader.forEach(begin, end, [&](const ParticleBlock& block, std::size_t i) {
             auto& quantized = blocks.local();

@@ -13,6 +13,7 @@
 
 #include "preprocess/particles/density_histogram.h"
 #include "preprocess/particles/memory_plan.h"
+#include "preprocess/particles/plot_manifest.h"
 #include "preprocess/particles/step_bounds.h"
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_output.h"
@@ -31,23 +32,6 @@ Error cancelledError() {
     return {ErrorCode::cancelled, "", "cancelled"};
 }
 
-/// Inputs as seen from the folder that holds the dataset; nothing else that depends on where or how it was
-/// made.
-proto::JobRequest portableRequest(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
-                                  const fs::path& output) {
-    proto::JobRequest portable = request;
-    portable.clear_output();
-    auto& job = *portable.mutable_particles();
-    job.clear_inputs();
-    std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
-    for (const auto& input : inputs) {
-        job.add_inputs(
-            fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string());
-    }
-    return portable;
-}
-
 class Job {
   public:
     Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
@@ -62,17 +46,24 @@ class Job {
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
-        MOTE_RETURN_IF_ERROR(prepare());
+        auto made = make();
+        // Of rank 0 the writer does so, unless it was this rank that was killed.
+        if (!made.ok() && !ranks_.first() && !directory_.empty()) removeUnfinished();
+        return made;
+    }
+
+  private:
+    Result<proto::Manifest> make() {
+        MOTE_RETURN_IF_ERROR(agree(ranks_, prepare()));
         MOTE_RETURN_IF_ERROR(begin());
         MOTE_RETURN_IF_ERROR(findBounds());
-        describe();
+        manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
         for (std::size_t i = 0; i < steps_.size(); ++i) MOTE_RETURN_IF_ERROR(makeStep(i));
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
         report(1.0, "done");
         return std::move(manifest_);
     }
 
-  private:
     Status prepare() {
         MOTE_RETURN_IF_ERROR(checkParticlesJob(job_));
         for (int i = 0; i < 3; ++i) {
@@ -118,19 +109,33 @@ class Job {
         return success();
     }
 
-    /// Rank 0 makes the folder; the others learn its name.
+    /// Rank 0 makes the folder. The others know its name before: whoever is left removes it.
     Status begin() {
+        std::string name;
         Status status = success();
         if (ranks_.first()) {
-            auto writer = storage::DatasetWriter::create(output_);
+            const auto chosen = storage::DatasetWriter::choose(output_);
+            if (!chosen.ok()) status = chosen.error();
+            if (chosen.ok()) name = chosen->string();
+        }
+        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
+        const auto shared = fromFirst(ranks_, name);
+        if (!shared.ok()) return shared.error();
+        directory_ = *shared;
+        if (ranks_.first()) {
+            auto writer = storage::DatasetWriter::create(output_, directory_);
             if (!writer.ok()) status = writer.error();
             if (writer.ok()) writer_.emplace(*std::move(writer));
         }
-        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
-        const auto name = fromFirst(ranks_, writer_ ? writer_->directory().string() : std::string());
-        if (!name.ok()) return name.error();
-        directory_ = *name;
-        return success();
+        return agree(ranks_, status);
+    }
+
+    /// Several ranks may do so at once, each meeting what another has removed.
+    void removeUnfinished() const {
+        std::error_code code;
+        for (int attempt = 0; attempt < 100 && fs::exists(directory_, code); ++attempt) {
+            fs::remove_all(directory_, code);
+        }
     }
 
     void report(double fraction, std::string_view phase) {
@@ -180,29 +185,6 @@ class Job {
         return {
             ErrorCode::notFound, inputs_.empty() ? "" : inputs_.front().string(),
             "no selected step has a particle to plot: all are lost, not finite or outside the given bounds"};
-    }
-
-    void describe() {
-        manifest_.set_kind("particles");
-        manifest_.set_format(storage::formatVersion);
-        manifest_.set_writer("mote-prep " MOTE_VERSION);
-        *manifest_.mutable_request() = portableRequest(request_, inputs_, output_);
-        manifest_.set_title(request_.title());
-        if (request_.title().empty() && !inputs_.empty()) {
-            manifest_.set_title(fmt::format("{}: {} {} {}", inputs_.front().filename().string(),
-                                            axes_[0].name, axes_[1].name, axes_[2].name));
-        }
-        auto& particles = *manifest_.mutable_particles();
-        for (std::size_t a = 0; a < 3; ++a) {
-            auto& axis = *particles.add_axes();
-            axis.set_name(std::string(axes_[a].name));
-            axis.set_unit(std::string(axes_[a].unit));
-            axis.set_min(bounds_[a].min);
-            axis.set_max(bounds_[a].max);
-        }
-        particles.set_volume_level(stepOptions_.volumeLevel);
-        particles.set_leaf_capacity(stepOptions_.octree.leafCapacity);
-        particles.set_max_level(stepOptions_.octree.maxLevel);
     }
 
     void reportStep(std::size_t index, double part, std::string_view what) {

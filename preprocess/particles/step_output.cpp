@@ -34,10 +34,7 @@ class Output {
         PointOutput points(step_, *file_, ranks_, output_.cancelled);
         Status tree = success();
         Status written = success();
-        tbb::parallel_invoke([&] { written = points.run(); },
-                             [&] {
-                                 if (ranks_.first()) tree = writeTree();
-                             });
+        tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
         MOTE_RETURN_IF_ERROR(written);
         MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
         const auto preview = points.preview();
@@ -75,7 +72,7 @@ class Output {
         return file_->write(which, 0, std::as_bytes(std::span(values)));
     }
 
-    /// Octree, leaves and volume.
+    /// Octree, leaves and volume, which all ranks know: each writes some.
     Status writeTree() {
         const auto& tree = step_.octree;
         const std::vector<std::function<Status()>> parts{
@@ -93,7 +90,9 @@ class Output {
             [&] { return write(StepArray::volumeDensity, step_.volume); },
         };
         std::vector<Status> written(parts.size(), success());
-        tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) { written[i] = parts[i](); });
+        tbb::parallel_for(static_cast<std::size_t>(ranks_.rank()), parts.size(),
+                          static_cast<std::size_t>(ranks_.size()),
+                          [&](std::size_t i) { written[i] = parts[i](); });
         for (const auto& status : written) MOTE_RETURN_IF_ERROR(status);
         return success();
     }
@@ -113,9 +112,7 @@ class Output {
         Result<std::vector<std::uint64_t>> mine(std::vector<std::uint64_t>{});
         Status complete = success();
         tbb::parallel_invoke([&] { mine = hashBlocks(begin, end); },
-                             [&] {
-                                 if (ranks_.first()) complete = output_.complete();
-                             });
+                             [&] { complete = ranks_.first() ? output_.complete() : file_->sync(); });
         MOTE_RETURN_IF_ERROR(agree(ranks_, mine.ok() ? complete : Status(mine.error())));
         const auto all = shareValues<std::uint64_t>(ranks_, *mine);
         if (!all.ok()) return all.error();

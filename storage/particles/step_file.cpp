@@ -92,6 +92,11 @@ Status StepFile::read(StepArray which, std::uint64_t at, std::span<std::byte> by
     return readAt(file_.get(), place.offset + at, bytes, path_);
 }
 
+Status StepFile::sync() const {
+    if (::fsync(file_.get()) == 0) return success();
+    return systemError(errno, path_.string(), "cannot be written to the disk");
+}
+
 std::uint64_t StepFile::blockCount() const {
     std::uint64_t count = 0;
     for (const auto& place : places_) count += blocksOf(place.bytes);

@@ -43,6 +43,9 @@ class StepFile {
     /// The same of what was written, by whomever. Errors: internal.
     Status read(StepArray which, std::uint64_t at, std::span<std::byte> bytes) const;
 
+    /// Asks the kernel to put what this process wrote on the disk. Errors: resourceExhausted, internal.
+    Status sync() const;
+
     /// The digest's blocks, those of all arrays counted in turn.
     std::uint64_t blockCount() const;
     /// Hashes blocks [begin, end) of what was written, by whomever. Errors: internal.

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/parallel/mpi_communicator.h"
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <exception>
+#include <thread>
+
+namespace mote::prep {
+namespace {
+
+// A message is at most so long: MPI counts bytes in an int, and both sides cut alike.
+constexpr std::size_t pieceBytes = std::size_t{1} << 29;
+constexpr int tag = 1;
+
+class MpiCommunicator final : public Communicator {
+  public:
+    explicit MpiCommunicator(std::function<bool()> cancelled) : cancelled_(std::move(cancelled)) {
+        MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+        MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    }
+    /// Where the job was given up, others may be gone: nothing waits for them.
+    ~MpiCommunicator() override {
+        if (whole_ && std::uncaught_exceptions() == 0) {
+            MPI_Finalize();
+        } else {
+            MPI_Abort(MPI_COMM_WORLD, 1);
+        }
+    }
+
+    int rank() const override { return rank_; }
+    int size() const override { return size_; }
+
+    Result<std::vector<Bytes>> exchange(std::vector<Bytes> outgoing) override {
+        auto incoming = transfer({outgoing.begin(), outgoing.end()});
+        if (incoming.ok()) (*incoming)[own()] = std::move(outgoing[own()]);
+        return incoming;
+    }
+
+    Result<std::vector<Bytes>> share(std::span<const std::byte> mine) override {
+        auto incoming =
+            transfer(std::vector<std::span<const std::byte>>(static_cast<std::size_t>(size_), mine));
+        if (incoming.ok()) (*incoming)[own()] = {mine.begin(), mine.end()};
+        return incoming;
+    }
+
+  private:
+    std::size_t own() const { return static_cast<std::size_t>(rank_); }
+
+    /// To and from all others; nothing from this rank to itself.
+    Result<std::vector<Bytes>> transfer(std::vector<std::span<const std::byte>> outgoing) {
+        outgoing[own()] = {};
+        std::vector<std::uint64_t> toSend;
+        for (const auto& bytes : outgoing) toSend.push_back(bytes.size());
+        std::vector<std::uint64_t> toReceive(outgoing.size());
+        std::vector<MPI_Request> requests(1);
+        MPI_Ialltoall(toSend.data(), 1, MPI_UINT64_T, toReceive.data(), 1, MPI_UINT64_T, MPI_COMM_WORLD,
+                      requests.data());
+        MOTE_RETURN_IF_ERROR(waitFor(requests));
+        requests.clear();
+        std::vector<Bytes> incoming(outgoing.size());
+        for (std::size_t other = 0; other < outgoing.size(); ++other) {
+            incoming[other].resize(toReceive[other]);
+            receive(other, incoming[other], requests);
+        }
+        for (std::size_t other = 0; other < outgoing.size(); ++other) send(other, outgoing[other], requests);
+        MOTE_RETURN_IF_ERROR(waitFor(requests));
+        return incoming;
+    }
+
+    void receive(std::size_t from, std::span<std::byte> bytes, std::vector<MPI_Request>& requests) const {
+        for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
+            const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
+            MPI_Irecv(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(from), tag,
+                      MPI_COMM_WORLD, &requests.emplace_back());
+        }
+    }
+
+    void send(std::size_t to, std::span<const std::byte> bytes, std::vector<MPI_Request>& requests) const {
+        for (std::size_t at = 0; at < bytes.size(); at += pieceBytes) {
+            const auto piece = bytes.subspan(at, std::min(pieceBytes, bytes.size() - at));
+            MPI_Isend(piece.data(), static_cast<int>(piece.size()), MPI_BYTE, static_cast<int>(to), tag,
+                      MPI_COMM_WORLD, &requests.emplace_back());
+        }
+    }
+
+    /// Not MPI_Waitall, which never returns where another rank is gone, and never lets go of its core.
+    Status waitFor(std::vector<MPI_Request>& requests) {
+        constexpr int quickTries = 200;
+        for (int tries = 0;; ++tries) {
+            int done = 0;
+            MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
+            if (done != 0) return success();
+            if (tries < quickTries) continue;
+            if (cancelled_()) break;
+            std::this_thread::sleep_for(std::chrono::microseconds(50));
+        }
+        whole_ = false;
+        return Error{ErrorCode::cancelled, "", "cancelled"};
+    }
+
+    std::function<bool()> cancelled_;
+    int rank_ = 0;
+    int size_ = 1;
+    bool whole_ = true;  ///< no transfer was given up
+};
+
+}  // namespace
+
+bool startedByMpi() {
+    const auto number = [](const char* name) {
+        const char* text = std::getenv(name);
+        return text ? std::atoi(text) : 0;
+    };
+    // Open MPI, and MPICH with its kin; under Slurm only where it also speaks for a process manager. A single
+    // task needs no MPI, and may just have inherited what its parent was told.
+    const bool managed = std::getenv("PMIX_RANK") || std::getenv("PMI_RANK");
+    return number("OMPI_COMM_WORLD_SIZE") > 1 || number("PMI_SIZE") > 1 ||
+           (managed && number("SLURM_STEP_NUM_TASKS") > 1);
+}
+
+Result<std::unique_ptr<Communicator>> joinMpi(std::function<bool()> cancelled) {
+    // One thread at a time calls MPI, but not always the same.
+    int provided = MPI_THREAD_SINGLE;
+    if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided) != MPI_SUCCESS ||
+        provided < MPI_THREAD_SERIALIZED) {
+        return Error{ErrorCode::internal, "", "MPI does not start"};
+    }
+    return std::unique_ptr<Communicator>(std::make_unique<MpiCommunicator>(std::move(cancelled)));
+}
+
+}  // namespace mote::prep
