@@ -23,6 +23,12 @@ class DeviceError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// What pictures with points and volume cost, in milliseconds.
+struct DeviceCosts {
+    double millionPoints = 25.0;  ///< drawn, in slabs
+    double millionPixels = 40.0;  ///< at Quality::exact(), apart from points
+};
+
 class Device {
   public:
     virtual ~Device() = default;
@@ -30,6 +36,8 @@ class Device {
     virtual std::string name() const = 0;
     /// What plans for it may ask for.
     virtual DeviceAbilities abilities() const { return {}; }
+    /// May draw to find out (calibration.h). Throws DeviceError.
+    virtual DeviceCosts costs() { return {}; }
     /// Empty where `stop` was requested before the picture was done: it is asked often enough that a newer
     /// view need not wait for an older one. Throws DeviceError, storage::StorageError.
     virtual std::optional<Picture> render(const FramePlan& plan, PixelFormat format,

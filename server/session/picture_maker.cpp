@@ -74,7 +74,11 @@ Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& 
 }  // namespace
 
 PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps)
-    : factory_(std::move(factory)), steps_(steps), device_(factory_()), name_(device_->name()) {}
+    : factory_(std::move(factory)),
+      steps_(steps),
+      device_(factory_()),
+      name_(device_->name()),
+      costs_(device_->costs()) {}
 
 void PictureMaker::trim() {
     if (device_) device_->trim();
@@ -84,6 +88,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
     const auto begun = Clock::now();
     try {
         if (!device_) device_ = factory_();
+        history.quality.startFrom(costs_);
         steps_.beginPicture();
         const auto scene = makeScene(job.task->view);
         if (!scene.ok()) return scene.error();

@@ -72,6 +72,7 @@ class PictureMaker {
     render::SelectionCache selections_;
     std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
     std::string name_;
+    render::DeviceCosts costs_;
     int failures_ = 0;  // of the device, in a row
 };
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/render/calibration.h"
+
 namespace mote::server {
 namespace {
 
@@ -13,7 +15,6 @@ constexpr double million = 1e6;
 constexpr double forget = 0.75;        // weight of a picture against the one after it
 constexpr double priorWeight = 1e-3;   // of the initial costs, against one million points or pixels
 constexpr double leastPoints = 20000;  // fewer say nothing about a plot
-constexpr double dither = 1.15;        // of the point fraction, up and down in turn
 constexpr double growth = 2.5;         // of the points from one quick picture to the next, at most
 constexpr double intermediateBudgets = 5.0;
 constexpr double longExactBudgets = 10.0;
@@ -23,54 +24,61 @@ Quality quickQuality() {
     return {.resolutionScale = 1.0, .pointFraction = 1.0, .slabs = 24, .samplesPerCell = 1.0};
 }
 
-/// Pixel work relative to an exact picture's: samples along the ray, and slabs to composite.
-double workPerPixel(const Quality& quality) {
-    const Quality exact = Quality::exact();
-    return 0.5 * quality.samplesPerCell / exact.samplesPerCell +
-           0.5 * static_cast<double>(quality.slabs) / exact.slabs;
-}
-
-double pixelWork(double pixels, const Quality& quality) {
-    return pixels * quality.resolutionScale * quality.resolutionScale * workPerPixel(quality) / million;
+double millionPixels(double pixels, const Quality& quality) {
+    return pixels * quality.resolutionScale * quality.resolutionScale * render::pixelWork(quality) / million;
 }
 
 }  // namespace
 
+void QualityController::startFrom(const render::DeviceCosts& costs) {
+    if (learned_) return;
+    perPoint_ = costs.millionPoints;
+    perPixel_ = costs.millionPixels;
+}
+
 double QualityController::expectedMs(const ViewLoad& load, const Quality& quality) const {
     return perPoint_ * load.points * quality.pointFraction / million +
-           perPixel_ * pixelWork(load.pixels, quality);
+           perPixel_ * millionPixels(load.pixels, quality);
 }
 
 /// Points get what the pixels leave, but never less than a fifth.
 double QualityController::fractionWithin(const ViewLoad& load, const Quality& quality,
                                          double budgetMs) const {
-    const double forPoints = std::max(budgetMs - perPixel_ * pixelWork(load.pixels, quality), 0.2 * budgetMs);
+    const double forPoints =
+        std::max(budgetMs - perPixel_ * millionPixels(load.pixels, quality), 0.2 * budgetMs);
     const double allMs = perPoint_ * load.points / million;
     if (allMs <= forPoints) return 1.0;
     return std::clamp(forPoints / allMs, std::min(1.0, leastPoints / load.points), 1.0);
 }
 
+/// The nearest power of the square root of 1/2 that is not above `wanted`, or the last one while that is not
+/// far off.
+double QualityController::steadyShare(double wanted) {
+    constexpr double tooMuch = 1.2, tooLittle = 0.5;
+    const bool near = lastShare_ > 0.0 && lastShare_ <= tooMuch * wanted && lastShare_ >= tooLittle * wanted;
+    if (!near) lastShare_ = std::exp2(-0.5 * std::ceil(-2.0 * std::log2(wanted)));
+    return lastShare_;
+}
+
 Quality QualityController::quick(const ViewLoad& load) {
     // A cost that was measured wrongly shall not freeze the hand: the points grow step by step.
-    const double mostPoints = std::max(growth * lastPoints_, 10 * leastPoints);
+    const double affordable = 0.5 * budgetMs_ / perPoint_ * million;
+    const double first = learned_ ? 10 * leastPoints : std::max(affordable, 10 * leastPoints);
+    const double mostPoints = std::max(growth * lastPoints_, first);
     if (load.points <= mostPoints && expectedMs(load, Quality::exact()) <= budgetMs_) {
         return Quality::exact();
     }
     Quality quality = quickQuality();
     // Half the resolution where the pixels alone would take most of the time; back only where they clearly
     // would not, or the picture would flicker between the two.
-    const double pixelMs = perPixel_ * pixelWork(load.pixels, quality);
+    const double pixelMs = perPixel_ * millionPixels(load.pixels, quality);
     halfSize_ = pixelMs > (halfSize_ ? 0.4 : 0.65) * budgetMs_;
     if (halfSize_) quality.resolutionScale = 0.5;
     quality.pointFraction = fractionWithin(load, quality, budgetMs_);
     if (load.points > mostPoints) {
         quality.pointFraction = std::min(quality.pointFraction, mostPoints / load.points);
     }
-    if (quality.pointFraction < 1.0) {
-        // Pictures that are all alike cannot tell what a point costs from what a pixel costs.
-        more_ = !more_;
-        quality.pointFraction = std::min(1.0, quality.pointFraction * (more_ ? dither : 1.0 / dither));
-    }
+    if (quality.pointFraction < 1.0) quality.pointFraction = steadyShare(quality.pointFraction);
     return quality;
 }
 
@@ -85,10 +93,11 @@ bool QualityController::worthIntermediate(const ViewLoad& load) const {
 }
 
 void QualityController::learn(double pixels, double points, const Quality& quality, double ms) {
+    learned_ = true;
     // `pixels` are those of the payload: the scale is already in them.
     lastPoints_ = points;
     const double p = points / million;
-    const double w = pixels * workPerPixel(quality) / million;
+    const double w = pixels * render::pixelWork(quality) / million;
     // The first picture of a step uploads its data, and a machine may be busy: one such picture must not
     // ruin the next twenty. Where all of them take so long, a few pictures are enough to learn it.
     ms = std::min(ms, surprise * (perPoint_ * p + perPixel_ * w) + 0.2 * budgetMs_);

@@ -4,12 +4,16 @@
 // pixel cost from the pictures that were rendered, whatever device, view and data they came from. One per
 // session, as views differ; used by the thread that renders.
 //
-// The model is t = a * points + b * pixel work, fitted by least squares to the latest pictures (each counts
-// less than the next), held by a weak prior until there are some.
+// The model is t = a * points + b * pixel work: what the device was calibrated to, then fitted by least
+// squares to the latest pictures (each counts less than the next).
+//
+// The share of points that is drawn takes few values and clings to the one it has, so that points do not come
+// and go while the view turns, and what is selected for one picture serves the next.
 #pragma once
 
 #include <cstdint>
 
+#include "server/render/device.h"
 #include "server/render/quality.h"
 
 namespace mote::server {
@@ -23,6 +27,9 @@ struct ViewLoad {
 class QualityController {
   public:
     explicit QualityController(double budgetMs = 30.0) : budgetMs_(budgetMs) {}
+
+    /// What the device was found to cost; of no effect once a picture was learned from.
+    void startFrom(const render::DeviceCosts& costs);
 
     /// For a view in motion: ready within the budget, as far as we know; exact where that is so cheap.
     render::Quality quick(const ViewLoad& load);
@@ -41,14 +48,16 @@ class QualityController {
 
   private:
     double fractionWithin(const ViewLoad& load, const render::Quality& quality, double budgetMs) const;
+    double steadyShare(double wanted);
     void solve();
 
     double budgetMs_;
     bool halfSize_ = false;    // of the last quick picture
     double lastPoints_ = 0.0;  // that were drawn
-    bool more_ = false;        // its points were dithered upwards
-    double perPoint_ = 25.0;   // ms a million points: llvmpipe on a few cores
-    double perPixel_ = 40.0;   // ms a million pixels of exact work
+    double lastShare_ = 0.0;   // of the last quick picture with fewer points; 0: there was none
+    bool learned_ = false;
+    double perPoint_ = 25.0;  // ms a million points
+    double perPixel_ = 40.0;  // ms a million pixels of exact work
     // Sums of the normal equations: points^2, points * work, work^2, points * t, work * t.
     double pp_ = 0.0, pw_ = 0.0, ww_ = 0.0, pt_ = 0.0, wt_ = 0.0;
 };

@@ -8,6 +8,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
+#include "server/render/calibration.h"
 #include "server/render/cpu/composite.h"
 #include "server/render/cpu/flat_picture.h"
 #include "server/render/cpu/flat_points.h"
@@ -86,6 +87,10 @@ std::string CpuDevice::name() const {
     const int threads = state_->arena.max_concurrency();
     return "cpu (" + vectorName() + ", " + std::to_string(threads) +
            (threads == 1 ? " thread)" : " threads)");
+}
+
+DeviceCosts CpuDevice::costs() {
+    return calibrate(*this);
 }
 
 std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {

@@ -22,6 +22,7 @@ class CpuDevice final : public Device {
 
     std::string name() const override;
     DeviceAbilities abilities() const override { return {.preview = true}; }
+    DeviceCosts costs() override;
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
     void trim() override;
 

@@ -3,6 +3,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
+#include "server/render/calibration.h"
 #include "server/render/egl/egl_context.h"
 #include "server/render/egl/frame_run.h"
 
@@ -40,6 +41,10 @@ EglDevice::~EglDevice() {
 
 std::string EglDevice::name() const {
     return "egl (" + context_.renderer() + ")";
+}
+
+DeviceCosts EglDevice::costs() {
+    return calibrate(*this);
 }
 
 std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {

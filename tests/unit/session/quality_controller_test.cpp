@@ -94,6 +94,35 @@ TEST(QualityController, ScaleDoesNotFlicker) {
     EXPECT_EQ(changes, 0);
 }
 
+TEST(QualityController, ACalibratedDeviceIsTrustedFromTheFirstPicture) {
+    const SimulatedDevice device{0.5, 4e-6, 1e-8, 1e-6};
+    QualityController controller(30.0);
+    controller.startFrom({4.0, 6.0});
+    const Quality first = controller.quick(hd);
+    const double ms = device.render(controller, hd, first);
+    EXPECT_GT(ms, 8.0);
+    EXPECT_LT(ms, 45.0);
+    controller.startFrom({1000.0, 1000.0});  // too late: it has learned
+    EXPECT_GE(controller.quick(hd).pointFraction, first.pointFraction);
+}
+
+/// Points must not come and go while a view turns, though times vary from picture to picture.
+TEST(QualityController, TheShareOfPointsIsSteady) {
+    QualityController controller(30.0);
+    int changes = 0;
+    double share = 0.0;
+    for (int i = 0; i < 60; ++i) {
+        const Quality quality = controller.quick(hd);
+        if (i > 12 && quality.pointFraction != share) ++changes;
+        share = quality.pointFraction;
+        const double noise = 1.0 + 0.15 * std::sin(2.1 * i);
+        controller.learn(hd.pixels, hd.points * share, quality,
+                         noise * (1.0 + 8e-6 * hd.points * share + 1e-6 * hd.pixels));
+        EXPECT_EQ(std::fmod(-2.0 * std::log2(share), 1.0), 0.0);
+    }
+    EXPECT_LE(changes, 1);
+}
+
 TEST(QualityController, LongExactPicturesGetOneBetween) {
     const SimulatedDevice device{1.0, 25e-6, 1e-6, 4e-6};
     QualityController controller(30.0);
