@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/particles/step_loader.h"
 
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -14,8 +15,11 @@ namespace {
 constexpr int niceness = 10;          // about a tenth of what a thread gets that draws
 constexpr std::size_t readAhead = 8;  // blocks that the disk is asked for before their turn
 
-/// On Linux, of the calling thread alone. Where it is refused, loading and drawing are equals.
+/// On Linux, both of the calling thread alone, whatever it inherits. Where it is refused, loading and drawing
+/// are equals.
 void giveWay() {
+    const sched_param none{};
+    ::sched_setscheduler(0, SCHED_BATCH, &none);
     ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), niceness);
 }
 
