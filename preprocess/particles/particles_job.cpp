@@ -102,7 +102,7 @@ class Job {
             return Error{
                 ErrorCode::resourceExhausted, info.file,
                 fmt::format("step {} has {} particles, for which the job needs at least {:.2f} GB of "
-                            "memory; the limit is {:.2f} GB",
+                            "memory; the limit is {:.2f} GB. A larger leaf capacity needs less",
                             step, info.particles, static_cast<double>(plan.needed) / gigabyte * 1.02,
                             static_cast<double>(options_.memory) / gigabyte)};
         }

@@ -2,14 +2,11 @@
 #include "preprocess/particles/particles_job.h"
 
 #include <gmock/gmock.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cmath>
-#include <csignal>
 #include <fstream>
 #include <limits>
-#include <map>
 #include <set>
 
 #include "preprocess/particles/morton.h"
@@ -20,6 +17,7 @@
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/account.h"
 #include "tests/unit/particles/fake_source.h"
+#include "tests/unit/particles/job_run.h"
 #include "tests/unit/particles/quiet_progress.h"
 
 namespace mote::prep {
@@ -27,39 +25,17 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::beamStep;
+using test::contentOf;
+using test::entriesOf;
 using test::FakeSource;
 using test::FakeStep;
+using test::FileSizeLimit;
+using test::make;
+using test::requestFor;
 using testing::HasSubstr;
 
 constexpr double notANumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-proto::JobRequest requestFor(const char* a = "x", const char* b = "px", const char* c = "y") {
-    proto::JobRequest request;
-    auto& job = *request.mutable_particles();
-    job.add_inputs("fake.h5");
-    for (const char* axis : {a, b, c}) job.add_axes(axis);
-    return request;
-}
-
-Result<proto::Manifest> make(const proto::JobRequest& request, FakeSource& source, const fs::path& output,
-                             ParticlesJobOptions options = {}) {
-    test::QuietProgress progress;
-    return runParticlesJob(request, source, {output.parent_path() / "fake.h5"}, output, options, progress);
-}
-
-std::map<std::string, std::string> contentOf(const fs::path& folder) {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : fs::directory_iterator(folder)) {
-        std::ifstream file(entry.path(), std::ios::binary);
-        files[entry.path().filename()] = {std::istreambuf_iterator<char>(file), {}};
-    }
-    return files;
-}
-
-std::size_t entriesOf(const fs::path& folder) {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
-}
 
 TEST(ParticlesJob, EveryParticleIsInOneLeafAtItsPlace) {
     const test::TempDir dir;
@@ -278,26 +254,6 @@ TEST(ParticlesJob, AnOutputThatCannotBeWritten) {
     }
     EXPECT_EQ(entriesOf(dir.path()), 0U);
 }
-
-/// A limit on the size of files for as long as the object lives: the kernel then refuses writes as on a full
-/// disk.
-class FileSizeLimit {
-  public:
-    explicit FileSizeLimit(rlim_t bytes) {
-        ::getrlimit(RLIMIT_FSIZE, &before_);
-        auto limit = before_;
-        limit.rlim_cur = bytes;
-        std::signal(SIGXFSZ, SIG_IGN);
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    ~FileSizeLimit() {
-        ::setrlimit(RLIMIT_FSIZE, &before_);
-        std::signal(SIGXFSZ, SIG_DFL);
-    }
-
-  private:
-    rlimit before_{};
-};
 
 TEST(ParticlesJob, AFullDiskIsOneErrorAndNoDebris) {
     const test::TempDir dir;
