@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/bench/device/bench_scene.h"
+
+#include <charconv>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <optional>
+
+#include "storage/manifest.h"
+#include "tests/bench/bench_step.h"
+#include "tests/support/memory_step.h"
+
+namespace mote::bench {
+namespace {
+
+using StepPointer = std::shared_ptr<const storage::ParticleStep>;
+
+/// How much nearer "filling" is.
+constexpr double nearer = 0.36;
+
+/// A smooth ball with fine detail. Its t are whole 255ths, so that a program that reads bytes sees the same.
+StepPointer ballOf(std::uint8_t level) {
+    const LogDensity scale{1.0, std::exp(10.0)};
+    const std::uint32_t size = 1U << level;
+    std::vector<float> density;
+    density.reserve(std::size_t{size} * size * size);
+    const auto place = [size](std::uint32_t i) { return (2.0 * i + 1.0) / size - 1.0; };
+    for (std::uint32_t k = 0; k < size; ++k) {
+        for (std::uint32_t j = 0; j < size; ++j) {
+            for (std::uint32_t i = 0; i < size; ++i) {
+                const double x = place(i), y = place(j), z = place(k);
+                const double detail = 0.75 + 0.25 * std::sin(20.0 * x) * std::cos(20.0 * y) +
+                                      0.15 * std::sin(90.0 * x) * std::sin(80.0 * y) * std::sin(70.0 * z);
+                const double value = std::clamp(std::exp(-6.0 * (x * x + y * y + z * z)) * detail, 0.0, 1.0);
+                density.push_back(static_cast<float>(std::exp(10.0 * std::floor(255.0 * value) / 255.0)));
+            }
+        }
+    }
+    return test::MemoryStep::make({}, {.volumeLevel = level, .logDensity = scale, .volume = density});
+}
+
+Result<StepPointer> readStep(const std::string& folder) {
+    const auto manifest = storage::readManifest(folder);
+    if (!manifest.ok()) return manifest.error();
+    return storage::ParticleStep::open(folder, *manifest, 0);
+}
+
+/// The number behind "KIND:", where the text begins so.
+std::optional<std::uint64_t> numberAfter(const std::string& text, std::string_view kind) {
+    if (!text.starts_with(kind)) return std::nullopt;
+    std::uint64_t number = 0;
+    const char* const end = text.data() + text.size();
+    const auto read = std::from_chars(text.data() + kind.size(), end, number);
+    return read.ec == std::errc{} && read.ptr == end ? std::optional(number) : std::nullopt;
+}
+
+Result<StepPointer> stepOf(const std::string& data) {
+    if (const auto points = numberAfter(data, "beam:"); points && *points > 0 && *points <= 200'000'000)
+        return StepPointer(std::make_shared<const BenchStep>(*points, 7, 1));
+    if (const auto level = numberAfter(data, "ball:"); level && *level >= 4 && *level <= 9)
+        return ballOf(static_cast<std::uint8_t>(*level));
+    return readStep(data);
+}
+
+/// About the opacity that ParaView gives a volume of bytes unasked.
+Curve ballOpacity() {
+    return Curve::create({{0.0, 0.0}, {0.25, 0.49}, {0.5, 0.8}, {1.0, ParticlesStyle::opacityLimit}}).value();
+}
+
+ParticlesStyle styleOf(const SceneOptions& options) {
+    ParticlesStyle style{Curve::constant(0.0),
+                         ColorMap::standard(),
+                         Curve::constant(options.shown == Shown::volume ? 0.0 : 1.0),
+                         options.opacity,
+                         options.pointSize,
+                         glm::dvec3(1.0, 0.7, 0.3)};
+    if (options.shown == Shown::volume) style.volumeOpacity = ballOpacity();
+    if (options.shown == Shown::hybrid) style.volumeOpacity = Curve::create({{0.3, 0.0}, {1.0, 0.3}}).value();
+    return style;
+}
+
+}  // namespace
+
+Result<render::Scene> makeScene(const SceneOptions& options) {
+    auto step = stepOf(options.data);
+    if (!step.ok()) return step.error();
+    View view;
+    view.width = options.width;
+    view.height = options.height;
+    view.camera = fitCamera({glm::dvec3(-1.0), glm::dvec3(1.0)}, view.aspect());
+    if (options.filling) view.camera.eye = glm::mix(view.camera.target, view.camera.eye, nearer);
+    view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), styleOf(options)});
+    return render::Scene{std::move(view), {*std::move(step)}};
+}
+
+std::vector<glm::dvec3> orbitOf(const Camera& camera, int count) {
+    std::vector<glm::dvec3> eyes;
+    for (int i = 0; i < count; ++i) {
+        const glm::dmat4 turn = glm::rotate(glm::dmat4(1.0), glm::radians(10.0 * i), camera.up);
+        eyes.push_back(camera.target + glm::dvec3(turn * glm::dvec4(camera.eye - camera.target, 0.0)));
+    }
+    return eyes;
+}
+
+}  // namespace mote::bench
