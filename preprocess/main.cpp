@@ -3,6 +3,7 @@
 // mote-prep: turns raw runs into datasets, and tells of them. A process of its own, so that a foreign file
 // can hurt nobody else.
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <new>
@@ -34,9 +35,17 @@ int runCommand(const prep::CommandLine& line) {
     }
 }
 
+/// Buffers of some MiB come and go with every block of a file. Given back to the kernel each time, they come
+/// back as pages that it clears first, which costs more than the work on them.
+void keepFreedMemory() {
+    ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    keepFreedMemory();
     const prep::CancelSignal signal;
     prep::CommandLine line{signal};
     CLI::App program("Prepares particle runs for viewing: makes, checks and exports datasets.", "mote-prep");

@@ -90,13 +90,15 @@ class MpiCommunicator final : public Communicator {
     /// Not MPI_Waitall, which never returns where another rank is gone, and never lets go of its core.
     Status waitFor(std::vector<MPI_Request>& requests) {
         constexpr int quickTries = 200;
+        std::chrono::microseconds pause(20);
         for (int tries = 0;; ++tries) {
             int done = 0;
             MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
             if (done != 0) return success();
             if (tries < quickTries) continue;
             if (cancelled_()) break;
-            std::this_thread::sleep_for(std::chrono::microseconds(50));
+            std::this_thread::sleep_for(pause);
+            pause = std::min(pause + pause / 4, std::chrono::microseconds(500));
         }
         whole_ = false;
         return Error{ErrorCode::cancelled, "", "cancelled"};

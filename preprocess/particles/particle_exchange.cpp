@@ -179,6 +179,13 @@ Status ParticleExchange::place(std::size_t from, const std::vector<Share>& share
 
 Bytes ParticleExchange::pack(const std::vector<Batch>& batches, std::size_t rank) const {
     Bytes bytes;
+    std::size_t size = 0;
+    for (const auto& batch : batches) {
+        const auto share = shareOf(batch, rank);
+        size += sizeof(Header) + share.counts.size_bytes() + share.particles.size_bytes() +
+                share.weights.size_bytes() + 8;
+    }
+    bytes.reserve(size);
     for (const auto& batch : batches) {
         const auto share = shareOf(batch, rank);
         const Header header{share.particles.size()};

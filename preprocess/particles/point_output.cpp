@@ -134,6 +134,11 @@ Result<std::vector<Bytes>> PointOutput::gatherRound(std::size_t first, std::size
     const auto size = static_cast<std::size_t>(ranks_.size());
     std::vector<Bytes> outgoing(size);
     for (std::size_t i = first; i < last; ++i) {
+        auto& bytes = outgoing[i % size];
+        bytes.reserve(bytes.size() + sizeof(std::uint64_t) +
+                      workers[i - first].gathered.size() * sizeof(LeafPoint));
+    }
+    for (std::size_t i = first; i < last; ++i) {
         const auto& points = workers[i - first].gathered;
         const std::uint64_t count = points.size();
         append(outgoing[i % size], std::as_bytes(std::span(&count, 1)));
