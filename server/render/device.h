@@ -51,8 +51,8 @@ enum class DeviceKind { automatic, egl, cpu };
 /// Errors: anything but "auto", "egl" and "cpu".
 Result<DeviceKind> parseDeviceKind(std::string_view name);
 
-/// `automatic`: egl, the processor where EGL fails.
-/// Throws DeviceError.
-std::unique_ptr<Device> createDevice(DeviceKind kind);
+/// `automatic`: egl on a GPU; the processor where EGL fails or would only lead to a software rasteriser.
+/// `threads`: of the processor's own device; 0: as many as the process may use. Throws DeviceError.
+std::unique_ptr<Device> createDevice(DeviceKind kind, unsigned threads = 0);
 
 }  // namespace mote::render

@@ -8,7 +8,7 @@
 namespace mote::test {
 
 std::vector<std::string> deviceKinds() {
-    return {"egl"};  // "cpu" draws no points yet
+    return {"egl", "cpu"};
 }
 
 std::unique_ptr<render::Device> deviceOf(const std::string& kind) {

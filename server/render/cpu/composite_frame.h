@@ -39,6 +39,7 @@ struct CompositeFrame {
     std::uint32_t width, height;  ///< pixels
     std::uint32_t slabs;
     float samplesPerCell;
+    bool cellByCell;       ///< rays go from cell to cell, for their kinks: at two samples a cell or more
     glm::dvec2 window;     ///< half width and half height of the picture at depth 1
     glm::vec3 background;  ///< linear RGB
     PixelFormat format;

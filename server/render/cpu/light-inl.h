@@ -21,14 +21,35 @@ HWY_INLINE V expMinus(V x) {
     const Ints ints;
     // Below 2^-126 there are no normal numbers; nothing is seen through that anyway.
     const V powers = hn::Max(hn::Mul(x, hn::Set(d, -1.44269504F)), hn::Set(d, -126.0F));
-    const IntV whole = hn::NearestInt(powers);
-    const V rest = hn::Sub(powers, hn::ConvertTo(d, whole));
+    // To the nearest integer: 1.5 * 2^23 leaves no bits for a fraction, of either sign.
+    const V shifted = hn::Add(powers, hn::Set(d, 12582912.0F));
+    const V rest = hn::Sub(powers, hn::Sub(shifted, hn::Set(d, 12582912.0F)));
     // 2^rest by its Taylor series: the next term is 1.6e-7 at 1/2 and less on average.
-    V sum = hn::Set(d, 1.5403530e-4F);
-    for (const float term : {1.3333558e-3F, 9.6181291e-3F, 5.5504109e-2F, 2.4022651e-1F, 6.9314718e-1F, 1.0F})
-        sum = hn::MulAdd(sum, rest, hn::Set(d, term));
-    return hn::BitCast(d, hn::Add(hn::BitCast(ints, sum), hn::ShiftLeft<23>(whole)));
+    V sum = hn::MulAdd(hn::Set(d, 1.5403530e-4F), rest, hn::Set(d, 1.3333558e-3F));
+    sum = hn::MulAdd(sum, rest, hn::Set(d, 9.6181291e-3F));
+    sum = hn::MulAdd(sum, rest, hn::Set(d, 5.5504109e-2F));
+    sum = hn::MulAdd(sum, rest, hn::Set(d, 2.4022651e-1F));
+    sum = hn::MulAdd(sum, rest, hn::Set(d, 6.9314718e-1F));
+    sum = hn::MulAdd(sum, rest, hn::Set(d, 1.0F));
+    // The integer, in the low bits, becomes the exponent.
+    const IntV exponent = hn::ShiftLeft<23>(hn::BitCast(ints, shifted));
+    return hn::BitCast(d, hn::Add(hn::BitCast(ints, sum), exponent));
 }
+
+/// The mean colour between two samples, weighted by extinction.
+struct Blend {
+    V share;  ///< of the second
+
+    /// Where extinction changes evenly its centre lies at 1/2 + (second - first) / (12 mean); with the true
+    /// mean this is also right where it begins or ends on the way.
+    HWY_INLINE Blend(const Sample& from, const Sample& to, V mean) {
+        const Floats d;
+        const V change = hn::Mul(hn::Sub(to.slope, from.slope), hn::Set(d, 1.0F / 12.0F));
+        const V centre = hn::MulAdd(change, reciprocal(hn::Max(mean, hn::Set(d, 1e-12F))), hn::Set(d, 0.5F));
+        share = hn::Min(hn::Max(centre, hn::Zero(d)), hn::Set(d, 1.0F));
+    }
+    HWY_INLINE V operator()(V one, V other) const { return hn::MulAdd(share, hn::Sub(other, one), one); }
+};
 
 /// Optical depth, and colour times optical depth.
 struct Matter {
@@ -44,12 +65,14 @@ struct Matter {
         green = hn::MulAdd(depth, g, green);
         blue = hn::MulAdd(depth, b, blue);
     }
-    HWY_INLINE void add(V depth, const RootColor& root) {
-        const V scaled = hn::Mul(depth, hn::Set(Floats(), RootColor::scale));
+    /// Matter between two samples: its colour is exact where extinction and colour change evenly.
+    HWY_INLINE void add(V depth, const Sample& from, const Sample& to, V mean) {
+        const Blend blend(from, to, mean);
+        const V scaled = hn::Mul(depth, hn::Set(Floats(), colorScale));
         tau = hn::Add(tau, depth);
-        red = hn::MulAdd(scaled, hn::Mul(root.red, root.red), red);
-        green = hn::MulAdd(scaled, hn::Mul(root.green, root.green), green);
-        blue = hn::MulAdd(scaled, hn::Mul(root.blue, root.blue), blue);
+        red = hn::MulAdd(scaled, blend(from.red, to.red), red);
+        green = hn::MulAdd(scaled, blend(from.green, to.green), green);
+        blue = hn::MulAdd(scaled, blend(from.blue, to.blue), blue);
     }
 };
 
@@ -71,12 +94,14 @@ struct Light {
         blue = hn::MulAdd(share, b, blue);
         left = passed;
     }
-    HWY_INLINE void gather(V tau, const RootColor& root) {
-        const V passed = hn::Mul(left, expMinus(tau));
-        const V share = hn::Mul(hn::Sub(left, passed), hn::Set(Floats(), RootColor::scale));
-        red = hn::MulAdd(share, hn::Mul(root.red, root.red), red);
-        green = hn::MulAdd(share, hn::Mul(root.green, root.green), green);
-        blue = hn::MulAdd(share, hn::Mul(root.blue, root.blue), blue);
+    /// A stretch between two samples.
+    HWY_INLINE void gather(V depth, const Sample& from, const Sample& to, V mean) {
+        const Blend blend(from, to, mean);
+        const V passed = hn::Mul(left, expMinus(depth));
+        const V share = hn::Mul(hn::Sub(left, passed), hn::Set(Floats(), colorScale));
+        red = hn::MulAdd(share, blend(from.red, to.red), red);
+        green = hn::MulAdd(share, blend(from.green, to.green), green);
+        blue = hn::MulAdd(share, blend(from.blue, to.blue), blue);
         left = passed;
     }
     /// Matter that is evenly mixed.

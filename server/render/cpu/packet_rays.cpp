@@ -62,6 +62,7 @@ void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint3
         }
         enter[i] = static_cast<float>(way.enter);
         rate[i] = static_cast<float>(1.0 / (way.leave - way.enter));
+        start[i] = static_cast<float>(-way.enter / (way.leave - way.enter));
         length[i] = static_cast<float>(2.0 * glm::length(travelled));  // the box is [-1, 1]^3 in layer space
         if (!meets) continue;
         hit = true;
@@ -69,7 +70,7 @@ void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint3
         farthest = std::max(farthest, static_cast<float>(way.leave));
         crowded = std::max(crowded, glm::length(travelled) * size / (way.leave - way.enter));
     }
-    stretch = static_cast<float>(1.0 / (crowded * frame.samplesPerCell));
+    stretch = static_cast<float>(1.0 / (crowded * (frame.cellByCell ? 1.0 : frame.samplesPerCell)));
     stretch = std::clamp(stretch, (farthest - nearest) / mostStretches, static_cast<float>(frame.slabs));
 }
 

@@ -12,22 +12,29 @@
 namespace mote::render {
 
 /// A number for each pixel of a packet.
-using Lanes = std::array<float, Tile::packetPixels>;
+struct alignas(64) Lanes {
+    std::array<float, Tile::packetPixels> values;
+
+    float* data() { return values.data(); }
+    const float* data() const { return values.data(); }
+    float& operator[](std::size_t i) { return values[i]; }
+};
 
 /// A ray's way through the box is told by v from 0, where it enters, to 1, where it leaves:
 /// v = clamp((slab - enter) * rate, 0, 1), and the padded place in cells is entry + v * travel. So no
 /// rounding leads out of the padded volume. A ray that misses the box is past it everywhere.
-struct alignas(64) PacketRays {
+struct PacketRays {
     std::array<Lanes, 3> entry;    ///< padded cells (packed_volume.h)
     std::array<Lanes, 3> travel;   ///< cells
     std::array<Lanes, 3> inverse;  ///< 1 / travel, finite
     Lanes enter;                   ///< slab
     Lanes rate;                    ///< 1 / slabs
+    Lanes start;                   ///< -enter * rate: v = clamp(slab * rate + start, 0, 1)
     Lanes length;                  ///< of the way, layer space
     bool hit = false;              ///< whether any ray meets the box
     float nearest = 0.0F;          ///< slab in which the first ray enters
     float farthest = 0.0F;         ///< slab in which the last ray leaves
-    float stretch = 0.0F;          ///< slabs between two samples
+    float stretch = 0.0F;          ///< slabs between two samples that bound a stretch
 
     /// (x, y): the first pixel of the packet in the picture; `size`: cells a side.
     void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,

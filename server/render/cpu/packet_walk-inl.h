@@ -3,9 +3,8 @@
 // PacketWalk: the way of a vector of rays through slabs, volumes and points, front to back. Compiled once for
 // each target (Highway's foreach_target), hence without #pragma once.
 //
-// Rays of a packet stand at the same depth. Where no points are, samples lie at multiples of the packet's
-// stretch, whatever was skipped, so that the picture depends neither on what is skipped nor on the width of
-// the vectors.
+// What is skipped begins and ends at multiples of the packet's stretch, so that the picture depends neither
+// on that nor on the width of the vectors.
 #if defined(MOTE_PACKET_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_PACKET_WALK_INL_H
 #undef MOTE_PACKET_WALK_INL_H
@@ -13,12 +12,10 @@
 #define MOTE_PACKET_WALK_INL_H
 #endif
 
-#include <algorithm>
-#include <cmath>
-
-#include "server/render/cpu/light-inl.h"
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/slab_points-inl.h"
+#include "server/render/cpu/volume_march-inl.h"
+#include "server/render/cpu/volume_sight-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -28,11 +25,12 @@ class PacketWalk {
   public:
     HWY_INLINE PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane)
         : frame_(frame), packet_(packet), lane_(lane), layers_(frame.layers.size()) {
-        for (std::size_t l = 0; l < layers_; ++l) sight_[l] = {};
+        frontAt_.fill(-1.0F);
+        sights_.fill({});
     }
 
     Light run() {
-        const auto slabs = frame_.slabs;
+        const std::uint32_t slabs = frame_.slabs;
         std::uint32_t at = 0;
         while (at < slabs && !light_.gone()) {
             const std::uint32_t next = packet_.nextPoints(at);
@@ -45,78 +43,41 @@ class PacketWalk {
     }
 
   private:
-    /// What is known of a layer's volume ahead: visible somewhere, or nowhere, before `until`.
-    struct Sight {
-        bool visible = false;
-        float until = -1.0F;
-        float sampledAt = -1.0F;  ///< slab of the sample that is kept in front_
-    };
-    struct alignas(64) StoredSample {
-        Lanes way, density, integral, slope;
+    struct StoredSample {
+        Lanes way, density, integral, slope, red, green, blue;
     };
 
-    /// Looks ahead from a slab: as far as the first ray's next block, or over all blocks around in which
-    /// nothing can be seen.
-    HWY_NOINLINE void look(std::size_t l, float slab) {
+    /// Looks ahead from a slab in one layer.
+    HWY_NOINLINE VolumeSight look(std::size_t l, float slab) const {
         const PacketRays& rays = packet_.rays[l];
-        Sight& sight = sight_[l];
-        sight.visible = false;
-        sight.until = frame_.slabs + 1.0F;
-        if (!rays.hit || slab >= rays.farthest) return;
-        if (slab < rays.nearest) {
-            sight.until = rays.nearest;
-            return;
-        }
-        const Floats d;
-        const Ints ints;
-        const VisibleBlocks& blocks = *frame_.layers[l].visible.blocks;
-        const RayLanes lanes(rays, lane_);
-        const V way = lanes.way(hn::Set(d, slab));
-        const V x = hn::MulAdd(way, lanes.travelX, lanes.entryX);
-        const V y = hn::MulAdd(way, lanes.travelY, lanes.entryY);
-        const V z = hn::MulAdd(way, lanes.travelZ, lanes.entryZ);
-        const int bits = static_cast<int>(blocks.edgeBits());
-        const IntV side = hn::Set(ints, static_cast<std::int32_t>(blocks.side()));
-        const IntV blockX = hn::ShiftRightSame(hn::ConvertTo(ints, x), bits);
-        const IntV blockY = hn::ShiftRightSame(hn::ConvertTo(ints, y), bits);
-        const IntV blockZ = hn::ShiftRightSame(hn::ConvertTo(ints, z), bits);
-        const IntV index = hn::Add(hn::Mul(hn::Add(hn::Mul(blockZ, side), blockY), side), blockX);
-        const auto* const distances = reinterpret_cast<const std::int32_t*>(blocks.distances());
-        const IntV distance = hn::And(hn::GatherOffset(ints, distances, index), hn::Set(ints, 255));
-        const IntV around = hn::Max(distance, hn::Set(ints, 1));
-        const auto ahead = [&](IntV block, V place, const Lanes& inverse) HWY_ATTR {
-            const V edge = hn::Set(d, static_cast<float>(1U << blocks.edgeBits()));
-            const V low = hn::ConvertTo(d, hn::Add(hn::Sub(block, around), hn::Set(ints, 1)));
-            const V high = hn::ConvertTo(d, hn::Add(block, around));
-            const V share = hn::LoadU(d, inverse.data() + lane_);
-            return hn::Max(hn::Mul(hn::MulSub(low, edge, place), share),
-                           hn::Mul(hn::MulSub(high, edge, place), share));
-        };
-        const V inBlock =
-            hn::Min(ahead(blockX, x, rays.inverse[0]),
-                    hn::Min(ahead(blockY, y, rays.inverse[1]), ahead(blockZ, z, rays.inverse[2])));
-        const auto inside = hn::Lt(way, hn::Set(d, 1.0F));
-        const V leaves = hn::Add(hn::Div(hn::Add(way, inBlock), lanes.rate), lanes.enter);
-        const auto seen = hn::And(inside, hn::RebindMask(d, hn::Eq(distance, hn::Zero(ints))));
-        sight.visible = !hn::AllFalse(d, seen);
-        sight.until = hn::GetLane(hn::MinOfLanes(d, hn::IfThenElse(inside, leaves, hn::Set(d, sight.until))));
+        const float farthest = static_cast<float>(frame_.slabs) + 1.0F;
+        if (!rays.hit || slab >= rays.farthest) return {false, farthest};
+        if (slab < rays.nearest) return {false, rays.nearest};
+        const auto sight = lookAhead(*frame_.layers[l].visible.blocks, rays, lane_, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
-        if (!(sight.until >= slab + packet_.stretch)) {
-            sight.visible = true;
-            sight.until = slab + packet_.stretch;
-        }
+        if (!(sight.until >= slab + packet_.stretch)) return {true, slab + packet_.stretch};
+        return sight;
     }
 
     /// The layers, as bits, whose volumes may be seen from a slab on; `until`: how far this holds.
     std::uint32_t visibleFrom(float slab, float& until) {
+        const float stretch = packet_.stretch;
         std::uint32_t visible = 0;
-        until = frame_.slabs + 1.0F;
+        until = static_cast<float>(frame_.slabs) + 1.0F;
         for (std::size_t l = 0; l < layers_; ++l) {
-            Sight& sight = sight_[l];
-            if (slab >= sight.until) look(l, slab);
+            VolumeSight& sight = sights_[l];
+            if (slab >= sight.until) sight = look(l, slab);
             if (sight.visible) visible |= 1U << l;
-            until = std::min(
-                until, sight.visible ? std::max(sight.until, slab + 2.0F * packet_.stretch) : sight.until);
+            until =
+                std::min(until, sight.visible ? std::max(sight.until, slab + 2.0F * stretch) : sight.until);
+        }
+        if (visible == 0 || layers_ == 1) return visible;
+        // What is walked ends at a multiple of the stretch: another volume must not begin before it.
+        for (std::size_t l = 0; l < layers_; ++l) {
+            const float begins = std::floor(sights_[l].until / stretch) * stretch;
+            if (sights_[l].visible || begins > until) continue;
+            if (begins < slab + stretch) visible |= 1U << l;
+            until = std::max(begins, slab + stretch);
         }
         return visible;
     }
@@ -134,69 +95,35 @@ class PacketWalk {
                 continue;
             }
             const float start = std::max(done, std::floor(clear / stretch) * stretch);
-            const float stop =
-                std::min(std::max(std::ceil(until / stretch) * stretch, start + 0.5F * stretch), to);
+            const float stop = std::max(std::ceil(until / stretch) * stretch, start + 0.5F * stretch);
+            done = clear = std::min(stop, to);
             if ((visible & (visible - 1)) == 0) {
-                march(static_cast<std::size_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible)), start, stop);
+                march(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible), start, done);
             } else {
-                mix(visible, start, stop, nullptr);
+                mix(visible, start, done, nullptr);
             }
             if (light_.gone()) return;
-            done = clear = stop;
         }
     }
 
     /// The volume of one layer alone.
     HWY_NOINLINE void march(std::size_t l, float from, float to) {
-        const Floats d;
         const VolumeSource source(frame_.layers[l].visible);
-        const RayLanes rays(packet_.rays[l], lane_);
-        const V length = hn::LoadU(d, packet_.rays[l].length.data() + lane_);
+        const PacketRays& rays = packet_.rays[l];
         Light light = light_;
-        Sample front = frontAt(l, source, rays, from);
-        const float stretch = packet_.stretch;
-        for (float number = std::floor(from / stretch) + 1.0F, at = from; at < to; ++number) {
-            at = std::min(number * stretch, to);
-            const Sample back = sampleAt(source, rays, hn::Set(d, at));
-            const V tau = hn::Mul(hn::Mul(meanExtinction(front, back), hn::Sub(back.way, front.way)), length);
-            if (!hn::AllTrue(d, hn::Le(tau, hn::Zero(d)))) {
-                light.gather(hn::Max(tau, hn::Zero(d)), colorBetween(source, front, back));
-                if (light.gone()) break;
-            }
-            front = back;
-        }
+        const Sample front = frontOf(l, source, from);
+        storeFront(l,
+                   frame_.cellByCell
+                       ? marchCells(source, rays, lane_, front, to, light)
+                       : marchEvenly(source, rays, lane_, front, from, to, packet_.stretch, light),
+                   to);
         light_ = light;
-        keepFront(l, front, to);
-    }
-
-    HWY_INLINE Sample frontAt(std::size_t l, const VolumeSource& source, const RayLanes& rays, float slab) {
-        const Floats d;
-        if (sight_[l].sampledAt != slab) return sampleAt(source, rays, hn::Set(d, slab));
-        return loadFront(l);
-    }
-    HWY_INLINE Sample loadFront(std::size_t l) const {
-        const Floats d;
-        const StoredSample& stored = fronts_[l];
-        return {hn::Load(d, stored.way.data()), hn::Load(d, stored.density.data()),
-                hn::Load(d, stored.integral.data()), hn::Load(d, stored.slope.data())};
-    }
-    HWY_INLINE void storeFront(std::size_t l, const Sample& sample) {
-        const Floats d;
-        StoredSample& stored = fronts_[l];
-        hn::Store(sample.way, d, stored.way.data());
-        hn::Store(sample.density, d, stored.density.data());
-        hn::Store(sample.integral, d, stored.integral.data());
-        hn::Store(sample.slope, d, stored.slope.data());
-    }
-    HWY_INLINE void keepFront(std::size_t l, const Sample& sample, float slab) {
-        storeFront(l, sample);
-        sight_[l].sampledAt = slab;
     }
 
     /// A slab with points of some layer.
     HWY_NOINLINE void mixSlab(std::uint32_t slab) {
-        std::uint32_t visible = 0;
         const float from = static_cast<float>(slab);
+        std::uint32_t visible = 0;
         for (float at = from; packet_.anyHit && at < from + 1.0F;) {
             float until = 0.0F;
             visible |= visibleFrom(at, until);
@@ -205,44 +132,33 @@ class PacketWalk {
         SlabPoints points;
         const std::uint32_t layers = points.read(frame_, packet_, slab, lane_);
         if (visible == 0 && (layers & (layers - 1)) == 0) {
-            gatherAlone(points);
+            // Points of one layer with no volume about: where they stand does not matter.
+            const glm::vec3& color = points.color[0];
+            const Floats d;
+            light_.gather(hn::Load(d, points.tau[0].data()), hn::Set(d, color.x), hn::Set(d, color.y),
+                          hn::Set(d, color.z));
         } else {
             mix(visible, from, from + 1.0F, &points);
         }
     }
 
-    /// Points of one layer with no volume about: where they stand does not matter.
-    void gatherAlone(const SlabPoints& points) {
-        const Floats d;
-        const glm::vec3& color = frame_.layers[points.layer[0]].pointColor;
-        light_.gather(hn::Load(d, points.tau[0].data()), hn::Set(d, color.x), hn::Set(d, color.y),
-                      hn::Set(d, color.z));
-    }
-
     /// Volumes of some layers and points, if any, evenly mixed. Each ray has its own cuts.
     HWY_NOINLINE void mix(std::uint32_t visible, float from, float to, const SlabPoints* points) {
         const Floats d;
-        for (std::size_t l = 0; l < layers_; ++l) {
-            if ((visible >> l & 1U) == 0 || sight_[l].sampledAt == from) continue;
-            const VolumeSource source(frame_.layers[l].visible);
-            storeFront(l, sampleAt(source, RayLanes(packet_.rays[l], lane_), hn::Set(d, from)));
+        for (std::uint32_t left = visible; left != 0; left &= left - 1) {
+            const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+            storeFront(l, frontOf(l, VolumeSource(frame_.layers[l].visible), from), to);
         }
         const V end = hn::Set(d, to);
         V at = hn::Set(d, from);
-        const V stretch = hn::Set(d, visible != 0 ? packet_.stretch : to - from);
-        float number = std::floor(from / packet_.stretch) + 1.0F;
         while (!light_.gone() && !hn::AllFalse(d, hn::Lt(at, end))) {
-            V next = end;
-            if (points != nullptr) {
-                next = points->nextCut(at, hn::Min(end, hn::Add(at, stretch)));
-                next = hn::Min(hn::Max(next, hn::Add(at, hn::Set(d, 1e-4F))), end);
-            } else {
-                next = hn::Set(d, std::min(number * packet_.stretch, to));
-                ++number;
-            }
+            V next = nextSample(visible, at, end);
+            if (points != nullptr) next = points->nextCut(at, next);
+            // However close the cuts, each step must go on in single precision.
+            next = hn::Min(hn::Max(next, hn::Add(at, hn::Set(d, 1e-4F))), end);
             Matter matter;
-            if (points != nullptr) points->addSpread(at, next, matter);
             addVolumes(visible, next, matter);
+            if (points != nullptr) points->addSpread(at, next, matter);
             light_.gather(matter);
             if (points != nullptr) {
                 Matter single;
@@ -251,25 +167,80 @@ class PacketWalk {
             }
             at = next;
         }
-        for (std::size_t l = 0; l < layers_; ++l) {
-            if ((visible >> l & 1U) != 0) sight_[l].sampledAt = to;
+    }
+
+    /// How far the densities of volumes may be sampled in one step; at most to `end`.
+    HWY_INLINE V nextSample(std::uint32_t visible, V at, V end) const {
+        const Floats d;
+        if (visible == 0) return end;
+        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        // Several volumes are mixed in each step: it must be short where they change differently.
+        if ((visible & (visible - 1)) != 0)
+            end = hn::Min(end, hn::Add(at, hn::Set(d, 0.5F * packet_.stretch)));
+        for (; visible != 0; visible &= visible - 1) {
+            const PacketRays& packet = packet_.rays[hwy::Num0BitsBelowLS1Bit_Nonzero32(visible)];
+            const RayLanes rays(packet, lane_);
+            // Also where rays enter and leave, so that what lies in one volume and not in another is not
+            // mixed.
+            const V way = rays.way(at);
+            const V plane = hn::Min(nextPlane(rays, packet, lane_, way), hn::Set(d, 1.0F));
+            const V cut = hn::Add(hn::Div(plane, rays.rate), rays.enter);
+            const V next = hn::IfThenElse(hn::Gt(rays.enter, at), rays.enter, cut);
+            end = hn::IfThenElse(hn::Lt(way, hn::Set(d, 1.0F)), hn::Min(end, next), end);
         }
+        return end;
     }
 
     HWY_INLINE void addVolumes(std::uint32_t visible, V next, Matter& matter) {
         const Floats d;
         for (; visible != 0; visible &= visible - 1) {
-            const auto l = static_cast<std::size_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible));
+            const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
             const VolumeSource source(frame_.layers[l].visible);
+            const RayLanes rays(packet_.rays[l], lane_);
             const Sample front = loadFront(l);
-            const Sample back = sampleAt(source, RayLanes(packet_.rays[l], lane_), next);
             const V length = hn::LoadU(d, packet_.rays[l].length.data() + lane_);
-            const V tau =
-                hn::Max(hn::Mul(hn::Mul(meanExtinction(front, back), hn::Sub(back.way, front.way)), length),
-                        hn::Zero(d));
-            matter.add(tau, colorBetween(source, front, back));
-            storeFront(l, back);
+            const V way = rays.way(next);
+            if (frame_.cellByCell) {
+                const PartReads reads = readPart(source, rays, partBetween(source, rays, front.way, way));
+                const Sample back = sampleOf(reads.back);
+                takePart(source, rays, front, reads, back,
+                         [&](V depth, const Sample& one, const Sample& other, V mean)
+                             HWY_ATTR { matter.add(hn::Mul(depth, length), one, other, mean); });
+                storeFront(l, back, frontAt_[l]);
+            } else {
+                const Sample back = sampleAt(source, rays, way);
+                const Piece piece(front, back);
+                matter.add(hn::Mul(piece.depth, length), front, back, piece.mean);
+                storeFront(l, back, frontAt_[l]);
+            }
         }
+    }
+
+    /// The sample at the front of what comes next; it may be there already.
+    HWY_INLINE Sample frontOf(std::size_t l, const VolumeSource& source, float slab) const {
+        if (frontAt_[l] == slab) return loadFront(l);
+        const RayLanes rays(packet_.rays[l], lane_);
+        return sampleAt(source, rays, rays.way(hn::Set(Floats(), slab)));
+    }
+    HWY_INLINE Sample loadFront(std::size_t l) const {
+        const Floats d;
+        const StoredSample& stored = fronts_[l];
+        return {hn::Load(d, stored.way.data()),      hn::Load(d, stored.density.data()),
+                hn::Load(d, stored.integral.data()), hn::Load(d, stored.slope.data()),
+                hn::Load(d, stored.red.data()),      hn::Load(d, stored.green.data()),
+                hn::Load(d, stored.blue.data())};
+    }
+    HWY_INLINE void storeFront(std::size_t l, const Sample& sample, float slab) {
+        const Floats d;
+        StoredSample& stored = fronts_[l];
+        hn::Store(sample.way, d, stored.way.data());
+        hn::Store(sample.density, d, stored.density.data());
+        hn::Store(sample.integral, d, stored.integral.data());
+        hn::Store(sample.slope, d, stored.slope.data());
+        hn::Store(sample.red, d, stored.red.data());
+        hn::Store(sample.green, d, stored.green.data());
+        hn::Store(sample.blue, d, stored.blue.data());
+        frontAt_[l] = slab;
     }
 
     const CompositeFrame& frame_;
@@ -277,7 +248,8 @@ class PacketWalk {
     std::size_t lane_;
     std::size_t layers_;
     Light light_;
-    std::array<Sight, Packet::mostLayers> sight_;
+    std::array<VolumeSight, Packet::mostLayers> sights_;
+    std::array<float, Packet::mostLayers> frontAt_;  // slab of the sample in fronts_
     std::array<StoredSample, Packet::mostLayers> fronts_;
 };
 

@@ -23,9 +23,11 @@ HWY_INLINE WordV encoded(V linear) {
     // IEC 61966-2-1 in the fourth root of x, in which the power 1/2.4 is nearly a polynomial: interpolated at
     // the Chebyshev nodes of its range.
     const V root = hn::Sqrt(hn::Sqrt(x));
-    V curved = hn::Set(d, -16.0035428F);
-    for (const float term : {69.5518221F, -142.176691F, 317.274569F, 42.0683701F, -15.7155749F})
-        curved = hn::MulAdd(curved, root, hn::Set(d, term));
+    V curved = hn::MulAdd(hn::Set(d, -16.0035428F), root, hn::Set(d, 69.5518221F));
+    curved = hn::MulAdd(curved, root, hn::Set(d, -142.176691F));
+    curved = hn::MulAdd(curved, root, hn::Set(d, 317.274569F));
+    curved = hn::MulAdd(curved, root, hn::Set(d, 42.0683701F));
+    curved = hn::MulAdd(curved, root, hn::Set(d, -15.7155749F));
     const V straight = hn::Mul(x, hn::Set(d, 255.0F * 12.92F));
     const V value = hn::IfThenElse(hn::Le(x, hn::Set(d, 0.0031308F)), straight, curved);
     return hn::BitCast(Words(), hn::NearestInt(value));

@@ -15,6 +15,37 @@ float unpacked(std::uint16_t cell) {
     return static_cast<float>(cell * scale - LogDensity::fade);
 }
 
+/// One of the two passes of a distance transform (Rosenfeld, Pfaltz 1966): each block from the neighbours
+/// that come before it in the direction of the pass.
+void spread(std::vector<std::uint8_t>& steps, int side, int direction) {
+    const auto at = [side](int x, int y, int z) {
+        return (static_cast<std::size_t>(z) * side + y) * side + x;
+    };
+    const auto inside = [side](int i) { return i >= 0 && i < side; };
+    const auto ordered = [=](int i) { return direction > 0 ? i : side - 1 - i; };
+    for (int i = 0; i < side * side * side; ++i) {
+        const int x = ordered(i % side), y = ordered(i / side % side), z = ordered(i / side / side);
+        std::uint8_t& here = steps[at(x, y, z)];
+        for (int n = 0; n < 13 && here > 1; ++n) {
+            const int dx = direction * (n % 3 - 1), dy = direction * (n / 3 % 3 - 1),
+                      dz = direction * (n / 9 - 1);
+            if (!inside(x + dx) || !inside(y + dy) || !inside(z + dz)) continue;
+            const int beside = steps[at(x + dx, y + dy, z + dz)] + 1;
+            if (beside < here) here = static_cast<std::uint8_t>(beside);
+        }
+    }
+}
+
+/// Of each block the steps to the next that is `wanted`, at most VisibleBlocks::farthest.
+std::vector<std::uint8_t> stepsTo(const std::vector<std::uint8_t>& blocks, std::uint8_t wanted,
+                                  std::uint32_t side) {
+    std::vector<std::uint8_t> steps;
+    for (const auto block : blocks) steps.push_back(block == wanted ? 0 : VisibleBlocks::farthest);
+    spread(steps, static_cast<int>(side), 1);
+    spread(steps, static_cast<int>(side), -1);
+    return steps;
+}
+
 }  // namespace
 
 BlockRanges::BlockRanges(const PackedVolume& volume)
@@ -42,42 +73,16 @@ BlockRanges::BlockRanges(const PackedVolume& volume)
 }
 
 VisibleBlocks::VisibleBlocks(const BlockRanges& ranges, const VolumeTable& table)
-    : edgeBits_(ranges.edgeBits()), side_(ranges.side()), distances_(ranges.ranges().size() + 3, farthest) {
-    for (std::size_t i = 0; i < ranges.ranges().size(); ++i) {
-        const auto& range = ranges.ranges()[i];
-        if (!table.visible(range.low, range.high)) continue;
-        distances_[i] = 0;
-        any_ = true;
+    : edgeBits_(ranges.edgeBits()), side_(ranges.side()) {
+    std::vector<std::uint8_t> seen;
+    for (const auto& range : ranges.ranges()) seen.push_back(table.visible(range.low, range.high) ? 1 : 0);
+    any_ = std::find(seen.begin(), seen.end(), 1) != seen.end();
+    steps_ = stepsTo(seen, 1, side_);
+    const auto inside = stepsTo(seen, 0, side_);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+        if (seen[i] != 0) steps_[i] = visible + inside[i];
     }
-    if (!any_) return;
-    spread(1);
-    spread(-1);
-}
-
-/// One of the two passes of a distance transform (Rosenfeld, Pfaltz 1966): each block from the neighbours
-/// that come before it in the direction of the pass.
-void VisibleBlocks::spread(int direction) {
-    const int side = static_cast<int>(side_);
-    const auto at = [side](int x, int y, int z) {
-        return (static_cast<std::size_t>(z) * side + y) * side + x;
-    };
-    const auto inside = [side](int i) { return i >= 0 && i < side; };
-    for (int k = 0; k < side; ++k) {
-        for (int j = 0; j < side; ++j) {
-            for (int i = 0; i < side; ++i) {
-                const int z = direction > 0 ? k : side - 1 - k, y = direction > 0 ? j : side - 1 - j,
-                          x = direction > 0 ? i : side - 1 - i;
-                std::uint8_t& distance = distances_[at(x, y, z)];
-                for (int n = 0; n < 13 && distance > 1; ++n) {
-                    const int dx = direction * (n % 3 - 1), dy = direction * (n / 3 % 3 - 1),
-                              dz = direction * (n / 9 - 1);
-                    if (!inside(x + dx) || !inside(y + dy) || !inside(z + dz)) continue;
-                    const std::uint8_t beside = distances_[at(x + dx, y + dy, z + dz)];
-                    if (beside < farthest) distance = std::min<std::uint8_t>(distance, beside + 1);
-                }
-            }
-        }
-    }
+    steps_.resize(steps_.size() + 3);
 }
 
 }  // namespace mote::render

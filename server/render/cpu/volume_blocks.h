@@ -33,7 +33,7 @@ class BlockRanges {
     std::vector<Range> ranges_;
 };
 
-/// How far the next block is in which something can be seen.
+/// How far it is, in blocks, to where something begins or ceases to be seen.
 class VisibleBlocks {
   public:
     VisibleBlocks(const BlockRanges& ranges, const VolumeTable& table);
@@ -41,18 +41,19 @@ class VisibleBlocks {
     bool any() const { return any_; }
     std::uint32_t edgeBits() const { return edgeBits_; }
     std::uint32_t side() const { return side_; }
-    /// x fastest, and three bytes more, so that four can be read from each: 0 where something can be seen,
-    /// else the steps, diagonal ones included, to the next block in which it can, at most `farthest`.
-    const std::uint8_t* distances() const { return distances_.data(); }
-    static constexpr std::uint8_t farthest = 255;
+
+    static constexpr std::uint8_t visible = 128;
+    static constexpr std::uint8_t farthest = 127;
+    /// Of each block, x fastest, and three bytes more, so that four can be read from each: the steps,
+    /// diagonal ones included and at most `farthest`, to the next block in which something can be seen; in a
+    /// block in which something can be seen itself, `visible` and the steps to the next in which nothing can.
+    const std::uint8_t* steps() const { return steps_.data(); }
 
   private:
-    void spread(int direction);
-
     std::uint32_t edgeBits_;
     std::uint32_t side_;
     bool any_ = false;
-    std::vector<std::uint8_t> distances_;
+    std::vector<std::uint8_t> steps_;
 };
 
 }  // namespace mote::render

@@ -25,11 +25,31 @@ using V = hn::Vec<Floats>;
 using IntV = hn::Vec<Ints>;
 using WordV = hn::Vec<Words>;
 
+/// The whole part of a number from 1/4 to 2^22, as a number and in the low bits of a word; a whole number may
+/// become the one below and 1. Cheaper than conversions, which must think of numbers beyond an integer's.
+struct Whole {
+    static constexpr std::uint32_t bias = 0x4b000000U;  ///< the word's other bits: those of 2^23
+    V value;
+    WordV word;
+
+    HWY_INLINE explicit Whole(V x) {
+        const Floats d;
+        const V shifted = hn::Add(x, hn::Set(d, 8388607.5F));
+        value = hn::Sub(shifted, hn::Set(d, 8388608.0F));
+        word = hn::BitCast(Words(), shifted);
+    }
+};
+
+/// The nearest integer to a number from 0 to 2^22 in the low bits of a word, the others being Whole::bias.
+HWY_INLINE WordV nearestWord(V x) {
+    return hn::BitCast(Words(), hn::Add(x, hn::Set(Floats(), 8388608.0F)));
+}
+
 /// What is read of one layer's volume.
 struct VolumeSource {
     const std::uint8_t* words;
     float sheetRows;
-    std::int32_t rowBytes;
+    std::uint32_t rowBytes;
     std::size_t sheetBytes;
     const VolumeTable::Integral* integrals;
     const std::uint32_t* colors;
@@ -37,7 +57,7 @@ struct VolumeSource {
     explicit VolumeSource(const VisibleVolume& visible)
         : words(reinterpret_cast<const std::uint8_t*>(visible.volume->words())),
           sheetRows(static_cast<float>(visible.volume->sheetRows())),
-          rowBytes(static_cast<std::int32_t>(4 * visible.volume->rowWords())),
+          rowBytes(4 * visible.volume->rowWords()),
           sheetBytes(std::size_t{4} * visible.volume->rowWords() * visible.volume->sheetRows()),
           integrals(visible.table->integrals()),
           colors(visible.table->colors()) {}
@@ -45,35 +65,42 @@ struct VolumeSource {
 
 /// Rays in registers, see PacketRays.
 struct RayLanes {
-    V entryX, entryY, entryZ, travelX, travelY, travelZ, enter, rate;
+    V entryX, entryY, entryZ, travelX, travelY, travelZ;
+    V enter, rate, start;  ///< start: -enter * rate
 
     HWY_INLINE RayLanes(const PacketRays& rays, std::size_t lane) {
         const Floats d;
         const auto load = [&](const Lanes& lanes) HWY_ATTR { return hn::LoadU(d, lanes.data() + lane); };
         entryX = load(rays.entry[0]), entryY = load(rays.entry[1]), entryZ = load(rays.entry[2]);
         travelX = load(rays.travel[0]), travelY = load(rays.travel[1]), travelZ = load(rays.travel[2]);
-        enter = load(rays.enter), rate = load(rays.rate);
+        enter = load(rays.enter), rate = load(rays.rate), start = load(rays.start);
     }
     /// How far through the box the rays are in a slab.
     HWY_INLINE V way(V slab) const {
         const Floats d;
-        return hn::Min(hn::Max(hn::Mul(hn::Sub(slab, enter), rate), hn::Zero(d)), hn::Set(d, 1.0F));
+        return hn::Min(hn::Max(hn::MulAdd(slab, rate, start), hn::Zero(d)), hn::Set(d, 1.0F));
     }
 };
 
-/// Pairs of words, one from each of two vectors of 64-bit reads: the low and the high halves apart.
+/// Pairs of words that were read as 8 bytes each, the low and the high ones apart.
 struct WordPairs {
     WordV low, high;
 };
 
 #if HWY_TARGET == HWY_SCALAR  // one lane: there are no halves and no pairs
 
-/// Reads 8 bytes a lane at byte offsets.
-HWY_INLINE WordPairs gatherPairs(const void* base, IntV offset) {
+/// 8 bytes a lane, as they were read.
+using Reads = WordPairs;
+
+/// At byte offsets.
+HWY_INLINE Reads gather(const void* base, IntV offset) {
     const Words words;
     std::uint32_t pair[2];
     hwy::CopyBytes<sizeof(pair)>(static_cast<const std::uint8_t*>(base) + hn::GetLane(offset), pair);
     return {hn::Set(words, pair[0]), hn::Set(words, pair[1])};
+}
+HWY_INLINE WordPairs pairsOf(const Reads& reads) {
+    return reads;
 }
 
 /// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times PackedVolume::full.
@@ -84,17 +111,24 @@ HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
 
 #else
 
-/// Reads 8 bytes a lane at byte offsets.
-HWY_INLINE WordPairs gatherPairs(const void* base, IntV offset) {
-    const Words words;
+/// 8 bytes a lane, as they were read: those of the first half of the lanes, and of the second.
+struct Reads {
+    hn::Vec<hn::Repartition<std::uint64_t, Floats>> first, second;
+};
+
+/// At byte offsets.
+HWY_INLINE Reads gather(const void* base, IntV offset) {
     const hn::Repartition<std::uint64_t, Floats> reads;
     const hn::RebindToSigned<decltype(reads)> offsets;
+    const auto* const bytes = static_cast<const std::uint64_t*>(base);
     const auto first = hn::PromoteTo(offsets, hn::LowerHalf(offset));
     const auto second = hn::PromoteTo(offsets, hn::UpperHalf(hn::Half<Ints>(), offset));
-    const auto* const bytes = static_cast<const std::uint64_t*>(base);
-    const auto lower = hn::BitCast(words, hn::GatherOffset(reads, bytes, first));
-    const auto upper = hn::BitCast(words, hn::GatherOffset(reads, bytes, second));
-    return {hn::ConcatEven(words, upper, lower), hn::ConcatOdd(words, upper, lower)};
+    return {hn::GatherOffset(reads, bytes, first), hn::GatherOffset(reads, bytes, second)};
+}
+HWY_INLINE WordPairs pairsOf(const Reads& reads) {
+    const Words words;
+    const auto first = hn::BitCast(words, reads.first), second = hn::BitCast(words, reads.second);
+    return {hn::ConcatEven(words, second, first), hn::ConcatOdd(words, second, first)};
 }
 
 /// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times PackedVolume::full.
@@ -109,102 +143,136 @@ HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
 
 #endif
 
-/// t along the rays, in cells of the VolumeTable.
-HWY_INLINE V densityAt(const VolumeSource& source, const RayLanes& rays, V way) {
-    const Floats d;
-    const Ints ints;
+/// A sample is taken in three steps, so that a march can have each of them under way for another sample:
+/// reads of memory take long, and the processor looks only so far ahead. First the 2 x 2 x 2 cells are read.
+struct CellReads {
+    Reads front, back;
+};
+
+HWY_INLINE CellReads readCells(const VolumeSource& source, IntV offset) {
+    return {gather(source.words, offset), gather(source.words + source.sheetBytes, offset)};
+}
+
+/// Where the words of a cell are, from the whole parts of its place.
+HWY_INLINE IntV cellOffset(const VolumeSource& source, const Whole& x, const Whole& y, const Whole& z) {
     const Words words;
-    const V x = hn::MulAdd(way, rays.travelX, rays.entryX);
-    const V y = hn::MulAdd(way, rays.travelY, rays.entryY);
-    const V z = hn::MulAdd(way, rays.travelZ, rays.entryZ);
-    const IntV cellX = hn::ConvertTo(ints, x);
-    const V floorX = hn::ConvertTo(d, cellX);
-    const V floorY = hn::ConvertTo(d, hn::ConvertTo(ints, y));
-    const V floorZ = hn::ConvertTo(d, hn::ConvertTo(ints, z));
-    const IntV row = hn::ConvertTo(ints, hn::MulAdd(floorZ, hn::Set(d, source.sheetRows), floorY));
-    const IntV offset = hn::Add(hn::Mul(row, hn::Set(ints, source.rowBytes)), hn::ShiftLeft<2>(cellX));
+    const WordV row = nearestWord(hn::MulAdd(z.value, hn::Set(Floats(), source.sheetRows), y.value));
+    const WordV biased = hn::Add(hn::Mul(row, hn::Set(words, source.rowBytes)), hn::ShiftLeft<2>(x.word));
+    return hn::BitCast(Ints(), hn::Sub(biased, hn::Set(words, Whole::bias * (source.rowBytes + 4U))));
+}
+
+/// t in a cell, as the VolumeTable counts it; shares of the way from its first corner to its last.
+HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, V shareY, V shareZ) {
+    const Floats d;
+    const Words words;
     const V full = hn::Set(d, static_cast<float>(PackedVolume::full));
-    const WordV far = hn::BitCast(words, hn::ConvertTo(ints, hn::Mul(hn::Sub(y, floorY), full)));
+    const WordV far = nearestWord(hn::Mul(shareY, full));
     const WordV weights =
-        hn::Add(hn::Sub(hn::ShiftLeft<16>(far), far), hn::Set(words, std::uint32_t{PackedVolume::full}));
-    const WordPairs front = gatherPairs(source.words, offset);
-    const WordPairs back = gatherPairs(source.words + source.sheetBytes, offset);
-    const V shareX = hn::Sub(x, floorX);
+        hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, std::uint32_t{PackedVolume::full})));
     const auto along = [&](const WordPairs& pairs) HWY_ATTR {
         const V low = meanOfPair(pairs.low, weights);
         return hn::MulAdd(shareX, hn::Sub(meanOfPair(pairs.high, weights), low), low);
     };
     const V low = along(front);
-    const V whole = hn::MulAdd(hn::Sub(z, floorZ), hn::Sub(along(back), low), low);
+    const V mean = hn::MulAdd(shareZ, hn::Sub(along(back), low), low);
     constexpr float scale =
         static_cast<float>(VolumeTable::cells) / (float{PackedVolume::full} * float{PackedVolume::full});
-    return hn::Mul(whole, hn::Set(d, scale));
+    return hn::MulAdd(mean, hn::Set(d, scale), hn::Set(d, 1.0F));
 }
 
-/// A place on the rays with what a stretch needs of it.
+/// Then, from their density, the tables.
+struct TableReads {
+    V way, density, rest;
+    Reads entry;
+    WordV color;
+};
+
+HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V density) {
+    const Ints ints;
+    const Whole whole(density);
+    const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
+    const auto* const colors = reinterpret_cast<const std::int32_t*>(source.colors);
+    return {way, density, hn::Sub(density, whole.value), gather(source.integrals, hn::ShiftLeft<3>(cell)),
+            hn::BitCast(Words(), hn::GatherIndex(ints, colors, cell))};
+}
+
+/// And then it is a place on the rays with what a stretch needs of it.
 struct Sample {
     V way;
-    V density;   ///< cells of the VolumeTable
-    V integral;  ///< of extinction up to this density
-    V slope;     ///< extinction there
+    V density;           ///< t as the VolumeTable counts it
+    V integral;          ///< of extinction up to this density
+    V slope;             ///< extinction there
+    V red, green, blue;  ///< linear, times 1 / colorScale
 };
+constexpr float colorScale = 1.0F / (1023.0F * 1023.0F);
 
-HWY_INLINE Sample sampleAt(const VolumeSource& source, const RayLanes& rays, V slab) {
+HWY_INLINE Sample sampleOf(const TableReads& table) {
     const Floats d;
-    const Ints ints;
-    const V way = rays.way(slab);
-    const V density = densityAt(source, rays, way);
-    // The very last entry has no slope: rounding may lead there and no further.
-    const IntV cell = hn::ConvertTo(ints, hn::Min(density, hn::Set(d, float{VolumeTable::cells})));
-    const WordPairs entry = gatherPairs(source.integrals, hn::ShiftLeft<3>(cell));
-    const V slope = hn::BitCast(d, entry.high);
-    const V integral = hn::MulAdd(slope, hn::Sub(density, hn::ConvertTo(d, cell)), hn::BitCast(d, entry.low));
-    return {way, density, integral, slope};
-}
-
-/// 1 / x to about 1e-7 where x is a normal number.
-HWY_INLINE V reciprocal(V x) {
-    const Floats d;
-    V result = hn::ApproximateReciprocal(x);
-    for (int step = 0; step < 2; ++step) result = hn::Mul(result, hn::NegMulAdd(x, result, hn::Set(d, 2.0F)));
-    return result;
-}
-
-/// Mean extinction over a stretch in which the density goes evenly from one sample to the next.
-HWY_INLINE V meanExtinction(const Sample& from, const Sample& to) {
-    const Floats d;
-    const V change = hn::Sub(to.density, from.density);
-    const auto wide = hn::Gt(hn::Abs(change), hn::Set(d, 1.0F));
-    const V safe = hn::IfThenElse(wide, change, hn::Set(d, 1.0F));
-    const V overall = hn::Mul(hn::Sub(to.integral, from.integral), reciprocal(safe));
-    const V level = hn::Mul(hn::Add(from.slope, to.slope), hn::Set(d, 0.5F));
-    return hn::IfThenElse(wide, overall, level);
-}
-
-/// The square roots of linear red, green and blue, times 1023.
-struct RootColor {
-    static constexpr float scale = 1.0F / (1023.0F * 1023.0F);  // to take the squares to 1
-    V red, green, blue;
-};
-
-/// Of a stretch: where its extinction has its centre, as if it changed evenly.
-HWY_INLINE RootColor colorBetween(const VolumeSource& source, const Sample& from, const Sample& to) {
-    const Floats d;
-    const Ints ints;
     const Words words;
-    const V sum = hn::Add(from.slope, to.slope);
-    const V share = hn::Mul(hn::MulAdd(to.slope, hn::Set(d, 2.0F), from.slope),
-                            reciprocal(hn::Max(hn::Mul(sum, hn::Set(d, 3.0F)), hn::Set(d, 1e-20F))));
-    const V place = hn::MulAdd(hn::IfThenElse(hn::Gt(sum, hn::Zero(d)), share, hn::Set(d, 0.5F)),
-                               hn::Sub(to.density, from.density), hn::Add(from.density, hn::Set(d, 0.5F)));
-    const IntV index = hn::ConvertTo(ints, hn::Min(place, hn::Set(d, float{VolumeTable::cells})));
-    const WordV packed = hn::BitCast(
-        words, hn::GatherIndex(ints, reinterpret_cast<const std::int32_t*>(source.colors), index));
+    const WordPairs entry = pairsOf(table.entry);
+    const V slope = hn::BitCast(d, entry.high);
+    const V integral = hn::MulAdd(slope, table.rest, hn::BitCast(d, entry.low));
+    const auto component = [&](WordV word) HWY_ATTR {
+        const V root = hn::ConvertTo(d, hn::BitCast(Ints(), word));
+        return hn::Mul(root, root);
+    };
     const WordV mask = hn::Set(words, 1023U);
-    const auto root = [&](WordV word) HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(ints, word)); };
-    return {root(hn::And(packed, mask)), root(hn::And(hn::ShiftRight<10>(packed), mask)),
-            root(hn::ShiftRight<20>(packed))};
+    return {table.way,
+            table.density,
+            integral,
+            slope,
+            component(hn::And(table.color, mask)),
+            component(hn::And(hn::ShiftRight<10>(table.color), mask)),
+            component(hn::ShiftRight<20>(table.color))};
 }
+
+/// A place on the rays whose cells are on their way.
+struct PlaceReads {
+    V way, shareX, shareY, shareZ;
+    CellReads cells;
+};
+
+HWY_INLINE PlaceReads readPlace(const VolumeSource& source, const RayLanes& rays, V way) {
+    const V x = hn::MulAdd(way, rays.travelX, rays.entryX);
+    const V y = hn::MulAdd(way, rays.travelY, rays.entryY);
+    const V z = hn::MulAdd(way, rays.travelZ, rays.entryZ);
+    const Whole wholeX(x), wholeY(y), wholeZ(z);
+    return {way, hn::Sub(x, wholeX.value), hn::Sub(y, wholeY.value), hn::Sub(z, wholeZ.value),
+            readCells(source, cellOffset(source, wholeX, wholeY, wholeZ))};
+}
+
+HWY_INLINE TableReads readTable(const VolumeSource& source, const PlaceReads& place) {
+    return readTable(source, place.way,
+                     densityIn(pairsOf(place.cells.front), pairsOf(place.cells.back), place.shareX,
+                               place.shareY, place.shareZ));
+}
+
+HWY_INLINE Sample sampleAt(const VolumeSource& source, const RayLanes& rays, V way) {
+    return sampleOf(readTable(source, readPlace(source, rays, way)));
+}
+
+/// 1 / x where x is a normal number; to 2e-5 or better, whatever the first guess is.
+HWY_INLINE V reciprocal(V x) {
+    const V guess = hn::ApproximateReciprocal(x);
+    return hn::Mul(guess, hn::NegMulAdd(x, guess, hn::Set(Floats(), 2.0F)));
+}
+
+/// What lies between two samples, the density taken as linear.
+struct Piece {
+    V mean;   ///< extinction
+    V depth;  ///< optical depth, over that of a way of length 1
+
+    HWY_INLINE Piece(const Sample& from, const Sample& to) {
+        const Floats d;
+        const V change = hn::Sub(to.density, from.density);
+        const auto wide = hn::Gt(hn::Abs(change), hn::Set(d, 1.0F));
+        const V safe = hn::IfThenElse(wide, change, hn::Set(d, 1.0F));
+        const V overall = hn::Mul(hn::Sub(to.integral, from.integral), reciprocal(safe));
+        const V level = hn::Mul(hn::Add(from.slope, to.slope), hn::Set(d, 0.5F));
+        mean = hn::Max(hn::IfThenElse(wide, overall, level), hn::Zero(d));
+        depth = hn::Mul(mean, hn::Sub(to.way, from.way));
+    }
+};
 
 }  // namespace mote::render::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -19,12 +19,14 @@ std::uint32_t packedRoot(const glm::dvec3& linear) {
 }  // namespace
 
 VolumeTable::VolumeTable(const ParticlesStyle& style) : table_(style) {
+    integrals_.push_back({0.0F, 0.0F});  // where x = 1 was rounded down
+    colors_.push_back(packedRoot(style.colorMap(0.0)));
     double integral = 0.0;
     for (std::uint32_t i = 0; i <= cells; ++i) {
         const float slope = i < cells ? table_.extinctions()[i] : 0.0F;
         integrals_.push_back({static_cast<float>(integral), slope});
         integral += slope;
-        const double t = -LogDensity::fade + (1.0 + LogDensity::fade) * i / cells;
+        const double t = -LogDensity::fade + (1.0 + LogDensity::fade) * (i + 0.5) / cells;
         colors_.push_back(packedRoot(style.colorMap(std::clamp(t, 0.0, 1.0))));
     }
 }

@@ -16,8 +16,8 @@ class VolumeTable {
   public:
     static constexpr std::uint32_t cells = TransferTable::cells;
 
-    /// At x = i, x being t in cells of the table: the integral of extinction over x from 0 to i, and the
-    /// extinction between i and i + 1, per unit length of layer space.
+    /// t is counted as x: 1 at t = -LogDensity::fade, 1 + cells at t = 1. At x = i: the integral of
+    /// extinction over x up to i, and the extinction between i and i + 1, per unit length of layer space.
     struct Integral {
         float value;
         float slope;
@@ -25,9 +25,9 @@ class VolumeTable {
 
     explicit VolumeTable(const ParticlesStyle& style);
 
-    const Integral* integrals() const { return integrals_.data(); }  ///< cells + 1
-    /// cells + 1, around x = i: red, green, blue from the lowest bits, each the square root of the linear
-    /// component in 10 bits.
+    const Integral* integrals() const { return integrals_.data(); }  ///< cells + 2
+    /// cells + 2, between x = i and i + 1: red, green, blue from the lowest bits, each the square root of the
+    /// linear component in 10 bits.
     const std::uint32_t* colors() const { return colors_.data(); }
     bool visible(float low, float high) const { return table_.visible(low, high); }
 

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// CellWalk: rays go from cell to cell of a volume, in each of which the density is smooth: its kinks lie on
+// the planes through cell centres. Compiled once for each target (Highway's foreach_target), hence without
+// #pragma once. Source: Amanatides and Woo, A fast voxel traversal algorithm for ray tracing (1987).
+#if defined(MOTE_CELL_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MOTE_CELL_WALK_INL_H
+#undef MOTE_CELL_WALK_INL_H
+#else
+#define MOTE_CELL_WALK_INL_H
+#endif
+
+#include <algorithm>
+
+#include "server/render/cpu/volume_sample-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mote::render::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// A way through a cell, of which the cells around are being read.
+struct CellPart {
+    V from, to;  ///< ways
+    V x, y, z;   ///< of the cell
+    CellReads cells;
+};
+
+/// The middle and the end of a way through a cell, of which the table is being read.
+struct PartReads {
+    TableReads middle, back;
+};
+
+class CellWalk {
+  public:
+    /// From a way through the box to another, at most 1.
+    HWY_INLINE CellWalk(const VolumeSource& source, const RayLanes& rays, const PacketRays& packet,
+                        std::size_t lane, V from, V to)
+        : way_(from), end_(to) {
+        const Floats d;
+        const Ints ints;
+        const Whole x(hn::MulAdd(from, rays.travelX, rays.entryX));
+        const Whole y(hn::MulAdd(from, rays.travelY, rays.entryY));
+        const Whole z(hn::MulAdd(from, rays.travelZ, rays.entryZ));
+        offset_ = cellOffset(source, x, y, z);
+        const auto aim = [&](Axis& axis, V cell, V entry, const Lanes& inverse, std::int32_t bytes) HWY_ATTR {
+            axis.cell = cell;
+            axis.inverse = hn::LoadU(d, inverse.data() + lane);
+            const auto forward = hn::Gt(axis.inverse, hn::Zero(d));
+            const V ahead = hn::IfThenElseZero(forward, hn::Set(d, 1.0F));
+            axis.start = hn::Mul(hn::Sub(ahead, entry), axis.inverse);
+            axis.step = hn::IfThenElse(forward, hn::Set(d, 1.0F), hn::Set(d, -1.0F));
+            axis.stride =
+                hn::IfThenElse(hn::RebindMask(ints, forward), hn::Set(ints, bytes), hn::Set(ints, -bytes));
+        };
+        aim(x_, x.value, rays.entryX, packet.inverse[0], 4);
+        aim(y_, y.value, rays.entryY, packet.inverse[1], static_cast<std::int32_t>(source.rowBytes));
+        aim(z_, z.value, rays.entryZ, packet.inverse[2], static_cast<std::int32_t>(source.sheetBytes));
+    }
+
+    /// Reads the cell that the rays are in and leaves it. Rays that have arrived stay where they are.
+    HWY_INLINE CellPart next(const VolumeSource& source) {
+        const V crossX = x_.crossing(), crossY = y_.crossing(), crossZ = z_.crossing();
+        const V leave = hn::Max(hn::Min(hn::Min(crossX, crossY), hn::Min(crossZ, end_)), way_);
+        const CellPart part{way_, leave, x_.cell, y_.cell, z_.cell, readCells(source, offset_)};
+        x_.leave(hn::Le(crossX, leave), offset_);
+        y_.leave(hn::Le(crossY, leave), offset_);
+        z_.leave(hn::Le(crossZ, leave), offset_);
+        way_ = leave;
+        return part;
+    }
+
+  private:
+    struct Axis {
+        V cell, inverse, start, step;
+        IntV stride;  // bytes
+
+        /// The way at which the plane ahead is reached.
+        HWY_INLINE V crossing() const { return hn::MulAdd(cell, inverse, start); }
+        HWY_INLINE void leave(hn::Mask<Floats> crossed, IntV& offset) {
+            const Ints ints;
+            cell = hn::IfThenElse(crossed, hn::Add(cell, step), cell);
+            offset = hn::IfThenElse(hn::RebindMask(ints, crossed), hn::Add(offset, stride), offset);
+        }
+    };
+
+    V way_, end_;
+    IntV offset_;
+    Axis x_, y_, z_;
+};
+
+/// A way that lies within one cell: the one around its middle.
+HWY_INLINE CellPart partBetween(const VolumeSource& source, const RayLanes& rays, V from, V to) {
+    const V middle = hn::Mul(hn::Add(from, to), hn::Set(Floats(), 0.5F));
+    const Whole x(hn::MulAdd(middle, rays.travelX, rays.entryX));
+    const Whole y(hn::MulAdd(middle, rays.travelY, rays.entryY));
+    const Whole z(hn::MulAdd(middle, rays.travelZ, rays.entryZ));
+    return {from, to, x.value, y.value, z.value, readCells(source, cellOffset(source, x, y, z))};
+}
+
+/// The way at which rays next leave their cell.
+HWY_INLINE V nextPlane(const RayLanes& rays, const PacketRays& packet, std::size_t lane, V way) {
+    const Floats d;
+    const auto crossing = [&](V travel, V entry, const Lanes& inverse) HWY_ATTR {
+        const V share = hn::LoadU(d, inverse.data() + lane);
+        const auto forward = hn::Gt(share, hn::Zero(d));
+        // A plane less than a thousandth of a cell ahead counts as passed, or rounding would find it again.
+        const V skip = hn::IfThenElse(forward, hn::Set(d, 1e-3F), hn::Set(d, -1e-3F));
+        const V below = Whole(hn::Add(hn::MulAdd(way, travel, entry), skip)).value;
+        const V plane = hn::Add(below, hn::IfThenElseZero(forward, hn::Set(d, 1.0F)));
+        return hn::Mul(hn::Sub(plane, entry), share);
+    };
+    return hn::Min(crossing(rays.travelX, rays.entryX, packet.inverse[0]),
+                   hn::Min(crossing(rays.travelY, rays.entryY, packet.inverse[1]),
+                           crossing(rays.travelZ, rays.entryZ, packet.inverse[2])));
+}
+
+/// Densities along rays within the cells of a part.
+class PartDensity {
+  public:
+    HWY_INLINE PartDensity(const RayLanes& rays, const CellPart& part)
+        : front_(pairsOf(part.cells.front)),
+          back_(pairsOf(part.cells.back)),
+          x_(hn::Sub(rays.entryX, part.x)),
+          y_(hn::Sub(rays.entryY, part.y)),
+          z_(hn::Sub(rays.entryZ, part.z)) {}
+
+    HWY_INLINE TableReads read(const VolumeSource& source, const RayLanes& rays, V way) const {
+        const Floats d;
+        // Rounding may lead out of the cell a little, which only the integer weights along y mind.
+        const V y = hn::Min(hn::Max(hn::MulAdd(way, rays.travelY, y_), hn::Zero(d)), hn::Set(d, 1.0F));
+        return readTable(source, way,
+                         densityIn(front_, back_, hn::MulAdd(way, rays.travelX, x_), y,
+                                   hn::MulAdd(way, rays.travelZ, z_)));
+    }
+
+  private:
+    WordPairs front_, back_;
+    V x_, y_, z_;
+};
+
+HWY_INLINE PartReads readPart(const VolumeSource& source, const RayLanes& rays, const CellPart& part) {
+    const PartDensity density(rays, part);
+    return {density.read(source, rays, hn::Mul(hn::Add(part.from, part.to), hn::Set(Floats(), 0.5F))),
+            density.read(source, rays, part.to)};
+}
+
+/// Hands to `take(depth, from, to, mean)` what lies between two samples around which the density is smooth:
+/// the depths of the halves and of the whole, each with the density taken as linear, are extrapolated
+/// (Romberg).
+template <class Take>
+HWY_INLINE void takeSmooth(const Sample& front, const Sample& middle, const Sample& back, const Take& take) {
+    const Floats d;
+    const Piece near(front, middle), far(middle, back), whole(front, back);
+    const V halves = hn::Add(near.depth, far.depth);
+    if (hn::AllTrue(d, hn::Le(halves, hn::Zero(d)))) return;
+    const V change = hn::Mul(hn::Sub(halves, whole.depth), reciprocal(hn::Max(halves, hn::Set(d, 1e-20F))));
+    const V scale = hn::Max(hn::MulAdd(change, hn::Set(d, 1.0F / 3.0F), hn::Set(d, 1.0F)), hn::Zero(d));
+    take(hn::Mul(near.depth, scale), front, middle, near.mean);
+    take(hn::Mul(far.depth, scale), middle, back, far.mean);
+}
+
+/// A change of density between two samples, as the VolumeTable counts it, from which on they are too far
+/// apart for transfer functions with kinks and steps.
+constexpr float steepChange = 0.05F * VolumeTable::cells;
+constexpr int mostPieces = 6;
+
+/// The same for a part of which the table was read, in several pieces where the density is steep.
+template <class Take>
+HWY_INLINE void takePart(const VolumeSource& source, const RayLanes& rays, const Sample& front,
+                         const PartReads& reads, const Sample& back, const Take& take) {
+    const Floats d;
+    const V steep = hn::Set(d, steepChange);
+    const Sample middle = sampleOf(reads.middle);
+    const V change = hn::Max(hn::Abs(hn::Sub(middle.density, front.density)),
+                             hn::Abs(hn::Sub(back.density, middle.density)));
+    const auto moved = hn::Gt(back.way, front.way);
+    if (hn::AllFalse(d, hn::And(moved, hn::Gt(change, steep)))) {
+        takeSmooth(front, middle, back, take);
+        return;
+    }
+    const float most = hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(moved, change)));
+    const int pieces = std::min(mostPieces, static_cast<int>(most / (steepChange)) + 1);
+    const PartDensity density(rays, partBetween(source, rays, front.way, back.way));
+    const V step = hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 0.5F / static_cast<float>(pieces)));
+    Sample from = front;
+    for (int i = 0; i < pieces; ++i) {
+        const V way = hn::Add(from.way, step);
+        const TableReads half = density.read(source, rays, way);
+        const TableReads end = density.read(source, rays, hn::Add(way, step));
+        const Sample to = sampleOf(end);
+        const Sample between = sampleOf(half);
+        const Piece near(from, between), far(between, to);
+        if (!hn::AllTrue(d, hn::Le(hn::Add(near.depth, far.depth), hn::Zero(d)))) {
+            take(near.depth, from, between, near.mean);
+            take(far.depth, between, to, far.mean);
+        }
+        from = to;
+    }
+}
+
+}  // namespace mote::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

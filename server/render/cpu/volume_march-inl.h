@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The march of a packet through one volume, in which nothing else is. Compiled once for each target
+// (Highway's foreach_target), hence without #pragma once.
+#if defined(MOTE_VOLUME_MARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MOTE_VOLUME_MARCH_INL_H
+#undef MOTE_VOLUME_MARCH_INL_H
+#else
+#define MOTE_VOLUME_MARCH_INL_H
+#endif
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/render/cpu/cell_walk-inl.h"
+#include "server/render/cpu/light-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mote::render::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// From `front` to a slab, cell by cell. Returns the sample there.
+HWY_INLINE Sample marchCells(const VolumeSource& source, const PacketRays& packet, std::size_t lane,
+                             Sample front, float to, Light& light) {
+    const Floats d;
+    const RayLanes rays(packet, lane);
+    const V length = hn::LoadU(d, packet.length.data() + lane);
+    const V end = rays.way(hn::Set(d, to));
+    CellWalk walk(source, rays, packet, lane, front.way, end);
+    PartReads reads = readPart(source, rays, walk.next(source));
+    CellPart part = walk.next(source);
+    while (true) {
+        const CellPart nextPart = walk.next(source);
+        const PartReads nextReads = readPart(source, rays, part);
+        const Sample back = sampleOf(reads.back);
+        takePart(source, rays, front, reads, back,
+                 [&](V depth, const Sample& one, const Sample& other, V mean)
+                     HWY_ATTR { light.gather(hn::Mul(depth, length), one, other, mean); });
+        if (light.gone()) break;
+        front = back;
+        if (hn::AllTrue(d, hn::Ge(front.way, end))) break;
+        reads = nextReads;
+        part = nextPart;
+    }
+    return front;
+}
+
+/// From `front`, in a slab, to another, by samples at multiples of `stretch`. Returns the last one.
+HWY_INLINE Sample marchEvenly(const VolumeSource& source, const PacketRays& packet, std::size_t lane,
+                              Sample front, float from, float to, float stretch, Light& light) {
+    const Floats d;
+    const RayLanes rays(packet, lane);
+    const V length = hn::LoadU(d, packet.length.data() + lane);
+    const float first = std::floor(from / stretch) + 1.0F;
+    const auto count = static_cast<int>(std::ceil(to / stretch) - first) + 1;
+    const auto place = [&](int i) HWY_ATTR {
+        return rays.way(hn::Set(d, std::min((first + static_cast<float>(i)) * stretch, to)));
+    };
+    TableReads table = readTable(source, readPlace(source, rays, place(0)));
+    PlaceReads reads = readPlace(source, rays, place(1));
+    for (int i = 0; i < count; ++i) {
+        const PlaceReads nextReads = readPlace(source, rays, place(i + 2));
+        const TableReads nextTable = readTable(source, reads);
+        const Sample back = sampleOf(table);
+        const Piece piece(front, back);
+        if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d)))) {
+            light.gather(hn::Mul(piece.depth, length), front, back, piece.mean);
+            if (light.gone()) break;
+        }
+        front = back;
+        table = nextTable;
+        reads = nextReads;
+    }
+    return front;
+}
+
+}  // namespace mote::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif
