@@ -16,7 +16,7 @@ struct MemoryPlan {
 };
 
 /// For a step of so many particles; `limit` is this process', 0 for three quarters of the machine's memory.
-/// Figures measured: docs/FORMAT.md.
+/// Figures measured: docs/JOBS.md.
 MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::uint64_t limit, int threads);
 
 }  // namespace mote::prep
