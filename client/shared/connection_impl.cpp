@@ -125,7 +125,7 @@ std::optional<ReceivedFrame> Connection::Impl::takeFrame() {
         const std::lock_guard lock(mutex_);
         if (!frame_) return std::nullopt;
         frame = std::exchange(frame_, std::nullopt);
-        ++credits_;
+        giveBackFrame();
     }
     wakeWriter();
     return frame;
@@ -176,6 +176,11 @@ void Connection::Impl::setState(State state) {
     push("state", [this, state] {
         if (stateListener) stateListener(state);
     });
+}
+
+void Connection::Impl::giveBackFrame() {
+    credit_.set_frames(credit_.frames() + 1);
+    creditDue_ = true;
 }
 
 void Connection::Impl::failAll(const Error& reason) {

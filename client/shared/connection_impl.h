@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "client/shared/connection.h"
+#include "client/shared/frame_assembly.h"
 #include "client/shared/inbox.h"
 #include "client/shared/line.h"
 #include "client/shared/sliding_rate.h"
@@ -63,7 +64,9 @@ class Connection::Impl {
     std::optional<proto::ClientMessage> next();
     void received(proto::ServerMessage message, std::vector<std::uint8_t> payload);
     void welcomed(const proto::ServerMessage& message);
-    void receivedFrame(const proto::ServerMessage& message, const std::vector<std::uint8_t>& payload);
+    void receivedPiece(proto::Frame message, std::vector<std::uint8_t> payload);
+    void receivedFrame(WholeFrame whole);
+    void frameFailed(std::uint64_t viewId, const Error& error);
     void receivedFailure(const proto::ServerMessage& message);
     void answered(proto::ServerMessage message);
     void watchTime(std::chrono::milliseconds wait);
@@ -73,6 +76,8 @@ class Connection::Impl {
     // With mutex_ held.
     void setState(State state);
     void push(std::string key, Inbox::Callback callback);
+    void giveBackFrame();
+    std::optional<proto::ClientMessage> nextCredit();
     void failAll(const Error& reason);
     void failSent(const Error& reason);
     proto::ClientMessage nextQuestion();
@@ -97,7 +102,8 @@ class Connection::Impl {
     std::optional<WantedView> view_;
     std::uint64_t lastViewId_ = 0;
     std::uint64_t lastRequest_ = 0;
-    std::uint32_t credits_ = 0;  // to give back
+    proto::Credit credit_;  // to give back, and to say
+    bool creditDue_ = false;
     std::deque<proto::ClientMessage> outbox_;
     std::map<std::uint64_t, Question> questions_;                    // asked and not answered, by request
     std::deque<std::pair<std::uint64_t, std::uint64_t>> sentViews_;  // request, view id; the latest ones
@@ -108,6 +114,10 @@ class Connection::Impl {
     // I/O thread.
     std::shared_ptr<Line> line_;
     bool welcomed_ = false;
+    bool saysReceipts_ = false;        // to a server that understands them
+    std::uint64_t receivedBytes_ = 0;  // of payloads of frames, on this line
+    FrameAssembly assembly_;
+    std::optional<FrameDecoder> decoder_;
     std::optional<proto::ClientMessage> hello_;
     asio::io_context context_{1};
     asio::steady_timer timer_{context_};

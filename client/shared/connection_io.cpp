@@ -3,6 +3,8 @@
 // The I/O thread's side of a connection.
 #include <fmt/format.h>
 
+#include <asio/post.hpp>
+
 #include "client/shared/connection_impl.h"
 #include "client/shared/failure.h"
 #include "protocol/wire/address.h"
@@ -31,13 +33,18 @@ void Connection::Impl::connect() {
     if (line_) line_->close();
     line_.reset();
     welcomed_ = false;
+    saysReceipts_ = false;
+    receivedBytes_ = 0;
+    assembly_ = {};
+    decoder_.emplace();
     {
         const std::lock_guard lock(mutex_);
         if (state_ != State::connecting) setState(State::connecting);
         // What was not sent yet waits for this connection; what an earlier one was asked is lost with it.
         failSent({ErrorCode::internal, "", "the connection was given up for a new one"});
         frame_.reset();
-        credits_ = 0;
+        credit_.Clear();
+        creditDue_ = false;
         welcome_.Clear();
         sentViews_.clear();
         pingSince_.reset();
@@ -56,6 +63,8 @@ void Connection::Impl::openLine(const proto::ConnectionFile& server) {
     hello.set_token(server.token());
     hello.set_client(settings_.client);
     hello.set_minor(wire::ownVersion.minor);
+    hello.set_receipts(true);
+    if (H264Decoder::available()) hello.add_decodes(proto::Frame::H264);
     LineHandlers handlers;
     handlers.next = [this] { return next(); };
     handlers.received = [this](proto::ServerMessage message, std::vector<std::uint8_t> payload) {
@@ -112,13 +121,16 @@ std::optional<proto::ClientMessage> Connection::Impl::next() {
         return std::exchange(hello_, std::nullopt);
     }
     if (!welcomed_) return std::nullopt;
-    if (credits_ > 0) {
-        proto::ClientMessage message;
-        message.set_request(++lastRequest_);
-        message.mutable_credit()->set_frames(std::exchange(credits_, 0));
-        return message;
-    }
+    if (creditDue_) return nextCredit();
     return outbox_.empty() ? nextView() : nextQuestion();
+}
+
+std::optional<proto::ClientMessage> Connection::Impl::nextCredit() {
+    proto::ClientMessage message;
+    message.set_request(++lastRequest_);
+    *message.mutable_credit() = std::exchange(credit_, {});
+    creditDue_ = false;
+    return message;
 }
 
 proto::ClientMessage Connection::Impl::nextQuestion() {
@@ -149,7 +161,7 @@ void Connection::Impl::received(proto::ServerMessage message, std::vector<std::u
     if (!welcomed_) return welcomed(message);
     switch (message.body_case()) {
         case proto::ServerMessage::kFrame:
-            return receivedFrame(message, payload);
+            return receivedPiece(std::move(*message.mutable_frame()), std::move(payload));
         case proto::ServerMessage::kFailure:
             return receivedFailure(message);
         default:
@@ -161,6 +173,7 @@ void Connection::Impl::welcomed(const proto::ServerMessage& message) {
     if (message.has_failure()) return drop(toError(message.failure()));
     if (!message.has_welcome()) return;
     welcomed_ = true;
+    saysReceipts_ = message.welcome().minor() >= 1;
     {
         const std::lock_guard lock(mutex_);
         welcome_ = message.welcome();
@@ -175,27 +188,56 @@ void Connection::Impl::welcomed(const proto::ServerMessage& message) {
     notify();
 }
 
-void Connection::Impl::receivedFrame(const proto::ServerMessage& message,
-                                     const std::vector<std::uint8_t>& payload) {
+/// The receipt goes out before the picture is decoded, so that the server measures the link and not us.
+void Connection::Impl::receivedPiece(proto::Frame message, std::vector<std::uint8_t> payload) {
+    receivedBytes_ += payload.size();
+    if (saysReceipts_) {
+        const std::lock_guard lock(mutex_);
+        credit_.set_received_bytes(receivedBytes_);
+        creditDue_ = true;
+    }
+    const std::uint64_t viewId = message.view_id();
+    auto whole = assembly_.add(std::move(message), std::move(payload));
+    line_->wakeWriter();
+    if (!whole.ok()) return frameFailed(viewId, whole.error());
+    if (!*whole) return;
+    asio::post(context_, [this, line = std::weak_ptr(line_), frame = **std::move(whole)]() mutable {
+        if (line_ && line.lock() == line_) receivedFrame(std::move(frame));
+    });
+}
+
+void Connection::Impl::receivedFrame(WholeFrame whole) {
     ReceivedFrame frame;
-    frame.message = message.frame();
-    frame.payloadBytes = payload.size();
+    frame.payloadBytes = whole.payload.size();
     const auto start = Clock::now();
-    auto pixels = decodeFrame(frame.message, payload);  // outside the lock: it takes milliseconds
+    auto pixels = decoder_->decode(whole.message, whole.payload);  // outside the lock: it takes milliseconds
     const auto now = Clock::now();
+    if (!pixels.ok()) return frameFailed(whole.message.view_id(), pixels.error());
+    frame.message = std::move(whole.message);
+    frame.pixels = *std::move(pixels);
     frame.decodeMs = Milliseconds(now - start).count();
     frame.latencyMs = msSince(frame.message.asked_ns(), now);
     {
         const std::lock_guard lock(mutex_);
         frameRate_.add(now, 1.0);
         ++totals_.frames;
-        if (frame_ || !pixels.ok()) ++credits_;  // one frame goes unseen
-        if (pixels.ok()) {
-            frame.pixels = *std::move(pixels);
-            frame_ = std::move(frame);
-        } else {
-            viewFailed(frame.message.view_id(), pixels.error());
+        if (frame_) giveBackFrame();  // one frame goes unseen
+        if (frame.message.link_bytes_per_second() > 0.0) {
+            totals_.linkBytesPerSecond = frame.message.link_bytes_per_second();
         }
+        frame_ = std::move(frame);
+    }
+    line_->wakeWriter();
+    notify();
+}
+
+/// A frame that only misses one before it is passed over in silence: the one that was damaged was told.
+void Connection::Impl::frameFailed(std::uint64_t viewId, const Error& error) {
+    {
+        const std::lock_guard lock(mutex_);
+        giveBackFrame();
+        credit_.set_key_wanted(decoder_->wantsKey());
+        if (error.code != ErrorCode::cancelled) viewFailed(viewId, error);
     }
     line_->wakeWriter();
     notify();

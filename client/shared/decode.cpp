@@ -93,4 +93,14 @@ Result<FramePixels> decodeFrame(const proto::Frame& message, std::span<const std
     }
 }
 
+Result<FramePixels> FrameDecoder::decode(const proto::Frame& message, std::span<const std::uint8_t> payload) {
+    if (message.encoding() != proto::Frame::H264) return decodeFrame(message, payload);
+    wantsKey_ = true;
+    MOTE_RETURN_IF_ERROR(checkSize(message));
+    if (message.format() != proto::SRGB8) return corrupt("an H.264 picture cannot hold linear halves");
+    auto pixels = h264_.decode(message.width(), message.height(), message.key(), payload);
+    wantsKey_ = !pixels.ok();
+    return pixels;
+}
+
 }  // namespace mote::client

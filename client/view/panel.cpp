@@ -82,6 +82,23 @@ const char* stateName(proto::JobStatus::State state) {
     }
 }
 
+const char* encodingName(proto::Frame::Encoding encoding) {
+    switch (encoding) {
+        case proto::Frame::ZSTD:
+            return "lossless";
+        case proto::Frame::H264:
+            return "H.264";
+        default:
+            return "JPEG";
+    }
+}
+
+/// Beyond a gigabit a second a link is as good as none.
+std::string linkName(double bytesPerSecond) {
+    if (bytesPerSecond <= 0.0) return "not measured";
+    return bytesPerSecond > 125e6 ? "local" : metric(8.0 * bytesPerSecond, "bit/s");
+}
+
 }  // namespace
 
 PanelActions Panel::draw(ViewModel& model, const ServerState& server, float scale) {
@@ -114,6 +131,8 @@ void Panel::drawConnection(const ServerState& server, PanelActions& actions) {
         const auto& frame = *server.frame;
         text(fmt::format("{}   {} x {}   {}", metric(static_cast<double>(frame.points_drawn()), "points"),
                          frame.width(), frame.height(), frame.final() ? "exact" : "refining"));
+        text(fmt::format("{}   link {}", encodingName(frame.encoding()),
+                         linkName(frame.link_bytes_per_second())));
     }
     if (!server.message.empty()) {
         ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));

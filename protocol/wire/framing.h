@@ -27,7 +27,7 @@ struct Version {
 };
 
 /// What this build speaks.
-inline constexpr Version ownVersion{1, 0};
+inline constexpr Version ownVersion{1, 1};
 
 using Greeting = std::array<std::uint8_t, 8>;
 using Header = std::array<std::uint8_t, 8>;

@@ -28,5 +28,8 @@ inline constexpr FrameLimits serverLimits{16U << 20,
 
 /// Frames that may be on their way to a client, or waiting in it, at a time.
 inline constexpr std::uint32_t frameCredits = 2;
+/// The same for a client that says what it has received: what is on its way is then measured in bytes, and
+/// this only bounds what a client keeps. Half a second of 30 frames a second.
+inline constexpr std::uint32_t measuredFrameCredits = 16;
 
 }  // namespace mote::wire

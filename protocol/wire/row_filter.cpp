@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/wire/row_filter.h"
 
+#include <algorithm>
+#include <cstring>
+
 #include "protocol/scene/mote_check.h"
 
 namespace mote::wire {
@@ -10,12 +13,24 @@ constexpr std::size_t channels = 3;  // of a filtered pixel
 constexpr std::uint8_t opaqueByte = 255;
 constexpr std::uint8_t opaqueHalf[2] = {0x00, 0x3c};  // 1.0 as an IEEE half, little-endian
 
+constexpr std::size_t block = 512;  // pixels whose differences are taken before they are packed
+
+/// Differences of whole words are what a processor does sixteen at a time; then three bytes of each four go
+/// out.
 void filterBytes(const std::uint8_t* rgba, std::size_t width, std::uint8_t* out) {
-    for (std::size_t c = 0; c < channels; ++c) out[c] = rgba[c];
-    for (std::size_t i = 1; i < width; ++i) {
-        for (std::size_t c = 0; c < channels; ++c) {
-            out[channels * i + c] = static_cast<std::uint8_t>(rgba[4 * i + c] - rgba[4 * (i - 1) + c]);
+    std::uint8_t differences[4 * block];
+    for (std::size_t begin = 0; begin < width; begin += block) {
+        const std::size_t count = std::min(block, width - begin);
+        const std::uint8_t* pixels = rgba + 4 * begin;
+        const std::size_t first = begin == 0 ? 4 : 0;  // bytes that have no left neighbour
+        std::copy(pixels, pixels + first, differences);
+        for (std::size_t i = first; i < 4 * count; ++i) {
+            differences[i] = static_cast<std::uint8_t>(pixels[i] - pixels[i - 4]);
         }
+        std::uint8_t* to = out + channels * begin;
+        // Four bytes at a time, the last of which the next pixel overwrites.
+        for (std::size_t i = 0; i + 1 < count; ++i) std::memcpy(to + channels * i, differences + 4 * i, 4);
+        std::memcpy(to + channels * (count - 1), differences + 4 * (count - 1), channels);
     }
 }
 

@@ -28,25 +28,40 @@ void Outbox::farewell(proto::ServerMessage message) {
     if (!farewell_) farewell_ = std::move(message);
 }
 
-std::optional<Outbox::Item> Outbox::next() {
+void Outbox::dropOutdated(const std::function<void(bool partlySent)>& dropped) {
+    std::erase_if(frames_, [&](const Waiting& waiting) {
+        if (!waiting.frame->canWait || waiting.frame->wanted) return false;
+        dropped(waiting.begin > 0);
+        return true;
+    });
+}
+
+std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
     using Kind = Item::Kind;
-    if (farewell_) return Item{Kind::farewell, *farewell_, {}, {}};
+    if (farewell_) return Item{.kind = Kind::farewell, .message = *farewell_};
     if (!replies_.empty()) {
-        Item item{Kind::message, std::move(replies_.front()), {}, {}};
+        Item item{.message = std::move(replies_.front())};
         replies_.pop_front();
         return item;
     }
-    if (viewFailure_) {
-        Item item{Kind::message, *std::move(viewFailure_), {}, {}};
-        viewFailure_.reset();
-        return item;
-    }
-    if (std::exchange(allJobs_, false)) return Item{Kind::allJobs, {}, {}, {}};
-    if (!jobs_.empty()) return Item{Kind::job, {}, std::move(jobs_.extract(jobs_.begin()).value()), {}};
-    if (std::exchange(catalogue_, false)) return Item{Kind::catalogue, {}, {}, {}};
+    if (viewFailure_) return Item{.message = *std::exchange(viewFailure_, std::nullopt)};
+    if (std::exchange(allJobs_, false)) return Item{.kind = Kind::allJobs};
+    if (!jobs_.empty())
+        return Item{.kind = Kind::job, .job = std::move(jobs_.extract(jobs_.begin()).value())};
+    if (std::exchange(catalogue_, false)) return Item{.kind = Kind::catalogue};
+    return nextPiece(piece);
+}
+
+/// Frames keep their order: a newer one takes the place of an older one only where that is dropped.
+std::optional<Outbox::Item> Outbox::nextPiece(const Piece& piece) {
     if (frames_.empty()) return std::nullopt;
-    Item item{Kind::frame, {}, {}, std::move(frames_.front())};
-    frames_.pop_front();
+    auto& [frame, begin] = frames_.front();
+    const std::size_t left = frame->payload.size() - begin;
+    const std::size_t size = piece(*frame, begin, left);
+    if (size == 0 && left > 0) return std::nullopt;
+    Item item{.kind = Item::Kind::frame, .frame = frame, .begin = begin, .size = size};
+    begin += size;
+    if (size == left) frames_.pop_front();
     return item;
 }
 

@@ -2,10 +2,12 @@
 //
 // Outbox: what waits to be sent to one client, of bounded size whatever the client does: replies (whoever
 // fills them waits for room()), the failure of the latest view, the jobs and the catalogue that changed (once
-// each, however often), and as many frames as there are credits. One owner, one thread.
+// each, however often), and as many frames as flow control allows. One owner, one thread.
 #pragma once
 
 #include <deque>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -28,31 +30,46 @@ class Outbox {
     struct Item {
         enum class Kind { message, job, allJobs, catalogue, frame, farewell };
         Kind kind = Kind::message;
-        proto::ServerMessage message;  ///< message, farewell
-        std::string job;               ///< job: its id
-        RenderedFrame frame;           ///< frame
+        proto::ServerMessage message = {};                ///< message, farewell
+        std::string job = {};                             ///< job: its id
+        std::shared_ptr<const RenderedFrame> frame = {};  ///< frame: kept while a piece of it is written
+        std::size_t begin = 0, size = 0;                  ///< frame: the piece of its payload
     };
+    /// How many bytes of a frame may be sent now, of those that are `left` from `begin` on.
+    using Piece = std::function<std::size_t(const RenderedFrame&, std::size_t begin, std::size_t left)>;
 
     bool room() const { return replies_.size() < maxReplies; }
     void reply(proto::ServerMessage message) { replies_.push_back(std::move(message)); }
     void viewFailed(proto::ServerMessage message) { viewFailure_ = std::move(message); }
     void jobChanged(const std::string& id);
     void catalogueChanged() { catalogue_ = true; }
-    void frame(RenderedFrame frame) { frames_.push_back(std::move(frame)); }
+    void frame(RenderedFrame frame) {
+        frames_.push_back({std::make_shared<const RenderedFrame>(std::move(frame)), 0});
+    }
+    /// Frames that a newer view makes worthless; calls `dropped` for each, with whether a part of it was
+    /// sent.
+    void dropOutdated(const std::function<void(bool partlySent)>& dropped);
     /// The last thing that is sent, before all that waits.
     void farewell(proto::ServerMessage message);
 
     std::size_t frames() const { return frames_.size(); }
-    std::optional<Item> next();
+    std::optional<Item> next(const Piece& piece);
 
   private:
+    /// A frame, and how much of its payload was handed out.
+    struct Waiting {
+        std::shared_ptr<const RenderedFrame> frame;
+        std::size_t begin = 0;
+    };
+    std::optional<Item> nextPiece(const Piece& piece);
+
     std::deque<proto::ServerMessage> replies_;
     std::optional<proto::ServerMessage> viewFailure_;
     std::optional<proto::ServerMessage> farewell_;
     std::set<std::string> jobs_;
     bool allJobs_ = false;
     bool catalogue_ = false;
-    std::deque<RenderedFrame> frames_;
+    std::deque<Waiting> frames_;
 };
 
 }  // namespace mote::server

@@ -11,16 +11,20 @@
 #include <thread>
 
 #include "server/encode/encode.h"
+#include "server/encode/frame_encoder.h"
 #include "server/session/encode_pool.h"
 #include "server/session/utf8.h"
 
 namespace mote::server {
 namespace {
 
-/// One session's part; the history belongs to the render thread alone.
+/// One session's part; the history belongs to the render thread alone, the encoder to the session's turn in
+/// the pool, the target to the service's mutex.
 struct Client {
     RenderEvents events;
     PictureHistory history;
+    EncodingTarget target = {};
+    FrameEncoder encoder = {};
 };
 
 /// A picture that is ready to be encoded.
@@ -61,8 +65,8 @@ class RenderService::Impl {
 
     void open(SessionId session, std::uint32_t credits, RenderEvents events) {
         const std::lock_guard lock(mutex_);
-        clients_[session] =
-            std::make_shared<Client>(Client{std::move(events), QualityController(settings_.budgetMs)});
+        clients_[session] = std::make_shared<Client>(std::move(events),
+                                                     PictureHistory{QualityController(settings_.budgetMs)});
         schedule_.open(session, credits);
     }
 
@@ -78,6 +82,18 @@ class RenderService::Impl {
             schedule_.setView(session, std::move(task));
         }
         wake_.notify_one();
+    }
+
+    void setTarget(SessionId session, const EncodingTarget& target) {
+        const std::lock_guard lock(mutex_);
+        if (const auto found = clients_.find(session); found != clients_.end())
+            found->second->target = target;
+    }
+
+    void wantKey(SessionId session) {
+        const std::lock_guard lock(mutex_);
+        if (const auto found = clients_.find(session); found != clients_.end())
+            found->second->encoder.wantKey();
     }
 
     void addCredits(SessionId session, std::uint32_t count) {
@@ -183,17 +199,28 @@ class RenderService::Impl {
 
     void encode(Drawn& drawn) {
         const auto begun = Clock::now();
+        const auto& task = *drawn.job.task;
         auto& [picture, message, next] = drawn.made;
         const bool exact = drawn.job.stage == Stage::exact;
-        auto payload = exact ? encodeLossless(picture) : encodeJpeg(picture);
-        if (!payload.ok()) {
+        auto encoded = drawn.client->encoder.encode(picture, exact, targetOf(*drawn.client));
+        if (!encoded.ok()) {
             addCredits(drawn.job.session, 1);
-            return drawn.client->events.failed(drawn.job.task->request, payload.error());
+            return drawn.client->events.failed(task.request, encoded.error());
         }
-        message.set_encoding(exact ? proto::Frame::ZSTD : proto::Frame::JPEG);
+        message.set_encoding(encoded->encoding);
+        message.set_key(encoded->key);
         message.set_format(wireFormat(picture.format));
         message.set_encode_ms(milliseconds(Clock::now() - begun));
-        drawn.client->events.frame({std::move(message), *std::move(payload), drawn.job.task->arrived});
+        RenderedFrame frame{std::move(message), std::move(encoded->payload), task.arrived};
+        frame.quick = drawn.job.stage == Stage::quick;
+        frame.canWait = exact;  // nothing after it needs it
+        frame.wanted = task.finalOnly;
+        drawn.client->events.frame(std::move(frame));
+    }
+
+    EncodingTarget targetOf(const Client& client) {
+        const std::lock_guard lock(mutex_);
+        return client.target;
     }
 
     const DeviceFactory factory_;
@@ -230,6 +257,12 @@ void RenderService::close(SessionId session) {
 }
 void RenderService::setView(SessionId session, std::shared_ptr<const ViewTask> task) {
     impl_->setView(session, std::move(task));
+}
+void RenderService::setTarget(SessionId session, const EncodingTarget& target) {
+    impl_->setTarget(session, target);
+}
+void RenderService::wantKey(SessionId session) {
+    impl_->wantKey(session);
 }
 void RenderService::addCredits(SessionId session, std::uint32_t count) {
     impl_->addCredits(session, count);

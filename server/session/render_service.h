@@ -12,6 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/encode/encoding_choice.h"
 #include "server/session/picture_maker.h"
 #include "server/session/render_schedule.h"
 #include "server/session/step_source.h"
@@ -25,6 +26,9 @@ struct RenderedFrame {
     proto::Frame message;
     std::vector<std::uint8_t> payload;
     Clock::time_point arrived;  ///< of the view
+    bool quick = true;          ///< of a hand in motion
+    bool canWait = false;       ///< a refinement: whatever is newer may overtake it between two pieces
+    bool wanted = false;        ///< nevertheless it is sent to its end: a script waits for it
 };
 
 /// Called on the service's threads, also shortly after close(); must not block. At most as many frames come
@@ -57,6 +61,11 @@ class RenderService {
     void open(SessionId session, std::uint32_t credits, RenderEvents events);
     void close(SessionId session);
     void setView(SessionId session, std::shared_ptr<const ViewTask> task);
+    /// What the session's link and client ask of its next pictures; before the first call: of an unmeasured
+    /// one.
+    void setTarget(SessionId session, const EncodingTarget& target);
+    /// The client could not decode a frame of its stream.
+    void wantKey(SessionId session);
     void addCredits(SessionId session, std::uint32_t count);
     /// More of the data is in memory, or never will be: pictures that wait for it are tried again.
     void dataArrived();

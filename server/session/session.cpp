@@ -18,6 +18,7 @@ Session::Session(SessionId id, wire::MessageStream::Socket socket, SessionContex
       executor_(socket.get_executor()),
       stream_(std::move(socket)),
       deadline_(executor_),
+      pace_(executor_),
       readerWake_(executor_),
       workerWake_(executor_),
       writerWake_(executor_) {}
@@ -86,13 +87,13 @@ asio::awaitable<bool> Session::welcome() {
     authenticated_ = true;
     deadline_.cancel();
     spdlog::info("session {}: \"{}\" connected", id_, toLogText(message.hello().client()));
-    context_.render->open(id_, wire::frameCredits, renderEvents());
+    begin(message.hello());
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
     welcome.set_server(context_.server);
     welcome.set_minor(wire::ownVersion.minor);
     welcome.set_device(toUtf8(context_.device));
-    welcome.set_frame_credits(wire::frameCredits);
+    welcome.set_frame_credits(frameCredits(message.hello()));
     this->reply(message.request(), std::move(reply));
     co_return true;
 }
@@ -131,15 +132,20 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
 // --------------------------------------------------------------------------------------------- writing
 
 asio::awaitable<void> Session::write() {
+    const Outbox::Piece pieces = [this](const RenderedFrame& frame, std::size_t begin, std::size_t left) {
+        return piece(frame, begin, left);
+    };
     while (!closed_) {
-        auto item = greeted_ ? outbox_.next() : std::nullopt;
+        auto item = greeted_ ? outbox_.next(pieces) : std::nullopt;
         if (!item) {
             co_await writerWake_.wait();
             continue;
         }
         readerWake_.notify();
         if (!fill(*item)) continue;
-        const auto status = co_await stream_.write(item->message, item->frame.payload, wire::serverLimits);
+        std::span<const std::uint8_t> payload;
+        if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
+        const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
         if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
             // Nothing of it went out: the client hears why instead.
             outbox_.reply(failureMessage(item->message.reply_to(), status.error(), false));
@@ -161,11 +167,7 @@ bool Session::fill(Outbox::Item& item) {
         if (!job.ok()) return false;
         *item.message.mutable_job() = *std::move(job);
     } else if (item.kind == Kind::frame) {
-        ++outstanding_;
-        auto& frame = item.frame.message;
-        frame.set_sequence(++sequence_);
-        frame.set_total_ms(milliseconds(Clock::now() - item.frame.arrived));
-        *item.message.mutable_frame() = std::move(frame);
+        fillFrame(item);
     }
     return true;
 }
@@ -213,6 +215,7 @@ void Session::close() {
     context_.render->close(id_);
     stream_.close();
     deadline_.cancel();
+    pace_.cancel();
     readerWake_.notify();
     workerWake_.notify();
     writerWake_.notify();

@@ -22,6 +22,7 @@
 #include "protocol/wire/message_stream.h"
 #include "server/jobs/job_queue.h"
 #include "server/session/dataset_service.h"
+#include "server/session/flow_control.h"
 #include "server/session/outbox.h"
 #include "server/session/render_service.h"
 #include "server/session/wakeup.h"
@@ -40,6 +41,9 @@ struct SessionContext {
     std::chrono::milliseconds farewellTimeout{1000};   ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;             ///< once, as the last thing
 };
+
+/// What a client starts with.
+std::uint32_t frameCredits(const proto::Hello& hello);
 
 class Session : public std::enable_shared_from_this<Session> {
   public:
@@ -64,6 +68,8 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
     asio::awaitable<void> findDatasets(const View& view);
     void returnCredit(const proto::Credit& message);
+    void begin(const proto::Hello& hello);
+    void beginFrames();
     RenderEvents renderEvents();
     void frameReady(RenderedFrame frame);
     void viewFailed(std::uint64_t request, const Error& error);
@@ -77,7 +83,9 @@ class Session : public std::enable_shared_from_this<Session> {
     proto::ServerMessage watchJobs();
 
     asio::awaitable<void> write();
+    std::size_t piece(const RenderedFrame& frame, std::size_t begin, std::size_t left) const;
     bool fill(Outbox::Item& item);
+    void fillFrame(Outbox::Item& item);
     void reply(std::uint64_t to, proto::ServerMessage message);
     void close();
 
@@ -86,13 +94,16 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::any_io_executor executor_;
     wire::MessageStream stream_;
     asio::steady_timer deadline_;  // of the handshake, then of the farewell
+    asio::steady_timer pace_;      // when the link is ready for more
 
     Wakeup readerWake_, workerWake_, writerWake_;
     Outbox outbox_;
     std::deque<proto::ClientMessage> commands_;
-    std::uint64_t sequence_ = 0;     // of the latest frame
-    std::uint32_t outstanding_ = 0;  // frames that were sent and not yet credited
-    bool greeted_ = false;           // our greeting is out: a failure can follow
+    std::uint64_t sequence_ = 0;       // of the latest frame
+    std::optional<FlowControl> flow_;  // once it is known what the client can do
+    EncodingTarget target_;
+    std::uint64_t viewId_ = 0;  // of the latest view
+    bool greeted_ = false;      // our greeting is out: a failure can follow
     bool authenticated_ = false;
     bool watchesJobs_ = false;
     bool leaving_ = false;

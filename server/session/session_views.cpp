@@ -29,6 +29,10 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
 
 }  // namespace
 
+std::uint32_t frameCredits(const proto::Hello& hello) {
+    return hello.receipts() ? wire::measuredFrameCredits : wire::frameCredits;
+}
+
 asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetView& message) {
     const auto arrived = Clock::now();
     auto task = makeTask(request, message);
@@ -38,7 +42,11 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
     }
     (*task)->arrived = arrived;
     co_await findDatasets((*task)->view);
-    if (!closed_) context_.render->setView(id_, *std::move(task));
+    if (closed_) co_return;
+    viewId_ = message.view_id();
+    outbox_.dropOutdated([this](bool partlySent) { flow_->dropped(partlySent); });
+    context_.render->setView(id_, *std::move(task));
+    beginFrames();
 }
 
 /// A dataset that was published a moment ago may not be known yet: only then is the disk asked first.
@@ -56,13 +64,63 @@ asio::awaitable<void> Session::findDatasets(const View& view) {
     while (!*done && !closed_) co_await readerWake_.wait();
 }
 
+/// Flow control and the renderer learn who it is; nothing is drawn before.
+void Session::begin(const proto::Hello& hello) {
+    flow_.emplace(hello.receipts(), frameCredits(hello));
+    target_.measured = hello.receipts();
+    for (const int encoding : hello.decodes()) target_.h264 = target_.h264 || encoding == proto::Frame::H264;
+    context_.render->open(id_, 0, renderEvents());
+    context_.render->setTarget(id_, target_);
+    beginFrames();
+}
+
+/// Lets the renderer make as many frames as the link is ready for; comes back when it is ready for more.
+void Session::beginFrames() {
+    if (closed_ || leaving_) return;
+    const auto now = Clock::now();
+    if (const auto count = flow_->begin(now); count > 0) context_.render->addCredits(id_, count);
+    const auto due = flow_->due(now);
+    if (!due) return;
+    pace_.expires_at(*due);
+    pace_.async_wait([weak = weak_from_this()](const asio::error_code& code) {
+        const auto self = weak.lock();
+        if (code || !self || self->closed_) return;
+        self->writerWake_.notify();
+        self->beginFrames();
+    });
+}
+
 void Session::returnCredit(const proto::Credit& message) {
-    if (message.frames() > outstanding_) {
-        return leave({ErrorCode::invalidArgument, "credit.frames",
-                      "more frames were returned than the server has sent"});
+    const auto status = flow_->returned(Clock::now(), message);
+    if (!status.ok()) return leave(status.error());
+    if (message.key_wanted()) context_.render->wantKey(id_);
+    if (const auto bytes = flow_->frameBytes(); bytes != target_.frameBytes) {
+        target_.frameBytes = bytes;
+        context_.render->setTarget(id_, target_);
     }
-    outstanding_ -= message.frames();
-    context_.render->addCredits(id_, message.frames());
+    writerWake_.notify();
+    beginFrames();
+}
+
+std::size_t Session::piece(const RenderedFrame& frame, std::size_t begin, std::size_t left) const {
+    return flow_->piece(Clock::now(), begin, left, frame.canWait);
+}
+
+/// The first piece carries all that there is to say, the others only whose they are.
+void Session::fillFrame(Outbox::Item& item) {
+    const bool first = item.begin == 0, last = item.begin + item.size == item.frame->payload.size();
+    auto& message = *item.message.mutable_frame();
+    if (first) {
+        message = item.frame->message;
+        ++sequence_;
+        message.set_total_ms(milliseconds(Clock::now() - item.frame->arrived));
+        message.set_link_bytes_per_second(flow_->link().rate().value_or(0.0));
+        if (!last) message.set_payload_size(item.frame->payload.size());
+    }
+    message.set_sequence(sequence_);
+    message.set_payload_begin(item.begin);
+    flow_->sent(Clock::now(), item.size, first, last);
+    beginFrames();
 }
 
 RenderEvents Session::renderEvents() {
@@ -82,6 +140,14 @@ RenderEvents Session::renderEvents() {
 
 void Session::frameReady(RenderedFrame frame) {
     if (closed_ || leaving_) return;
+    const auto& message = frame.message;
+    flow_->made(frame.payload.size(), message.plan_ms() + message.render_ms() + message.encode_ms(),
+                frame.quick);
+    if (frame.canWait && !frame.wanted && message.view_id() != viewId_) {
+        // A newer view came while it was encoded.
+        flow_->dropped(false);
+        return beginFrames();
+    }
     outbox_.frame(std::move(frame));
     writerWake_.notify();
 }

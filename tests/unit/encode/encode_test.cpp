@@ -11,6 +11,7 @@
 
 #include "protocol/wire/limits.h"
 #include "protocol/wire/row_filter.h"
+#include "server/encode/lossless_encoder.h"
 
 namespace mote::server {
 namespace {
@@ -87,7 +88,7 @@ TEST(Lossless, EveryBitComesBack) {
     for (const auto format : {PixelFormat::srgb8, PixelFormat::linearHalf}) {
         for (const auto& [width, height] : {std::pair{1u, 1u}, {1u, 7u}, {7u, 1u}, {33u, 17u}, {640u, 3u}}) {
             const Picture picture = noise(width, height, format, width * height);
-            const auto payload = encodeLossless(picture);
+            const auto payload = LosslessEncoder().encode(picture);
             ASSERT_TRUE(payload.ok());
             EXPECT_EQ(unpack(picture, *payload), picture.pixels) << width << " x " << height;
         }
@@ -96,7 +97,7 @@ TEST(Lossless, EveryBitComesBack) {
 
 TEST(Lossless, GradientGetsSmall) {
     const Picture picture = gradient(512, 256);
-    const auto payload = encodeLossless(picture);
+    const auto payload = LosslessEncoder().encode(picture);
     ASSERT_TRUE(payload.ok());
     EXPECT_EQ(unpack(picture, *payload), picture.pixels);
     // Differences along a row are 0 or 1: without the filter this takes far more than a tenth.
@@ -111,7 +112,7 @@ TEST(Lossless, WorstPictureFitsTheLimitOfAFrame) {
 
 TEST(Lossless, DamageIsNoticed) {
     const Picture picture = noise(64, 64, PixelFormat::srgb8, 5);
-    auto payload = encodeLossless(picture);
+    auto payload = LosslessEncoder().encode(picture);
     ASSERT_TRUE(payload.ok());
     (*payload)[payload->size() / 2] ^= 0x10;
     std::vector<std::uint8_t> filtered(64 * 64 * 3);

@@ -17,17 +17,21 @@ proto::ServerMessage pong(std::int64_t number) {
     return message;
 }
 
+std::size_t whole(const RenderedFrame&, std::size_t, std::size_t left) {
+    return left;
+}
+
 TEST(Outbox, RepliesKeepTheirOrderAndTheirNumber) {
     Outbox outbox;
-    EXPECT_FALSE(outbox.next());
+    EXPECT_FALSE(outbox.next(whole));
     for (std::size_t i = 0; i < Outbox::maxReplies; ++i) {
         EXPECT_TRUE(outbox.room());
         outbox.reply(pong(static_cast<std::int64_t>(i)));
     }
     EXPECT_FALSE(outbox.room());
-    EXPECT_EQ(outbox.next()->message.pong().sent_ns(), 0);
+    EXPECT_EQ(outbox.next(whole)->message.pong().sent_ns(), 0);
     EXPECT_TRUE(outbox.room());
-    EXPECT_EQ(outbox.next()->message.pong().sent_ns(), 1);
+    EXPECT_EQ(outbox.next(whole)->message.pong().sent_ns(), 1);
 }
 
 TEST(Outbox, StateIsSentOnceHoweverOftenItChanged) {
@@ -37,20 +41,20 @@ TEST(Outbox, StateIsSentOnceHoweverOftenItChanged) {
         outbox.jobChanged(i % 2 == 0 ? "a" : "b");
         outbox.viewFailed(pong(i));
     }
-    EXPECT_EQ(outbox.next()->message.pong().sent_ns(), 99);
-    EXPECT_EQ(outbox.next()->job, "a");
-    EXPECT_EQ(outbox.next()->job, "b");
-    EXPECT_EQ(outbox.next()->kind, Kind::catalogue);
-    EXPECT_FALSE(outbox.next());
+    EXPECT_EQ(outbox.next(whole)->message.pong().sent_ns(), 99);
+    EXPECT_EQ(outbox.next(whole)->job, "a");
+    EXPECT_EQ(outbox.next(whole)->job, "b");
+    EXPECT_EQ(outbox.next(whole)->kind, Kind::catalogue);
+    EXPECT_FALSE(outbox.next(whole));
 }
 
 TEST(Outbox, TooManyChangedJobsBecomeTheWholeList) {
     Outbox outbox;
     for (int i = 0; i < 1000; ++i) outbox.jobChanged(std::to_string(i));
-    EXPECT_EQ(outbox.next()->kind, Kind::allJobs);
-    EXPECT_FALSE(outbox.next());
+    EXPECT_EQ(outbox.next(whole)->kind, Kind::allJobs);
+    EXPECT_FALSE(outbox.next(whole));
     outbox.jobChanged("x");
-    EXPECT_EQ(outbox.next()->kind, Kind::job);
+    EXPECT_EQ(outbox.next(whole)->kind, Kind::job);
 }
 
 TEST(Outbox, FarewellGoesBeforeAllAndIsTheFirstReason) {
@@ -59,7 +63,7 @@ TEST(Outbox, FarewellGoesBeforeAllAndIsTheFirstReason) {
     outbox.frame({});
     outbox.farewell(failureMessage(0, {ErrorCode::corrupt, "a", "first"}, true));
     outbox.farewell(failureMessage(0, {ErrorCode::corrupt, "b", "second"}, true));
-    EXPECT_EQ(outbox.next()->message.failure().message(), "first");
+    EXPECT_EQ(outbox.next(whole)->message.failure().message(), "first");
 }
 
 TEST(Failure, TextOfForeignFilesIsUtf8) {

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/encode/encoding_choice.h"
+
+namespace mote::server {
+namespace {
+
+// Of the budget: to begin with lossless pictures it must fit with room to spare, to go on it must just fit.
+constexpr double toBegin = 0.8;
+constexpr double toStay = 1.1;
+
+}  // namespace
+
+proto::Frame::Encoding chooseEncoding(const EncodingTarget& target, const PictureFacts& picture) {
+    if (picture.exact) return proto::Frame::ZSTD;
+    if (target.measured && target.frameBytes) {
+        const double most =
+            (picture.wasLossless ? toStay : toBegin) * static_cast<double>(*target.frameBytes);
+        if (static_cast<double>(picture.losslessBytes) <= most) return proto::Frame::ZSTD;
+    }
+    return target.h264 ? proto::Frame::H264 : proto::Frame::JPEG;
+}
+
+}  // namespace mote::server

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/encode/frame_encoder.h"
+
+#include "protocol/wire/row_filter.h"
+#include "server/encode/encode.h"
+
+namespace mote::server {
+namespace {
+
+/// What no lossless picture exceeds by much: a link that carries this needs no closer look.
+std::size_t rawBytes(const render::Picture& picture) {
+    return std::size_t{picture.width} * picture.height * wire::filteredPixelSize(wireFormat(picture.format));
+}
+
+}  // namespace
+
+Result<EncodedPicture> FrameEncoder::encode(const render::Picture& picture, bool exact,
+                                            const EncodingTarget& target) {
+    PictureFacts facts{exact, 0, wasLossless_};
+    if (!exact && target.frameBytes && *target.frameBytes < 2 * rawBytes(picture)) {
+        const auto expected = lossless_.expectedBytes(picture);
+        MOTE_RETURN_IF_ERROR(expected);
+        facts.losslessBytes = *expected;
+    }
+    auto encoding = chooseEncoding(target, facts);
+    if (!exact) wasLossless_ = encoding == proto::Frame::ZSTD;
+    if (encoding == proto::Frame::H264 && h264Works_) {
+        auto made = encodeH264(picture, target);
+        if (made.ok() || made.error().code != ErrorCode::unsupported) return made;
+        h264Works_ = false;
+    }
+    if (encoding == proto::Frame::H264) encoding = proto::Frame::JPEG;
+    auto payload = encoding == proto::Frame::ZSTD ? lossless_.encode(picture) : encodeJpeg(picture);
+    MOTE_RETURN_IF_ERROR(payload);
+    return EncodedPicture{encoding, false, *std::move(payload)};
+}
+
+Result<EncodedPicture> FrameEncoder::encodeH264(const render::Picture& picture,
+                                                const EncodingTarget& target) {
+    const std::size_t most = target.frameBytes.value_or(unmeasuredFrameBytes);
+    auto made = h264_.encode(picture, most, keyWanted_.exchange(false));
+    MOTE_RETURN_IF_ERROR(made);
+    return EncodedPicture{proto::Frame::H264, made->key, std::move(made->payload)};
+}
+
+}  // namespace mote::server
