@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How long ParaView takes for the volume that `bench-device --export FOLDER` wrote; run by tests/bench/compare.
 
-    pvbatch draw_volume.py FOLDER MODE [--samples PER_CELL] [--frames N] [--png FILE]
+    pvbatch draw_volume.py FOLDER MODE [--frames N] [--png FILE]
 
 MODE is 'GPU Based' or 'Ray Cast Only'. The mapper behind these two modes is put into ParaView's view directly: its
-representation gives no access to the distance between samples, which must be the same as ours.
+representation gives no access to the distance between samples, which is held at a cell's edge.
 """
 import argparse
 import pathlib
@@ -64,14 +64,13 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("folder")
     parser.add_argument("mode", choices=["GPU Based", "Ray Cast Only"])
-    parser.add_argument("--samples", type=float, default=1.0)
     parser.add_argument("--frames", type=int, default=5)
     parser.add_argument("--png")
     options = parser.parse_args()
     scene = scene_of(options.folder)
     view = make_view(scene)
     volume = vtkVolume()
-    distance = 2.0 / scene["cells"] / options.samples
+    distance = 2.0 / scene["cells"]
     volume.SetMapper(mapper_of(image_of(options.folder, scene["cells"]), options.mode, distance))
     volume.SetProperty(property_of(scene))
     view.GetRenderer().AddVolume(volume)
@@ -80,7 +79,7 @@ def main():
     view.GetRenderer().ResetCameraClippingRange()  # the view knows only of its own representations
     times = measure(view, scene, options.frames)
     picture = keep_picture(view, scene["eyes"][0], options.png)
-    report(view, mode=options.mode, samplesPerCell=options.samples, **times, **picture)
+    report(view, mode=options.mode, **times, **picture)
 
 
 main()

@@ -65,6 +65,7 @@ def report(view, **values):
     capabilities = window.ReportCapabilities().splitlines()
     renderer = [line.split(":", 1)[1].strip() for line in capabilities if "renderer string" in line]
     values["renderer"] = renderer[0] if renderer else window.GetClassName()
-    values["version"] = ".".join(map(str, pv.GetParaViewVersion()))
+    version = pv.GetParaViewVersion()
+    values["version"] = f"{version.major}.{version.minor}"
     values["size"] = list(window.GetSize())
     print("RESULT " + json.dumps(values), flush=True)
