@@ -84,9 +84,13 @@ bool planPreview(LayerPlan& layer, const Curve& fraction, double share) {
     return true;
 }
 
+/// A step of no more is read on the spot, and so is half as much of a preview: in a moment.
+constexpr std::uint64_t fewPoints = std::uint64_t{1} << 21;
+
 /// As planPreview, of no more of the preview than is in memory, or than is read in a moment.
 bool planWhatIsReady(LayerPlan& layer, const Curve& fraction, double share) {
-    constexpr std::uint64_t read = std::uint64_t{1} << 20;
+    constexpr std::uint64_t read = fewPoints / 2;
+    if (layer.step->pointCount() <= fewPoints) return false;
     const auto points = std::max(read, layer.step->previewReady(storage::Preview::mostPoints));
     const double shown = previewShare(*layer.step, fraction, share, points);
     if (!(shown > 0.0) || !planPreview(layer, fraction, shown)) return false;
@@ -162,6 +166,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                    .background = view.background,
                    .slabs = std::max(1U, quality.slabs),
                    .samplesPerCell = quality.samplesPerCell,
+                   .exact = quality == Quality::exact(),
                    .layers = {}};
     const Planning planning{selections, device, reading, static_cast<double>(plan.height) / view.height};
     for (std::size_t i = 0; i < view.layers.size(); ++i) {

@@ -48,6 +48,7 @@ struct FramePlan {
     double farDepth = 0.0;
     std::uint32_t slabs = 1;  ///< of equal thickness from nearDepth to farDepth
     double samplesPerCell = 4.0;
+    bool exact = true;  ///< Quality::exact(): not for a picture in motion
     std::vector<LayerPlan> layers;
 
     /// Whether any layer does.

@@ -72,10 +72,12 @@ int main(int argc, char** argv) {
     std::signal(SIGPIPE, SIG_IGN);
     mote::storage::catchMappingFaults();
 
-    const auto device = settings.device;
+    const auto makeDevice = [kind = settings.device, threads = settings.threads] {
+        return mote::render::createDevice(kind, threads);
+    };
     const std::string connection = settings.connectionFile.string();
     Watchdog watchdog;
-    mote::server::Server server(std::move(settings), [device] { return mote::render::createDevice(device); });
+    mote::server::Server server(std::move(settings), makeDevice);
     const auto started = server.start();
     if (!started.ok()) {
         fmt::print(stderr, "mote-server: {}\n", started.error().toString());

@@ -52,7 +52,8 @@ void addOptions(CLI::App& app, Texts& texts) {
         "--memory", texts.memory,
         "what the server may use, and each job besides, for example 8G; default: half of the machine's "
         "memory for data, no limit for jobs");
-    app.add_option("--threads", texts.threads, "of a job; default all")->check(CLI::Range(0, 4096));
+    app.add_option("--threads", texts.threads, "of a job, and of the device cpu; default all")
+        ->check(CLI::Range(0, 4096));
     app.add_option("--config", texts.config, "a TOML file with these options; the command line wins");
     app.footer(examples);
 }

@@ -21,7 +21,7 @@ struct ServerSettings {
     std::filesystem::path prep;            ///< the program mote-prep, for jobs
     render::DeviceKind device = render::DeviceKind::automatic;
     std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
-    unsigned threads = 0;      ///< of a job; 0: its own choice
+    unsigned threads = 0;      ///< of a job, and of the cpu device; 0: their own choice
 
     bool stopOnSignals = false;  ///< SIGTERM, SIGINT and SIGHUP end run()
     RenderSettings render;

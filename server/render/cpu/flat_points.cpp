@@ -34,7 +34,8 @@ class Counting {
   public:
     Counting(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells)
         : layer_(layer),
-          leaves_(layer.step->leaves()),
+          // Without leaves to draw, the octree need not even be there.
+          leaves_(cells.empty() ? storage::Leaves{} : layer.step->leaves()),
           cells_(cells),
           map_(PointMap::make(plan, layer)),
           preview_(layer),

@@ -271,6 +271,48 @@ std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float mar
                            : projectPreviewOf<false>(map, run, margin, out);
 }
 
+template <bool perspective>
+std::size_t packPreviewOf(const PointMap& map, const PreviewRun& run, std::uint32_t columns,
+                          std::uint32_t* tiles, TilePoint* points) {
+    const PreviewMap<perspective> preview(map);
+    const auto toScreen = preview.toScreen(map);
+    const LinearRow toSlab = preview.toSlab(map);
+    const Float zero = hn::Zero(floats), width = hn::Set(floats, static_cast<float>(map.width)),
+                height = hn::Set(floats, static_cast<float>(map.height));
+    const Int lastInTile = hn::Set(ints, Tile::edge - 1);
+    const Int lastPlace = hn::Set(ints, static_cast<std::int32_t>(map.slabs << placeBits) - 1);
+    const Int tileColumns = hn::Set(ints, static_cast<std::int32_t>(columns));
+    const Int placeMask = hn::Set(ints, (1 << placeBits) - 1);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < run.count; i += hn::Lanes(floats)) {
+        const PreviewPlaces at = loadPreview(run, i);
+        const Projected pixel = toScreen(at.places);
+        const Mask inX = hn::And(hn::Ge(pixel.x, zero), hn::Lt(pixel.x, width));
+        const Mask inY = hn::And(hn::Ge(pixel.y, zero), hn::Lt(pixel.y, height));
+        const Mask seen = hn::And(hn::And(inX, inY), hn::And(pixel.seen, at.drawn));
+        const Int x = hn::ConvertTo(ints, pixel.x), y = hn::ConvertTo(ints, pixel.y);
+        const Int tile = hn::Add(hn::Mul(hn::ShiftRight<5>(y), tileColumns), hn::ShiftRight<5>(x));
+        // The slab and the place in it are one fixed-point number.
+        const Float depth = hn::Mul(toSlab(at.places), hn::Set(floats, static_cast<float>(1 << placeBits)));
+        const Int deep = hn::Min(hn::ConvertTo(ints, hn::Max(depth, zero)), lastPlace);
+        const Int inTile = pixelIndex(hn::And(x, lastInTile), hn::And(y, lastInTile));
+        const Int cell = hn::Add(hn::ShiftLeft<10>(hn::ShiftRight<placeBits>(deep)), inTile);
+        const Int packed = hn::Or(hn::ShiftLeft<placeBits>(cell), hn::And(deep, placeMask));
+        const auto mask = hn::RebindMask(ints, seen);
+        const std::size_t hits =
+            hn::CompressStore(packed, mask, ints, reinterpret_cast<std::int32_t*>(points + size));
+        hn::CompressStore(tile, mask, ints, reinterpret_cast<std::int32_t*>(tiles + size));
+        size += hits;
+    }
+    return size;
+}
+
+std::size_t packPreview(const PointMap& map, const PreviewRun& run, std::uint32_t columns,
+                        std::uint32_t* tiles, TilePoint* points) {
+    return map.perspective ? packPreviewOf<true>(map, run, columns, tiles, points)
+                           : packPreviewOf<false>(map, run, columns, tiles, points);
+}
+
 }  // namespace
 }  // namespace mote::render::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -282,6 +324,7 @@ HWY_EXPORT(leafTiles);
 HWY_EXPORT(gatherPoints);
 HWY_EXPORT(projectPoints);
 HWY_EXPORT(projectPreview);
+HWY_EXPORT(packPreview);
 
 void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, float margin, TileBox* boxes) {
     HWY_DYNAMIC_DISPATCH(leafTiles)(map, cells, count, margin, boxes);
@@ -301,6 +344,11 @@ std::size_t projectPoints(const PointMap& map, LeafCell cell, const storage::Pac
 
 std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out) {
     return HWY_DYNAMIC_DISPATCH(projectPreview)(map, run, margin, out);
+}
+
+std::size_t packPreview(const PointMap& map, const PreviewRun& run, std::uint32_t columns,
+                        std::uint32_t* tiles, TilePoint* points) {
+    return HWY_DYNAMIC_DISPATCH(packPreview)(map, run, columns, tiles, points);
 }
 
 }  // namespace mote::render

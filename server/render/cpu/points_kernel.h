@@ -80,4 +80,14 @@ std::uint64_t countPreview(const PointMap& map, const PreviewRun& run, std::uint
 /// As projectPoints.
 std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out);
 
+/// A point of no more than a pixel, packed: its cell in its tile, slab * Tile::pixels + Tile::pixelIndex, and
+/// how deep in the slab, in 2^-placeBits.
+using TilePoint = std::uint32_t;
+inline constexpr unsigned placeBits = 14;
+
+/// As projectPreview of the points that fall into the picture: the tile of each, row by row in `columns`, and
+/// what it is there. Both have room for the run's count. At most 256 slabs.
+std::size_t packPreview(const PointMap& map, const PreviewRun& run, std::uint32_t columns,
+                        std::uint32_t* tiles, TilePoint* points);
+
 }  // namespace mote::render

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PreviewBlocks: the points of a layer's preview, block by block, as the kernels want them. Shares what the
-// plan and its step hold; read by any number of threads.
+// PreviewBlocks: points whose places are told in the whole box, block by block, as the kernels want them: of
+// a layer's preview, or streamed from its leaves. Shares what the plan, its step or the stream hold; read by
+// any number of threads.
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "server/render/cpu/points_kernel.h"
 #include "server/render/frame_plan.h"
@@ -17,13 +19,17 @@ class PreviewBlocks {
 
     /// No blocks where the layer has no preview. Throws storage::StorageError.
     explicit PreviewBlocks(const LayerPlan& layer);
+    /// All of `points`.
+    explicit PreviewBlocks(std::span<const storage::PreviewPoint> points) : points_(points) {}
 
-    std::size_t count() const { return (preview_.points.size() + blockPoints - 1) / blockPoints; }
+    std::size_t points() const { return points_.size(); }
+    std::size_t count() const { return (points_.size() + blockPoints - 1) / blockPoints; }
     PreviewRun block(std::size_t index) const;
 
   private:
-    const PreviewSelection* selection_;
-    storage::Preview preview_;
+    const PreviewSelection* selection_ = nullptr;  // null: all
+    std::span<const storage::PreviewPoint> points_;
+    std::span<const float> threshold_;
 };
 
 }  // namespace mote::render

@@ -21,16 +21,23 @@ class TileLists {
         return {items_.data() + begin_[tile], begin_[tile + 1] - begin_[tile]};
     }
 
+    void clear(std::size_t tiles) {
+        items_.clear();
+        begin_.assign(tiles + 1, 0);
+    }
+
     /// forEach(chunk, visit) calls visit(tile, item) for each item of a chunk, in the same order every time:
-    /// it is called twice a chunk, to count and to place, on any threads of the calling arena. Stops early
-    /// where `stop` is requested.
-    template <class ForEach>
-    void fill(std::size_t tiles, std::size_t chunks, const std::stop_token& stop, ForEach forEach) {
+    /// it is called twice a chunk, to count and to place, after one call of prepare(chunk); on any threads of
+    /// the calling arena. Stops early where `stop` is requested.
+    template <class Prepare, class ForEach>
+    void fill(std::size_t tiles, std::size_t chunks, const std::stop_token& stop, Prepare prepare,
+              ForEach forEach) {
         // Where the next item of each chunk and tile goes; first, how many there are.
         std::vector<std::uint32_t> places(chunks * tiles, 0);
         tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
             if (stop.stop_requested()) return;
             std::uint32_t* const counts = places.data() + chunk * tiles;
+            prepare(chunk);
             forEach(chunk, [counts](std::size_t tile, const Item&) { ++counts[tile]; });
         });
         begin_.assign(tiles + 1, 0);

@@ -4,68 +4,65 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
-
-#include "server/render/cpu/preview_blocks.h"
+#include <numeric>
 
 namespace mote::render {
 namespace {
 
 /// Leaves that are sorted by one task.
 constexpr std::size_t chunkLeaves = std::size_t{1} << 14;
-constexpr std::size_t blockLeaves = 1024;
 constexpr std::size_t chunkBlocks = 16;  // of the preview
 
 /// The leaves of a layer that are drawn, chunk by chunk, with the tiles that they can touch.
 class LeafTiles {
   public:
-    LeafTiles(const LayerPlan& layer, const PointMap& map, std::span<const LeafCell> cells, float margin)
-        : layer_(layer), leaves_(layer.step->leaves()), map_(map), cells_(cells), margin_(margin) {}
+    /// `boxes`: room for those of the leaves.
+    LeafTiles(const LayerPlan& layer, std::span<const LeafCell> cells, std::vector<TileBox>& boxes)
+        : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), boxes_(boxes) {
+        boxes_.resize(cells.size());
+    }
 
     std::size_t chunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
 
-    /// Calls visit(tile, leaf points) for each tile that a leaf of the chunk can touch. Returns the points of
-    /// leaves that touch one.
-    template <class Visit>
-    std::uint64_t forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
-        if (!drawsAny(chunk)) return 0;
-        verify(chunk);
+    /// Returns the points of leaves that touch a tile.
+    std::uint64_t prepare(std::size_t chunk, const PointMap& map, float margin) const {
+        const std::size_t begin = chunk * chunkLeaves, end = std::min(cells_.size(), begin + chunkLeaves);
+        bool any = false;
+        for (std::size_t i = begin; i < end; ++i) any = any || layer_.drawn(i) > 0;
+        std::fill(boxes_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  boxes_.begin() + static_cast<std::ptrdiff_t>(end), TileBox{});
+        if (!any) return 0;
+        verify(begin, end);
+        leafTiles(map, cells_.data() + begin, end - begin, margin, boxes_.data() + begin);
         std::uint64_t drawn = 0;
-        const std::size_t end = std::min(cells_.size(), (chunk + 1) * chunkLeaves);
-        std::array<TileBox, blockLeaves> boxes;
-        for (std::size_t begin = chunk * chunkLeaves; begin < end; begin += blockLeaves) {
-            const std::size_t size = std::min(blockLeaves, end - begin);
-            leafTiles(map_, cells_.data() + begin, size, margin_, boxes.data());
-            for (std::size_t i = 0; i < size; ++i) {
-                const std::uint32_t count = layer_.drawn(begin + i);
-                const TileBox& box = boxes[i];
-                if (count == 0 || box.left == box.right) continue;
-                drawn += count;
-                for (std::uint32_t row = box.top; row < box.bottom; ++row) {
-                    for (std::uint32_t column = box.left; column < box.right; ++column) {
-                        visitRuns(row * columns + column, begin + i, count, visit);
-                    }
-                }
-            }
+        for (std::size_t i = begin; i < end; ++i) {
+            if (boxes_[i].left < boxes_[i].right) drawn += layer_.drawn(i);
         }
         return drawn;
     }
 
-  private:
-    bool drawsAny(std::size_t chunk) const {
-        for (std::size_t i = chunk * chunkLeaves; i < std::min(cells_.size(), (chunk + 1) * chunkLeaves);
-             ++i) {
-            if (layer_.drawn(i) > 0) return true;
+    /// Calls visit(tile, leaf points) for each tile that a leaf of the chunk can touch.
+    template <class Visit>
+    void forEach(std::size_t chunk, std::uint32_t columns, Visit visit) const {
+        const std::size_t begin = chunk * chunkLeaves, end = std::min(cells_.size(), begin + chunkLeaves);
+        for (std::size_t i = begin; i < end; ++i) {
+            const TileBox& box = boxes_[i];
+            if (box.left == box.right) continue;
+            const std::uint32_t count = layer_.drawn(i);
+            for (std::uint32_t row = box.top; row < box.bottom; ++row) {
+                for (std::uint32_t column = box.left; column < box.right; ++column) {
+                    visitRuns(std::size_t{row} * columns + column, i, count, visit);
+                }
+            }
         }
-        return false;
     }
 
-    /// Of the chunk's points, that their bytes are right.
-    void verify(std::size_t chunk) const {
-        const std::size_t first = chunk * chunkLeaves,
-                          last = std::min(cells_.size(), first + chunkLeaves) - 1;
-        const std::uint64_t begin = leaves_.pointBegin[first];
-        layer_.step->positions(begin, leaves_.pointBegin[last] + leaves_.pointCount[last] - begin);
+  private:
+    /// Of the points of leaves, that their bytes are right.
+    void verify(std::size_t firstLeaf, std::size_t endLeaf) const {
+        const std::uint64_t begin = leaves_.pointBegin[firstLeaf];
+        const std::uint64_t end = leaves_.pointBegin[endLeaf - 1] + leaves_.pointCount[endLeaf - 1];
+        layer_.step->positions(begin, end - begin);
     }
 
     template <class Visit>
@@ -81,9 +78,8 @@ class LeafTiles {
 
     const LayerPlan& layer_;
     const storage::Leaves leaves_;
-    const PointMap& map_;
     const std::span<const LeafCell> cells_;
-    const float margin_;
+    std::vector<TileBox>& boxes_;
 };
 
 }  // namespace
@@ -91,35 +87,67 @@ class LeafTiles {
 bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
                       const std::stop_token& stop) {
     columns_ = tilesAcross(plan.width);
+    tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
     map_ = PointMap::make(plan, layer);
     discs_.reset();
     if (layer.style.pointSize > 1.0) discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
     points_ = layer.step->positions(0, 0).data();
     end_ = points_ + layer.step->pointCount();
-    const std::size_t tiles = std::size_t{columns_} * tilesAcross(plan.height);
-    const LeafTiles leafTiles(layer, *map_, cells, reach());
-    std::atomic<std::uint64_t> drawn{0};
-    leaves_.fill(tiles, leafTiles.chunks(), stop,
-                 [&](std::size_t chunk, auto visit) { drawn += leafTiles.forEach(chunk, columns_, visit); });
-    pointsDrawn_ = drawn / 2;  // each chunk was visited twice
-    sortPreview(layer, tiles, stop);
+    pointsDrawn_ = 0;
+    const bool stream = PointStream::serves(plan, layer, *map_);
+    const PreviewBlocks blocks = stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer);
+    sortLeaves(layer, stream ? std::span<const LeafCell>() : cells, stop);
+    sortDiscs(discs_ ? blocks : PreviewBlocks(std::span<const storage::PreviewPoint>()), stop);
+    sortPixels(discs_ ? PreviewBlocks(std::span<const storage::PreviewPoint>()) : blocks, stop);
     return !stop.stop_requested();
 }
 
-void TilePoints::sortPreview(const LayerPlan& layer, std::size_t tiles, const std::stop_token& stop) {
-    const PreviewBlocks blocks(layer);
+void TilePoints::sortLeaves(const LayerPlan& layer, std::span<const LeafCell> cells,
+                            const std::stop_token& stop) {
+    // Without leaves to draw, the octree need not even be there.
+    if (cells.empty()) return leaves_.clear(tiles_);
+    const LeafTiles leafTiles(layer, cells, boxes_);
     std::atomic<std::uint64_t> drawn{0};
-    const std::size_t chunks = (blocks.count() + chunkBlocks - 1) / chunkBlocks;
-    preview_.fill(tiles, chunks, stop, [&](std::size_t chunk, auto visit) {
+    leaves_.fill(
+        tiles_, leafTiles.chunks(), stop,
+        [&](std::size_t chunk) { drawn += leafTiles.prepare(chunk, *map_, reach()); },
+        [&](std::size_t chunk, auto visit) { leafTiles.forEach(chunk, columns_, visit); });
+    pointsDrawn_ += drawn;
+}
+
+void TilePoints::sortDiscs(const PreviewBlocks& blocks, const std::stop_token& stop) {
+    std::atomic<std::uint64_t> drawn{0};
+    const auto forEach = [&](std::size_t block, auto visit) {
         std::array<ScreenPoint, PreviewBlocks::blockPoints> screen;
+        const std::size_t hits = projectPreview(*map_, blocks.block(block), reach(), screen.data());
+        drawn += hits;
+        for (std::size_t i = 0; i < hits; ++i) visitTiles(screen[i], visit);
+    };
+    discPoints_.fill(
+        tiles_, blocks.count(), stop, [](std::size_t) {}, forEach);
+    pointsDrawn_ += drawn / 2;  // each block was visited twice
+}
+
+void TilePoints::sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop) {
+    constexpr std::size_t chunkPoints = chunkBlocks * PreviewBlocks::blockPoints;
+    const std::size_t chunks = (blocks.count() + chunkBlocks - 1) / chunkBlocks;
+    std::vector<std::size_t> hits(chunks, 0);
+    pointTiles_.resize(blocks.points());
+    unsorted_.resize(blocks.points());
+    const auto prepare = [&](std::size_t chunk) {
         const std::size_t end = std::min(blocks.count(), (chunk + 1) * chunkBlocks);
         for (std::size_t block = chunk * chunkBlocks; block < end; ++block) {
-            const std::size_t hits = projectPreview(*map_, blocks.block(block), reach(), screen.data());
-            drawn += hits;
-            for (std::size_t i = 0; i < hits; ++i) visitTiles(screen[i], visit);
+            const std::size_t to = chunk * chunkPoints + hits[chunk];
+            hits[chunk] += packPreview(*map_, blocks.block(block), columns_, pointTiles_.data() + to,
+                                       unsorted_.data() + to);
         }
-    });
-    pointsDrawn_ += drawn / 2;
+    };
+    const auto forEach = [&](std::size_t chunk, auto visit) {
+        const std::size_t begin = chunk * chunkPoints;
+        for (std::size_t i = begin; i < begin + hits[chunk]; ++i) visit(pointTiles_[i], unsorted_[i]);
+    };
+    pixelPoints_.fill(tiles_, chunks, stop, prepare, forEach);
+    pointsDrawn_ = std::accumulate(hits.begin(), hits.end(), pointsDrawn_);
 }
 
 template <class Visit>
@@ -146,7 +174,15 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
     } else {
         gatherPoints(*map_, leaves.data(), leaves.size(), points_, end_, tile, cells);
     }
-    for (const auto& point : preview_.of(index(tile))) add(point, tile, cells);
+    for (const auto& point : discPoints_.of(index(tile))) addDisc(point, tile, cells);
+    constexpr float step = 1.0F / (1 << placeBits);
+    for (const TilePoint point : pixelPoints_.of(index(tile))) {
+        const std::uint32_t cell = point >> placeBits;
+        PointCell& sums = cells.cells()[cell];
+        sums.weight += 1.0F;
+        sums.depth += (static_cast<float>(point & ((1U << placeBits) - 1)) + 0.5F) * step;
+        cells.touched()[cell / Tile::packetPixels] = 1;
+    }
     cells.settle();
 }
 
@@ -155,28 +191,25 @@ void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCel
     for (const auto& leaf : leaves) {
         const std::size_t hits =
             projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
-        for (std::size_t i = 0; i < hits; ++i) add(screen[i], tile, cells);
+        for (std::size_t i = 0; i < hits; ++i) addDisc(screen[i], tile, cells);
     }
 }
 
-void TilePoints::add(const ScreenPoint& point, Tile tile, TileCells& cells) const {
+void TilePoints::addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) const {
     constexpr auto edge = static_cast<std::int32_t>(Tile::edge);
     const auto left = static_cast<std::int32_t>(tile.column) * edge;
     const auto top = static_cast<std::int32_t>(tile.row) * edge;
     const std::uint32_t slab = std::min(static_cast<std::uint32_t>(point.slab), cells.slabs() - 1);
     const float place = point.slab - static_cast<float>(slab);
-    const auto addTo = [&](std::int32_t column, std::int32_t row, float weight) {
-        const std::uint32_t pixel = Tile::pixelIndex(static_cast<std::uint32_t>(column - left),
-                                                     static_cast<std::uint32_t>(row - top));
-        PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
-        cell.weight += weight;
-        cell.depth += weight * place;
-        cells.touched()[slab * Tile::packets + pixel / Tile::packetPixels] = 1;
-    };
-    if (discs_) return discs_->spread(point.x, point.y, {left, top, left + edge, top + edge}, addTo);
-    // Where a point lies on the picture's very edge it belongs to no pixel.
-    const auto column = static_cast<std::int32_t>(point.x), row = static_cast<std::int32_t>(point.y);
-    if (column < left + edge && row < top + edge) addTo(column, row, 1.0F);
+    discs_->spread(point.x, point.y, {left, top, left + edge, top + edge},
+                   [&](std::int32_t column, std::int32_t row, float weight) {
+                       const std::uint32_t pixel = Tile::pixelIndex(static_cast<std::uint32_t>(column - left),
+                                                                    static_cast<std::uint32_t>(row - top));
+                       PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];
+                       cell.weight += weight;
+                       cell.depth += weight * place;
+                       cells.touched()[slab * Tile::packets + pixel / Tile::packetPixels] = 1;
+                   });
 }
 
 }  // namespace mote::render

@@ -9,11 +9,14 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <vector>
 
 #include "server/render/cpu/disc_footprint.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
+#include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/points_kernel.h"
+#include "server/render/cpu/preview_blocks.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_lists.h"
 
@@ -27,7 +30,8 @@ class TilePoints {
               const std::stop_token& stop);
 
     bool any(Tile tile) const {
-        return !leaves_.of(index(tile)).empty() || !preview_.of(index(tile)).empty();
+        const std::size_t i = index(tile);
+        return !leaves_.of(i).empty() || !discPoints_.of(i).empty() || !pixelPoints_.of(i).empty();
     }
     /// Adds the points of a tile to its cells. From any thread.
     void gather(Tile tile, TileCells& cells) const;
@@ -36,17 +40,26 @@ class TilePoints {
   private:
     std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
     float reach() const { return discs_ ? discs_->reach() : 0.0F; }
-    void sortPreview(const LayerPlan& layer, std::size_t tiles, const std::stop_token& stop);
+    void sortLeaves(const LayerPlan& layer, std::span<const LeafCell> cells, const std::stop_token& stop);
+    void sortDiscs(const PreviewBlocks& blocks, const std::stop_token& stop);
+    void sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop);
     template <class Visit>
     void visitTiles(const ScreenPoint& point, Visit visit) const;
-    void add(const ScreenPoint& point, Tile tile, TileCells& cells) const;
+    void addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) const;
     void addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const;
 
     std::optional<PointMap> map_;
     std::optional<DiscFootprint> discs_;
     std::uint32_t columns_ = 0;  // of tiles
+    std::size_t tiles_ = 0;
     TileLists<LeafPoints> leaves_;
-    TileLists<ScreenPoint> preview_;
+    TileLists<ScreenPoint> discPoints_;
+    TileLists<TilePoint> pixelPoints_;
+    // While they are sorted.
+    std::vector<TileBox> boxes_;
+    std::vector<std::uint32_t> pointTiles_;
+    std::vector<TilePoint> unsorted_;
+    PointStream stream_;
     const storage::PackedPosition* points_ = nullptr;
     const storage::PackedPosition* end_ = nullptr;
     std::uint64_t pointsDrawn_ = 0;

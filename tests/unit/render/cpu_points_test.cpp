@@ -195,6 +195,31 @@ TEST_P(CpuPointsTest, ThePreviewIsTheShareOfTheLeavesThatItStandsFor) {
     }
 }
 
+TEST_P(CpuPointsTest, AStreamShowsThePointsOfTheLeaves) {
+    // In motion, of a plot that lies wholly in view; discs and single pixels.
+    for (const char* look : {"", ", 'sizePixels': 3"}) {
+        const auto whole = scene("'camera': {'eye': [2, 4, 8], 'target': [0, 0, 0]}", look);
+        const auto moving = makeFramePlan(whole, {.slabs = 24});
+        const auto exact = makeFramePlan(whole, {.slabs = Quality::exact().slabs});
+        ASSERT_FALSE(moving.exact);
+        ASSERT_TRUE(exact.exact);
+        const PointMap map = PointMap::make(moving, moving.layers[0]);
+        ASSERT_TRUE(PointStream::serves(moving, moving.layers[0], map));
+        EXPECT_FALSE(PointStream::serves(exact, exact.layers[0], map));
+        const auto streamed = gather(moving);
+        const auto leaves = gather(exact);
+        double apart = 0.0, sum = 0.0;
+        for (std::size_t i = 0; i < leaves.weight.size(); ++i) {
+            apart += std::abs(streamed.weight[i] - leaves.weight[i]);
+            sum += leaves.weight[i];
+        }
+        // As for the preview: one point in 250 changes its pixel; of a disc, its edge.
+        EXPECT_LE(apart, 4.0 + 2.0 * sum / 250.0) << look;
+        // A slab is eight times as thick in motion.
+        EXPECT_NEAR(8.0 * streamed.depth, leaves.depth, 0.01 * leaves.depth) << look;
+    }
+}
+
 TEST_P(CpuPointsTest, ATileBoxHoldsAllThatItsLeafTouches) {
     for (const auto* camera : cameras) {
         const auto plan = makeFramePlan(scene(camera), Quality::exact());

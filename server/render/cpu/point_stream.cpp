@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/point_stream.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace mote::render {
+namespace {
+
+constexpr std::size_t chunkLeaves = 4096;
+
+/// A position in a cell of `level`, rounded down to steps of the whole box.
+std::uint16_t inBox(std::uint32_t cell, std::uint16_t position, std::uint32_t level) {
+    return static_cast<std::uint16_t>((cell << 16 | position) >> level);
+}
+
+}  // namespace
+
+bool PointStream::serves(const FramePlan& plan, const LayerPlan& layer, const PointMap& map) {
+    if (plan.exact || !layer.leavesInView.empty()) return false;
+    if (layer.selection->points == 0 || layer.selection->points > mostPoints) return false;
+    // Sixteen steps a pixel, where the box is nearest.
+    constexpr double most = 65536.0 / 16.0;
+    double nearest = map.corner[PointMap::rowW];
+    for (const auto& edge : map.edge) nearest += std::min(edge[PointMap::rowW], 0.0);
+    if (!(nearest > 0.0)) return false;
+    const double half = 0.5 * std::max(plan.width, plan.height);
+    for (const auto& edge : map.edge) {
+        const double along = std::max(std::abs(edge[PointMap::rowX]), std::abs(edge[PointMap::rowY])) +
+                             half * std::abs(edge[PointMap::rowW]);
+        if (along / nearest > most) return false;
+    }
+    return true;
+}
+
+std::span<const storage::PreviewPoint> PointStream::of(const LayerPlan& layer,
+                                                       std::span<const LeafCell> cells) {
+    if (selection_.lock() == layer.selection) return points_;
+    selection_.reset();
+    const auto leaves = layer.step->leaves();
+    const auto& drawn = layer.selection->drawn;
+    const std::size_t chunks = (cells.size() + chunkLeaves - 1) / chunkLeaves;
+    std::vector<std::size_t> begin(chunks + 1, 0);
+    for (std::size_t i = 0; i < cells.size(); ++i) begin[i / chunkLeaves + 1] += drawn[i];
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) begin[chunk + 1] += begin[chunk];
+    points_.resize(begin.back());
+    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+        auto* out = points_.data() + begin[chunk];
+        const std::size_t end = std::min(cells.size(), (chunk + 1) * chunkLeaves);
+        for (std::size_t i = chunk * chunkLeaves; i < end; ++i) {
+            const LeafCell cell = cells[i];
+            const std::uint32_t level = cellLevel(cell);
+            for (const auto& p : layer.step->positions(leaves.pointBegin[i], drawn[i])) {
+                *out++ = {inBox(cellX(cell), p.x, level), inBox(cellY(cell), p.y, level),
+                          inBox(cellZ(cell), p.z, level), 0};
+            }
+        }
+    });
+    selection_ = layer.selection;
+    return points_;
+}
+
+}  // namespace mote::render

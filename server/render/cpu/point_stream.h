@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PointStream: the points that a plan selects from the leaves, told in the whole box, so that a view in
+// motion streams them and does not look at a leaf again while its selection stays. Their places are rounded
+// to a 65536th of the box: for pictures in motion that show a box of no more than some thousand pixels. Owned
+// by the device.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_map.h"
+#include "server/render/frame_plan.h"
+
+namespace mote::render {
+
+class PointStream {
+  public:
+    /// A stream takes 8 bytes a point.
+    static constexpr std::uint64_t mostPoints = std::uint64_t{1} << 25;
+
+    /// Whether a picture of a layer is well drawn from a stream: not exact, of a plot that lies mostly in
+    /// view, and whose box is not too large on the screen.
+    static bool serves(const FramePlan& plan, const LayerPlan& layer, const PointMap& map);
+
+    /// The layer's points; kept until another selection is asked for. Uses all threads of the calling arena.
+    /// Throws storage::StorageError.
+    std::span<const storage::PreviewPoint> of(const LayerPlan& layer, std::span<const LeafCell> cells);
+
+  private:
+    std::weak_ptr<const PointSelection> selection_;
+    std::vector<storage::PreviewPoint> points_;
+};
+
+}  // namespace mote::render
