@@ -26,8 +26,14 @@ struct VisibleVolume {
     const VisibleBlocks* blocks = nullptr;
 };
 
+/// Pixels, from the picture's upper left corner; may reach beyond it.
+struct PixelRange {
+    glm::dvec2 low, high;
+};
+
 struct CompositeLayer {
     RayMap rays;
+    PixelRange screen;  ///< outside of which no ray meets the box
     VisibleVolume visible;
     glm::vec3 pointColor;  ///< linear RGB
     float pointTau;        ///< optical depth of a whole point

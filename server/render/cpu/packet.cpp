@@ -16,7 +16,10 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     for (std::size_t l = 0; l < frame.layers.size(); ++l) {
         rays[l].hit = false;
         const auto& visible = frame.layers[l].visible;
-        if (visible.volume == nullptr) continue;
+        const PixelRange& screen = frame.layers[l].screen;
+        if (visible.volume == nullptr || x > screen.high.x || y > screen.high.y ||
+            x + Tile::packetEdge < screen.low.x || y + Tile::packetEdge < screen.low.y)
+            continue;
         rays[l].aim(frame, frame.layers[l].rays, x, y, visible.volume->size());
         if (!rays[l].hit) continue;
         anyHit = true;
