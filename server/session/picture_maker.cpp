@@ -28,8 +28,13 @@ Error inLayer(std::size_t index, const Error& error) {
 /// it best: views of one hand follow each other closely. It is taken with care (a view that saw nothing is
 /// followed by one that does), and of new data all points are expected.
 ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
-    ViewLoad load{static_cast<double>(scene.view.width) * scene.view.height, 0.0};
-    for (const auto& step : scene.steps) load.points += static_cast<double>(step->pointCount());
+    ViewLoad load{.pixels = static_cast<double>(scene.view.width) * scene.view.height};
+    for (const auto& step : scene.steps) {
+        load.points += static_cast<double>(step->pointCount());
+        const auto thresholds = step->preview(0).threshold;
+        const double share = thresholds.empty() ? 0.0 : thresholds.back();
+        load.previewShare = &step == &scene.steps.front() ? share : std::min(load.previewShare, share);
+    }
     if (scene.steps == history.steps) load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
 }

@@ -52,9 +52,11 @@ double QualityController::fractionWithin(const ViewLoad& load, const Quality& qu
 }
 
 /// The nearest power of the square root of 1/2 that is not above `wanted`, or the last one while that is not
-/// far off.
-double QualityController::steadyShare(double wanted) {
-    constexpr double tooMuch = 1.2, tooLittle = 0.5;
+/// far off. Of a share that is not much more than the previews hold, what they hold: for a little more, all
+/// leaves would have to be looked at.
+double QualityController::steadyShare(double wanted, double previewShare) {
+    constexpr double tooMuch = 1.2, tooLittle = 0.5, muchMore = 3.0;
+    if (wanted >= previewShare && wanted < muchMore * previewShare) return lastShare_ = previewShare;
     const bool near = lastShare_ > 0.0 && lastShare_ <= tooMuch * wanted && lastShare_ >= tooLittle * wanted;
     if (!near) lastShare_ = std::exp2(-0.5 * std::ceil(-2.0 * std::log2(wanted)));
     return lastShare_;
@@ -78,7 +80,8 @@ Quality QualityController::quick(const ViewLoad& load) {
     if (load.points > mostPoints) {
         quality.pointFraction = std::min(quality.pointFraction, mostPoints / load.points);
     }
-    if (quality.pointFraction < 1.0) quality.pointFraction = steadyShare(quality.pointFraction);
+    if (quality.pointFraction < 1.0)
+        quality.pointFraction = steadyShare(quality.pointFraction, load.previewShare);
     return quality;
 }
 

@@ -22,6 +22,8 @@ namespace mote::server {
 struct ViewLoad {
     double pixels = 0.0;
     double points = 0.0;
+    double previewShare =
+        0.0;  ///< of the points that comes from previews, at far less than its part of the cost
 };
 
 class QualityController {
@@ -48,7 +50,7 @@ class QualityController {
 
   private:
     double fractionWithin(const ViewLoad& load, const render::Quality& quality, double budgetMs) const;
-    double steadyShare(double wanted);
+    double steadyShare(double wanted, double previewShare);
     void solve();
 
     double budgetMs_;

@@ -32,13 +32,15 @@ std::uint32_t saturatingSum(std::uint32_t a, std::uint32_t b) {
 /// One picture being counted.
 class Counting {
   public:
-    Counting(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells)
+    /// Of the leaves, and of points told in the whole box.
+    Counting(const LayerPlan& layer, const PointMap& map, std::span<const LeafCell> cells,
+             const PreviewBlocks& blocks)
         : layer_(layer),
           // Without leaves to draw, the octree need not even be there.
           leaves_(cells.empty() ? storage::Leaves{} : layer.step->leaves()),
           cells_(cells),
-          map_(PointMap::make(plan, layer)),
-          preview_(layer),
+          map_(map),
+          preview_(blocks),
           end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
         if (layer.style.pointSize > 1.0) {
             discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
@@ -118,7 +120,7 @@ class Counting {
     const LayerPlan& layer_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
-    const PointMap map_;
+    const PointMap& map_;
     const PreviewBlocks preview_;
     std::optional<DiscFootprint> discs_;
     const storage::PackedPosition* end_;
@@ -134,7 +136,10 @@ std::size_t partsFor(std::size_t pixels) {
 bool FlatPoints::draw(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
                       std::stop_token stop) {
     const std::size_t pixels = std::size_t{plan.width} * plan.height;
-    const Counting counting(plan, layer, cells);
+    const PointMap map = PointMap::make(plan, layer);
+    const bool stream = PointStream::serves(plan, layer, map);
+    const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
+                            stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer));
     weightOfOne_ = layer.style.pointSize > 1.0 ? 1.0 / discUnit : 1.0;
     const std::size_t parts = partsFor(pixels);
     parts_.resize(parts - 1);

@@ -12,6 +12,7 @@
 
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
+#include "server/render/cpu/point_stream.h"
 
 namespace mote::render {
 
@@ -33,6 +34,7 @@ class FlatPoints {
   private:
     std::vector<std::uint32_t> counts_;
     std::vector<std::vector<std::uint32_t>> parts_;  // of the other threads
+    PointStream stream_;
     double weightOfOne_ = 1.0;
     std::uint64_t pointsDrawn_ = 0;
 };

@@ -123,6 +123,17 @@ TEST(QualityController, TheShareOfPointsIsSteady) {
     EXPECT_LE(changes, 1);
 }
 
+TEST(QualityController, AShareLittleAboveThePreviewIsThePreview) {
+    QualityController controller(30.0);
+    controller.startFrom({30.0, 1.0});
+    ViewLoad load{1280.0 * 720.0, 20e6, 0.04};  // about a twentieth of it fits
+    EXPECT_EQ(controller.quick(load).pointFraction, 0.04);
+    load.previewShare = 0.001;  // far below what fits
+    EXPECT_GT(controller.quick(load).pointFraction, 0.01);
+    load.previewShare = 0.2;  // any smaller share comes from it, too
+    EXPECT_LT(controller.quick(load).pointFraction, 0.06);
+}
+
 TEST(QualityController, LongExactPicturesGetOneBetween) {
     const SimulatedDevice device{1.0, 25e-6, 1e-6, 4e-6};
     QualityController controller(30.0);
