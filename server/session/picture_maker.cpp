@@ -129,33 +129,40 @@ Result<render::Scene> PictureMaker::makeScene(const View& view) {
     return scene;
 }
 
-/// Says what the picture needs; whether some of it is on its way.
-bool PictureMaker::awaitData(const render::FramePlan& plan) {
+/// Says what the pictures need; whether some of it is on its way.
+bool PictureMaker::want(const render::FramePlan& plan) {
     bool coming = false;
     for (const auto& layer : plan.layers) coming = steps_.want(*layer.step, layer.need) || coming;
     return coming;
 }
 
+/// Nothing where the picture waits for data.
+std::optional<render::FramePlan> PictureMaker::planFor(Stage stage, const render::Scene& scene,
+                                                       const Quality& quality) {
+    const auto plan = [&](render::Reading reading) {
+        return render::makeFramePlan(scene, quality, selections_, device_->abilities(), reading);
+    };
+    auto now = plan(render::Reading::notForPoints);
+    if (stage != Stage::exact || !now.waits()) return now;
+    for (const auto& step : scene.steps) step->check();
+    if (want(now)) return std::nullopt;
+    return plan(render::Reading::all);
+}
+
 Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
                           PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto planFor = [&](render::Reading reading) {
-        return render::makeFramePlan(scene, quality, selections_, device_->abilities(), reading);
-    };
-    auto plan = planFor(render::Reading::notForPoints);
-    const bool coming = awaitData(plan);
-    if (job.stage == Stage::exact && plan.waits()) {
-        for (const auto& step : scene.steps) step->check();
-        if (coming) return {.waits = true};
-        plan = planFor(render::Reading::all);
-    }
+    const auto plan = planFor(job.stage, scene, quality);
+    if (!plan) return {.waits = true};
     const auto planned = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
-    auto picture = device_->render(plan, format, job.stop);
+    auto picture = device_->render(*plan, format, job.stop);
     for (const auto& step : scene.steps) step->check();
+    // Not before: what is read for this picture goes first.
+    want(*plan);
     if (!picture) return {};
     const double renderMs = milliseconds(Clock::now() - planned);
-    const double share = shareOf(plan, quality);
+    const double share = shareOf(*plan, quality);
     learn(history, scene, *picture, quality, share, renderMs);
     MadePicture made{*std::move(picture), {}, stageAfter(job.stage, scene, history)};
     describe(made, job, name_);

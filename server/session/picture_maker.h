@@ -63,7 +63,9 @@ class PictureMaker {
   private:
     Making draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
                 PictureHistory& history);
-    bool awaitData(const render::FramePlan& plan);
+    std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
+                                             const render::Quality& quality);
+    bool want(const render::FramePlan& plan);
     Result<render::Scene> makeScene(const View& view);
     void deviceFailed();
 

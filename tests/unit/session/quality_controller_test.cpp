@@ -126,8 +126,8 @@ TEST(QualityController, TheShareOfPointsIsSteady) {
 TEST(QualityController, AShareLittleAboveThePreviewIsThePreview) {
     QualityController controller(30.0);
     controller.startFrom({30.0, 1.0});
-    ViewLoad load{1280.0 * 720.0, 20e6, 0.04};  // about a twentieth of it fits
-    EXPECT_EQ(controller.quick(load).pointFraction, 0.04);
+    ViewLoad load{1280.0 * 720.0, 20e6, 0.02};  // the first picture dares a fortieth of it
+    EXPECT_EQ(controller.quick(load).pointFraction, 0.02);
     load.previewShare = 0.001;  // far below what fits
     EXPECT_GT(controller.quick(load).pointFraction, 0.01);
     load.previewShare = 0.2;  // any smaller share comes from it, too

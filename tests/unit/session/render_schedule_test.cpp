@@ -66,6 +66,34 @@ TEST_F(RenderScheduleTest, MovingViewSleepsAfterItsQuickPicture) {
     EXPECT_FALSE(schedule_.nextDue());
 }
 
+TEST_F(RenderScheduleTest, WhatWaitsForDataSleepsUntilSomeArrives) {
+    view(1, true, true);
+    schedule_.finishWaiting(*next());
+    now_ += 1h;
+    EXPECT_FALSE(next());
+    EXPECT_FALSE(schedule_.nextDue());
+    schedule_.dataArrived(now_);
+    const auto job = next();
+    ASSERT_TRUE(job);
+    EXPECT_EQ(job->stage, Stage::exact);
+    schedule_.finishDrawn(*job, Stage::done);
+    schedule_.dataArrived(now_);
+    EXPECT_FALSE(next()) << "it waited for nothing any more";
+}
+
+TEST_F(RenderScheduleTest, ANewViewDoesNotWaitForTheDataOfTheOneBefore) {
+    view(1, true, true);
+    schedule_.finishWaiting(*next());
+    view(1, true);
+    const auto job = next();
+    ASSERT_TRUE(job);
+    EXPECT_EQ(job->stage, Stage::quick);
+    // Its credit came back: two pictures may be on their way.
+    schedule_.finishDrawn(*job, Stage::exact);
+    view(1, true);
+    EXPECT_TRUE(next());
+}
+
 TEST_F(RenderScheduleTest, FinalOnlyStartsAtOnceWithTheExactPicture) {
     view(1, true, true);
     const auto job = next();
