@@ -27,8 +27,8 @@ class LosslessEncoder {
     /// protocol/wire/row_filter.h, then one zstd frame with its checksum. Every picture bit but alpha comes
     /// back. Errors: internal, resourceExhausted (memory).
     Result<std::vector<std::uint8_t>> encode(const render::Picture& picture);
-    /// About how many bytes encode() would make: from a sixteenth of its rows, in a tenth of the time. Errors: as
-    /// encode().
+    /// About how many bytes encode() would make: from a sixteenth of its rows, in a tenth of the time.
+    /// Errors: as encode().
     Result<std::size_t> expectedBytes(const render::Picture& picture);
 
   private:

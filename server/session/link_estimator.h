@@ -21,8 +21,8 @@ class LinkEstimator {
     /// or fewer than before.
     bool received(Clock::time_point now, std::uint64_t total);
 
-    /// Bytes a second. Nothing before the first receipts. A link that is faster than what can be measured here
-    /// seems endless, and that is all that matters.
+    /// Bytes a second. Nothing before the first receipts. A link that is faster than what can be measured
+    /// here seems endless, and that is all that matters.
     std::optional<double> rate() const;
     /// The shortest time of late between sending and receipt of anything: both ways without a queue. Nothing
     /// before the first receipt.
