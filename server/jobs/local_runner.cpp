@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <asio/io_context.hpp>
 #include <asio/posix/stream_descriptor.hpp>
 #include <cerrno>
@@ -92,6 +93,21 @@ std::vector<std::string> supervisorArguments(const RunOrder& order, const std::s
     return words;
 }
 
+/// Ours, without what a launcher of MPI left there where the server is one of several ranks: a job is none of
+/// them, and would wait for the others.
+std::vector<char*> jobEnvironment() {
+    std::vector<char*> result;
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+        const std::string_view text(*entry);
+        constexpr std::string_view launchers[] = {"OMPI_", "PMI_", "PMIX_", "MPI_"};
+        const bool left = std::any_of(std::begin(launchers), std::end(launchers),
+                                      [&](std::string_view start) { return text.starts_with(start); });
+        if (!left) result.push_back(*entry);
+    }
+    result.push_back(nullptr);
+    return result;
+}
+
 /// posix_spawn with a session of its own, its output in the job's log and the gate at kGate; 0 or an errno.
 int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_t& pid) {
     std::vector<char*> argv;
@@ -113,7 +129,7 @@ int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_
     posix_spawnattr_setsigmask(&attributes, &none);
     posix_spawnattr_setflags(&attributes,
                              POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-    const int error = posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), environ);
+    const int error = posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), jobEnvironment().data());
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;

@@ -103,6 +103,7 @@ void planPoints(LayerPlan& layer, const Curve& fraction, const Frustum& frustum,
                 SelectionCache& selections, DeviceAbilities device, Reading reading) {
     layer.share = share;
     layer.need = needOf(*layer.step, fraction);
+    if (!device.allPoints) layer.need.points.clear();
     if (!layer.need.octree) {
         layer.selection = std::make_shared<const PointSelection>();
         return;

@@ -65,7 +65,8 @@ enum class Reading { all, notForPoints };
 
 /// What a device knows to draw.
 struct DeviceAbilities {
-    bool preview = false;  ///< LayerPlan::preview
+    bool preview = false;   ///< LayerPlan::preview
+    bool allPoints = true;  ///< from this process's memory: LayerPlan::need asks for them
 };
 
 /// Throws storage::StorageError where the octree's bytes are damaged.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// mote-server: options, one server, its exit code.
+// mote-server: options, one server or one of its ranks, its exit code.
 #include <fmt/format.h>
 #include <google/protobuf/stubs/logging.h>
 #include <pthread.h>
@@ -16,7 +16,9 @@
 #include <semaphore>
 #include <thread>
 
+#include "server/render/ranks/mpi_ranks.h"
 #include "server/session/options.h"
+#include "server/session/rank_program.h"
 #include "server/session/server.h"
 #include "storage/mapping_guard.h"
 
@@ -60,6 +62,23 @@ class Watchdog {
     std::thread thread_;
 };
 
+/// Until a signal ends it. Returns the exit code.
+int serve(const mote::server::ServerSettings& settings, mote::server::DeviceFactory device) {
+    Watchdog watchdog;
+    mote::server::Server server(settings, std::move(device));
+    const auto started = server.start();
+    if (!started.ok()) {
+        fmt::print(stderr, "mote-server: {}\n", started.error().toString());
+        return failed;
+    }
+    fmt::print("ready {} {}\n", settings.connectionFile.string(), server.deviceName());
+    std::fflush(stdout);
+    server.run();
+    server.withdraw();
+    watchdog.start();
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -71,22 +90,14 @@ int main(int argc, char** argv) {
     setUpLog();
     std::signal(SIGPIPE, SIG_IGN);
     mote::storage::catchMappingFaults();
-
     const auto makeDevice = [kind = settings.device, threads = settings.threads] {
         return mote::render::createDevice(kind, threads);
     };
-    const std::string connection = settings.connectionFile.string();
-    Watchdog watchdog;
-    mote::server::Server server(std::move(settings), makeDevice);
-    const auto started = server.start();
-    if (!started.ok()) {
-        fmt::print(stderr, "mote-server: {}\n", started.error().toString());
+    try {
+        const auto ranks = mote::render::joinRanks();
+        return ranks ? mote::server::runRank(*ranks, settings, serve) : serve(settings, makeDevice);
+    } catch (const std::exception& failure) {
+        fmt::print(stderr, "mote-server: {}\n", failure.what());
         return failed;
     }
-    fmt::print("ready {} {}\n", connection, server.deviceName());
-    std::fflush(stdout);
-    server.run();
-    server.withdraw();
-    watchdog.start();
-    return 0;
 }

@@ -74,10 +74,12 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
     const auto digest = readDigest(directory / entry.digest(), *findFile(manifest, entry.digest()));
     if (!digest.ok()) return digest.error();
     const auto path = directory / entry.file();
-    auto file = MappedFile::open(path, findFile(manifest, entry.file())->size());
+    const auto& described = *findFile(manifest, entry.file());
+    auto file = MappedFile::open(path, described.size());
     if (!file.ok()) return file.error();
     const std::shared_ptr<MappedStep> mapped(
         new MappedStep(*std::move(file), path.string(), std::move(budget)));
+    mapped->origin_ = {path, described.xxh3_128()};
     mapped->volumeSize_ = 1U << particles.volume_level();
     mapped->maxLevel_ = particles.max_level();
     mapped->logDensity_ = {particles.density_min(), particles.density_max()};

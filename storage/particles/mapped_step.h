@@ -18,6 +18,12 @@
 
 namespace mote::storage {
 
+/// The file that a step lies in, and which content of it.
+struct StepOrigin {
+    std::filesystem::path file;
+    std::string digest;  ///< FileEntry.xxh3_128 of the manifest
+};
+
 class MappedStep final : public ParticleStep {
   public:
     /// Something to do ahead of need: blocks [first, last) of an array to bring in, or, where there is no
@@ -37,6 +43,7 @@ class MappedStep final : public ParticleStep {
                                                           std::shared_ptr<BlockBudget> budget = nullptr);
     ~MappedStep() override;
 
+    const StepOrigin& origin() const { return origin_; }
     OctreeNodes nodes() const override;
     Leaves leaves() const override;
     std::uint64_t pointCount() const override { return array(StepArray::pointRow).size(); }
@@ -87,6 +94,7 @@ class MappedStep final : public ParticleStep {
     std::string name_;                           ///< the file's path
     const std::shared_ptr<BlockBudget> budget_;  ///< may be null
     std::vector<VerifiedArray> arrays_;          ///< by StepArray
+    StepOrigin origin_;
     std::uint32_t volumeSize_ = 0;
     std::uint32_t maxLevel_ = 0;
     LogDensity logDensity_;

@@ -33,6 +33,15 @@ class BeamFolder {
     TempDir folder_;
 };
 
+/// Open MPI minds root, more ranks than cores, and two groups of ranks that each bind to the same cores.
+ProcessOptions mpiOptions() {
+    return {.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+                            {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+                            {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
+                            {"OMPI_MCA_hwloc_base_binding_policy", "none"}},
+            .fileSizeLimit = {}};
+}
+
 std::string withQuotes(std::string json) {
     std::replace(json.begin(), json.end(), '\'', '"');
     return json;
@@ -60,11 +69,31 @@ Station::~Station() {
     server_->wait();
 }
 
+std::vector<std::string> Station::serverArguments(const std::filesystem::path& root) const {
+    return {"--root",       "data=" + root.string(), "--state", (folder_ / "state").string(),
+            "--connection", connection().string()};
+}
+
 void Station::startServer() {
-    server_ = std::make_unique<Process>(
-        program("mote-server"),
-        std::vector<std::string>{"--root", "data=" + root().string(), "--state", (folder_ / "state").string(),
-                                 "--connection", connection().string()});
+    server_ = std::make_unique<Process>(program("mote-server"), serverArguments(root()));
+    awaitServer();
+}
+
+void Station::startRanks(int ranks, const std::vector<std::filesystem::path>& otherRoots) {
+    std::vector<std::string> words;
+    const auto add = [&](int count, const std::filesystem::path& root) {
+        if (!words.empty()) words.emplace_back(":");
+        words.insert(words.end(), {"-n", std::to_string(count), program("mote-server").string()});
+        const auto arguments = serverArguments(root);
+        words.insert(words.end(), arguments.begin(), arguments.end());
+    };
+    add(ranks, root());
+    for (const auto& other : otherRoots) add(1, other);
+    server_ = std::make_unique<Process>("/usr/bin/mpirun", words, mpiOptions());
+    awaitServer();
+}
+
+void Station::awaitServer() {
     if (server_->waitForOutput("ready")) return;
     server_->wait();
     throw std::runtime_error("mote-server is not ready: " + server_->errors());

@@ -30,6 +30,9 @@ class Station {
 
     /// Waits until it is ready. Throws std::runtime_error with what it said.
     void startServer();
+    /// As startServer(), but of several ranks under mpirun, which server() is then; after `ranks` of them
+    /// with the same root comes one for each of `otherRoots`, which has that in its place.
+    void startRanks(int ranks, const std::vector<std::filesystem::path>& otherRoots = {});
     Process& server() { return *server_; }
 
     std::filesystem::path root() const { return folder_ / "root"; }
@@ -47,6 +50,9 @@ class Station {
                                              const std::vector<std::string>& more) const;
 
   private:
+    std::vector<std::string> serverArguments(const std::filesystem::path& root) const;
+    void awaitServer();
+
     TempDir folder_;
     std::unique_ptr<Process> server_;
 };

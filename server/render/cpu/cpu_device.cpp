@@ -10,6 +10,7 @@
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
 #include "server/render/cpu/composite.h"
+#include "server/render/cpu/flat_layer.h"
 #include "server/render/cpu/flat_picture.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/frame_points.h"
@@ -36,27 +37,11 @@ struct CpuDevice::State {
     FlatPoints flat;
 };
 
-namespace {
-
-/// The only layer that draws anything, where that is points: depth does not matter then. Else null.
-const LayerPlan* onlyPoints(const FramePlan& plan, const std::vector<VisibleVolume>& volumes) {
-    const LayerPlan* only = nullptr;
-    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
-        if (volumes[i].volume != nullptr) return nullptr;
-        if (plan.layers[i].pointsDrawn == 0) continue;
-        if (only != nullptr) return nullptr;
-        only = &plan.layers[i];
-    }
-    return only;
-}
-
-}  // namespace
-
 std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
                                               const std::stop_token& stop) {
     std::vector<VisibleVolume> visible;
     for (const auto& layer : plan.layers) visible.push_back(volumes.of(layer.step, layer.style));
-    if (const LayerPlan* only = onlyPoints(plan, visible)) return drawFlat(plan, *only, format, stop);
+    if (const auto only = flatLayer(plan, visible)) return drawFlat(plan, plan.layers[*only], format, stop);
     if (!points.sort(plan, leaves, stop)) return std::nullopt;
     const CompositeFrame frame(plan, format, visible);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
@@ -66,7 +51,8 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
     oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan.height), [&](std::uint32_t number) {
         if (stop.stop_requested()) return;
         const Tile tile{number % columns, number / columns};
-        compositeTile(frame, tile, points.gather(tile), picture.pixels.data());
+        const bool any = points.any(tile);
+        compositeTile(frame, tile, any ? points.gather(tile) : std::span<TileCells>(), picture.pixels.data());
     });
     if (stop.stop_requested()) return std::nullopt;
     return picture;
@@ -79,14 +65,17 @@ std::optional<Picture> CpuDevice::State::drawFlat(const FramePlan& plan, const L
     return flatPicture(plan, layer, flat, format);
 }
 
+std::string cpuName(int threads) {
+    return "cpu (" + vectorName() + ", " + std::to_string(threads) +
+           (threads == 1 ? " thread)" : " threads)");
+}
+
 CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options)) {}
 
 CpuDevice::~CpuDevice() = default;
 
 std::string CpuDevice::name() const {
-    const int threads = state_->arena.max_concurrency();
-    return "cpu (" + vectorName() + ", " + std::to_string(threads) +
-           (threads == 1 ? " thread)" : " threads)");
+    return cpuName(state_->arena.max_concurrency());
 }
 
 DeviceCosts CpuDevice::costs() {

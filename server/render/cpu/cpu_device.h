@@ -11,6 +11,9 @@
 
 namespace mote::render {
 
+/// "cpu (AVX-512, 2 threads)".
+std::string cpuName(int threads);
+
 struct CpuOptions {
     unsigned threads = 0;  ///< 0: as many as the process may use
 };

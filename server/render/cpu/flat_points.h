@@ -29,6 +29,8 @@ class FlatPoints {
     double weightOfOne() const { return weightOfOne_; }
     /// Of each pixel, row by row; valid until the next draw().
     std::span<const std::uint32_t> counts() const { return counts_; }
+    /// To add what others counted.
+    std::span<std::uint32_t> counts() { return counts_; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
 
   private:

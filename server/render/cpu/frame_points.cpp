@@ -16,10 +16,11 @@ bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const std:
     return true;
 }
 
-std::span<const TileCells> FramePoints::gather(Tile tile) {
-    if (std::none_of(layers_.begin(), layers_.end(), [&](const auto& layer) { return layer.any(tile); })) {
-        return {};
-    }
+bool FramePoints::any(Tile tile) const {
+    return std::any_of(layers_.begin(), layers_.end(), [&](const auto& layer) { return layer.any(tile); });
+}
+
+std::span<TileCells> FramePoints::gather(Tile tile) {
     auto& cells = cells_.local();
     const bool fits = cells.size() == layers_.size() && cells.front().slabs() == slabs_;
     if (!fits) cells.assign(layers_.size(), TileCells(slabs_));

@@ -21,9 +21,11 @@ class FramePoints {
     /// As TilePoints::sort, for each layer.
     bool sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop);
 
-    /// The cells of a tile, one a layer; none where no layer has points there. They belong to the calling
-    /// thread until it asks again.
-    std::span<const TileCells> gather(Tile tile);
+    /// Whether any layer may have points in a tile.
+    bool any(Tile tile) const;
+    /// The cells of a tile, one a layer. They belong to the calling thread, which may add to them, until it
+    /// asks again.
+    std::span<TileCells> gather(Tile tile);
     std::uint64_t pointsDrawn() const;
 
   private:

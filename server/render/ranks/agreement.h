@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Agreement: how a picture goes on or ends on all ranks alike, though one of them fails or the picture is
+// stopped. One a picture and rank; one thread.
+#pragma once
+
+#include <exception>
+#include <new>
+#include <optional>
+#include <stop_token>
+
+#include "protocol/scene/error.h"
+#include "server/render/ranks/ranks.h"
+#include "storage/storage_error.h"
+
+namespace mote::render {
+
+class Agreement {
+  public:
+    explicit Agreement(Ranks& ranks) : ranks_(ranks) {}
+
+    /// Does this rank's work, unless some of it failed before. What is thrown waits for all().
+    template <class Work>
+    void attempt(Work work) {
+        if (error_) return;
+        try {
+            work();
+        } catch (const storage::StorageError& failure) {
+            error_ = failure.error();
+        } catch (const std::bad_alloc&) {
+            error_ = Error{ErrorCode::resourceExhausted, "view", "there is not enough memory to draw it"};
+        } catch (const std::exception& failure) {
+            error_ = Error{ErrorCode::internal, "view", failure.what()};
+        }
+    }
+
+    /// All ranks call it: whether they go on. Not where one of them failed, or `stop` was requested on one.
+    bool all(const std::stop_token& stop);
+
+    /// On rank 0, once all() said no: the first failure, naming its rank; nothing where it was a stop.
+    const std::optional<Error>& failure() const { return error_; }
+
+  private:
+    void collectErrors();
+
+    Ranks& ranks_;
+    std::optional<Error> error_;
+};
+
+}  // namespace mote::render

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FrameOrder: what rank 0 asks all ranks to draw: a frame plan without what each rank finds in its own copy
+// of the steps, their data and their selections. A value; pure functions.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "server/render/frame_plan.h"
+#include "server/render/picture.h"
+#include "server/render/ranks/rank_steps.h"
+#include "server/render/ranks/ranks.h"
+
+namespace mote::render {
+
+struct FrameOrder {
+    std::uint64_t number = 0;  ///< of the picture
+    PixelFormat format = PixelFormat::srgb8;
+    std::optional<std::uint32_t> flatLayer;  ///< the only layer, where depth does not matter
+    std::vector<RankSteps::Name> steps;      ///< one a layer
+    FramePlan plan;
+};
+
+Bytes packOrder(const FrameOrder& order);
+
+/// In the layers' plans `step` and `preview` are null; `selection` is null too, but for layers that draw no
+/// points of leaves, which have an empty one.
+FrameOrder unpackOrder(const Bytes& bytes);
+
+}  // namespace mote::render

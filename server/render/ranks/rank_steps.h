@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// RankSteps: how ranks tell each other of the steps of a picture. Each rank has its own and asks it from the
+// thread that draws.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "protocol/scene/error.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+class RankSteps {
+  public:
+    /// The same on all ranks, however each of them reaches the file.
+    struct Name {
+        std::string file;    ///< "ROOT/NAME.mote/step-000000.h5"
+        std::string digest;  ///< of the file, as in the manifest
+        bool operator==(const Name&) const = default;
+    };
+
+    virtual ~RankSteps() = default;
+    /// Errors: unsupported (the step lies in no file beneath a root).
+    virtual Result<Name> nameOf(const storage::ParticleStep& step) = 0;
+    /// Errors: of ParticleStep::open; corrupt where the file is not the one that was named.
+    virtual Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) = 0;
+    /// Before a picture's first step: what the one before it held may leave memory.
+    virtual void beginPicture() {}
+};
+
+}  // namespace mote::render

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ranks/ranked_device.h"
+
+#include <fmt/format.h>
+
+#include "protocol/scene/mote_check.h"
+#include "server/render/blank_picture.h"
+#include "server/render/cpu/cpu_device.h"
+#include "server/render/cpu/flat_layer.h"
+#include "server/render/cpu/packet.h"
+#include "server/render/ranks/rank_frame.h"
+
+namespace mote::render {
+
+struct RankedDevice::State {
+    FrameOrder orderOf(const FramePlan& plan, PixelFormat format);
+
+    Ranks& ranks;
+    RankSteps& steps;
+    RankParts parts;
+    std::uint64_t pictures = 0;
+};
+
+FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat format) {
+    FrameOrder order{.number = ++pictures, .format = format, .flatLayer = {}, .steps = {}, .plan = plan};
+    for (const auto& layer : plan.layers) {
+        auto name = steps.nameOf(*layer.step);
+        if (!name.ok()) throw storage::StorageError(name.error());
+        order.steps.push_back(*std::move(name));
+    }
+    order.flatLayer = flatLayer(plan, parts.arena.execute([&] { return parts.visible(plan); }));
+    return order;
+}
+
+RankedDevice::RankedDevice(Ranks& ranks, RankSteps& steps, unsigned threads)
+    : state_(new State{ranks, steps, RankParts(threads)}) {}
+
+RankedDevice::~RankedDevice() = default;
+
+std::string RankedDevice::name() const {
+    return fmt::format("{} on {} ranks", cpuName(state_->parts.arena.max_concurrency()),
+                       state_->ranks.size());
+}
+
+DeviceCosts RankedDevice::costs() {
+    // Those of this rank alone, shared out: what the exchange adds, the pictures tell.
+    auto costs = CpuDevice({static_cast<unsigned>(state_->parts.arena.max_concurrency())}).costs();
+    costs.millionPoints /= state_->ranks.size();
+    costs.millionPixels /= state_->ranks.size();
+    return costs;
+}
+
+DeviceAbilities RankedDevice::abilities() const {
+    return {.allPoints = false};
+}
+
+std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= Packet::mostLayers);
+    MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
+    if (stop.stop_requested()) return std::nullopt;
+    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return blankPicture(plan, format);
+    FrameOrder order = state_->orderOf(plan, format);
+    auto bytes = packOrder(order);
+    state_->ranks.broadcast(bytes);
+    Agreement agreement(state_->ranks);
+    agreement.attempt([&] { keepOwnPoints(order.plan, state_->ranks); });
+    auto picture = drawTogether(state_->ranks, state_->parts, order, agreement, stop);
+    if (agreement.failure()) throw storage::StorageError(*agreement.failure());
+    return picture;
+}
+
+void RankedDevice::trim() {
+    state_->parts.dropExpired();
+}
+
+}  // namespace mote::render

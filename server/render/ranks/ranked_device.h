@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// RankedDevice: the cpu device of several ranks, on rank 0, which serves the clients; the others run
+// serveRanks(). As Device: made, used and destroyed on the thread that renders; made anew, it goes on with
+// the same ranks.
+#pragma once
+
+#include <memory>
+
+#include "server/render/device.h"
+#include "server/render/ranks/rank_steps.h"
+#include "server/render/ranks/ranks.h"
+
+namespace mote::render {
+
+class RankedDevice final : public Device {
+  public:
+    /// `threads`: of this rank; 0: as many as the process may use. The others must outlive it.
+    RankedDevice(Ranks& ranks, RankSteps& steps, unsigned threads = 0);
+    ~RankedDevice() override;
+
+    std::string name() const override;
+    DeviceAbilities abilities() const override;
+    DeviceCosts costs() override;
+    /// What fails on another rank is a StorageError that names it.
+    std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
+    void trim() override;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// On rank 0, when no device is left: the others leave serveRanks().
+void dismissRanks(Ranks& ranks);
+
+/// On the others: draws what rank 0 asks for until it dismisses them.
+void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads = 0);
+
+}  // namespace mote::render
