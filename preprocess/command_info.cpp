@@ -11,10 +11,8 @@
 namespace mote::prep {
 namespace {
 
-void printText(const proto::Manifest& manifest) {
+void printParticles(const proto::Manifest& manifest) {
     const auto& particles = manifest.particles();
-    fmt::print("title    {}\nkind     {}\nwriter   {}\n", manifest.title(), manifest.kind(),
-               manifest.writer());
     for (const auto& input : manifest.request().particles().inputs()) fmt::print("input    {}\n", input);
     for (const auto& axis : particles.axes()) {
         fmt::print("axis     {} from {:.6g} to {:.6g} {}\n", axis.name(), axis.min(), axis.max(),
@@ -32,6 +30,25 @@ void printText(const proto::Manifest& manifest) {
                    step.time(), step.particles(), step.lost(), step.invalid(), step.outside(),
                    step.total_weight());
     }
+}
+
+void printStipple(const proto::Manifest& manifest) {
+    const auto& stipple = manifest.stipple();
+    const bool plane = stipple.domain() == proto::StippleManifest::PLANE;
+    if (!plane) fmt::print("mesh     {}\n", manifest.request().stipple().mesh());
+    fmt::print("domain   {}, area {:.6g}\n", plane ? "periodic unit square" : "surface", stipple.area());
+    fmt::print("points   {}, {} of them locked\n", stipple.points(), stipple.locked());
+    fmt::print("moves    {}, {:.1f} a point\n", stipple.moves(),
+               static_cast<double>(stipple.moves()) / static_cast<double>(stipple.points()));
+    fmt::print("rings    {}, relaxation {:.3g}\nseed     {}\n", stipple.rings(), stipple.relaxation(),
+               stipple.seed());
+}
+
+void printText(const proto::Manifest& manifest) {
+    fmt::print("title    {}\nkind     {}\nwriter   {}\n", manifest.title(), manifest.kind(),
+               manifest.writer());
+    if (manifest.has_particles()) printParticles(manifest);
+    if (manifest.has_stipple()) printStipple(manifest);
 }
 
 int run(const CommandLine& line, const std::string& directory) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -96,6 +97,42 @@ Status checkParticles(const Names& files, const proto::ParticlesManifest& partic
     return success();
 }
 
+Status checkStipple(const Names& files, const proto::StippleManifest& stipple) {
+    if (!files.contains("hierarchy.h5") || !files.contains("hierarchy.digest")) {
+        return corrupt("", "hierarchy.h5 and hierarchy.digest are not among the dataset's files");
+    }
+    if (stipple.domain() != proto::StippleManifest::PLANE &&
+        stipple.domain() != proto::StippleManifest::SURFACE) {
+        return corrupt("domain", "must be PLANE or SURFACE");
+    }
+    if (stipple.points() < 1 || stipple.points() > std::numeric_limits<std::uint32_t>::max()) {
+        return corrupt("points", "must be 1 to 2^32 - 1");
+    }
+    if (stipple.locked() > stipple.points()) return corrupt("locked", "are more than the points");
+    if (!(std::isfinite(stipple.area()) && stipple.area() > 0.0)) {
+        return corrupt("area", "must be finite and positive");
+    }
+    if (stipple.rings() < 1 || stipple.rings() > 2) return corrupt("rings", "must be 1 or 2");
+    if (!(stipple.relaxation() >= 1.0 && stipple.relaxation() < 2.0)) {
+        return corrupt("relaxation", "must be 1 or more and below 2");
+    }
+    return success();
+}
+
+Status checkKind(const Names& files, const proto::Manifest& manifest) {
+    const auto in = [](const char* field, const Status& checked) {
+        return checked.ok() ? checked : Status(checked.error().within(field));
+    };
+    if (manifest.kind() == "particles" && manifest.has_particles()) {
+        return in("particles", checkParticles(files, manifest.particles()));
+    }
+    if (manifest.kind() == "stipple" && manifest.has_stipple()) {
+        return in("stipple", checkStipple(files, manifest.stipple()));
+    }
+    return Error{ErrorCode::unsupported, "kind",
+                 fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};
+}
+
 Error inFile(const std::filesystem::path& path, Error error) {
     error.where = path.string() + ": " + error.where;
     return error;
@@ -110,14 +147,9 @@ Status checkManifest(const proto::Manifest& manifest) {
                                  formatVersion)};
     }
     if (manifest.format() != formatVersion) return corrupt("format", "is missing or wrong");
-    if (manifest.kind() != "particles" || !manifest.has_particles()) {
-        return Error{ErrorCode::unsupported, "kind",
-                     fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};
-    }
     Names files;
     MOTE_RETURN_IF_ERROR(checkFiles(manifest, files));
-    const auto checked = checkParticles(files, manifest.particles());
-    return checked.ok() ? checked : Status(checked.error().within("particles"));
+    return checkKind(files, manifest);
 }
 
 Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {

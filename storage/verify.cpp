@@ -5,10 +5,12 @@
 
 #include <optional>
 
+#include "storage/arrays/array_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/read_file.h"
+#include "storage/stipple/hierarchy_file.h"
 #include "storage/system_error.h"
 
 namespace mote::storage {
@@ -35,6 +37,8 @@ class Verifier {
             if (wasCancelled()) return {errors_.back()};
             if (progress_) progress_((i + 1.0) / steps.size());
         }
+        if (manifest_.has_stipple()) checkHierarchyFile();
+        if (wasCancelled()) return {errors_.back()};
         if (errors_.size() > maxErrors) errors_.resize(maxErrors);
         return errors_;
     }
@@ -68,22 +72,48 @@ class Verifier {
                          : fmt::format("has {} bytes where the manifest says {}", hash->size, entry.size())};
     }
 
+    /// Files against the manifest; whether all are whole, or nothing after a cancellation.
+    std::optional<bool> checkFiles(const std::vector<std::string>& names) {
+        bool whole = true;
+        for (const auto& name : names) {
+            auto error = checkFile(name);
+            if (!error) continue;
+            whole = false;
+            errors_.push_back(*std::move(error));
+            if (wasCancelled()) return std::nullopt;
+        }
+        return whole;
+    }
+
+    void add(const std::vector<Error>& more) { errors_.insert(errors_.end(), more.begin(), more.end()); }
+
     void checkStep(std::uint32_t step) {
         const auto& entry = manifest_.particles().steps(static_cast<int>(step));
-        std::vector<Error> found;
-        for (const auto* name : {&entry.digest(), &entry.file()}) {
-            if (auto error = checkFile(*name)) found.push_back(*std::move(error));
-            if (!found.empty() && found.back().code == ErrorCode::cancelled) break;
-        }
-        const bool cancelled = !found.empty() && found.back().code == ErrorCode::cancelled;
-        errors_.insert(errors_.end(), found.begin(), found.end());
-        if (cancelled) return;
+        const auto whole = checkFiles({entry.digest(), entry.file()});
+        if (!whole) return;
         // The arrays too: they say which block of which array it is, and what no hash can say of the octree.
         const auto opened = MappedStep::open(directory_, manifest_, step);
-        const auto more = opened.ok() ? (*opened)->verify(cancelled_) : std::vector<Error>{opened.error()};
         // A file that is not there, or not whole, is said once.
-        if (!opened.ok() && !found.empty()) return;
-        errors_.insert(errors_.end(), more.begin(), more.end());
+        if (!opened.ok() && !*whole) return;
+        add(opened.ok() ? (*opened)->verify(cancelled_) : std::vector<Error>{opened.error()});
+    }
+
+    /// A file of arrays: whether its files and all of its blocks are whole.
+    bool checkArrayFile(const std::string& name) {
+        const auto whole = checkFiles({name + ".digest", name + ".h5"});
+        if (!whole) return false;
+        const auto opened = ArrayFile::open(directory_, manifest_, name);
+        if (!opened.ok() && !*whole) return false;
+        const auto found = opened.ok() ? opened->verify(cancelled_) : std::vector<Error>{opened.error()};
+        add(found);
+        return *whole && found.empty();
+    }
+
+    void checkHierarchyFile() {
+        if (!checkArrayFile(hierarchyName)) return;
+        const auto read = readHierarchy(directory_, manifest_);
+        if (!read.ok()) add({read.error()});
+        if (progress_) progress_(1.0);
     }
 
     fs::path directory_;

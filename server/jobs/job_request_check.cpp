@@ -48,16 +48,21 @@ Status checkName(const std::string& name, const std::string& field) {
     return success();
 }
 
+/// A file beneath a root.
+Status checkInput(const std::string& name, const std::string& field, const storage::Roots& roots) {
+    MOTE_RETURN_IF_ERROR(checkName(name, field));
+    const auto path = roots.resolveExisting(name);
+    if (!path.ok()) return ofField(field, path.error());
+    return success();
+}
+
 Status checkInputs(const proto::ParticlesJob& job, const storage::Roots& roots) {
     if (job.inputs().empty()) return bad("particles.inputs", "names no file");
     if (job.inputs_size() > kMostInputs) {
         return bad("particles.inputs", fmt::format("names more than {} files", kMostInputs));
     }
     for (int i = 0; i < job.inputs_size(); ++i) {
-        const auto field = fmt::format("particles.inputs[{}]", i);
-        MOTE_RETURN_IF_ERROR(checkName(job.inputs(i), field));
-        const auto path = roots.resolveExisting(job.inputs(i));
-        if (!path.ok()) return ofField(field, path.error());
+        MOTE_RETURN_IF_ERROR(checkInput(job.inputs(i), fmt::format("particles.inputs[{}]", i), roots));
     }
     return success();
 }
@@ -118,6 +123,12 @@ Status checkSynthBeam(const proto::SynthBeamJob& job) {
     return success();
 }
 
+Status checkStipple(const proto::StippleJob& job, const storage::Roots& roots) {
+    if (job.points() == 0) return bad("stipple.points", "must be at least 1");
+    if (!std::isfinite(job.relaxation())) return bad("stipple.relaxation", "must be a finite number");
+    return job.mesh().empty() ? success() : checkInput(job.mesh(), "stipple.mesh", roots);
+}
+
 Result<JobOutput> checkOutput(const proto::JobRequest& request, const storage::Roots& roots) {
     MOTE_RETURN_IF_ERROR(checkName(request.output(), "output"));
     const std::string_view ending = request.has_synth_beam() ? ".h5" : ".mote";
@@ -149,8 +160,11 @@ Result<JobOutput> checkJobRequest(const proto::JobRequest& request, const storag
         case proto::JobRequest::kSynthBeam:
             MOTE_RETURN_IF_ERROR(checkSynthBeam(request.synth_beam()));
             break;
+        case proto::JobRequest::kStipple:
+            MOTE_RETURN_IF_ERROR(checkStipple(request.stipple(), roots));
+            break;
         case proto::JobRequest::KIND_NOT_SET:
-            return bad("kind", "is missing: give particles or synthBeam");
+            return bad("kind", "is missing: give particles, synthBeam or stipple");
     }
     return checkOutput(request, roots);
 }

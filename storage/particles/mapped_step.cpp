@@ -7,30 +7,14 @@
 #include <cmath>
 #include <limits>
 
-#include "protocol/scene/json.h"
+#include "storage/arrays/array_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/particles/octree_check.h"
-#include "storage/read_file.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {
 namespace {
-
-constexpr std::size_t digestLimit = std::size_t{1} << 26;  // bytes; enough for arrays of some 2 TB
-
-Result<proto::Digest> readDigest(const std::filesystem::path& path, const proto::FileEntry& entry) {
-    const auto text = readWhole(path, digestLimit);
-    if (!text.ok()) return text.error();
-    if (text->size() != entry.size() || hash128(std::as_bytes(std::span(*text))) != entry.xxh3_128()) {
-        return Error{ErrorCode::corrupt, path.string(),
-                     "differs from its hash in the manifest; the dataset is damaged: copy or make it again"};
-    }
-    proto::Digest digest;
-    const auto parsed = parseJson(*text, digest, path.string());
-    if (parsed.ok()) return digest;
-    return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
-}
 
 /// What stands for the preview of a file that has none: both of its arrays, empty.
 proto::Digest withPreview(proto::Digest digest) {
@@ -55,11 +39,6 @@ Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesy
                                                                std::shared_ptr<BlockBudget> budget) {
     const auto checked = checkManifest(manifest);
     if (!checked.ok()) return checked.error().within((directory / manifestName).string() + ":");
-    if (step >= static_cast<std::uint32_t>(manifest.particles().steps_size())) {
-        return Error{
-            ErrorCode::notFound, directory.string(),
-            fmt::format("has {} steps, so none with index {}", manifest.particles().steps_size(), step)};
-    }
     auto opened = MappedStep::open(directory, manifest, step, std::move(budget));
     if (!opened.ok()) return opened.error();
     return std::shared_ptr<const ParticleStep>(*std::move(opened));
@@ -69,6 +48,15 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
                                                            const proto::Manifest& manifest,
                                                            std::uint32_t step,
                                                            std::shared_ptr<BlockBudget> budget) {
+    if (!manifest.has_particles()) {
+        return Error{ErrorCode::invalidArgument, directory.string(),
+                     fmt::format("is a dataset of kind \"{}\", not a particle plot", manifest.kind())};
+    }
+    if (step >= static_cast<std::uint32_t>(manifest.particles().steps_size())) {
+        return Error{
+            ErrorCode::notFound, directory.string(),
+            fmt::format("has {} steps, so none with index {}", manifest.particles().steps_size(), step)};
+    }
     const auto& particles = manifest.particles();
     const auto& entry = particles.steps(static_cast<int>(step));
     const auto digest = readDigest(directory / entry.digest(), *findFile(manifest, entry.digest()));

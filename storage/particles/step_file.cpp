@@ -2,13 +2,12 @@
 #include "storage/particles/step_file.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cerrno>
 
+#include "storage/arrays/hdf5_layout.h"
 #include "storage/hash.h"
-#include "storage/particles/step_hdf5.h"
 #include "storage/system_error.h"
 #include "storage/write_file.h"
 
@@ -17,34 +16,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uint64_t elementBytes(std::string_view type) {
-    if (type == "u8") return 1;
-    if (type == "u16") return 2;
-    return type == "u64" ? 8 : 4;
-}
-
-std::uint64_t bytesOf(const StepShape& shape, std::size_t array) {
-    std::uint64_t bytes = elementBytes(stepArrays[array].type);
-    for (const auto length : shape.of(static_cast<StepArray>(array))) bytes *= length;
-    return bytes;
+FileLayout layoutOf(const StepShape& shape, const StepAttributes& attributes) {
+    FileLayout layout;
+    layout.groups.assign(stepGroups.begin(), stepGroups.end());
+    for (std::size_t i = 0; i < stepArrays.size(); ++i) {
+        layout.arrays.push_back(
+            {stepArrays[i].name, std::string(stepArrays[i].type), shape.of(static_cast<StepArray>(i))});
+    }
+    const auto row = [](const auto& values) { return std::vector(values.begin(), values.end()); };
+    layout.attributes = {{"axes", row(attributes.axes)},
+                         {"bounds_min", row(attributes.boundsMin)},
+                         {"bounds_max", row(attributes.boundsMax)},
+                         {"total_weight", attributes.totalWeight}};
+    return layout;
 }
 
 std::uint64_t blocksOf(std::uint64_t bytes) {
     return (bytes + blockBytes - 1) / blockBytes;
-}
-
-/// Makes the file with room for everything, before HDF5 sees it.
-Status reserve(const fs::path& path, const StepShape& shape) {
-    std::uint64_t size = 16384;
-    for (std::size_t i = 0; i < stepArrays.size(); ++i) size += bytesOf(shape, i) + 64;
-    const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (!file.valid()) return systemError(errno, path.string(), "cannot be made");
-    int number = 0;
-    do {
-        number = ::fallocate(file.get(), 0, 0, static_cast<off_t>(size)) == 0 ? 0 : errno;
-    } while (number == EINTR);
-    if (number == 0 || number == EOPNOTSUPP || number == ENOSYS) return success();
-    return systemError(number, path.string(), fmt::format("cannot have the {} bytes that it needs", size));
 }
 
 }  // namespace
@@ -68,10 +56,11 @@ std::vector<std::uint64_t> StepShape::of(StepArray which) const {
 
 Result<StepFile> StepFile::create(const fs::path& path, const StepShape& shape,
                                   const StepAttributes& attributes) {
-    MOTE_RETURN_IF_ERROR(reserve(path, shape));
-    const auto places = layOutStep(path, shape, attributes);
-    if (!places.ok()) return places.error();
-    return open(path, *places);
+    const auto laidOut = layOutFile(path, layoutOf(shape, attributes));
+    if (!laidOut.ok()) return laidOut.error();
+    Places places;
+    std::copy(laidOut->begin(), laidOut->end(), places.begin());
+    return open(path, places);
 }
 
 Result<StepFile> StepFile::open(const fs::path& path, const Places& places) {

@@ -14,6 +14,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/arrays/array_layout.h"
 #include "storage/file_descriptor.h"
 #include "storage/particles/step_content.h"
 
@@ -21,10 +22,7 @@ namespace mote::storage {
 
 class StepFile {
   public:
-    struct Place {
-        std::uint64_t offset = 0;  ///< in the file; 0 for an array without bytes
-        std::uint64_t bytes = 0;
-    };
+    using Place = ArrayPlace;
     using Places = std::array<Place, stepArrays.size()>;
 
     /// `path` must be new. The same arguments give the same bytes. One call at a time in a process: HDF5 is

@@ -5,19 +5,12 @@
 
 #include <algorithm>
 
+#include "storage/arrays/array_layout.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {
 namespace {
-
-/// 0 for a type that there is not.
-std::uint64_t elementBytes(const std::string& type) {
-    if (type == "u8") return 1;
-    if (type == "u16") return 2;
-    if (type == "u32" || type == "f32") return 4;
-    return type == "u64" ? 8 : 0;
-}
 
 /// Bytes of the array, or nothing where they are more than `limit`.
 std::optional<std::uint64_t> arrayBytes(const proto::DigestArray& digest, std::uint64_t limit) {

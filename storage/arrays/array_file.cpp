@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/arrays/array_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "protocol/scene/json.h"
+#include "storage/arrays/hdf5_layout.h"
+#include "storage/hash.h"
+#include "storage/manifest.h"
+#include "storage/read_file.h"
+#include "storage/storage_error.h"
+#include "storage/system_error.h"
+#include "storage/write_file.h"
+
+namespace mote::storage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t digestLimit = std::size_t{1} << 26;  // bytes; enough for arrays of some 2 TB
+
+FileLayout layoutOf(const ArrayFileContent& content) {
+    FileLayout layout{content.groups, {}, content.attributes};
+    for (const auto& array : content.arrays) {
+        MOTE_CHECK(array.bytes.size() == bytesOf(array.layout));
+        layout.arrays.push_back(array.layout);
+    }
+    return layout;
+}
+
+Status writeBytes(const fs::path& path, const ArrayFileContent& content,
+                  const std::vector<ArrayPlace>& places) {
+    const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        MOTE_RETURN_IF_ERROR(writeAt(file.get(), places[i].offset, content.arrays[i].bytes, path));
+    }
+    return success();
+}
+
+proto::Digest digestOf(const ArrayFileContent& content, const std::vector<ArrayPlace>& places) {
+    proto::Digest digest;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const auto& [layout, bytes] = content.arrays[i];
+        auto& array = *digest.add_arrays();
+        array.set_name(layout.name);
+        array.set_type(layout.type);
+        for (const auto extent : layout.shape) array.add_shape(extent);
+        array.set_offset(places[i].offset);
+        for (const auto hash : hashBlocks(bytes)) array.add_blocks(hash);
+    }
+    return digest;
+}
+
+bool matches(const std::vector<std::uint64_t>& shape, const std::vector<std::uint64_t>& expected) {
+    return std::equal(
+        shape.begin(), shape.end(), expected.begin(), expected.end(),
+        [](std::uint64_t is, std::uint64_t should) { return should == ArrayFile::any || is == should; });
+}
+
+std::string describe(const std::vector<std::uint64_t>& shape) {
+    std::string text;
+    for (const auto extent : shape) {
+        text += text.empty() ? "" : ", ";
+        text += extent == ArrayFile::any ? "any" : std::to_string(extent);
+    }
+    return "[" + text + "]";
+}
+
+}  // namespace
+
+Status writeArrayFile(const fs::path& directory, const std::string& name, const ArrayFileContent& content) {
+    const auto path = directory / (name + ".h5");
+    const auto places = layOutFile(path, layoutOf(content));
+    if (!places.ok()) return places.error();
+    MOTE_RETURN_IF_ERROR(writeBytes(path, content, *places));
+    MOTE_RETURN_IF_ERROR(syncPath(path));
+    return writeNewFile(directory / (name + ".digest"), toJson(digestOf(content, *places)));
+}
+
+Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& entry) {
+    const auto text = readWhole(path, digestLimit);
+    if (!text.ok()) return text.error();
+    if (text->size() != entry.size() || hash128(std::as_bytes(std::span(*text))) != entry.xxh3_128()) {
+        return Error{ErrorCode::corrupt, path.string(),
+                     "differs from its hash in the manifest; the dataset is damaged: copy or make it again"};
+    }
+    proto::Digest digest;
+    const auto parsed = parseJson(*text, digest, path.string());
+    if (parsed.ok()) return digest;
+    return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
+}
+
+Result<ArrayFile> ArrayFile::open(const fs::path& directory, const proto::Manifest& manifest,
+                                  const std::string& name) {
+    const auto* entry = findFile(manifest, name + ".h5");
+    const auto* digestEntry = findFile(manifest, name + ".digest");
+    if (!entry || !digestEntry) {
+        return Error{ErrorCode::corrupt, (directory / manifestName).string(),
+                     fmt::format("names no {0}.h5 with {0}.digest", name)};
+    }
+    const auto digest = readDigest(directory / digestEntry->name(), *digestEntry);
+    if (!digest.ok()) return digest.error();
+    auto mapped = MappedFile::open(directory / entry->name(), entry->size());
+    if (!mapped.ok()) return mapped.error();
+    ArrayFile file(*std::move(mapped));
+    for (const auto& described : digest->arrays()) {
+        auto array = VerifiedArray::make(*file.file_, described, nullptr);
+        if (!array.ok()) return array.error();
+        file.arrays_.push_back({described.name(), *std::move(array)});
+    }
+    return file;
+}
+
+Result<std::span<const std::byte>> ArrayFile::verified(const std::string& name, const char* type,
+                                                       const std::vector<std::uint64_t>& shape) const {
+    const auto corrupt = [&](std::string message) {
+        return Error{ErrorCode::corrupt, where(name), std::move(message)};
+    };
+    const auto found =
+        std::find_if(arrays_.begin(), arrays_.end(), [&](const Named& named) { return named.name == name; });
+    if (found == arrays_.end()) return corrupt("is missing in the digest");
+    const auto& array = found->array;
+    if (array.type() != type) return corrupt("has the wrong type");
+    if (!matches(array.shape(), shape)) {
+        return corrupt(fmt::format("has the shape {}, not {}", describe(array.shape()), describe(shape)));
+    }
+    try {
+        return array.get<std::byte>(0, array.bytes());
+    } catch (const StorageError& error) {
+        return error.error();
+    }
+}
+
+std::vector<Error> ArrayFile::verify(const std::function<bool()>& cancelled) const {
+    std::vector<Error> errors;
+    for (const auto& [name, array] : arrays_) {
+        for (std::size_t block = 0; block < array.blockCount(); ++block) {
+            if (cancelled && cancelled()) return {{ErrorCode::cancelled, file_->path(), "cancelled"}};
+            if (auto error = array.checkBlock(block)) errors.push_back(*std::move(error));
+        }
+    }
+    return errors;
+}
+
+Status ArrayFile::check() const {
+    if (const auto damage = file_->damage()) return *damage;
+    return success();
+}
+
+}  // namespace mote::storage

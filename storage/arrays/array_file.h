@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A dataset's file of a few arrays that are written at once and read whole: NAME.h5 and NAME.digest, laid out
+// as docs/FORMAT.md says. (Files that are larger than memory, or written in parts, are a StepFile's and a
+// MappedStep's.) ArrayFile is move-only and may be read from any thread; writing has one thread.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "storage/arrays/array_layout.h"
+#include "storage/mapped_file.h"
+#include "storage/particles/verified_array.h"
+
+namespace mote::storage {
+
+template <class T>
+inline constexpr const char* arrayType = nullptr;
+template <>
+inline constexpr const char* arrayType<std::uint8_t> = "u8";
+template <>
+inline constexpr const char* arrayType<std::uint16_t> = "u16";
+template <>
+inline constexpr const char* arrayType<std::uint32_t> = "u32";
+template <>
+inline constexpr const char* arrayType<std::uint64_t> = "u64";
+template <>
+inline constexpr const char* arrayType<float> = "f32";
+
+/// An array as its owner has it; the bytes must outlive the writing.
+struct ArrayContent {
+    ArrayLayout layout;
+    std::span<const std::byte> bytes;
+};
+
+/// `values` are as many as the shape says.
+template <class T>
+ArrayContent arrayContent(std::string name, std::vector<std::uint64_t> shape, std::span<const T> values) {
+    return {{std::move(name), arrayType<T>, std::move(shape)}, std::as_bytes(values)};
+}
+
+struct ArrayFileContent {
+    std::vector<std::string> groups;
+    std::vector<ArrayContent> arrays;
+    std::vector<ArrayAttribute> attributes;
+};
+
+/// Writes `directory`/NAME.h5 and NAME.digest, both new. The same content gives the same bytes. Errors:
+/// resourceExhausted (disk full), permissionDenied, alreadyExists, internal.
+Status writeArrayFile(const std::filesystem::path& directory, const std::string& name,
+                      const ArrayFileContent& content);
+
+/// A digest, held to the manifest's hash of its file. Errors: notFound, corrupt.
+Result<proto::Digest> readDigest(const std::filesystem::path& path, const proto::FileEntry& entry);
+
+class ArrayFile {
+  public:
+    /// NAME.h5 and NAME.digest of a dataset. Nothing but the digest is read yet. Errors: notFound, corrupt.
+    static Result<ArrayFile> open(const std::filesystem::path& directory, const proto::Manifest& manifest,
+                                  const std::string& name);
+
+    /// A whole array, every block verified. An extent of the shape that is `any` may be anything. Errors:
+    /// corrupt (missing, another type or shape, a block that differs; with file, array and offset).
+    template <class T>
+    Result<std::span<const T>> get(const std::string& name, const std::vector<std::uint64_t>& shape) const {
+        const auto bytes = verified(name, arrayType<T>, shape);
+        if (!bytes.ok()) return bytes.error();
+        return std::span<const T>(reinterpret_cast<const T*>(bytes->data()), bytes->size() / sizeof(T));
+    }
+    static constexpr std::uint64_t any = ~std::uint64_t{0};
+
+    /// Where an array lies, for errors: "DIR/NAME.h5:/points/rank".
+    std::string where(const std::string& name) const { return file_->path() + ":" + name; }
+
+    /// Every block of every array. `cancelled` is asked between them. Errors as they are found; one of
+    /// `cancelled` alone where it said so.
+    std::vector<Error> verify(const std::function<bool()>& cancelled) const;
+
+    /// What became of the file while it was read (mapped_file.h).
+    Status check() const;
+
+  private:
+    struct Named {
+        std::string name;
+        VerifiedArray array;
+    };
+    explicit ArrayFile(MappedFile file) : file_(std::make_unique<MappedFile>(std::move(file))) {}
+    Result<std::span<const std::byte>> verified(const std::string& name, const char* type,
+                                                const std::vector<std::uint64_t>& shape) const;
+
+    std::unique_ptr<MappedFile> file_;  ///< the arrays hold its address
+    std::vector<Named> arrays_;
+};
+
+}  // namespace mote::storage

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What describes an HDF5 file of contiguous arrays: names, types, extents, attributes, and where each array
+// lies. Values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace mote::storage {
+
+struct ArrayLayout {
+    std::string name;                  ///< the dataset's path in the HDF5 file: "/points/position"
+    std::string type;                  ///< as in the digest: u8, u16, u32, u64 or f32
+    std::vector<std::uint64_t> shape;  ///< slowest first
+};
+
+/// Where an array lies in its file.
+struct ArrayPlace {
+    std::uint64_t offset = 0;  ///< 0 for an array without bytes
+    std::uint64_t bytes = 0;
+};
+
+/// Of the root group: a number, a row of numbers, or a row of names of at most 16 bytes, padded with zeros.
+struct ArrayAttribute {
+    std::string name;
+    std::variant<double, std::vector<double>, std::vector<std::string>> value;
+};
+
+struct FileLayout {
+    std::vector<std::string> groups;  ///< in the order in which they are made
+    std::vector<ArrayLayout> arrays;
+    std::vector<ArrayAttribute> attributes;
+};
+
+/// Of a type; 0 for one that there is not.
+inline std::uint64_t elementBytes(std::string_view type) {
+    if (type == "u8") return 1;
+    if (type == "u16") return 2;
+    if (type == "u32" || type == "f32") return 4;
+    return type == "u64" ? 8 : 0;
+}
+
+/// Of a whole array. The shape is a writer's own: no overflow is looked for.
+inline std::uint64_t bytesOf(const ArrayLayout& array) {
+    std::uint64_t bytes = elementBytes(array.type);
+    for (const auto extent : array.shape) bytes *= extent;
+    return bytes;
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A hierarchy of five points with known moves, and datasets of it. Values and plain functions of one test.
+#pragma once
+
+#include <filesystem>
+
+#include "protocol/mote.pb.h"
+#include "storage/stipple/stipple_hierarchy.h"
+
+namespace mote::test {
+
+/// Points 0 to 4 on a line at x = 0.1, 0.3, ..., removed in the order 2, 0, 4, 1, 3. Point 1 moves by 0.01 in
+/// x when 2 goes, to y = 0.5 when 0 goes and to y = 0.6 when 4 goes; point 3 when 2 goes and when 1 goes.
+storage::StippleHierarchy smallHierarchy();
+
+/// A manifest of kind "stipple" for it.
+proto::Manifest manifestOf(const storage::StippleHierarchy& hierarchy);
+
+/// Publishes "NAME.mote"; throws StorageError.
+void writeDataset(const std::filesystem::path& output, const storage::StippleHierarchy& hierarchy,
+                  const proto::Manifest& manifest);
+
+}  // namespace mote::test
