@@ -44,11 +44,21 @@ void printStipple(const proto::Manifest& manifest) {
                stipple.seed());
 }
 
+void printImage(const proto::Manifest& manifest) {
+    const auto& image = manifest.image();
+    fmt::print("input    {}\n", manifest.request().image().input());
+    fmt::print("image    {} x {} pixels, from {} {}{}\n", image.width(), image.height(),
+               image.color() ? "colours" : "grey", image.color_space(),
+               image.transparent() ? ", laid on white" : "");
+    if (image.invalid() > 0) fmt::print("invalid  {} pixels, taken as white\n", image.invalid());
+}
+
 void printText(const proto::Manifest& manifest) {
     fmt::print("title    {}\nkind     {}\nwriter   {}\n", manifest.title(), manifest.kind(),
                manifest.writer());
     if (manifest.has_particles()) printParticles(manifest);
     if (manifest.has_stipple()) printStipple(manifest);
+    if (manifest.has_image()) printImage(manifest);
 }
 
 int run(const CommandLine& line, const std::string& directory) {

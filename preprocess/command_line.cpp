@@ -31,10 +31,14 @@ Totals totalsOf(const proto::ParticlesManifest& particles) {
 void printJson(const JobOutcome& outcome, double seconds) {
     JsonObject object;
     object.add("output", outcome.output.string()).add("seconds", seconds);
-    if (outcome.manifest) {
+    if (outcome.manifest) object.add("kind", outcome.manifest->kind());
+    if (outcome.manifest && outcome.manifest->has_image()) {
+        object.add("width", outcome.manifest->image().width())
+            .add("height", outcome.manifest->image().height());
+    }
+    if (outcome.manifest && outcome.manifest->has_particles()) {
         const auto totals = totalsOf(outcome.manifest->particles());
-        object.add("kind", outcome.manifest->kind())
-            .add("steps", outcome.manifest->particles().steps_size())
+        object.add("steps", outcome.manifest->particles().steps_size())
             .add("particles", totals.particles)
             .add("lost", totals.lost)
             .add("invalid", totals.invalid)
@@ -46,6 +50,11 @@ void printJson(const JobOutcome& outcome, double seconds) {
 void printText(const JobOutcome& outcome, double seconds) {
     if (!outcome.manifest) {
         fmt::print("{}: made in {:.1f} s\n", outcome.output.string(), seconds);
+        return;
+    }
+    if (outcome.manifest->has_image()) {
+        fmt::print("{}: an image of {} x {} pixels, made in {:.1f} s\n", outcome.output.string(),
+                   outcome.manifest->image().width(), outcome.manifest->image().height(), seconds);
         return;
     }
     const auto& particles = outcome.manifest->particles();

@@ -56,6 +56,7 @@ int main(int argc, char** argv) {
     prep::addSynthCommand(program, line);
 #endif
     prep::addParticlesCommand(program, line);
+    prep::addImageCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
     prep::addExportCommand(program, line);

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "preprocess/image/image_job.h"
+
 #ifdef MOTE_HAVE_SYNTH
 #include "preprocess/synth/beam.h"
 #endif
@@ -25,15 +27,17 @@ Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roo
     return path.ok() ? path : inField(path.error(), "output");
 }
 
+Result<fs::path> inputPath(const std::string& name, const storage::Roots& roots, std::string_view field) {
+    if (roots.empty()) return fs::path(name);
+    auto path = roots.resolveExisting(name);
+    return path.ok() ? path : inField(path.error(), field);
+}
+
 Result<std::vector<fs::path>> inputPaths(const proto::ParticlesJob& job, const storage::Roots& roots) {
     std::vector<fs::path> paths;
     for (int i = 0; i < job.inputs_size(); ++i) {
-        if (roots.empty()) {
-            paths.emplace_back(job.inputs(i));
-            continue;
-        }
-        auto path = roots.resolveExisting(job.inputs(i));
-        if (!path.ok()) return inField(path.error(), fmt::format("particles.inputs[{}]", i));
+        auto path = inputPath(job.inputs(i), roots, fmt::format("particles.inputs[{}]", i));
+        if (!path.ok()) return path.error();
         paths.push_back(*std::move(path));
     }
     return paths;
@@ -46,6 +50,15 @@ Result<JobOutcome> runParticles(const proto::JobRequest& request, const storage:
     const auto inputs = inputPaths(request.particles(), roots);
     if (!inputs.ok()) return inputs.error();
     auto manifest = runParticlesJob(request, *inputs, output, options, progress);
+    if (!manifest.ok()) return manifest.error();
+    return JobOutcome{std::move(output), *std::move(manifest)};
+}
+
+Result<JobOutcome> runImage(const proto::JobRequest& request, const storage::Roots& roots, fs::path output,
+                            const ParticlesJobOptions& options, Progress& progress) {
+    const auto input = inputPath(request.image().input(), roots, "image.input");
+    if (!input.ok()) return input.error();
+    auto manifest = runImageJob(request, *input, output, options.memory, progress);
     if (!manifest.ok()) return manifest.error();
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
@@ -63,6 +76,8 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
     switch (request.kind_case()) {
         case proto::JobRequest::kParticles:
             return runParticles(request, roots, *std::move(output), options, progress);
+        case proto::JobRequest::kImage:
+            return runImage(request, roots, *std::move(output), options, progress);
 #ifdef MOTE_HAVE_SYNTH
         case proto::JobRequest::kSynthBeam: {
             const auto made = synthesizeBeam(request.synth_beam(), *output, progress);

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "protocol/scene/json.h"
+#include "storage/image/image_limits.h"
 #include "storage/read_file.h"
 #include "storage/write_file.h"
 
@@ -119,6 +120,17 @@ Status checkStipple(const Names& files, const proto::StippleManifest& stipple) {
     return success();
 }
 
+Status checkImage(const Names& files, const proto::ImageManifest& image) {
+    if (!files.contains("image.h5") || !files.contains("image.digest")) {
+        return corrupt("", "image.h5 and image.digest are not among the dataset's files");
+    }
+    const auto side = [](std::uint32_t pixels) { return pixels >= 1 && pixels <= maxImageSide; };
+    const std::uint64_t pixels = std::uint64_t{image.width()} * image.height();
+    if (side(image.width()) && side(image.height()) && pixels <= maxImagePixels) return success();
+    return corrupt("width",
+                   fmt::format("{} x {} pixels are none, or too many", image.width(), image.height()));
+}
+
 Status checkKind(const Names& files, const proto::Manifest& manifest) {
     const auto in = [](const char* field, const Status& checked) {
         return checked.ok() ? checked : Status(checked.error().within(field));
@@ -128,6 +140,9 @@ Status checkKind(const Names& files, const proto::Manifest& manifest) {
     }
     if (manifest.kind() == "stipple" && manifest.has_stipple()) {
         return in("stipple", checkStipple(files, manifest.stipple()));
+    }
+    if (manifest.kind() == "image" && manifest.has_image()) {
+        return in("image", checkImage(files, manifest.image()));
     }
     return Error{ErrorCode::unsupported, "kind",
                  fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};

@@ -7,6 +7,7 @@
 
 #include "storage/arrays/array_file.h"
 #include "storage/hash.h"
+#include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/read_file.h"
@@ -37,7 +38,8 @@ class Verifier {
             if (wasCancelled()) return {errors_.back()};
             if (progress_) progress_((i + 1.0) / steps.size());
         }
-        if (manifest_.has_stipple()) checkHierarchyFile();
+        if (manifest_.has_stipple()) checkWith(hierarchyName, readHierarchy);
+        if (manifest_.has_image()) checkWith(imageName, readImage);
         if (wasCancelled()) return {errors_.back()};
         if (errors_.size() > maxErrors) errors_.resize(maxErrors);
         return errors_;
@@ -109,9 +111,11 @@ class Verifier {
         return *whole && found.empty();
     }
 
-    void checkHierarchyFile() {
-        if (!checkArrayFile(hierarchyName)) return;
-        const auto read = readHierarchy(directory_, manifest_);
+    /// A file of arrays, and what only its reader can say of it.
+    template <class Read>
+    void checkWith(const char* name, const Read& readFile) {
+        if (!checkArrayFile(name)) return;
+        const auto read = readFile(directory_, manifest_);
         if (!read.ok()) add({read.error()});
         if (progress_) progress_(1.0);
     }

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The image job: from a picture file to a dataset of kind "image". Called from one thread. The same file
+// gives the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "preprocess/progress.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+/// Makes `output`, which appears by one rename, from `input`. `memory` in bytes, as for readPicture. Returns
+/// its manifest. Errors: alreadyExists, permissionDenied, resourceExhausted, cancelled, and readPicture's.
+Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const std::filesystem::path& input,
+                                    const std::filesystem::path& output, std::uint64_t memory,
+                                    Progress& progress);
+
+}  // namespace mote::prep

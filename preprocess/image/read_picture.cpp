@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/image/read_picture.h"
+
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "preprocess/image/picture_format.h"
+#include "preprocess/image/upright.h"
+#include "protocol/scene/srgb.h"
+#include "storage/image/image_limits.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Encoded intensity, 0 to 1 and beyond, to linear.
+class Decoder {
+  public:
+    Decoder(bool srgb, double gamma) : gamma_(gamma) {
+        for (std::size_t i = 0; srgb && i < table_.size(); ++i) {
+            table_[i] = static_cast<float>(srgbToLinear(static_cast<double>(i) / (table_.size() - 1.0)));
+        }
+        srgb_ = srgb;
+    }
+
+    float operator()(float encoded) const {
+        if (!std::isfinite(encoded)) return encoded;
+        if (srgb_ && encoded >= 0.0F && encoded <= 1.0F) {
+            // 8 and 16 bits fall on entries; floats that say they are sRGB are off by 1/131070 at most.
+            return table_[static_cast<std::size_t>(encoded * 65535.0F + 0.5F)];
+        }
+        if (srgb_) return static_cast<float>(srgbToLinear(encoded));
+        return gamma_ == 1.0 ? encoded : std::pow(std::max(encoded, 0.0F), static_cast<float>(gamma_));
+    }
+
+  private:
+    std::vector<float> table_ = std::vector<float>(65536);
+    bool srgb_ = false;
+    double gamma_ = 1.0;
+};
+
+class PictureReader {
+  public:
+    PictureReader(fs::path path, Progress& progress) : path_(std::move(path)), progress_(progress) {}
+
+    Result<Picture> read(std::uint64_t memory) {
+        MOTE_RETURN_IF_ERROR(open());
+        MOTE_RETURN_IF_ERROR(checkSize(memory));
+        MOTE_RETURN_IF_ERROR(findColorSpace());
+        MOTE_RETURN_IF_ERROR(readPixels());
+        const int orientation = spec_.get_int_attribute("Orientation", 1);
+        picture_.luminance = upright(std::move(picture_.luminance), orientation);
+        return std::move(picture_);
+    }
+
+  private:
+    Error corrupt(std::string message) const {
+        std::replace(message.begin(), message.end(), '\n', ' ');
+        return {ErrorCode::corrupt, path_.string(), std::move(message)};
+    }
+
+    Status open() {
+        const auto format = pictureFormat(path_);
+        if (!format.ok()) return format.error();
+        input_ = OIIO::ImageInput::create(*format);
+        if (!input_) return corrupt("cannot be read: " + OIIO::geterror());
+        OIIO::ImageSpec wishes;
+        // Multiplied by alpha while encoded, colours could not be laid on white as light mixes.
+        wishes.attribute("oiio:UnassociatedAlpha", 1);
+        if (!input_->open(path_.string(), spec_, wishes)) {
+            return corrupt("cannot be read: " + input_->geterror());
+        }
+        return success();
+    }
+
+    Status checkSize(std::uint64_t memory) {
+        if (spec_.deep || spec_.depth > 1) {
+            return Error{ErrorCode::unsupported, path_.string(),
+                         "is no flat picture, but a deep or solid one"};
+        }
+        if (spec_.width < 1 || spec_.height < 1 || spec_.nchannels < 1) {
+            return corrupt(fmt::format("has no pixels ({} x {}, {} channels)", spec_.width, spec_.height,
+                                       spec_.nchannels));
+        }
+        const auto pixels =
+            static_cast<std::uint64_t>(spec_.width) * static_cast<std::uint64_t>(spec_.height);
+        const auto side = static_cast<std::uint32_t>(std::max(spec_.width, spec_.height));
+        if (side > storage::maxImageSide || pixels > storage::maxImagePixels) {
+            return Error{
+                ErrorCode::resourceExhausted, path_.string(),
+                fmt::format("has {} x {} pixels; a picture may have {} a side and {} in all", spec_.width,
+                            spec_.height, storage::maxImageSide, storage::maxImagePixels)};
+        }
+        stripRows_ = std::max(1, spec_.tile_width > 0 ? spec_.tile_height : 64);
+        const auto strip = static_cast<std::uint64_t>(spec_.width) * spec_.nchannels * sizeof(float) *
+                           static_cast<std::uint64_t>(std::min(stripRows_, spec_.height));
+        const std::uint64_t needed = 2 * pixels * sizeof(float) + strip;
+        const std::uint64_t limit = memory > 0 ? memory : 4 * storage::maxImagePixels * sizeof(float);
+        if (needed <= limit) return success();
+        return Error{ErrorCode::resourceExhausted, path_.string(),
+                     fmt::format("takes {} MiB of memory to read; the limit is {} MiB", (needed >> 20) + 1,
+                                 limit >> 20)};
+    }
+
+    /// As the file says; integers are sRGB and floats linear where it says nothing.
+    Status findColorSpace() {
+        const std::string said = spec_.get_string_attribute("oiio:ColorSpace");
+        const bool floats = spec_.format.is_floating_point();
+        const float gamma = spec_.get_float_attribute("oiio:Gamma", 1.0F);
+        const auto is = [&](std::string_view name) { return OIIO::Strutil::iequals(said, name); };
+        if (is("sRGB") || (said.empty() && !floats)) {
+            picture_.colorSpace = "sRGB";
+        } else if (is("Linear") || is("lin_srgb") || said.empty()) {
+            picture_.colorSpace = "linear";
+        } else if (OIIO::Strutil::istarts_with(said, "Gamma") && gamma > 0.1F && gamma < 10.0F) {
+            picture_.colorSpace = fmt::format("gamma {:.3g}", gamma);
+            gamma_ = gamma;
+        } else {
+            return Error{ErrorCode::unsupported, path_.string(),
+                         fmt::format("has the colour space \"{}\", which is not known", said.substr(0, 40))};
+        }
+        return success();
+    }
+
+    Status readPixels() {
+        picture_.color = spec_.nchannels - (spec_.alpha_channel >= 0 ? 1 : 0) >= 3;
+        picture_.transparent = spec_.alpha_channel >= 0;
+        straight_ = spec_.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0;
+        auto& luminance = picture_.luminance;
+        luminance.width = static_cast<std::uint32_t>(spec_.width);
+        luminance.height = static_cast<std::uint32_t>(spec_.height);
+        luminance.values.resize(static_cast<std::size_t>(spec_.width) * luminance.height);
+        const Decoder decode(picture_.colorSpace == "sRGB", gamma_);
+        std::vector<float> strip(static_cast<std::size_t>(spec_.width) * spec_.nchannels *
+                                 static_cast<std::size_t>(std::min(stripRows_, spec_.height)));
+        for (int row = 0; row < spec_.height; row += stripRows_) {
+            if (progress_.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+            progress_.report(0.8 * row / spec_.height, "reading the picture");
+            const int rows = std::min(stripRows_, spec_.height - row);
+            // Its reader of TIFF says that all went well where strips are missing, and keeps the error.
+            if (!readStrip(row, rows, strip.data()) || input_->has_error()) {
+                return corrupt("cannot be read: " + input_->geterror());
+            }
+            convert(decode, strip, row, rows);
+        }
+        return success();
+    }
+
+    bool readStrip(int row, int rows, float* to) {
+        const int first = spec_.y + row;
+        const auto type = OIIO::TypeDesc::FLOAT;
+        if (spec_.tile_width == 0) {
+            return input_->read_scanlines(0, 0, first, first + rows, 0, 0, spec_.nchannels, type, to);
+        }
+        return input_->read_tiles(0, 0, spec_.x, spec_.x + spec_.width, first, first + rows, 0, 1, 0,
+                                  spec_.nchannels, type, to);
+    }
+
+    void convert(const Decoder& decode, const std::vector<float>& strip, int row, int rows) {
+        const auto count = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(rows);
+        const auto first = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(row);
+        for (std::size_t i = 0; i < count; ++i) {
+            const float value = onWhite(decode, &strip[i * static_cast<std::size_t>(spec_.nchannels)]);
+            const bool finite = std::isfinite(value);
+            picture_.invalid += finite ? 0 : 1;
+            picture_.luminance.values[first + i] = finite ? std::max(value, 0.0F) : 1.0F;
+        }
+    }
+
+    /// Light that a pixel on white paper sends back. Colours are multiplied by alpha where the format says
+    /// so.
+    float onWhite(const Decoder& decode, const float* pixel) const {
+        const float alpha = picture_.transparent ? std::clamp(pixel[spec_.alpha_channel], 0.0F, 1.0F) : 1.0F;
+        const bool divide = !straight_ && alpha > 0.0F && alpha < 1.0F;
+        const auto channel = [&](int c) { return decode(divide ? pixel[c] / alpha : pixel[c]); };
+        const int grey = spec_.alpha_channel == 0 && spec_.nchannels > 1 ? 1 : 0;
+        const float light = picture_.color
+                                ? 0.2126F * channel(0) + 0.7152F * channel(1) + 0.0722F * channel(2)
+                                : channel(grey);
+        if (!picture_.transparent) return light;
+        return light * (straight_ || alpha > 0.0F ? alpha : 1.0F) + 1.0F - alpha;
+    }
+
+    fs::path path_;
+    Progress& progress_;
+    std::unique_ptr<OIIO::ImageInput> input_;
+    OIIO::ImageSpec spec_;
+    int stripRows_ = 1;
+    double gamma_ = 1.0;
+    bool straight_ = false;  ///< colours are not multiplied by alpha
+    Picture picture_;
+};
+
+}  // namespace
+
+Result<Picture> readPicture(const fs::path& path, std::uint64_t memory, Progress& progress) {
+    std::error_code code;
+    auto canonical = fs::canonical(path, code);
+    if (code) canonical = path;
+    // Its readers of OpenEXR and TIFF throw here and there at what is broken.
+    try {
+        return PictureReader(canonical, progress).read(memory);
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::resourceExhausted, path.string(), "is too large for the memory there is"};
+    } catch (const std::exception& error) {
+        return Error{ErrorCode::corrupt, path.string(), std::string("cannot be read: ") + error.what()};
+    }
+}
+
+}  // namespace mote::prep
