@@ -49,16 +49,27 @@ Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>&
     return transform;
 }
 
-Result<Layer> parseLayer(const proto::Layer& message) {
+template <class Style>
+Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind) {
+    if (!style.ok()) return style.error().within(kind);
+    layer.style = *std::move(style);
+    return layer;
+}
+
+Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& background) {
     if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
-    if (message.kind_case() != proto::Layer::kParticles) {
-        return invalid("", "a layer holds exactly one kind; this version draws \"particles\"");
-    }
     const auto transform = parseTransform(message.transform());
     MOTE_RETURN_IF_ERROR(transform);
-    auto style = parseParticlesStyle(message.particles());
-    if (!style.ok()) return style.error().within("particles");
-    return Layer{message.dataset(), message.step(), *transform, *std::move(style)};
+    const Layer layer{message.dataset(), message.step(), *transform, StippleStyle{}};
+    switch (message.kind_case()) {
+        case proto::Layer::kParticles:
+            return withStyle(layer, parseParticlesStyle(message.particles()), "particles");
+        case proto::Layer::kStipple:
+            return withStyle(layer, parseStippleStyle(message.stipple(), background), "stipple");
+        default:
+            return invalid(
+                "", "a layer holds exactly one kind; this version draws \"particles\" and \"stipple\"");
+    }
 }
 
 Bounds layersBounds(const std::vector<Layer>& layers) {
@@ -83,12 +94,13 @@ Result<View> parseView(const proto::View& message) {
                                              message.layers_size()));
     }
     for (int i = 0; i < message.layers_size(); ++i) {
-        auto layer = parseLayer(message.layers(i));
+        auto layer = parseLayer(message.layers(i), view.background);
         if (!layer.ok()) return layer.error().within(fmt::format("layers[{}]", i));
         view.layers.push_back(*std::move(layer));
     }
     if (!message.has_camera()) {
         view.camera = fitCamera(layersBounds(view.layers), view.aspect());
+        view.cameraFitted = true;
         return view;
     }
     const auto camera = parseCamera(message.camera());

@@ -9,12 +9,14 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/particles_style.h"
+#include "protocol/scene/stipple_style.h"
 
 namespace mote {
 
@@ -22,7 +24,12 @@ struct Layer {
     std::string dataset;        ///< "ROOT/NAME"
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
-    ParticlesStyle style;
+    std::variant<ParticlesStyle, StippleStyle> style;
+
+    /// Null where it is of another kind.
+    const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
+    ParticlesStyle* particles() { return std::get_if<ParticlesStyle>(&style); }
+    const StippleStyle* stipple() const { return std::get_if<StippleStyle>(&style); }
 
     bool operator==(const Layer&) const = default;
 };
@@ -36,6 +43,7 @@ struct View {
     std::uint32_t height = 0;    ///< pixels
     glm::dvec3 background{0.0};  ///< linear RGB
     Camera camera;               ///< fitted to the layers where the message has none
+    bool cameraFitted = false;   ///< the message had none: it was fitted as if every layer were a plot
     std::vector<Layer> layers;
 
     double aspect() const { return static_cast<double>(width) / height; }

@@ -33,7 +33,38 @@ double nearLimit(const Camera& camera) {
                                 : -std::numeric_limits<double>::infinity();
 }
 
-/// All depths of the layers' boxes that can be seen; empty (near = far) where there are none.
+/// Least and greatest of the finite depths; 1 and 1 where there are none.
+std::pair<double, double> depthsOf(const Dots& dots) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Dot& dot : dots) {
+        if (!std::isfinite(dot.depth)) continue;
+        low = std::min(low, dot.depth);
+        high = std::max(high, dot.depth);
+    }
+    return low > high ? std::pair(1.0, 1.0) : std::pair(low, high);
+}
+
+/// Dots of a scene for a plan of fewer pixels, without those nearer than what is seen.
+std::shared_ptr<const Dots> dotsOf(const Scene& scene, const FramePlan& plan) {
+    if (scene.dots == nullptr || scene.dots->empty()) return {};
+    const double least = nearLimit(plan.camera);
+    const auto hidden = [least](const Dot& dot) { return std::isfinite(dot.depth) && dot.depth < least; };
+    const bool scaled = plan.width != scene.view.width || plan.height != scene.view.height;
+    if (!scaled && std::none_of(scene.dots->begin(), scene.dots->end(), hidden)) return scene.dots;
+    auto dots = std::make_shared<Dots>(*scene.dots);
+    std::erase_if(*dots, hidden);
+    const float across = static_cast<float>(plan.width) / static_cast<float>(scene.view.width);
+    const float down = static_cast<float>(plan.height) / static_cast<float>(scene.view.height);
+    for (Dot& dot : *dots) {
+        dot.x *= across;
+        dot.y *= down;
+        dot.radius *= down;
+    }
+    return dots;
+}
+
+/// All depths of the layers' boxes and of dots that can be seen; empty (near = far) where there are none.
 void setDepths(FramePlan& plan) {
     double nearest = std::numeric_limits<double>::infinity();
     double farthest = -nearest;
@@ -41,6 +72,12 @@ void setDepths(FramePlan& plan) {
         const Bounds box = plotBounds.transformed(layer.layerToEye);
         nearest = std::min(nearest, -box.max.z);
         farthest = std::max(farthest, -box.min.z);
+    }
+    if (plan.anyDots()) {
+        // A little more, so that there is a range where all dots have one depth, or none.
+        const auto [low, high] = depthsOf(*plan.dots);
+        nearest = std::min(nearest, low - 1e-6 * (1.0 + std::abs(low)));
+        farthest = std::max(farthest, high + 1e-6 * (1.0 + std::abs(high)));
     }
     nearest = std::max(nearest, nearLimit(plan.camera));
     if (!(farthest > nearest)) {
@@ -127,20 +164,21 @@ struct Planning {
     double pixels;  ///< of the plan, a pixel of the view
 };
 
-LayerPlan planLayer(const Layer& layer, std::shared_ptr<const storage::ParticleStep> step,
-                    const FramePlan& plan, const Quality& quality, const Planning& planning) {
+LayerPlan planLayer(const Layer& layer, const ParticlesStyle& style,
+                    std::shared_ptr<const storage::ParticleStep> step, const FramePlan& plan,
+                    const Quality& quality, const Planning& planning) {
     LayerPlan result{.step = std::move(step),
                      .layerToEye = plan.camera.worldToEye() * layer.transform,
-                     .style = layer.style,
+                     .style = style,
                      .selection = {},
                      .leavesInView = {},
                      .preview = {}};
     const Frustum frustum(plan.camera, plan.width, plan.height,
-                          footprintReach(layer.style.pointSize * planning.pixels), nearLimit(plan.camera),
+                          footprintReach(style.pointSize * planning.pixels), nearLimit(plan.camera),
                           result.layerToEye);
-    planPoints(result, layer.style.pointFraction, frustum, quality.pointFraction, planning.selections,
+    planPoints(result, style.pointFraction, frustum, quality.pointFraction, planning.selections,
                planning.device, planning.reading);
-    result.style = scaledStyle(layer.style, planning.pixels, result.share);
+    result.style = scaledStyle(style, planning.pixels, result.share);
     return result;
 }
 
@@ -171,8 +209,11 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                    .layers = {}};
     const Planning planning{selections, device, reading, static_cast<double>(plan.height) / view.height};
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        plan.layers.push_back(planLayer(view.layers[i], scene.steps[i], plan, quality, planning));
+        const ParticlesStyle* const style = view.layers[i].particles();
+        if (style == nullptr) continue;
+        plan.layers.push_back(planLayer(view.layers[i], *style, scene.steps[i], plan, quality, planning));
     }
+    plan.dots = dotsOf(scene, plan);
     setDepths(plan);
     return plan;
 }

@@ -44,13 +44,18 @@ struct FramePlan {
     std::uint32_t height = 0;
     Camera camera;
     glm::dvec3 background{0.0};  ///< linear RGB
-    double nearDepth = 0.0;      ///< along the line of sight; all that is drawn lies in [nearDepth, farDepth]
+    double nearDepth = 0.0;  ///< along the line of sight; all lies in [nearDepth, farDepth] that is drawn,
+                             ///< but for dots without a depth
     double farDepth = 0.0;
     std::uint32_t slabs = 1;  ///< of equal thickness from nearDepth to farDepth
     double samplesPerCell = 4.0;
-    bool exact = true;  ///< Quality::exact(): not for a picture in motion
-    std::vector<LayerPlan> layers;
+    bool exact = true;                      ///< Quality::exact(): not for a picture in motion
+    std::vector<LayerPlan> layers;          ///< of particles
+    std::shared_ptr<const Dots> dots = {};  ///< in pixels of the plan; null: none
 
+    bool anyDots() const { return dots != nullptr && !dots->empty(); }
+    /// Nothing is in view but background.
+    bool blank() const { return (layers.empty() && !anyDots()) || !(farDepth > nearDepth); }
     /// Whether any layer does.
     bool waits() const;
 };

@@ -8,13 +8,16 @@
 #include <vector>
 
 #include "protocol/scene/view.h"
+#include "server/render/stipple/dot.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
 
 struct Scene {
     View view;
-    std::vector<std::shared_ptr<const storage::ParticleStep>> steps;  ///< one a layer, never null
+    std::vector<std::shared_ptr<const storage::ParticleStep>>
+        steps;                              ///< one a layer; null where it has no particles
+    std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
 };
 
 }  // namespace mote::render

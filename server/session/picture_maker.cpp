@@ -18,6 +18,12 @@ using render::Quality;
 // first time: one picture may simply be too large for it.
 constexpr int failuresBeforeNewDevice = 2;
 
+void check(const render::Scene& scene) {
+    for (const auto& step : scene.steps) {
+        if (step != nullptr) step->check();
+    }
+}
+
 /// A field gets its place in the view, a file keeps its own.
 Error inLayer(std::size_t index, const Error& error) {
     const bool field = error.where.find('/') == std::string::npos;
@@ -30,10 +36,11 @@ Error inLayer(std::size_t index, const Error& error) {
 ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
     ViewLoad load{.pixels = static_cast<double>(scene.view.width) * scene.view.height};
     for (const auto& step : scene.steps) {
-        load.points += static_cast<double>(step->pointCount());
+        if (step == nullptr) continue;
         const auto thresholds = step->preview(0).threshold;
         const double share = thresholds.empty() ? 0.0 : thresholds.back();
-        load.previewShare = &step == &scene.steps.front() ? share : std::min(load.previewShare, share);
+        load.previewShare = load.points == 0.0 ? share : std::min(load.previewShare, share);
+        load.points += static_cast<double>(step->pointCount());
     }
     if (scene.steps == history.steps) load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
@@ -122,6 +129,9 @@ void PictureMaker::deviceFailed() {
 Result<render::Scene> PictureMaker::makeScene(const View& view) {
     render::Scene scene{view, {}};
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        if (view.layers[i].particles() == nullptr) {
+            return inLayer(i, {ErrorCode::unsupported, "stipple", "this version draws no dots yet"});
+        }
         auto step = steps_.step(view.layers[i].dataset, view.layers[i].step);
         if (!step.ok()) return inLayer(i, step.error());
         scene.steps.push_back(*std::move(step));
@@ -144,7 +154,7 @@ std::optional<render::FramePlan> PictureMaker::planFor(Stage stage, const render
     };
     auto now = plan(render::Reading::notForPoints);
     if (stage != Stage::exact || !now.waits()) return now;
-    for (const auto& step : scene.steps) step->check();
+    check(scene);
     if (want(now)) return std::nullopt;
     return plan(render::Reading::all);
 }
@@ -157,7 +167,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     const auto planned = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
     auto picture = device_->render(*plan, format, job.stop);
-    for (const auto& step : scene.steps) step->check();
+    check(scene);
     // Not before: what is read for this picture goes first.
     want(*plan);
     if (!picture) return {};

@@ -49,10 +49,10 @@ TEST_P(DeviceBehaviourTest, AStyleThatChangesIsSeen) {
     // A device keeps steps between pictures; nothing of a style may be kept with them.
     auto scene = makeScene("unlinked");
     const auto before = picture(*device_, scene, Quality::exact());
-    scene.view.layers[0].style.colorMap = ColorMap::find("magma").value();
+    scene.view.layers[0].particles()->colorMap = ColorMap::find("magma").value();
     const auto recolored = picture(*device_, scene, Quality::exact());
     EXPECT_NE(recolored, before);
-    scene.view.layers[0].style.pointFraction = Curve::constant(0.0);
+    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.0);
     EXPECT_NE(picture(*device_, scene, Quality::exact()), recolored);
 }
 
@@ -62,7 +62,7 @@ TEST_P(DeviceBehaviourTest, FewerPointsKeepTheLight) {
     // one, so light is lost: for a = 0.1 the factor is (1 - 0.9^4) / 0.4 = 0.86 and for small a one. The rest
     // is the chance of sampling: some thousand points.
     auto scene = makeScene("haloOnly");
-    scene.view.layers[0].style.pointOpacity = 0.1;
+    scene.view.layers[0].particles()->pointOpacity = 0.1;
     const double exact = meanLight(picture(*device_, scene, Quality::exact()));
     Quality quarter;
     quarter.pointFraction = 0.25;
@@ -117,7 +117,7 @@ TEST_P(DeviceBehaviourTest, AStoppedPictureIsEmpty) {
 }
 
 TEST_P(DeviceBehaviourTest, APictureWithoutLayersIsItsBackground) {
-    const View view{5, 3, {1.0, 0.0, 0.25}, {}, {}};
+    const View view{5, 3, {1.0, 0.0, 0.25}, {}, {}, {}};
     const auto image = picture(*device_, {view, {}}, Quality::exact());
     ASSERT_EQ(image.pixels.size(), 60U);
     // 0.25 encodes to 137.

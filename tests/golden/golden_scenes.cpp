@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "tests/golden/golden_dots.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
@@ -158,9 +159,51 @@ const char* const tallAndNarrow = R"({
     'volume': {'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.2}]},
     'points': {'opacity': 0.6, 'sizePixels': 9}}}]})";
 
+// A shell of dots around the beam: in front of it and behind it.
+const char* const dotShell = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0.1, 'opacity': 0}, {'density': 0.6, 'opacity': 0.2}]},
+    'points': {'opacity': 0.8}}}]})";
+
+// A plane of dots cuts through the cores of two beams.
+const char* const dotPlane = R"({
+  'width': 320, 'height': 180, 'background': [0.1, 0.2, 0.1],
+  'camera': {'eye': [0.8, 0.9, 2], 'target': [0, 0, 0]},
+  'layers': [
+    {'particles': {
+      'volume': {'curve': [{'density': 0.1, 'opacity': 0}, {'density': 1, 'opacity': 0.25}]},
+      'points': {'opacity': 0.9, 'sizePixels': 2}}},
+    {'transform': [0.1, -0.7, 0, 0.15,  0.6, 0.1, 0.2, 0.05,  0, -0.2, 0.8, 0.1,  0, 0, 0, 1],
+     'particles': {
+      'volume': {'curve': [{'density': 0.2, 'opacity': 0}, {'density': 1, 'opacity': 0.2}]},
+      'points': {'opacity': 0.5}}}]})";
+
+const char* const dotBackdrop = R"({
+  'width': 320, 'height': 180, 'background': [1, 1, 1],
+  'camera': {'eye': [-1.5, 1, 2.3], 'target': [0, 0, 0], 'orthographicHeight': 2.2},
+  'layers': [{'particles': {
+    'volume': {'colorMap': 'cividis', 'curve': [{'density': 0.3, 'opacity': 0}, {'density': 1, 'opacity': 0.4}]},
+    'points': {'opacity': 0.9, 'color': [0.1, 0.1, 0.4]}}}]})";
+
+// Dots and points without any volume.
+const char* const dotsAndPoints = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [-0.6, 1.6, 0.9], 'target': [0, 0, 0]},
+  'layers': [{'particles': {
+    'volume': {'curve': [{'density': 0, 'opacity': 0}]},
+    'points': {'linked': false, 'opacity': 0.7, 'color': [0.6, 0.85, 1],
+               'curve': [{'density': 0.5, 'fraction': 1}, {'density': 0.8, 'fraction': 0}]}}}]})";
+
+const char* const dotsAlone = R"({
+  'width': 199, 'height': 101, 'background': [1, 0.98, 0.9],
+  'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]}})";
+
 struct Recipe {
     const char* view;
     std::vector<std::shared_ptr<const MemoryStep> (*)()> steps;
+    DotsOf dots = nullptr;
 };
 
 const std::map<std::string, Recipe>& recipes() {
@@ -180,6 +223,11 @@ const std::map<std::string, Recipe>& recipes() {
         {"onePixel", {onePixel, {denseBeam}}},
         {"oddSize", {oddSize, {wideBeam}}},
         {"tallAndNarrow", {tallAndNarrow, {wideBeam}}},
+        {"dotShell", {dotShell, {denseBeam}, dotsAround}},
+        {"dotPlane", {dotPlane, {denseBeam, wideBeam}, dotsThrough}},
+        {"dotBackdrop", {dotBackdrop, {wideBeam}, dotsWithoutDepth}},
+        {"dotsAndPoints", {dotsAndPoints, {largeBeam}, dotsAround}},
+        {"dotsAlone", {dotsAlone, {}, dotsThrough}},
     };
     return all;
 }
@@ -202,11 +250,16 @@ const std::vector<GoldenScene>& goldenScenes() {
         {"discs", 0.25, 0.25, 0.1},
         {"twoLayers", 0.3, 0.3, 0.13},
         {"whiteBackground", 0.25, 0.25, 0.07},
-        {"steps", 0.25, 0.25, 0.04, {50.0, 0.98, 60}, 128.0},
+        {"steps", 0.25, 0.25, 0.04, {50.0, 0.98, 60}, 0.0, 128.0},
         {"farAway", 0.3, 0.3, 0.11},
         {"onePixel", 1.0, 1.0, 1.0},
         {"oddSize", 0.3, 0.14, 0.3},
         {"tallAndNarrow", 0.5, 0.4, 0.5},
+        {"dotShell", 0.3, 0.1, 0.1, {}, 0.05},
+        {"dotPlane", 0.4, 0.1, 0.1, {}, 0.15},
+        {"dotBackdrop", 0.3, 0.1, 0.05, {}, 0.15},
+        {"dotsAndPoints", 0.2, 0.0, 0.1, {}, 0.05},
+        {"dotsAlone", 0.2, 0.0, 0.0, {}, 0.2},
     };
     return all;
 }
@@ -216,6 +269,7 @@ render::Scene makeScene(const std::string& name) {
     if (found == recipes().end()) throw std::invalid_argument("no golden scene is called " + name);
     render::Scene scene{viewOf(found->second.view), {}};
     for (const auto make : found->second.steps) scene.steps.push_back(make());
+    if (found->second.dots != nullptr) scene.dots = found->second.dots(scene.view);
     return scene;
 }
 

@@ -19,6 +19,7 @@ struct GoldenScene {
     double volumeShare;              ///< least share that the volume changes; 0: the scene is without
     double pointsShare;              ///< least share that the points change; 0: the scene is without
     Limits limits = {};              ///< where stricter or, with a reason, laxer than usual
+    double dotsShare = 0.0;          ///< least share that the dots change; 0: the scene is without
     double referenceSamples = 16.0;  ///< volume samples a cell at which the reference has converged
     friend std::ostream& operator<<(std::ostream& out, const GoldenScene& scene) { return out << scene.name; }
 };

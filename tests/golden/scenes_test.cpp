@@ -26,17 +26,20 @@ Image quickly(const render::Scene& scene) {
 
 class GoldenSceneTest : public testing::TestWithParam<GoldenScene> {};
 
-TEST_P(GoldenSceneTest, ShowsVolumeAndPoints) {
+TEST_P(GoldenSceneTest, ShowsVolumePointsAndDots) {
     const auto scene = makeScene(GetParam().name);
     const auto whole = quickly(scene);
     const auto empty =
-        quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}}, {}});
+        quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}, {}}, {}});
     auto noVolume = scene, noPoints = scene;
-    for (auto& layer : noVolume.view.layers) layer.style.volumeOpacity = Curve::constant(0.0);
-    for (auto& layer : noPoints.view.layers) layer.style.pointFraction = Curve::constant(0.0);
+    for (auto& layer : noVolume.view.layers) layer.particles()->volumeOpacity = Curve::constant(0.0);
+    for (auto& layer : noPoints.view.layers) layer.particles()->pointFraction = Curve::constant(0.0);
     const double covered = changedShare(whole, empty);
     const double volume = changedShare(whole, quickly(noVolume));
     const double points = changedShare(whole, quickly(noPoints));
+    auto noDots = scene;
+    noDots.dots = {};
+    EXPECT_GE(changedShare(whole, quickly(noDots)), GetParam().dotsShare);
     EXPECT_GE(covered, GetParam().coveredShare);
     EXPECT_GE(volume, GetParam().volumeShare);
     EXPECT_GE(points, GetParam().pointsShare);

@@ -95,8 +95,8 @@ TEST(ReferenceMixing, OverlappingVolumesAddTheirExtinctionsAndEmissions) {
     const auto step = evenVolumeWith({});
     auto scene = view();
     scene.layers.push_back(scene.layers.front());
-    scene.layers[1].style.volumeOpacity = Curve::constant(0.05);
-    scene.layers[1].style.colorMap = ColorMap::find("oslo").value();
+    scene.layers[1].particles()->volumeOpacity = Curve::constant(0.05);
+    scene.layers[1].particles()->colorMap = ColorMap::find("oslo").value();
     scene.layers[1].transform[3][2] =
         0.5;  // half a unit nearer: 0.5 alone, 1.5 together, 0.5 of the first alone
     const double one = -32.0 * std::log(0.98), other = -32.0 * std::log(0.95);
@@ -115,7 +115,7 @@ TEST(ReferenceMixing, OverlappingVolumesAddTheirExtinctionsAndEmissions) {
 
 TEST(ReferenceMixing, AnOpaquePointHidesAllButALimit) {
     auto scene = view();
-    scene.layers[0].style.pointOpacity = ParticlesStyle::opacityLimit;
+    scene.layers[0].particles()->pointOpacity = ParticlesStyle::opacityLimit;
     const auto step = evenVolumeWith({{{0.5, 0.5, 0.75}}});
     const double front = 1.0 - layerZ(0.75);
     const double limit = ParticlesStyle::opacityLimit;

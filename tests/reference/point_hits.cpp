@@ -42,14 +42,17 @@ double nearestDepth(const Camera& camera) {
 PointHits::PointHits(const render::Scene& scene) {
     const std::size_t pixels = std::size_t{scene.view.width} * scene.view.height;
     ambiguous_.assign(pixels, 0);
-    for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) addLayer(scene, layer);
+    for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
+        if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
+    }
+    if (scene.dots != nullptr) addDots(scene);
     sort(pixels);
 }
 
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const View& view = scene.view;
     const storage::ParticleStep& step = *scene.steps[layer];
-    const ParticlesStyle& style = view.layers[layer].style;
+    const ParticlesStyle& style = *view.layers[layer].particles();
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
     const LogDensity scale = step.logDensity();
     const auto nodes = step.nodes();
@@ -70,9 +73,22 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     }
 }
 
+/// The disc's edge is softened over a pixel around a radius so chosen that its ink is that of the disc.
+void PointHits::addDots(const render::Scene& scene) {
+    const View& view = scene.view;
+    auto number = static_cast<std::uint32_t>(view.layers.size());
+    for (const auto& dot : *scene.dots) {
+        const double radius = dot.radius, x = dot.x, y = dot.y;
+        const double soft = std::sqrt(std::max(radius * radius, 1.0 / 3.0) - 1.0 / 12.0);
+        Hit hit{0, number++, dot.depth, dot.opacity * std::min(1.0, 3.0 * radius * radius)};
+        const bool near = std::isfinite(dot.depth) && dot.depth < nearestDepth(view.camera);
+        if (!near && hit.alpha > 0.0) addDisc(view, hit, x, y, 2.0 * soft);
+    }
+}
+
 void PointHits::addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye) {
     const double depth = -inEye.z;
-    const ParticlesStyle& style = view.layers[layer].style;
+    const ParticlesStyle& style = *view.layers[layer].particles();
     if (depth < nearestDepth(view.camera) || !(style.pointOpacity > 0.0)) return;
     const double halfHeight = view.camera.halfHeight() * (view.camera.perspective() ? depth : 1.0);
     const double halfWidth = halfHeight * view.aspect();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointHits: which points touch which pixels, at what depth and opacity (docs/PICTURE.md, "Points"). A value;
+// PointHits: which points and dots touch which pixels, at what depth and opacity (docs/PICTURE.md, "Points",
+// "Dots"). A value;
 // made once for a picture.
 #pragma once
 
@@ -15,9 +16,9 @@ namespace mote::reference {
 /// A point's footprint in one pixel.
 struct Hit {
     std::uint32_t pixel;  ///< row * width + column
-    std::uint32_t layer;
-    double depth;  ///< world units along the line of sight
-    double alpha;  ///< point opacity times coverage, > 0
+    std::uint32_t layer;  ///< or, after all layers, the dot
+    double depth;         ///< world units along the line of sight
+    double alpha;         ///< opacity of the point or dot times coverage, > 0
 };
 
 class PointHits {
@@ -33,6 +34,7 @@ class PointHits {
 
   private:
     void addLayer(const render::Scene& scene, std::uint32_t layer);
+    void addDots(const render::Scene& scene);
     void addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye);
     void addSquare(const View& view, Hit hit, double px, double py, double size);
     void addDisc(const View& view, Hit hit, double px, double py, double size);

@@ -49,9 +49,11 @@ void clip(LayerRay& ray) {
 class Renderer {
   public:
     Renderer(const render::Scene& scene, const Options& options)
-        : view_(scene.view), hits_(scene), samplesPerCell_(options.samplesPerCell) {
+        : view_(scene.view), dots_(scene.dots), hits_(scene), samplesPerCell_(options.samplesPerCell) {
         for (std::size_t i = 0; i < view_.layers.size(); ++i) {
-            fields_.emplace_back(*scene.steps[i], view_.layers[i].style);
+            const ParticlesStyle* const style = view_.layers[i].particles();
+            if (style == nullptr) continue;
+            fields_.emplace_back(*scene.steps[i], *style);
             eyeToLayer_.push_back(glm::inverse(view_.camera.worldToEye() * view_.layers[i].transform));
         }
     }
@@ -63,7 +65,7 @@ class Renderer {
         double depth = -infinity;
         for (const auto& hit : hits) {
             gather(rays, depth, hit.depth, light);
-            light.color += light.left * hit.alpha * view_.layers[hit.layer].style.pointColor;
+            light.color += light.left * hit.alpha * colorOf(hit);
             light.left *= 1.0 - hit.alpha;
             depth = hit.depth;
         }
@@ -78,6 +80,11 @@ class Renderer {
         glm::dvec3 color{0.0};
         double left = 1.0;  ///< transmittance of all that lies in front
     };
+
+    glm::dvec3 colorOf(const Hit& hit) const {
+        if (hit.layer < view_.layers.size()) return view_.layers[hit.layer].particles()->pointColor;
+        return (*dots_)[hit.layer - view_.layers.size()].color;
+    }
 
     std::vector<LayerRay> raysThrough(std::uint32_t column, std::uint32_t row) const {
         const double half = view_.camera.halfHeight();
@@ -150,6 +157,7 @@ class Renderer {
     }
 
     const View& view_;
+    std::shared_ptr<const render::Dots> dots_;
     PointHits hits_;
     double samplesPerCell_;
     std::vector<VolumeField> fields_;

@@ -48,7 +48,7 @@ void writePacket(const CompositeFrame& frame, const std::uint8_t* pixels, std::u
 }  // namespace
 
 void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points,
-                   std::uint8_t* picture) {
+                   const TileDots* dots, std::uint8_t* picture) {
     constexpr std::uint32_t across = Tile::edge / Tile::packetEdge;
     const std::size_t size = bytesPerPixel(frame.format);
     alignas(64) std::array<std::uint32_t, 2 * Tile::packetPixels> words{};
@@ -58,7 +58,7 @@ void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileC
         const std::uint32_t x = tile.column * Tile::edge + number % across * Tile::packetEdge;
         const std::uint32_t y = tile.row * Tile::edge + number / across * Tile::packetEdge;
         if (x >= frame.width || y >= frame.height) continue;
-        packet.set(frame, points, number, x, y);
+        packet.set(frame, points, dots, number, x, y);
         if (packet.anyHit || packet.anyPoints) {
             HWY_DYNAMIC_DISPATCH(compositePacket)(frame, packet, words.data());
         } else {

@@ -13,6 +13,7 @@
 #include "server/render/cpu/flat_layer.h"
 #include "server/render/cpu/flat_picture.h"
 #include "server/render/cpu/flat_points.h"
+#include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/packet.h"
@@ -34,6 +35,7 @@ struct CpuDevice::State {
     ResidentVolumes volumes;
     ResidentLeaves leaves;
     FramePoints points;
+    FrameDots dots;
     FlatPoints flat;
 };
 
@@ -43,6 +45,8 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
     for (const auto& layer : plan.layers) visible.push_back(volumes.of(layer.step, layer.style));
     if (const auto only = flatLayer(plan, visible)) return drawFlat(plan, plan.layers[*only], format, stop);
     if (!points.sort(plan, leaves, stop)) return std::nullopt;
+    dots.sort(plan, stop);
+    if (stop.stop_requested()) return std::nullopt;
     const CompositeFrame frame(plan, format, visible);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
     picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
@@ -52,7 +56,8 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
         if (stop.stop_requested()) return;
         const Tile tile{number % columns, number / columns};
         const bool any = points.any(tile);
-        compositeTile(frame, tile, any ? points.gather(tile) : std::span<TileCells>(), picture.pixels.data());
+        compositeTile(frame, tile, any ? points.gather(tile) : std::span<TileCells>(), dots.of(tile),
+                      picture.pixels.data());
     });
     if (stop.stop_requested()) return std::nullopt;
     return picture;
@@ -86,7 +91,7 @@ std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat form
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= Packet::mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
-    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return blankPicture(plan, format);
+    if (plan.blank()) return blankPicture(plan, format);
     return state_->arena.execute([&] { return state_->draw(plan, format, stop); });
 }
 

@@ -6,9 +6,10 @@
 
 namespace mote::render {
 
-void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, std::uint32_t packet,
-                 std::uint32_t x, std::uint32_t y) {
+void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
+                 std::uint32_t packet, std::uint32_t x, std::uint32_t y) {
     points = cells;
+    dots = tileDots;
     number = packet;
     slabs_ = frame.slabs;
     anyHit = false;
@@ -30,6 +31,8 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
         for (std::uint32_t slab = 0; slab < slabs_; ++slab)
             occupied_[slab / 64] |= (layer.occupied(slab) >> number & 1U) << slab % 64;
     }
+    for (std::uint32_t slab = 0; dots != nullptr && slab < slabs_; ++slab)
+        occupied_[slab / 64] |= (dots->occupied(slab) >> number & 1U) << slab % 64;
     anyPoints = std::any_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits != 0; });
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Packet: 4 x 4 pixels of a tile with their rays and points. A value of one thread; it points to the tile's
-// cells.
+// Packet: 4 x 4 pixels of a tile with their rays, points and dots. A value of one thread; it points to the
+// tile's cells and dots.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include "server/render/cpu/composite_frame.h"
 #include "server/render/cpu/packet_rays.h"
 #include "server/render/cpu/tile_cells.h"
+#include "server/render/cpu/tile_dots.h"
 
 namespace mote::render {
 
@@ -19,21 +20,25 @@ struct Packet {
     static constexpr std::uint32_t mostSlabs = 256;
 
     std::array<PacketRays, mostLayers> rays;
-    bool anyHit = false;  ///< whether any ray meets a volume
-    bool anyPoints = false;
-    float stretch = 0.0F;  ///< slabs between samples of the volumes, where one is hit
+    bool anyHit = false;     ///< whether any ray meets a volume
+    bool anyPoints = false;  ///< or dots
+    float stretch = 0.0F;    ///< slabs between samples of the volumes, where one is hit
 
     std::span<const TileCells> points;  ///< of each layer, or empty
+    const TileDots* dots = nullptr;     ///< null: none in the tile
     std::uint32_t number = 0;           ///< in its tile
 
     /// The packet `packet` of a tile. `x`, `y`: its first pixel in the picture.
-    void set(const CompositeFrame& frame, std::span<const TileCells> cells, std::uint32_t packet,
-             std::uint32_t x, std::uint32_t y);
+    void set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
+             std::uint32_t packet, std::uint32_t x, std::uint32_t y);
 
-    /// The first slab from `slab` on that may hold points; the number of slabs where there is none.
+    /// The first slab from `slab` on that may hold points or dots; the number of slabs where there is none.
     std::uint32_t nextPoints(std::uint32_t slab) const;
     bool hasPoints(std::size_t layer, std::uint32_t slab) const {
         return (points[layer].occupied(slab) >> number & 1U) != 0;
+    }
+    bool hasDots(std::uint32_t slab) const {
+        return dots != nullptr && (dots->occupied(slab) >> number & 1U) != 0;
     }
     const PointCell* cells(std::size_t layer, std::uint32_t slab) const {
         return points[layer].slab(slab) + std::size_t{number} * Tile::packetPixels;
@@ -41,7 +46,7 @@ struct Packet {
 
   private:
     std::uint32_t slabs_ = 0;
-    std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer
+    std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer or dots
 };
 
 }  // namespace mote::render

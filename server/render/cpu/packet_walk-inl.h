@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PacketWalk: the way of a vector of rays through slabs, volumes and points, front to back. Compiled once for
-// each target (Highway's foreach_target), hence without #pragma once.
+// PacketWalk: the way of a vector of rays through slabs, volumes, points and dots, front to back. Compiled
+// once for each target (Highway's foreach_target), hence without #pragma once.
 //
 // What is skipped begins and ends at multiples of the packet's stretch, so that the picture depends neither
 // on that nor on the width of the vectors.
@@ -12,6 +12,7 @@
 #define MOTE_PACKET_WALK_INL_H
 #endif
 
+#include "server/render/cpu/dot_cursor-inl.h"
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/slab_points-inl.h"
 #include "server/render/cpu/volume_march-inl.h"
@@ -24,7 +25,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 class PacketWalk {
   public:
     HWY_INLINE PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane)
-        : frame_(frame), packet_(packet), lane_(lane), layers_(frame.layers.size()) {
+        : frame_(frame), packet_(packet), lane_(lane), layers_(frame.layers.size()), dots_(packet, lane) {
         frontAt_.fill(-1.0F);
         sights_.fill({});
     }
@@ -120,7 +121,7 @@ class PacketWalk {
         light_ = light;
     }
 
-    /// A slab with points of some layer.
+    /// A slab with points of some layer or dots.
     HWY_NOINLINE void mixSlab(std::uint32_t slab) {
         const float from = static_cast<float>(slab);
         std::uint32_t visible = 0;
@@ -131,7 +132,10 @@ class PacketWalk {
         }
         SlabPoints points;
         const std::uint32_t layers = points.read(frame_, packet_, slab, lane_);
-        if (visible == 0 && (layers & (layers - 1)) == 0) {
+        const bool dots = packet_.hasDots(slab);
+        if (visible == 0 && layers == 0) {
+            dots_.pass(hn::Set(Floats(), from + 1.0F), light_);
+        } else if (!dots && visible == 0 && (layers & (layers - 1)) == 0) {
             // Points of one layer with no volume about: where they stand does not matter.
             const glm::vec3& color = points.color[0];
             const Floats d;
@@ -142,7 +146,7 @@ class PacketWalk {
         }
     }
 
-    /// Volumes of some layers and points, if any, evenly mixed. Each ray has its own cuts.
+    /// Volumes of some layers and points, if any, evenly mixed, dots between them. Each ray has its own cuts.
     HWY_NOINLINE void mix(std::uint32_t visible, float from, float to, const SlabPoints* points) {
         const Floats d;
         for (std::uint32_t left = visible; left != 0; left &= left - 1) {
@@ -151,9 +155,11 @@ class PacketWalk {
         }
         const V end = hn::Set(d, to);
         V at = hn::Set(d, from);
+        dots_.pass(at, light_);
         while (!light_.gone() && !hn::AllFalse(d, hn::Lt(at, end))) {
             V next = nextSample(visible, at, end);
             if (points != nullptr) next = points->nextCut(at, next);
+            next = dots_.nextCut(next);
             // However close the cuts, each step must go on in single precision.
             next = hn::Min(hn::Max(next, hn::Add(at, hn::Set(d, 1e-4F))), end);
             Matter matter;
@@ -165,6 +171,7 @@ class PacketWalk {
                 points->addSingle(at, next, single);
                 light_.gather(single);
             }
+            dots_.pass(next, light_);
             at = next;
         }
     }
@@ -248,6 +255,7 @@ class PacketWalk {
     std::size_t lane_;
     std::size_t layers_;
     Light light_;
+    DotCursor dots_;
     std::array<VolumeSight, Packet::mostLayers> sights_;
     std::array<float, Packet::mostLayers> frontAt_;  // slab of the sample in fronts_
     std::array<StoredSample, Packet::mostLayers> fronts_;

@@ -51,7 +51,7 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
-    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return blankPicture(plan, format);
+    if (plan.blank()) return blankPicture(plan, format);
     const EglContext::Current current(context_);
     state_->shaders.reloadChanged();
     FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->transfers,

@@ -43,7 +43,7 @@ bool FrameRun::drawFlat(const Band& band) {
 
 bool FrameRun::drawCells(const Band& band, const Counts& counts) {
     // A pixel belongs to the pass in which its first cell lies; its others may reach beyond by the margin.
-    const std::uint64_t margin = layers_.size() * plan_.slabs;
+    const std::uint64_t margin = layerCount() * plan_.slabs;
     const std::uint64_t limit = pairLimit(options_.cellBytes) / cellSize;
     const std::uint64_t capacity = std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30);
     buffers_.cells.grow((std::min<std::uint64_t>(counts.cells, capacity) + margin) * cellSize);
@@ -79,6 +79,10 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
     glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
     glBindTextureUnit(cellUnit, buffers_.cellsTexture.get());
     glBindTextureUnit(volumeMaskUnit, buffers_.volumeMasksTexture.get());
+    if (!dots_.empty()) {
+        glBindTextureUnit(dotUnit, buffers_.dotsTexture.get());
+        glBindTextureUnit(dotListUnit, buffers_.dotListsTexture.get());
+    }
     barrier();
     TileBatch batch;
     for (std::uint32_t tile = 0, count = 0; tile < tileCount; tile += count) {
@@ -93,8 +97,9 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 }
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
-    const GLuint program = shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layers_.size())},
+    const GLuint program = shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layerCount())},
                                                           {"WORDS", words_},
+                                                          {"DOTS", dots_.empty() ? 0U : 1U},
                                                           {"POINTS", points ? 1U : 0U},
                                                           {"VOLUME", volume ? 1U : 0U},
                                                           {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});

@@ -57,7 +57,7 @@ void FrameRun::dispatchBlocks(const std::vector<std::uint32_t>& numbers) {
 
 GLuint FrameRun::usePointsProgram(std::string_view name, std::size_t layer, Selection selection,
                                   const Pass& pass) {
-    const GLuint program = shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layers_.size())},
+    const GLuint program = shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layerCount())},
                                                    {"WORDS", words_},
                                                    {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
                                                    {"FLAT", flat_ ? 1U : 0U},
@@ -87,6 +87,7 @@ FrameRun::Counts FrameRun::allocateCells(const Band& band) {
     barrier();
     glUseProgram(allocateProgram());
     glBindTextureUnit(slabBitsUnit, buffers_.masksTexture.get());
+    if (!dots_.empty()) glBindTextureUnit(allocateDotsUnit, buffers_.dotListsTexture.get());
     glDispatchCompute(groups(band.tiles, 64), 1, 1);
     barrier();
     Counts counts;
@@ -106,8 +107,9 @@ bool FrameRun::addPoints(const Pass& pass) {
 }
 
 GLuint FrameRun::allocateProgram() const {
-    return shaders_.program("cells_allocate", {{"LAYERS", static_cast<unsigned>(layers_.size())},
+    return shaders_.program("cells_allocate", {{"LAYERS", static_cast<unsigned>(layerCount())},
                                                {"WORDS", words_},
+                                               {"DOTS", dots_.empty() ? 0U : 1U},
                                                {"POINTS", anyPoints_ ? 1U : 0U}});
 }
 

@@ -29,7 +29,7 @@ std::optional<Picture> FrameRun::draw() {
     picture.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(format_));
     for (const auto& layer : plan_.layers) picture.pointsDrawn += layer.pointsDrawn;
     // A pixel: its sum of weights, or for each layer pairs of slab bits and first cell.
-    const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layers_.size() * words_) * sizeof(std::uint32_t);
+    const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layerCount() * words_) * sizeof(std::uint32_t);
     const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * pixelBytes;
     const std::uint64_t rows = std::max<std::uint64_t>(pairLimit(options_.maskBytes) / rowBytes, 1);
     for (std::uint32_t row = 0; row < tilesDown_; row += static_cast<std::uint32_t>(rows)) {
@@ -53,7 +53,8 @@ bool FrameRun::prepare() {
         if (!prepareVolume(layers_[i])) return false;
     }
     // Points of one colour with nothing between them look the same in any order.
-    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr;
+    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && !plan_.anyDots();
+    prepareDots();
     if (!flat_) gatherTransfers();
     anyPoints_ =
         std::any_of(layers_.begin(), layers_.end(), [](const LayerWork& work) { return work.drawsPoints(); });
@@ -77,7 +78,7 @@ bool FrameRun::prepareVolume(LayerWork& work) {
 /// One table after the other, so that a shader needs one texture for all.
 void FrameRun::gatherTransfers() {
     constexpr std::size_t size = (TransferTable::cells + 1) * sizeof(glm::vec4);
-    buffers_.transfers.grow(layers_.size() * size);
+    buffers_.transfers.grow(layerCount() * size);
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (layers_[i].volume != nullptr) buffers_.transfers.copy(i * size, layers_[i].transfer->buffer);
     }
@@ -111,12 +112,13 @@ void FrameRun::bindBand(const Band& band) {
     buffers_.pixels.fill(pixelBytes, &block.blank.x, format_ == PixelFormat::srgb8 ? 1 : 2);
     buffers_.pixels.bindStorage(pixels);
     if (flat_) return;
+    bindDots(band);
     const auto bind = [](GlBuffer& buffer, Storage binding, std::size_t bytes, bool zero) {
         buffer.grow(bytes);
         if (zero) buffer.zero(bytes);
         buffer.bindStorage(binding);
     };
-    const std::size_t tileWords = layers_.size() * words_ * sizeof(std::uint32_t);
+    const std::size_t tileWords = layerCount() * words_ * sizeof(std::uint32_t);
     bind(buffers_.masks, masks, std::size_t{band.tiles} * 64 * 2 * tileWords, anyPoints_);
     bind(buffers_.volumeMasks, volumeMasks, band.tiles * tileWords, true);
     buffers_.masksTexture = bufferTexture(buffers_.masks, GL_RG32UI);
@@ -150,7 +152,7 @@ void FrameRun::readBack(const Band& band, Picture& picture) {
 }
 
 GLuint FrameRun::program(std::string_view name) const {
-    return shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layers_.size())}, {"WORDS", words_}});
+    return shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layerCount())}, {"WORDS", words_}});
 }
 
 }  // namespace mote::render

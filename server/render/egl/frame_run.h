@@ -4,6 +4,7 @@
 // Made for one picture by the device, on its thread, while its context is current.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
@@ -14,13 +15,15 @@
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
 #include "server/render/egl/transfer_buffers.h"
+#include "server/render/screen_dots.h"
 
 namespace mote::render {
 
 /// Buffers that frames use again.
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
-    GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture;
+    GlBuffer dots, dotLists;
+    GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture, dotsTexture, dotListsTexture;
 };
 
 class FrameRun {
@@ -47,8 +50,8 @@ class FrameRun {
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
     };
-    /// As cells_allocate.comp counts: cells that the band needs; tiles with points alone, with volume alone,
-    /// with both.
+    /// As cells_allocate.comp counts: cells that the band needs; tiles with points alone, without points and
+    /// with volume or dots, with points and volume.
     struct Counts {
         std::uint32_t cells = 0;
         std::array<std::uint32_t, 3> tiles{};
@@ -64,6 +67,8 @@ class FrameRun {
     bool prepare();
     bool prepareVolume(LayerWork& work);
     void gatherTransfers();
+    void prepareDots();
+    void bindDots(const Band& band);
     bool drawBand(const Band& band, Picture& picture);
     void bindBand(const Band& band);
     /// Where depth does not matter: see flat_.
@@ -80,6 +85,8 @@ class FrameRun {
     void setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const;
     bool composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount);
     void readBack(const Band& band, Picture& picture);
+    /// That the shaders are compiled for: they know no picture without any.
+    std::size_t layerCount() const { return std::max<std::size_t>(layers_.size(), 1); }
     GLuint program(std::string_view name) const;
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
     GLuint allocateProgram() const;
@@ -94,6 +101,7 @@ class FrameRun {
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;
+    std::vector<ScreenDot> dots_;  ///< front to back
     bool anyPoints_ = false;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel

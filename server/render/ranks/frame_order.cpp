@@ -82,6 +82,7 @@ void put(ByteWriter& out, const FramePlan& plan) {
     out.put(plan.exact);
     out.put(std::uint64_t{plan.layers.size()});
     for (const auto& layer : plan.layers) put(out, layer);
+    out.putList(plan.anyDots() ? *plan.dots : Dots());
 }
 
 FramePlan getPlan(ByteReader& in) {
@@ -97,6 +98,7 @@ FramePlan getPlan(ByteReader& in) {
                    .layers = {}};
     const auto layers = in.get<std::uint64_t>();
     for (std::uint64_t i = 0; i < layers; ++i) plan.layers.push_back(getLayer(in));
+    plan.dots = std::make_shared<const Dots>(in.getList<Dots>());
     return plan;
 }
 

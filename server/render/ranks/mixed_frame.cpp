@@ -58,6 +58,7 @@ void MixedFrame::sort() {
     parts_.arena.execute([&] {
         frame_.emplace(plan_, order_.format, parts_.visible(plan_));
         parts_.points.sort(plan_, parts_.leaves, relay.token());
+        parts_.dots.sort(plan_, relay.token());
     });
     picture_ = {.width = plan_.width, .height = plan_.height, .format = order_.format, .pixels = {}};
     picture_.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(order_.format));
@@ -108,14 +109,14 @@ void MixedFrame::compositeTile(std::uint32_t tile, const std::vector<std::span<c
     const Tile at = deal_.at(tile);
     const bool more = std::any_of(packed.begin(), packed.end(), [](auto bytes) { return !bytes.empty(); });
     if (!more && !parts_.points.any(at)) {
-        return render::compositeTile(*frame_, at, {}, picture_.pixels.data());
+        return render::compositeTile(*frame_, at, {}, parts_.dots.of(at), picture_.pixels.data());
     }
     const auto cells = parts_.points.gather(at);
     for (const auto bytes : packed) {
         if (!bytes.empty()) addCells(bytes, cells);
     }
     for (auto& layer : cells) layer.settle();
-    render::compositeTile(*frame_, at, cells, picture_.pixels.data());
+    render::compositeTile(*frame_, at, cells, parts_.dots.of(at), picture_.pixels.data());
 }
 
 template <class Visit>

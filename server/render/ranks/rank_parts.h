@@ -10,6 +10,7 @@
 
 #include "server/render/cpu/composite.h"
 #include "server/render/cpu/flat_points.h"
+#include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/resident_volumes.h"
@@ -25,6 +26,7 @@ struct RankParts {
     ResidentVolumes volumes;
     ResidentLeaves leaves;
     FramePoints points;
+    FrameDots dots;
     FlatPoints flat;
 
     /// What of each layer's volume can be seen. Throws storage::StorageError.

@@ -58,7 +58,7 @@ std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat f
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= Packet::mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
-    if (plan.layers.empty() || !(plan.farDepth > plan.nearDepth)) return blankPicture(plan, format);
+    if (plan.blank()) return blankPicture(plan, format);
     FrameOrder order = state_->orderOf(plan, format);
     auto bytes = packOrder(order);
     state_->ranks.broadcast(bytes);

@@ -33,7 +33,7 @@ BENCHMARK(count)->Name("points/count")->Unit(benchmark::kMillisecond);
 /// Whole pictures, with all threads. Bigger points are discs; with a volume they are kept apart by depth.
 void picture(benchmark::State& state, Shown shown, double size) {
     auto scene = beamScene(shown);
-    scene.view.layers[0].style.pointSize = size;
+    scene.view.layers[0].particles()->pointSize = size;
     render::CpuDevice device;
     const auto plan = render::makeFramePlan(scene, render::Quality::exact());
     for (auto _ : state) benchmark::DoNotOptimize(device.render(plan, render::PixelFormat::srgb8, {}));

@@ -85,7 +85,7 @@ TEST(EglDevice, PointsAloneNeedNoSlabs) {
     // The second layer's volume is too thin to be seen, but it forces the points into slabs.
     const auto flat = sceneOf(pointsAlone);
     auto slabs = sceneOf(pointsAlone);
-    slabs.view.layers[0].style.volumeOpacity = Curve::create({{0.0, 1e-9}}).value();
+    slabs.view.layers[0].particles()->volumeOpacity = Curve::create({{0.0, 1e-9}}).value();
     EglDevice device;
     const auto expected = picture(device, flat);
     EXPECT_EQ(device.lastTimes().cells, 0U);
@@ -114,9 +114,9 @@ TEST(EglDevice, FewPointsAreListedAndDrawnAlike) {
     // between.
     EglDevice device;
     auto scene = sceneOf(pointsAlone);
-    scene.view.layers[0].style.pointFraction = Curve::constant(0.499);
+    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.499);
     const auto listed = picture(device, scene);
-    scene.view.layers[0].style.pointFraction = Curve::constant(0.501);
+    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.501);
     const auto blocks = picture(device, scene);
     const auto apart = blocks.pointsDrawn - listed.pointsDrawn;
     EXPECT_GT(listed.pointsDrawn, 5000U);

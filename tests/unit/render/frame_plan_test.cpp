@@ -33,7 +33,7 @@ TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
     EXPECT_EQ(plan.camera, scene.view.camera);
     EXPECT_EQ(plan.slabs, Quality::exact().slabs);
     ASSERT_EQ(plan.layers.size(), 1U);
-    EXPECT_EQ(plan.layers[0].style, scene.view.layers[0].style);
+    EXPECT_EQ(plan.layers[0].style, *scene.view.layers[0].particles());
     EXPECT_EQ(plan.layers[0].step, scene.steps[0]);
     std::uint64_t drawn = 0;
     for (std::size_t i = 0; i < scene.steps[0]->leaves().size(); ++i) drawn += plan.layers[0].drawn(i);
@@ -115,14 +115,14 @@ TEST(FramePlan, PicturesOfOneStepAndStyleShareTheirSelection) {
     EXPECT_EQ(turned.layers[0].selection, first.layers[0].selection);
     const auto quick = makeFramePlan(scene, {.pointFraction = 0.5}, selections, {});
     EXPECT_NE(quick.layers[0].selection, first.layers[0].selection);
-    scene.view.layers[0].style.pointFraction = Curve::constant(0.5);
+    scene.view.layers[0].particles()->pointFraction = Curve::constant(0.5);
     EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections, {}).layers[0].selection,
               first.layers[0].selection);
 }
 
 TEST(FramePlan, OpacityStaysBelowItsLimit) {
     auto scene = beamScene(plain);
-    scene.view.layers[0].style.pointOpacity = ParticlesStyle::opacityLimit;
+    scene.view.layers[0].particles()->pointOpacity = ParticlesStyle::opacityLimit;
     const auto plan = makeFramePlan(scene, {.pointFraction = 0.01});
     EXPECT_EQ(plan.layers[0].style.pointOpacity, ParticlesStyle::opacityLimit);
 }

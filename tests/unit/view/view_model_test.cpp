@@ -31,11 +31,11 @@ TEST(ViewModel, ALoadedViewIsTheViewThatIsShown) {
     const auto saved = parseView(savedView()).value();
     EXPECT_EQ(shown.layers.size(), 2U);
     EXPECT_EQ(shown.camera, saved.camera);
-    EXPECT_EQ(shown.layers[0].style.volumeOpacity, saved.layers[0].style.volumeOpacity);
-    EXPECT_EQ(shown.layers[0].style.pointFraction, saved.layers[0].style.pointFraction);
-    EXPECT_EQ(shown.layers[0].style.colorMap, saved.layers[0].style.colorMap);
+    EXPECT_EQ(shown.layers[0].particles()->volumeOpacity, saved.layers[0].particles()->volumeOpacity);
+    EXPECT_EQ(shown.layers[0].particles()->pointFraction, saved.layers[0].particles()->pointFraction);
+    EXPECT_EQ(shown.layers[0].particles()->colorMap, saved.layers[0].particles()->colorMap);
     // Colours pass through floats.
-    EXPECT_NEAR(shown.layers[0].style.pointColor.y, saved.layers[0].style.pointColor.y, 1e-6);
+    EXPECT_NEAR(shown.layers[0].particles()->pointColor.y, saved.layers[0].particles()->pointColor.y, 1e-6);
     EXPECT_NEAR(shown.background.z, saved.background.z, 1e-6);
     EXPECT_EQ(shown.layers[1], saved.layers[1]);
 }

@@ -2,7 +2,7 @@
 // Gives each pixel room for as many cells as it has marked slabs, and lists the tiles that are not blank, by what
 // they hold. One invocation a tile. Where a tile's room lies depends on the order of execution; what is drawn does
 // not.
-// POINTS: 0 where none are drawn.
+// POINTS, DOTS: 0 where none are drawn.
 #include "frame.glsl"
 
 layout(local_size_x = 64) in;
@@ -11,8 +11,11 @@ layout(binding = 2) uniform usamplerBuffer slabBits;          // the same, quick
 layout(std430, binding = 1) writeonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
 layout(std430, binding = 4) buffer Counters { uint cellCount, tileCounts[3]; };
 layout(std430, binding = 5) readonly buffer VolumeMasks { uint volumeMasks[]; };
-// Tiles with points and without volume; from the number of tiles, those without points and with volume; from twice it,
-// those with both.
+#if DOTS
+layout(binding = 3) uniform usamplerBuffer dotLists;          // where each tile's list begins
+#endif
+// Tiles with points and without volume; from the number of tiles, those without points and with volume or dots; from
+// twice it, those with points and volume.
 layout(std430, binding = 6) writeonly buffer Tiles { uint tiles[]; };
 
 uint wordsOf(uint layer, uint pixel) {
@@ -52,8 +55,12 @@ void main() {
         for (uint i = 0u; i < wordCount; ++i) volume |= volumeMasks[(layer * tileCount + tile) * wordCount + i];
     }
     uint count = POINTS != 0 ? cellsOf(tile) : 0u;
-    if ((volume | count) != 0u) {
-        uint kind = volume == 0u ? 0u : count == 0u ? 1u : 2u;
+    uint dots = 0u;
+#if DOTS
+    dots = texelFetch(dotLists, int(tile) + 1).x - texelFetch(dotLists, int(tile)).x;
+#endif
+    if ((volume | count | dots) != 0u) {
+        uint kind = count == 0u ? 1u : volume == 0u ? 0u : 2u;
         tiles[kind * tileCount + atomicAdd(tileCounts[kind], 1u)] = tile;
     }
 #if POINTS

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
-// docs/RENDERING.md says how). Compiled with LAYERS, WORDS, POINTS and VOLUME (0: the tiles hold none), EXACT (0: for a
-// picture that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
+// docs/RENDERING.md says how). Compiled with LAYERS, WORDS, POINTS, VOLUME and DOTS (0: the tiles hold none), EXACT (0:
+// for a picture that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
 #include "frame.glsl"
 #include "pixel.glsl"
 
@@ -11,6 +11,10 @@ layout(binding = 8) uniform samplerBuffer transfers;                       // in
 layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
 layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment
 layout(binding = 11) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
+#if DOTS
+layout(binding = 12) uniform samplerBuffer dotData;                        // x, y, reach, slab; color, opacity
+layout(binding = 13) uniform usamplerBuffer dotLists;                      // of each tile: where its list begins; dots
+#endif
 layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
 
 layout(std430, binding = 6) readonly buffer Tiles { uint tiles[]; };   // to be drawn
@@ -47,6 +51,43 @@ void gather(vec4 matter) {
     light += transmittance * share * matter.rgb;
     transmittance *= passed;
 }
+
+#if DOTS
+const float beyond = 1e30;   // slabs; of a pixel without further dots
+int dotAt, dotEnd;           // in dotLists
+float dotDepth = beyond;     // of the pixel's next dot
+vec4 dotInk;                 // its color; its opacity in this pixel
+vec2 pixelCentre;
+
+// Goes on to the next dot that covers the pixel, from dotAt on.
+void findDot() {
+    dotDepth = beyond;
+    while (dotAt < dotEnd && dotDepth == beyond) {
+        int index = 2 * int(texelFetch(dotLists, dotAt).x);
+        vec4 place = texelFetch(dotData, index);
+        dotInk = texelFetch(dotData, index + 1);
+        dotInk.a *= clamp(place.z - distance(pixelCentre, place.xy), 0.0, 1.0);
+        dotDepth = dotInk.a > 0.0 ? place.w : beyond;
+        ++dotAt;
+    }
+}
+
+// The dots up to a depth.
+void passDots(float to) {
+    while (dotDepth <= to) {
+        light += transmittance * dotInk.a * dotInk.rgb;
+        transmittance *= 1.0 - dotInk.a;
+        findDot();
+    }
+}
+
+void aimDots(uint tile, vec2 centre) {
+    pixelCentre = centre;
+    dotAt = int(texelFetch(dotLists, int(tile)).x);
+    dotEnd = int(texelFetch(dotLists, int(tile) + 1).x);
+    findDot();
+}
+#endif
 
 #if VOLUME
 vec4 integralTo(uint l, float t, out vec4 slope) {
@@ -147,6 +188,9 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
 #if VOLUME
     next = min(next, at + stretch);
 #endif
+#if DOTS
+    next = min(next, dotDepth);
+#endif
     // However close the cuts, each step must go on in single precision.
     return min(max(next, at + 1e-4), end);
 }
@@ -192,6 +236,9 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
     gather(matter * (next - at));
 #if POINTS
     gather(single);
+#endif
+#if DOTS
+    passDots(next);
 #endif
     return next;
 }
@@ -240,6 +287,9 @@ void walk(uint tile, uint pixel, vec2 at) {
             past = max(past < 0 ? 32 : past, first + 1);
             end = depth + float(past - first);
             bits &= past == 32 ? 0u : ~0u << past;
+#if DOTS
+            passDots(depth);
+#endif
         }
         depth = gatherStretch(depth, end, stretch, volume);
     }
@@ -256,6 +306,12 @@ void main() {
     if (offsets[pixel] - pass.x >= pass.y) return;
 #endif
     vec2 ndc = (vec2(place.x, row) + 0.5) / vec2(size) * 2.0 - 1.0;
+#if DOTS
+    aimDots(tile, vec2(place.x, row) + 0.5);
+#endif
     walk(tile, pixel, vec2(ndc.x, -ndc.y) * frame.window.xy);
+#if DOTS
+    passDots(2.0 * float(frame.band.y));
+#endif
     store(place.y * size.x + place.x, light, transmittance);
 }

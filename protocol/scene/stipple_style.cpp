@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/stipple_style.h"
+
+#include <array>
+#include <glm/geometric.hpp>
+#include <string_view>
+#include <utility>
+
+#include "protocol/scene/check.h"
+#include "protocol/scene/srgb.h"
+
+namespace mote {
+namespace {
+
+/// How bright a linear colour is (Rec. 709).
+double luminance(const glm::dvec3& color) {
+    return glm::dot(color, glm::dvec3(0.2126, 0.7152, 0.0722));
+}
+
+/// Middle grey on the screen, 0.5 encoded, is 0.21 of the light.
+bool isLight(const glm::dvec3& color) {
+    return luminance(color) > 0.21;
+}
+
+Result<Light> parseLight(const proto::Light& message) {
+    Light light;
+    glm::dvec3 direction(-0.4, 0.6, 0.7);
+    if (!message.direction().empty()) {
+        const auto given = checkVector(message.direction(), 1e6, "direction");
+        MOTE_RETURN_IF_ERROR(given);
+        direction = *given;
+    }
+    if (!(glm::length(direction) > 1e-6)) {
+        return Error{ErrorCode::invalidArgument, "direction", "a direction must not be zero"};
+    }
+    light.direction = glm::normalize(direction);
+    light.fixed = message.fixed();
+    light.shadow = message.shadow();
+    const auto part = [](bool given, double value, double fallback, std::string_view field) {
+        return checkRange(given ? value : fallback, 0.0, 1.0, field);
+    };
+    const auto ambient = part(message.has_ambient(), message.ambient(), light.ambient, "ambient");
+    MOTE_RETURN_IF_ERROR(ambient);
+    const auto diffuse = part(message.has_diffuse(), message.diffuse(), light.diffuse, "diffuse");
+    MOTE_RETURN_IF_ERROR(diffuse);
+    const auto specular = part(message.has_specular(), message.specular(), light.specular, "specular");
+    MOTE_RETURN_IF_ERROR(specular);
+    light.ambient = *ambient;
+    light.diffuse = *diffuse;
+    light.specular = *specular;
+    return light;
+}
+
+Result<DotValue> parseValue(const std::string& name) {
+    constexpr std::array<std::pair<std::string_view, DotValue>, 6> values{{{"", DotValue::none},
+                                                                           {"tone", DotValue::tone},
+                                                                           {"depth", DotValue::depth},
+                                                                           {"x", DotValue::x},
+                                                                           {"y", DotValue::y},
+                                                                           {"z", DotValue::z}}};
+    for (const auto& [known, value] : values) {
+        if (known == name) return value;
+    }
+    return Error{ErrorCode::invalidArgument, "value",
+                 "there are \"tone\", \"depth\", \"x\", \"y\" and \"z\""};
+}
+
+Status parseSizes(const proto::StippleStyle& message, StippleStyle& style) {
+    const auto spacing = checkRange(message.has_spacing_pixels() ? message.spacing_pixels() : style.spacing,
+                                    0.5, 1000.0, "spacingPixels");
+    MOTE_RETURN_IF_ERROR(spacing);
+    const auto size =
+        checkRange(message.has_dot_pixels() ? message.dot_pixels() : style.dotSize, 0.1, 64.0, "dotPixels");
+    MOTE_RETURN_IF_ERROR(size);
+    const auto least = checkRange(message.has_least_dot_pixels() ? message.least_dot_pixels() : *size, 0.1,
+                                  64.0, "leastDotPixels");
+    MOTE_RETURN_IF_ERROR(least);
+    style.spacing = *spacing;
+    style.dotSize = *size;
+    style.leastDotSize = *least;
+    return success();
+}
+
+Status parseColors(const proto::StippleStyle& message, const glm::dvec3& background, StippleStyle& style) {
+    const auto color = checkColor(message.color(), glm::dvec3(isLight(background) ? 0.0 : 1.0), "color");
+    MOTE_RETURN_IF_ERROR(color);
+    const auto opacity =
+        checkRange(message.has_opacity() ? message.opacity() : style.opacity, 0.0, 1.0, "opacity");
+    MOTE_RETURN_IF_ERROR(opacity);
+    const auto value = parseValue(message.value());
+    MOTE_RETURN_IF_ERROR(value);
+    style.color = *color;
+    style.opacity = *opacity;
+    style.value = *value;
+    style.denseDark = (luminance(*color) < luminance(background)) != message.invert();
+    if (message.color_map().empty()) return success();
+    const auto map = ColorMap::find(message.color_map());
+    if (!map.ok()) return map.error().within("colorMap");
+    style.colorMap = *map;
+    return success();
+}
+
+Status parseSource(const proto::StippleStyle& message, StippleStyle& style) {
+    if (!message.source().empty() && message.source() != "layers") {
+        return Error{ErrorCode::invalidArgument, "source", "there is only \"layers\""};
+    }
+    if (!message.source().empty() && !message.image().empty()) {
+        return Error{ErrorCode::invalidArgument, "source", "is instead of an image, not beside it"};
+    }
+    style.image = message.image();
+    style.sourceLayers = !message.source().empty();
+    return success();
+}
+
+}  // namespace
+
+Result<StippleStyle> parseStippleStyle(const proto::StippleStyle& message, const glm::dvec3& background) {
+    StippleStyle style;
+    MOTE_RETURN_IF_ERROR(parseSizes(message, style));
+    MOTE_RETURN_IF_ERROR(parseColors(message, background, style));
+    MOTE_RETURN_IF_ERROR(parseSource(message, style));
+    const auto light = parseLight(message.light());
+    if (!light.ok()) return light.error().within("light");
+    const auto jitter =
+        checkRange(message.has_jitter() ? message.jitter() : style.jitter, 0.0, 4.0, "jitter");
+    MOTE_RETURN_IF_ERROR(jitter);
+    const auto gamma = checkRange(message.has_gamma() ? message.gamma() : style.gamma, 0.05, 20.0, "gamma");
+    MOTE_RETURN_IF_ERROR(gamma);
+    style.light = *light;
+    style.jitter = *jitter;
+    style.gamma = *gamma;
+    style.soft = message.soft();
+    style.seeThrough = message.see_through();
+    return style;
+}
+
+}  // namespace mote

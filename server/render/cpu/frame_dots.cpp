@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/frame_dots.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mote::render {
+namespace {
+
+constexpr std::size_t chunkDots = 4096;
+
+/// Calls visit(tile) for each tile that a dot may touch.
+template <class Visit>
+void forTiles(const ScreenDot& dot, std::uint32_t columns, std::uint32_t rows, Visit visit) {
+    const auto first = [](float at) {
+        return static_cast<std::uint32_t>(std::max(std::floor(at / Tile::edge), 0.0F));
+    };
+    const auto end = [](float at, std::uint32_t most) {
+        return static_cast<std::uint32_t>(
+            std::clamp(std::floor(at / Tile::edge) + 1.0F, 0.0F, static_cast<float>(most)));
+    };
+    const std::uint32_t bottom = end(dot.y + dot.ink.reach, rows);
+    const std::uint32_t right = end(dot.x + dot.ink.reach, columns);
+    for (std::uint32_t row = first(dot.y - dot.ink.reach); row < bottom; ++row) {
+        for (std::uint32_t column = first(dot.x - dot.ink.reach); column < right; ++column)
+            visit(row * columns + column);
+    }
+}
+
+}  // namespace
+
+void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
+    slabs_ = plan.slabs;
+    columns_ = tilesAcross(plan.width);
+    const std::uint32_t rows = tilesAcross(plan.height);
+    dots_ = screenDots(plan);
+    tiles_.clear(std::size_t{columns_} * rows);
+    const std::size_t chunks = (dots_.size() + chunkDots - 1) / chunkDots;
+    tiles_.fill(
+        std::size_t{columns_} * rows, chunks, stop, [](std::size_t) {},
+        [&](std::size_t chunk, auto visit) {
+            const std::size_t end = std::min(dots_.size(), (chunk + 1) * chunkDots);
+            for (std::size_t i = chunk * chunkDots; i < end; ++i) {
+                const auto item = static_cast<std::uint32_t>(i);
+                forTiles(dots_[i], columns_, rows, [&](std::size_t tile) { visit(tile, item); });
+            }
+        });
+}
+
+const TileDots* FrameDots::of(Tile tile) {
+    if (dots_.empty()) return nullptr;
+    const auto own = tiles_.of(std::size_t{tile.row} * columns_ + tile.column);
+    if (own.empty()) return nullptr;
+    TileDots& local = local_.local();
+    local.set(tile, dots_, own, slabs_);
+    return &local;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FrameDots: the dots of one picture, sorted by depth and by the tiles that they touch. Owned by the device,
+// its memory reused from picture to picture.
+#pragma once
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "server/render/cpu/tile_dots.h"
+#include "server/render/cpu/tile_lists.h"
+#include "server/render/frame_plan.h"
+
+namespace mote::render {
+
+class FrameDots {
+  public:
+    /// Uses all threads of the calling arena. Stops early where `stop` is requested.
+    void sort(const FramePlan& plan, const std::stop_token& stop);
+
+    /// Null where a tile has no dots. It belongs to the calling thread until it asks again.
+    const TileDots* of(Tile tile);
+
+  private:
+    std::uint32_t slabs_ = 0;
+    std::uint32_t columns_ = 0;       // of tiles
+    std::vector<ScreenDot> dots_;     // front to back
+    TileLists<std::uint32_t> tiles_;  // indices into them
+    tbb::enumerable_thread_specific<TileDots> local_;
+};
+
+}  // namespace mote::render

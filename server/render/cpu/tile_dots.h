@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// TileDots: the dots of one tile, spread over its pixels: what each pixel meets of them, front to back.
+// Reused from tile to tile by the thread that owns it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/render/cpu/tile.h"
+#include "server/render/screen_dots.h"
+
+namespace mote::render {
+
+/// What a dot is in one pixel.
+struct DotHit {
+    float place;    ///< slabs
+    float opacity;  ///< of the dot times its coverage, above 0
+    glm::vec3 color;
+};
+
+class TileDots {
+  public:
+    /// `dots`: all of the picture; `own`: those that touch the tile, front to back.
+    void set(Tile tile, std::span<const ScreenDot> dots, std::span<const std::uint32_t> own,
+             std::uint32_t slabs);
+
+    /// Front to back. `pixel`: a Tile::pixelIndex.
+    std::span<const DotHit> of(std::uint32_t pixel) const {
+        return {hits_.data() + begin_[pixel], begin_[pixel + 1] - begin_[pixel]};
+    }
+    /// One bit a packet, from bit 0: whether its pixels have dots in a slab.
+    std::uint64_t occupied(std::uint32_t slab) const { return occupied_[slab]; }
+
+  private:
+    struct Placed {
+        std::uint32_t pixel;
+        DotHit hit;
+    };
+    void spread(Tile tile, const ScreenDot& dot, std::uint32_t slabs);
+
+    std::vector<Placed> placed_;
+    std::vector<DotHit> hits_;
+    std::array<std::uint32_t, Tile::pixels + 1> begin_{};
+    std::vector<std::uint64_t> occupied_;
+};
+
+}  // namespace mote::render
