@@ -53,12 +53,21 @@ void printImage(const proto::Manifest& manifest) {
     if (image.invalid() > 0) fmt::print("invalid  {} pixels, taken as white\n", image.invalid());
 }
 
+void printMesh(const proto::MeshManifest& mesh) {
+    fmt::print("surface  {} vertices, {} triangles, {} edges, area {:.6g}\n", mesh.vertices(),
+               mesh.triangles(), mesh.edges(), mesh.area());
+    fmt::print("bounds   [{:.6g}] to [{:.6g}]\n", fmt::join(mesh.bounds_min(), ", "),
+               fmt::join(mesh.bounds_max(), ", "));
+}
+
 void printText(const proto::Manifest& manifest) {
     fmt::print("title    {}\nkind     {}\nwriter   {}\n", manifest.title(), manifest.kind(),
                manifest.writer());
     if (manifest.has_particles()) printParticles(manifest);
     if (manifest.has_stipple()) printStipple(manifest);
     if (manifest.has_image()) printImage(manifest);
+    if (manifest.kind() == "mesh") fmt::print("mesh     {}\n", manifest.request().mesh().input());
+    if (manifest.has_mesh()) printMesh(manifest.mesh());
 }
 
 int run(const CommandLine& line, const std::string& directory) {

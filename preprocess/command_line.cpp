@@ -36,6 +36,10 @@ void printJson(const JobOutcome& outcome, double seconds) {
         object.add("width", outcome.manifest->image().width())
             .add("height", outcome.manifest->image().height());
     }
+    if (outcome.manifest && outcome.manifest->has_mesh()) {
+        const auto& mesh = outcome.manifest->mesh();
+        object.add("vertices", mesh.vertices()).add("triangles", mesh.triangles()).add("area", mesh.area());
+    }
     if (outcome.manifest && outcome.manifest->has_particles()) {
         const auto totals = totalsOf(outcome.manifest->particles());
         object.add("steps", outcome.manifest->particles().steps_size())
@@ -55,6 +59,12 @@ void printText(const JobOutcome& outcome, double seconds) {
     if (outcome.manifest->has_image()) {
         fmt::print("{}: an image of {} x {} pixels, made in {:.1f} s\n", outcome.output.string(),
                    outcome.manifest->image().width(), outcome.manifest->image().height(), seconds);
+        return;
+    }
+    if (outcome.manifest->kind() == "mesh") {
+        const auto& mesh = outcome.manifest->mesh();
+        fmt::print("{}: {} vertices, {} triangles, made in {:.1f} s\n", outcome.output.string(),
+                   mesh.vertices(), mesh.triangles(), seconds);
         return;
     }
     const auto& particles = outcome.manifest->particles();

@@ -29,6 +29,7 @@ struct CommandLine {
 void addSynthCommand(CLI::App& program, CommandLine& line);
 void addParticlesCommand(CLI::App& program, CommandLine& line);
 void addImageCommand(CLI::App& program, CommandLine& line);
+void addMeshCommand(CLI::App& program, CommandLine& line);
 void addInfoCommand(CLI::App& program, CommandLine& line);
 void addVerifyCommand(CLI::App& program, CommandLine& line);
 void addExportCommand(CLI::App& program, CommandLine& line);

@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
 #endif
     prep::addParticlesCommand(program, line);
     prep::addImageCommand(program, line);
+    prep::addMeshCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
     prep::addExportCommand(program, line);

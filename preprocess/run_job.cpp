@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "preprocess/image/image_job.h"
+#include "preprocess/mesh/mesh_job.h"
 
 #ifdef MOTE_HAVE_SYNTH
 #include "preprocess/synth/beam.h"
@@ -28,6 +29,7 @@ Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roo
 }
 
 Result<fs::path> inputPath(const std::string& name, const storage::Roots& roots, std::string_view field) {
+    if (name.empty()) return Error{ErrorCode::invalidArgument, std::string(field), "is missing"};
     if (roots.empty()) return fs::path(name);
     auto path = roots.resolveExisting(name);
     return path.ok() ? path : inField(path.error(), field);
@@ -63,6 +65,15 @@ Result<JobOutcome> runImage(const proto::JobRequest& request, const storage::Roo
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
 
+Result<JobOutcome> runMesh(const proto::JobRequest& request, const storage::Roots& roots, fs::path output,
+                           const ParticlesJobOptions& options, Progress& progress) {
+    const auto input = inputPath(request.mesh().input(), roots, "mesh.input");
+    if (!input.ok()) return input.error();
+    auto manifest = runMeshJob(request, *input, output, options.memory, progress);
+    if (!manifest.ok()) return manifest.error();
+    return JobOutcome{std::move(output), *std::move(manifest)};
+}
+
 }  // namespace
 
 Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots& roots,
@@ -78,6 +89,8 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
             return runParticles(request, roots, *std::move(output), options, progress);
         case proto::JobRequest::kImage:
             return runImage(request, roots, *std::move(output), options, progress);
+        case proto::JobRequest::kMesh:
+            return runMesh(request, roots, *std::move(output), options, progress);
 #ifdef MOTE_HAVE_SYNTH
         case proto::JobRequest::kSynthBeam: {
             const auto made = synthesizeBeam(request.synth_beam(), *output, progress);

@@ -131,6 +131,30 @@ Status checkImage(const Names& files, const proto::ImageManifest& image) {
                    fmt::format("{} x {} pixels are none, or too many", image.width(), image.height()));
 }
 
+Status checkMesh(const Names& files, const proto::MeshManifest& mesh) {
+    if (!files.contains("mesh.h5") || !files.contains("mesh.digest")) {
+        return corrupt("", "mesh.h5 and mesh.digest are not among the dataset's files");
+    }
+    constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
+    if (mesh.vertices() < 3 || mesh.vertices() > most) return corrupt("vertices", "must be 3 to 2^32 - 1");
+    if (mesh.triangles() < 1 || mesh.triangles() > most) return corrupt("triangles", "must be 1 to 2^32 - 1");
+    if (mesh.edges() < 3 || mesh.edges() > 3 * mesh.triangles()) {
+        return corrupt("edges", "must be at least 3, and no more than three a triangle");
+    }
+    if (mesh.bounds_min_size() != 3 || mesh.bounds_max_size() != 3) {
+        return corrupt("boundsMin", "the bounds have three axes");
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        if (std::isfinite(mesh.bounds_max(axis) - mesh.bounds_min(axis)) &&
+            mesh.bounds_min(axis) <= mesh.bounds_max(axis)) {
+            continue;
+        }
+        return corrupt("boundsMin", "the bounds must be finite, the least not above the greatest");
+    }
+    if (std::isfinite(mesh.area()) && mesh.area() > 0.0) return success();
+    return corrupt("area", "must be finite and positive");
+}
+
 Status checkKind(const Names& files, const proto::Manifest& manifest) {
     const auto in = [](const char* field, const Status& checked) {
         return checked.ok() ? checked : Status(checked.error().within(field));
@@ -139,10 +163,15 @@ Status checkKind(const Names& files, const proto::Manifest& manifest) {
         return in("particles", checkParticles(files, manifest.particles()));
     }
     if (manifest.kind() == "stipple" && manifest.has_stipple()) {
+        const bool surface = manifest.stipple().domain() == proto::StippleManifest::SURFACE;
+        if (surface) MOTE_RETURN_IF_ERROR(in("mesh", checkMesh(files, manifest.mesh())));
         return in("stipple", checkStipple(files, manifest.stipple()));
     }
     if (manifest.kind() == "image" && manifest.has_image()) {
         return in("image", checkImage(files, manifest.image()));
+    }
+    if (manifest.kind() == "mesh" && manifest.has_mesh()) {
+        return in("mesh", checkMesh(files, manifest.mesh()));
     }
     return Error{ErrorCode::unsupported, "kind",
                  fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};

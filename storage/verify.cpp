@@ -9,6 +9,7 @@
 #include "storage/hash.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
+#include "storage/mesh/mesh_file.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/read_file.h"
 #include "storage/stipple/hierarchy_file.h"
@@ -38,6 +39,8 @@ class Verifier {
             if (wasCancelled()) return {errors_.back()};
             if (progress_) progress_((i + 1.0) / steps.size());
         }
+        if (manifest_.has_mesh()) checkWith(meshName, readMesh);
+        if (wasCancelled()) return {errors_.back()};
         if (manifest_.has_stipple()) checkWith(hierarchyName, readHierarchy);
         if (manifest_.has_image()) checkWith(imageName, readImage);
         if (wasCancelled()) return {errors_.back()};

@@ -163,11 +163,14 @@ Result<JobOutput> checkJobRequest(const proto::JobRequest& request, const storag
         case proto::JobRequest::kStipple:
             MOTE_RETURN_IF_ERROR(checkStipple(request.stipple(), roots));
             break;
+        case proto::JobRequest::kMesh:
+            MOTE_RETURN_IF_ERROR(checkInput(request.mesh().input(), "mesh.input", roots));
+            break;
         case proto::JobRequest::kImage:
             MOTE_RETURN_IF_ERROR(checkInput(request.image().input(), "image.input", roots));
             break;
         case proto::JobRequest::KIND_NOT_SET:
-            return bad("kind", "is missing: give particles, synthBeam, stipple or image");
+            return bad("kind", "is missing: give particles, synthBeam, stipple, image or mesh");
     }
     return checkOutput(request, roots);
 }

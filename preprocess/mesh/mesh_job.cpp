@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/mesh/mesh_job.h"
+
+#include <unistd.h>
+
+#include "preprocess/mesh/read_mesh.h"
+#include "preprocess/mesh/surface_topology.h"
+#include "storage/dataset_writer.h"
+#include "storage/manifest.h"
+#include "storage/mesh/mesh_file.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The input as seen from the folder that holds the dataset, and nothing else of where it was made.
+proto::JobRequest portableRequest(const proto::JobRequest& request, const fs::path& input,
+                                  const fs::path& output) {
+    proto::JobRequest portable = request;
+    portable.clear_output();
+    std::error_code code;
+    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
+    portable.mutable_mesh()->set_input(
+        fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string());
+    return portable;
+}
+
+proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
+                         const storage::SurfaceMesh& mesh) {
+    proto::Manifest manifest;
+    manifest.set_kind("mesh");
+    manifest.set_format(storage::formatVersion);
+    manifest.set_writer("mote-prep " MOTE_VERSION);
+    manifest.set_title(request.title().empty() ? input.filename().string() : request.title());
+    *manifest.mutable_request() = portableRequest(request, input, output);
+    *manifest.mutable_mesh() = storage::describeMesh(mesh);
+    return manifest;
+}
+
+}  // namespace
+
+std::uint64_t jobMemory(std::uint64_t limit) {
+    if (limit > 0) return limit;
+    return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+           static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) / 4 * 3;
+}
+
+std::uint64_t meshFileLimit(std::uint64_t memory) {
+    return memory / 12;
+}
+
+Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::path& input,
+                                   const fs::path& output, std::uint64_t memory, Progress& progress) {
+    auto writer = storage::DatasetWriter::create(output);
+    if (!writer.ok()) return writer.error();
+    progress.report(0.0, "reading the mesh");
+    auto read = readMesh(input, meshFileLimit(jobMemory(memory)), progress);
+    if (!read.ok()) return read.error();
+    if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
+    progress.report(0.5, "finding edges and normals");
+    const auto mesh = makeSurfaceMesh(read->mesh);
+    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    progress.report(0.8, "writing");
+    MOTE_RETURN_IF_ERROR(storage::writeMesh(writer->directory(), mesh));
+    const auto cancelled = [&] { return progress.cancelled(); };
+    MOTE_RETURN_IF_ERROR(writer->add("mesh.h5", cancelled));
+    MOTE_RETURN_IF_ERROR(writer->add("mesh.digest", cancelled));
+    auto manifest = describe(request, input, output, mesh);
+    MOTE_RETURN_IF_ERROR(writer->publish(manifest));
+    manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+    progress.report(1.0, "done");
+    return manifest;
+}
+
+}  // namespace mote::prep

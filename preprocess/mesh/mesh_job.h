@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The mesh job: from a foreign file to a dataset of kind "mesh". Called from one thread. The same file gives
+// the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "preprocess/progress.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+/// Bytes that a job may take: `limit`, or three quarters of the machine's memory where it is 0.
+std::uint64_t jobMemory(std::uint64_t limit);
+
+/// Bytes that a mesh file may have, inflated, for a job of so much memory: in memory it takes up to twelve
+/// times as much (a PLY file of one-byte coordinates).
+std::uint64_t meshFileLimit(std::uint64_t memory);
+
+/// Makes `output`, which appears by one rename, from `input`. `memory`: bytes that the job may take, 0 for
+/// three quarters of the machine's. Returns its manifest. Errors: those of readMesh (read_mesh.h),
+/// alreadyExists, permissionDenied, resourceExhausted (memory, disk), cancelled.
+Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const std::filesystem::path& input,
+                                   const std::filesystem::path& output, std::uint64_t memory,
+                                   Progress& progress);
+
+}  // namespace mote::prep

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/mesh/read_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <limits>
+
+#include "preprocess/mesh/mesh_formats.h"
+#include "preprocess/mesh/mesh_text.h"
+#include "preprocess/mesh/weld_mesh.h"
+#include "preprocess/readers/text/byte_source.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t pieceBytes = std::size_t{4} << 20;
+constexpr std::uint64_t mostTriangles = std::uint64_t{1} << 31;
+
+/// The whole file, inflated, a piece at a time, so that no size that it claims for itself is believed.
+Result<std::string> readAll(const fs::path& path, std::uint64_t limit, Progress& progress) {
+    auto source = ByteSource::open(path);
+    if (!source.ok()) return source.error();
+    std::string bytes;
+    for (;;) {
+        if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+        const auto before = bytes.size();
+        bytes.resize(before + pieceBytes);
+        const auto got = (*source)->read(std::span(bytes).subspan(before));
+        if (!got.ok()) return got.error();
+        bytes.resize(before + *got);
+        if (bytes.size() > limit) {
+            return Error{ErrorCode::resourceExhausted, path.filename().string(),
+                         fmt::format("has more than the {} MiB that memory allows{}", limit >> 20,
+                                     (*source)->compressed() ? ", decompressed" : "")};
+        }
+        if (*got < pieceBytes) return bytes;
+    }
+}
+
+/// ".obj" of "Skull.OBJ.gz".
+std::string endingOf(const fs::path& path) {
+    const auto lower = [](std::string text) {
+        std::transform(text.begin(), text.end(), text.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        return text;
+    };
+    const auto last = lower(path.extension().string());
+    return last == ".gz" ? lower(path.stem().extension().string()) : last;
+}
+
+using Parse = Result<TriangleMesh> (*)(std::string_view, const std::string&);
+
+Parse parserOf(std::string_view bytes, const std::string& ending) {
+    MeshText text(bytes.substr(0, 4096), "");
+    const auto first = text.wordAcrossLines();
+    if (first == "ply") return parsePly;
+    if (isBinaryStl(bytes)) return parseStl;
+    if (first.size() <= 6 && first.ends_with("OFF")) return parseOff;
+    if (ending == ".obj") return parseObj;
+    if (ending == ".stl") return parseStl;
+    if (ending == ".off") return parseOff;
+    if (first == "solid") return parseStl;
+    if (first == "v" || first == "mtllib" || first == "o" || first == "g") return parseObj;
+    return nullptr;
+}
+
+}  // namespace
+
+Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& progress) {
+    auto bytes = readAll(path, limit, progress);
+    if (!bytes.ok()) return bytes.error();
+    const auto name = path.filename().string();
+    const auto parse = parserOf(*bytes, endingOf(path));
+    if (parse == nullptr) {
+        return Error{ErrorCode::unsupported, name, "is no OBJ, PLY, STL or OFF file"};
+    }
+    auto parsed = parse(*bytes, name);
+    if (!parsed.ok()) return parsed.error();
+    *bytes = {};
+    if (parsed->positions.size() >= std::numeric_limits<std::uint32_t>::max() ||
+        parsed->triangles.size() >= mostTriangles) {
+        return Error{ErrorCode::resourceExhausted, name, "has more than 2^31 triangles or 2^32 vertices"};
+    }
+    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    ReadMesh made;
+    made.mesh = weldMesh(*std::move(parsed), made.counts);
+    if (!made.mesh.triangles.empty()) return made;
+    const auto repairs = describeRepairs(made.counts);
+    return Error{ErrorCode::unsupported, name,
+                 repairs.empty() ? "has no triangles" : "has no triangle to keep: " + repairs};
+}
+
+std::string describeRepairs(const MeshCounts& counts) {
+    std::string text;
+    const auto add = [&](std::uint64_t count, const char* what) {
+        if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+    };
+    add(counts.notFinite, "triangles with a corner that is not finite left out");
+    add(counts.degenerate, "triangles without area left out");
+    add(counts.repeated, "repeated triangles left out");
+    add(counts.duplicates, "vertices at the place of another one merged");
+    add(counts.unused, "vertices in no triangle left out");
+    add(counts.needles, "needle triangles kept");
+    return text;
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstring>
+
+#include "preprocess/mesh/mesh_formats.h"
+#include "preprocess/mesh/mesh_text.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t headerBytes = 84;    // 80 of text, then the count
+constexpr std::size_t triangleBytes = 50;  // normal, three corners, two bytes of attributes
+
+static_assert(std::endian::native == std::endian::little, "STL numbers are read as they lie");
+
+std::uint64_t statedTriangles(std::string_view bytes) {
+    std::uint32_t count = 0;
+    std::memcpy(&count, bytes.data() + 80, sizeof count);
+    return count;
+}
+
+void addCorner(TriangleMesh& mesh, const glm::vec3& position) {
+    mesh.positions.push_back(position);
+    const auto count = static_cast<std::uint32_t>(mesh.positions.size());
+    if (count % 3 == 0) mesh.triangles.push_back({count - 3, count - 2, count - 1});
+}
+
+Result<TriangleMesh> parseBinary(std::string_view bytes, const std::string& name) {
+    const auto count = statedTriangles(bytes);
+    if (count > (bytes.size() - headerBytes) / triangleBytes) {
+        return Error{ErrorCode::corrupt, fmt::format("{}: byte 80", name),
+                     fmt::format("says {} triangles, and there are bytes for {}", count,
+                                 (bytes.size() - headerBytes) / triangleBytes)};
+    }
+    TriangleMesh mesh;
+    mesh.positions.reserve(3 * count);
+    mesh.triangles.reserve(count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const char* at = bytes.data() + headerBytes + i * triangleBytes + 3 * sizeof(float);
+        for (int corner = 0; corner < 3; ++corner) {
+            glm::vec3 position;
+            std::memcpy(&position, at + corner * sizeof position, sizeof position);
+            addCorner(mesh, position);
+        }
+    }
+    return mesh;
+}
+
+Result<TriangleMesh> parseAscii(std::string_view text, const std::string& name) {
+    MeshText words(text, name);
+    TriangleMesh mesh;
+    while (words.nextLine()) {
+        const auto key = words.word();
+        if (key == "endfacet" && mesh.positions.size() % 3 != 0) {
+            return words.error("a facet ends that has not three vertices");
+        }
+        if (key != "vertex") continue;
+        glm::vec3 position;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto value = MeshText::number(words.word());
+            if (!value) return words.error("a vertex needs three numbers");
+            position[axis] = static_cast<float>(*value);
+        }
+        addCorner(mesh, position);
+    }
+    if (mesh.positions.size() % 3 != 0) return words.error("ends within a facet");
+    return mesh;
+}
+
+}  // namespace
+
+bool isBinaryStl(std::string_view bytes) {
+    return bytes.size() >= headerBytes &&
+           bytes.size() == headerBytes + triangleBytes * statedTriangles(bytes);
+}
+
+Result<TriangleMesh> parseStl(std::string_view bytes, const std::string& name) {
+    if (isBinaryStl(bytes)) return parseBinary(bytes, name);
+    // Some programs write bytes behind the last triangle, some begin a binary file with "solid": where no
+    // facet follows, it is no text.
+    const auto head = bytes.substr(0, 1024);
+    const bool text =
+        head.find("solid") != std::string_view::npos &&
+        (head.find("facet") != std::string_view::npos || head.find("endsolid") != std::string_view::npos);
+    if (text) return parseAscii(bytes, name);
+    if (bytes.size() < headerBytes) {
+        return Error{ErrorCode::corrupt, name, "is too short for an STL file"};
+    }
+    return parseBinary(bytes, name);
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/mesh/surface_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace mote::storage {
+namespace {
+
+Error corrupt(const char* where, const char* message) {
+    return {ErrorCode::corrupt, where, message};
+}
+
+bool isFinite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool edgeFits(const MeshEdge& edge, std::size_t vertices, std::size_t triangles) {
+    const auto [first, second] = edge.triangles;
+    return edge.vertices[0] < vertices && edge.vertices[1] < vertices && first < triangles &&
+           (second < triangles || second == MeshEdge::none);
+}
+
+}  // namespace
+
+Status checkSurfaceMesh(const SurfaceMesh& mesh) {
+    const auto vertices = mesh.positions.size();
+    if (mesh.normals.size() != vertices) return corrupt("/mesh/normal", "has not one for each vertex");
+    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), isFinite)) {
+        return corrupt("/mesh/position", "has one that is not finite");
+    }
+    // Of a vector of unit length in three floats, the length is off by less than 2^-22.
+    if (!std::all_of(mesh.normals.begin(), mesh.normals.end(),
+                     [](const auto& normal) { return std::abs(glm::length(normal) - 1.0F) < 1e-5F; })) {
+        return corrupt("/mesh/normal", "has one that is not of unit length");
+    }
+    for (const auto& triangle : mesh.triangles) {
+        if (std::any_of(triangle.begin(), triangle.end(), [&](auto v) { return v >= vertices; })) {
+            return corrupt("/mesh/triangle", "names a vertex that there is not");
+        }
+    }
+    for (const auto& edge : mesh.edges) {
+        if (!edgeFits(edge, vertices, mesh.triangles.size())) {
+            return corrupt("/mesh/edge", "names a vertex or triangle that there is not");
+        }
+    }
+    return success();
+}
+
+}  // namespace mote::storage
