@@ -28,49 +28,61 @@ Totals totalsOf(const proto::ParticlesManifest& particles) {
     return totals;
 }
 
+void addParticles(const proto::ParticlesManifest& particles, JsonObject& object) {
+    const auto totals = totalsOf(particles);
+    object.add("steps", particles.steps_size())
+        .add("particles", totals.particles)
+        .add("lost", totals.lost)
+        .add("invalid", totals.invalid)
+        .add("outside", totals.outside);
+}
+
+void addStipple(const proto::StippleManifest& stipple, JsonObject& object) {
+    object.add("points", stipple.points()).add("moves", stipple.moves()).add("locked", stipple.locked());
+}
+
 void printJson(const JobOutcome& outcome, double seconds) {
     JsonObject object;
     object.add("output", outcome.output.string()).add("seconds", seconds);
-    if (outcome.manifest) object.add("kind", outcome.manifest->kind());
-    if (outcome.manifest && outcome.manifest->has_image()) {
-        object.add("width", outcome.manifest->image().width())
-            .add("height", outcome.manifest->image().height());
-    }
-    if (outcome.manifest && outcome.manifest->has_mesh()) {
-        const auto& mesh = outcome.manifest->mesh();
-        object.add("vertices", mesh.vertices()).add("triangles", mesh.triangles()).add("area", mesh.area());
-    }
-    if (outcome.manifest && outcome.manifest->has_particles()) {
-        const auto totals = totalsOf(outcome.manifest->particles());
-        object.add("steps", outcome.manifest->particles().steps_size())
-            .add("particles", totals.particles)
-            .add("lost", totals.lost)
-            .add("invalid", totals.invalid)
-            .add("outside", totals.outside);
+    if (outcome.manifest) {
+        const auto& manifest = *outcome.manifest;
+        object.add("kind", manifest.kind());
+        if (manifest.has_particles()) addParticles(manifest.particles(), object);
+        if (manifest.has_image()) {
+            object.add("width", manifest.image().width()).add("height", manifest.image().height());
+        }
+        if (manifest.has_mesh()) {
+            const auto& mesh = manifest.mesh();
+            object.add("vertices", mesh.vertices())
+                .add("triangles", mesh.triangles())
+                .add("area", mesh.area());
+        }
+        if (manifest.has_stipple()) addStipple(manifest.stipple(), object);
     }
     fmt::print("{}\n", object.text());
 }
 
+/// What a dataset holds, "10 steps, 1000 particles in leaves, ".
+std::string describe(const proto::Manifest& manifest) {
+    if (manifest.has_stipple()) {
+        return fmt::format("{} points, {} moves, ", manifest.stipple().points(), manifest.stipple().moves());
+    }
+    if (manifest.has_image()) {
+        return fmt::format("an image of {} x {} pixels, ", manifest.image().width(),
+                           manifest.image().height());
+    }
+    if (manifest.has_mesh()) {
+        return fmt::format("{} vertices, {} triangles, ", manifest.mesh().vertices(),
+                           manifest.mesh().triangles());
+    }
+    const auto& particles = manifest.particles();
+    return fmt::format("{} step{}, {} particles in leaves, ", particles.steps_size(),
+                       particles.steps_size() == 1 ? "" : "s", totalsOf(particles).particles);
+}
+
 void printText(const JobOutcome& outcome, double seconds) {
-    if (!outcome.manifest) {
-        fmt::print("{}: made in {:.1f} s\n", outcome.output.string(), seconds);
-        return;
-    }
-    if (outcome.manifest->has_image()) {
-        fmt::print("{}: an image of {} x {} pixels, made in {:.1f} s\n", outcome.output.string(),
-                   outcome.manifest->image().width(), outcome.manifest->image().height(), seconds);
-        return;
-    }
-    if (outcome.manifest->kind() == "mesh") {
-        const auto& mesh = outcome.manifest->mesh();
-        fmt::print("{}: {} vertices, {} triangles, made in {:.1f} s\n", outcome.output.string(),
-                   mesh.vertices(), mesh.triangles(), seconds);
-        return;
-    }
-    const auto& particles = outcome.manifest->particles();
-    fmt::print("{}: {} step{}, {} particles in leaves, made in {:.1f} s\n", outcome.output.string(),
-               particles.steps_size(), particles.steps_size() == 1 ? "" : "s", totalsOf(particles).particles,
-               seconds);
+    fmt::print("{}: {}made in {:.1f} s\n", outcome.output.string(),
+               outcome.manifest ? describe(*outcome.manifest) : "", seconds);
 }
 
 /// The processes of this job: those that a launcher of MPI started, else this one.

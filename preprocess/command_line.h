@@ -30,6 +30,7 @@ void addSynthCommand(CLI::App& program, CommandLine& line);
 void addParticlesCommand(CLI::App& program, CommandLine& line);
 void addImageCommand(CLI::App& program, CommandLine& line);
 void addMeshCommand(CLI::App& program, CommandLine& line);
+void addStippleCommand(CLI::App& program, CommandLine& line);
 void addInfoCommand(CLI::App& program, CommandLine& line);
 void addVerifyCommand(CLI::App& program, CommandLine& line);
 void addExportCommand(CLI::App& program, CommandLine& line);

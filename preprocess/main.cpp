@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
     prep::addParticlesCommand(program, line);
     prep::addImageCommand(program, line);
     prep::addMeshCommand(program, line);
+    prep::addStippleCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
     prep::addExportCommand(program, line);

@@ -5,6 +5,7 @@
 
 #include "preprocess/image/image_job.h"
 #include "preprocess/mesh/mesh_job.h"
+#include "preprocess/stipple/stipple_job.h"
 
 #ifdef MOTE_HAVE_SYNTH
 #include "preprocess/synth/beam.h"
@@ -74,6 +75,18 @@ Result<JobOutcome> runMesh(const proto::JobRequest& request, const storage::Root
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
 
+Result<JobOutcome> runStipple(const proto::JobRequest& request, fs::path output,
+                              const ParticlesJobOptions& options, Progress& progress) {
+    const auto checked = checkStippleJob(request.stipple());
+    if (!checked.ok()) return checked.error().within("stipple");
+    if (!request.stipple().mesh().empty()) {
+        return Error{ErrorCode::unsupported, "stipple.mesh", "only the plane can be stippled yet"};
+    }
+    auto manifest = runPlaneJob(request, output, {options.threads, options.memory}, progress);
+    if (!manifest.ok()) return manifest.error();
+    return JobOutcome{std::move(output), *std::move(manifest)};
+}
+
 }  // namespace
 
 Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots& roots,
@@ -91,6 +104,8 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
             return runImage(request, roots, *std::move(output), options, progress);
         case proto::JobRequest::kMesh:
             return runMesh(request, roots, *std::move(output), options, progress);
+        case proto::JobRequest::kStipple:
+            return runStipple(request, *std::move(output), options, progress);
 #ifdef MOTE_HAVE_SYNTH
         case proto::JobRequest::kSynthBeam: {
             const auto made = synthesizeBeam(request.synth_beam(), *output, progress);

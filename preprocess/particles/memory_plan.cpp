@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/memory_plan.h"
 
-#include <unistd.h>
-
 #include <algorithm>
+
+#include "preprocess/machine_memory.h"
 
 namespace mote::prep {
 namespace {
 
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
-
-std::uint64_t machineMemory() {
-    const long pages = ::sysconf(_SC_PHYS_PAGES);
-    const long bytes = ::sysconf(_SC_PAGESIZE);
-    return pages > 0 && bytes > 0 ? static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(bytes) : 0;
-}
 
 }  // namespace
 
@@ -29,7 +23,7 @@ MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::
     const std::uint64_t preview = 32 * std::min<std::uint64_t>(particles / 4, storage::Preview::mostPoints);
     MemoryPlan plan;
     plan.needed = small + volume + tree + preview;
-    const std::uint64_t all = limit > 0 ? limit : machineMemory() / 4 * 3;
+    const std::uint64_t all = memoryFor(limit);
     if (plan.needed > all) return plan;
     plan.kept = std::min(256 * megabyte, (all - plan.needed) / 8);
     plan.particles = all - plan.needed - plan.kept;

@@ -4,6 +4,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+
 namespace mote::render {
 namespace {
 
@@ -12,7 +14,23 @@ constexpr std::size_t grain = 4096;  // points: below some ten microseconds a ta
 
 }  // namespace
 
-StippleReplay::StippleReplay(storage::StippleHierarchy hierarchy) : hierarchy_(std::move(hierarchy)) {}
+StippleReplay::StippleReplay(const storage::StippleHierarchy& hierarchy)
+    : positions_(hierarchy.positions),
+      normals_(hierarchy.normals),
+      rank_(hierarchy.rank),
+      pointOfRank_(hierarchy.size()),
+      moves_(hierarchy) {
+    if (std::all_of(normals_.begin(), normals_.end(), [&](const auto& n) { return n == normals_[0]; })) {
+        normals_.resize(1);
+        normals_.shrink_to_fit();
+    }
+    for (std::uint32_t point = 0; point < size(); ++point) pointOfRank_[rank_[point]] = point;
+}
+
+std::size_t StippleReplay::bytes() const {
+    return (positions_.capacity() + normals_.capacity()) * sizeof(glm::vec3) +
+           (rank_.capacity() + pointOfRank_.capacity()) * sizeof(std::uint32_t) + moves_.bytes();
+}
 
 std::vector<std::uint8_t> StippleReplay::select(std::span<const float> shares) const {
     MOTE_CHECK(shares.size() == size());
@@ -24,10 +42,9 @@ std::vector<std::uint8_t> StippleReplay::select(std::span<const float> shares) c
 }
 
 glm::vec3 StippleReplay::placed(std::size_t point, std::span<const std::uint8_t> drawn) const {
-    const auto& h = hierarchy_;
-    auto move = h.movesBegin[point];
-    while (move < h.movesBegin[point + 1] && drawn[h.moveNeighbour[move]] == 0) ++move;
-    return move == h.movesBegin[point] ? h.positions[point] : h.movePosition[move - 1];
+    auto walk = moves_.walk(point, positions_[point]);
+    for (auto rank = walk.next(); rank && drawn[pointOfRank_[*rank]] == 0; rank = walk.next()) walk.make();
+    return walk.position();
 }
 
 std::vector<PlacedPoint> StippleReplay::place(std::span<const std::uint8_t> drawn) const {

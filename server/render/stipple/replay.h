@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "server/render/stipple/packed_moves.h"
 #include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::render {
@@ -23,23 +24,27 @@ struct PlacedPoint {
 
 class StippleReplay {
   public:
-    /// `hierarchy` is consistent (checkHierarchy).
-    explicit StippleReplay(storage::StippleHierarchy hierarchy);
+    /// `hierarchy` is consistent (checkHierarchy) and no longer needed: moves are kept in a few bytes each.
+    explicit StippleReplay(const storage::StippleHierarchy& hierarchy);
 
-    std::size_t size() const { return hierarchy_.size(); }
+    std::size_t size() const { return positions_.size(); }
     /// Before any removal: where the wanted density is looked up.
-    const glm::vec3& position(std::size_t point) const { return hierarchy_.positions[point]; }
+    const glm::vec3& position(std::size_t point) const { return positions_[point]; }
     /// Of the surface there, unit length.
-    const glm::vec3& normal(std::size_t point) const { return hierarchy_.normals[point]; }
+    const glm::vec3& normal(std::size_t point) const { return normals_[normals_.size() == 1 ? 0 : point]; }
     /// 0 is removed first.
-    std::uint32_t rank(std::size_t point) const { return hierarchy_.rank[point]; }
+    std::uint32_t rank(std::size_t point) const { return rank_[point]; }
+    /// Bytes that it takes.
+    std::size_t bytes() const;
+    /// How the moves are kept, and how exactly.
+    const PackedMoves& moves() const { return moves_; }
 
     /// Whether a point is drawn where this share of all points is wanted: `share` is the wanted density
     /// around its first position (points an area) over that of all points, size() / area. 0 draws none, 1
     /// and above all, NaN none; a uniform share draws round(share size()) points.
     bool selects(std::size_t point, float share) const {
         const auto all = static_cast<double>(size());
-        return all - 0.5 - hierarchy_.rank[point] < share * all;
+        return all - 0.5 - rank_[point] < share * all;
     }
 
     /// A 1 for each point that is drawn, from its wanted share. `shares` has size() entries.
@@ -53,7 +58,11 @@ class StippleReplay {
     glm::vec3 placed(std::size_t point, std::span<const std::uint8_t> drawn) const;
 
   private:
-    storage::StippleHierarchy hierarchy_;
+    std::vector<glm::vec3> positions_;
+    std::vector<glm::vec3> normals_;   ///< one where all are alike
+    std::vector<std::uint32_t> rank_;  ///< by point
+    std::vector<std::uint32_t> pointOfRank_;
+    PackedMoves moves_;
 };
 
 }  // namespace mote::render

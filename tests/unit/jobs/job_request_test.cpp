@@ -122,6 +122,17 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
              r.set_output("data/new.h5");
              r.mutable_synth_beam()->set_steps(1);
          }},
+        {"a hierarchy of no points", invalid, "stipple.points", [](auto& r) { r.mutable_stipple(); }},
+        {"a relaxation that is none", invalid, "stipple.relaxation",
+         [nan](auto& r) {
+             r.mutable_stipple()->set_points(1);
+             r.mutable_stipple()->set_relaxation(nan);
+         }},
+        {"a missing mesh", ErrorCode::notFound, "stipple.mesh",
+         [](auto& r) {
+             r.mutable_stipple()->set_points(1);
+             r.mutable_stipple()->set_mesh("data/none.obj");
+         }},
         {"a dataset from a synthetic run", invalid, "output",
          [](auto& r) {
              r.mutable_synth_beam()->set_steps(1);

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -36,19 +38,27 @@ TEST(StippleReplay, AUniformShareDrawsThatManyPointsInTheOrderOfRemoval) {
     EXPECT_EQ(count(std::numeric_limits<float>::infinity()), 5);
 }
 
+/// Positions are kept to within this in every hierarchy of these tests: see PackedMoves::error.
+constexpr float tolerance = 0.01F;
+
+void expectAt(const glm::vec3& is, const glm::vec3& should) {
+    for (int d = 0; d < 3; ++d) EXPECT_NEAR(is[d], should[d], tolerance) << d;
+}
+
 TEST(StippleReplay, AMoveIsMadeOnlyWhenAllBeforeItAre) {
     const StippleReplay replay(smallHierarchy());
+    for (std::uint32_t left = 1; left <= 5; ++left) EXPECT_LT(replay.moves().error(left), tolerance);
     const auto at = [&](std::vector<std::uint8_t> drawn, std::size_t point) {
         return replay.placed(point, drawn);
     };
-    EXPECT_EQ(at({1, 1, 1, 1, 1}, 1), glm::vec3(0.3F, 0, 0));
-    EXPECT_EQ(at({1, 1, 0, 1, 1}, 1), glm::vec3(0.31F, 0, 0));
-    EXPECT_EQ(at({0, 1, 0, 1, 1}, 1), glm::vec3(0.31F, 0.5F, 0));
-    EXPECT_EQ(at({0, 1, 0, 1, 0}, 1), glm::vec3(0.31F, 0.6F, 0));
+    EXPECT_EQ(at({1, 1, 1, 1, 1}, 1), replay.position(1));
+    expectAt(at({1, 1, 0, 1, 1}, 1), {0.4F, 0, 0});
+    expectAt(at({0, 1, 0, 1, 1}, 1), {0.4F, 0.1F, 0});
+    expectAt(at({0, 1, 0, 1, 0}, 1), {0.5F, 0.1F, 0});
     // Out of the order of removal: 4 is gone and 0 is not, so the move for 4 waits.
-    EXPECT_EQ(at({1, 1, 0, 1, 0}, 1), glm::vec3(0.31F, 0, 0));
-    EXPECT_EQ(at({0, 1, 1, 1, 0}, 1), glm::vec3(0.3F, 0, 0));
-    EXPECT_EQ(at({0, 0, 0, 1, 0}, 3), glm::vec3(0.6F, 0, 0));
+    expectAt(at({1, 1, 0, 1, 0}, 1), {0.4F, 0, 0});
+    EXPECT_EQ(at({0, 1, 1, 1, 0}, 1), replay.position(1));
+    expectAt(at({0, 0, 0, 1, 0}, 3), {0.6F, 0.1F, 0});
     EXPECT_EQ(at({0, 0, 0, 0, 1}, 4), replay.position(4));
 }
 
@@ -58,10 +68,61 @@ TEST(StippleReplay, PlacesTheDrawnInTheirOrder) {
     const auto points = replay.place(drawn);
     ASSERT_EQ(points.size(), 2U);
     EXPECT_EQ(points[0].point, 1U);
-    EXPECT_EQ(points[0].position, glm::vec3(0.31F, 0.6F, 0));
+    expectAt(points[0].position, {0.5F, 0.1F, 0});
     EXPECT_EQ(points[1].point, 3U);
-    EXPECT_EQ(points[1].position, glm::vec3(0.69F, 0, 0));
+    expectAt(points[1].position, {0.6F, 0, 0});
     EXPECT_TRUE(replay.place(std::vector<std::uint8_t>(5, 0)).empty());
+}
+
+/// A hierarchy in space of random moves about as long as the distance of the points that are left, a few of
+/// them a hundred times as long, over more points than lie in a block.
+storage::StippleHierarchy wild() {
+    constexpr std::uint32_t points = 9000;
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal;
+    const auto vector = [&](float length) {
+        return length * glm::vec3(normal(random), normal(random), normal(random));
+    };
+    storage::StippleHierarchy h;
+    h.rank.resize(points);
+    std::iota(h.rank.begin(), h.rank.end(), 0U);
+    std::shuffle(h.rank.begin(), h.rank.end(), random);
+    std::vector<std::uint32_t> order(points);
+    for (std::uint32_t i = 0; i < points; ++i) order[h.rank[i]] = i;
+    h.movesBegin.push_back(0);
+    for (std::uint32_t i = 0; i < points; ++i) {
+        auto at = h.positions.emplace_back(vector(1.0F));
+        h.normals.push_back(vector(1.0F));
+        for (std::uint32_t rank = random() % 4000; rank < h.rank[i]; rank += 1 + random() % 4000) {
+            const float distance = 1.0F / std::sqrt(static_cast<float>(points - rank));
+            at += vector(random() % 50 == 0 ? 100.0F * distance : distance);
+            h.moveNeighbour.push_back(order[rank]);
+            h.movePosition.push_back(at);
+        }
+        h.movesBegin.push_back(h.moveNeighbour.size());
+    }
+    h.deathArea.assign(points, 1.0F);
+    h.locked.assign(points, 0);
+    return h;
+}
+
+TEST(PackedMoves, KeepNeighboursExactlyAndPlacesClosely) {
+    const auto h = wild();
+    ASSERT_TRUE(storage::checkHierarchy(h).ok());
+    const PackedMoves packed(h);
+    for (std::size_t i = 0; i < h.size(); ++i) {
+        auto walk = packed.walk(i, h.positions[i]);
+        for (auto m = h.movesBegin[i]; m < h.movesBegin[i + 1]; ++m) {
+            const auto rank = walk.next();
+            ASSERT_TRUE(rank);
+            ASSERT_EQ(*rank, h.rank[h.moveNeighbour[m]]);
+            walk.make();
+            // Sums of floats of order 10 besides.
+            const float error = packed.error(static_cast<std::uint32_t>(h.size()) - *rank) + 1e-5F;
+            for (int d = 0; d < 3; ++d) ASSERT_NEAR(walk.position()[d], h.movePosition[m][d], error);
+        }
+        ASSERT_FALSE(walk.next());
+    }
 }
 
 /// P points without geometry; each moves when each of the eight before it in rank goes.

@@ -24,7 +24,7 @@ storage::StippleHierarchy smallHierarchy() {
     h.movesBegin = {0, 0, 3, 3, 5, 5};
     h.moveNeighbour = {2, 0, 4, 2, 1};
     h.movePosition = {
-        {0.31F, 0.0F, 0.0F}, {0.31F, 0.5F, 0.0F}, {0.31F, 0.6F, 0.0F}, {0.69F, 0, 0}, {0.6F, 0, 0}};
+        {0.4F, 0.0F, 0.0F}, {0.4F, 0.1F, 0.0F}, {0.5F, 0.1F, 0.0F}, {0.6F, 0, 0}, {0.6F, 0.1F, 0}};
     return h;
 }
 

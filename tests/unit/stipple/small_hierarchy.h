@@ -10,8 +10,9 @@
 
 namespace mote::test {
 
-/// Points 0 to 4 on a line at x = 0.1, 0.3, ..., removed in the order 2, 0, 4, 1, 3. Point 1 moves by 0.01 in
-/// x when 2 goes, to y = 0.5 when 0 goes and to y = 0.6 when 4 goes; point 3 when 2 goes and when 1 goes.
+/// Points 0 to 4 on a line at x = 0.1, 0.3, ..., removed in the order 2, 0, 4, 1, 3. Point 1 moves by 0.1
+/// when 2 goes (in x), when 0 goes (in y) and when 4 goes (in x); point 3 when 2 goes (in -x) and when 1 goes
+/// (in y).
 storage::StippleHierarchy smallHierarchy();
 
 /// A manifest of kind "stipple" for it.

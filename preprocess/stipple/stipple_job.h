@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The stipple job: a dataset of kind "stipple" from nothing but a number of points and a seed (the plane), or
+// from a mesh besides. Called from one thread. The same request gives the same bytes on any number of
+// threads.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "preprocess/progress.h"
+#include "preprocess/stipple/thinning.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+/// What changes how the job works, and not what it makes.
+struct StippleJobOptions {
+    int threads = 0;           ///< 0: as many as there are cores
+    std::uint64_t memory = 0;  ///< bytes that it may take; 0: three quarters of the machine's
+};
+
+/// What can be said of a request before its mesh is looked at. Errors: invalidArgument with the field's
+/// path.
+Status checkStippleJob(const proto::StippleJob& job);
+
+/// The job's own numbers, or the defaults.
+ThinningOptions thinningOptions(const proto::StippleJob& job);
+
+/// Whether a job of this many bytes a point may be done. Errors: resourceExhausted, which says what is
+/// missing.
+Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPoint,
+                          const StippleJobOptions& options);
+
+/// The manifest of what `request` made, but for its files; without a mesh in the request.
+proto::Manifest describeHierarchy(const proto::JobRequest& request,
+                                  const storage::StippleHierarchy& hierarchy,
+                                  proto::StippleManifest::Domain domain, double area);
+
+/// A hierarchy on the periodic unit square: makes `output`, which appears by one rename. Returns its
+/// manifest. Errors: invalidArgument, alreadyExists, permissionDenied, resourceExhausted (memory, disk),
+/// cancelled.
+Result<proto::Manifest> runPlaneJob(const proto::JobRequest& request, const std::filesystem::path& output,
+                                    const StippleJobOptions& options, Progress& progress);
+
+}  // namespace mote::prep
