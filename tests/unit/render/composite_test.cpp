@@ -47,7 +47,7 @@ class CompositeTest : public testing::Test {
         for (auto& cells : cells_) cells.settle();
         std::array<std::uint8_t, 4> bytes{};
         for (auto& cells : cells_) cells.settle();
-        compositeTile(*frame_, Tile{0, 0}, cells_, bytes.data());
+        compositeTile(*frame_, Tile{0, 0}, cells_, nullptr, bytes.data());
         return {bytes[0], bytes[1], bytes[2], bytes[3]};
     }
 
