@@ -65,7 +65,8 @@ Status checkLayer(const proto::Layer& layer, const proto::Catalogue& catalogue) 
             ErrorCode::notFound, "dataset",
             fmt::format("there is no dataset \"{}\"; {}", layer.dataset(), knownDatasets(catalogue))};
     }
-    if (layer.step() < entry->steps()) return success();
+    const bool series = entry->steps() > 0;  // other kinds have no steps
+    if (series ? layer.step() < entry->steps() : layer.step() == 0) return success();
     return Error{ErrorCode::invalidArgument, "step",
                  fmt::format("\"{}\" has {} steps, numbered from 0; there is no step {}", layer.dataset(),
                              entry->steps(), layer.step())};

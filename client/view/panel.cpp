@@ -9,6 +9,7 @@
 
 #include "client/view/camera_control.h"
 #include "client/view/curve_editor.h"
+#include "client/view/stipple_panel.h"
 #include "protocol/scene/color_map.h"
 
 namespace mote::client {
@@ -110,8 +111,12 @@ PanelActions Panel::draw(ViewModel& model, const ServerState& server, float scal
     PanelActions actions;
     drawConnection(server, actions);
     drawDataset(model, server, actions);
-    drawCurves(model, server, actions, scale);
-    drawPoints(model, actions);
+    if (model.stipples()) {
+        drawStippleLayer(model, server, actions);
+    } else {
+        drawCurves(model, server, actions, scale);
+        drawPoints(model, actions);
+    }
     drawCamera(model, actions);
     drawJobs(server, actions);
     ImGui::PopItemWidth();
@@ -161,6 +166,12 @@ void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelAction
                         metric(static_cast<double>(step->particles()), "particles"), step->lost(),
                         step->time()));
     }
+    if (model.stipples()) {
+        const auto& stipple = server.shown->manifest().stipple();
+        dim(fmt::format("{}, {} moves, {} locked", metric(static_cast<double>(stipple.points()), "points"),
+                        stipple.moves(), stipple.locked()));
+        return;
+    }
     drawAxes(server, actions);
 }
 
@@ -187,6 +198,17 @@ void Panel::drawAxes(const ServerState& server, PanelActions& actions) {
         dim(fmt::format("{}: {:.4g} to {:.4g} {}", axis.name(), axis.min(), axis.max(), axis.unit()));
     }
     if (!server.shown->has_replot()) dim("Its run is not beneath the server's roots: no other plots.");
+}
+
+void Panel::drawStippleLayer(ViewModel& model, const ServerState& server, PanelActions& actions) {
+    std::vector<std::string_view> images;
+    for (const auto& entry : server.catalogue.datasets()) {
+        if (entry.kind() == "image") images.emplace_back(entry.name());
+    }
+    const bool plane =
+        server.shown && server.shown->manifest().stipple().domain() == proto::StippleManifest::PLANE;
+    drawStipple(model.stipple, plane, images, actions);
+    note(actions, ImGui::ColorEdit3("background", model.background.data(), ImGuiColorEditFlags_NoInputs));
 }
 
 void Panel::drawCurves(ViewModel& model, const ServerState& server, PanelActions& actions, float scale) {

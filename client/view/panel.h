@@ -35,6 +35,7 @@ class Panel {
     void drawDataset(ViewModel& model, const ServerState& server, PanelActions& actions);
     void drawAxes(const ServerState& server, PanelActions& actions);
     static void drawCurves(ViewModel& model, const ServerState& server, PanelActions& actions, float scale);
+    static void drawStippleLayer(ViewModel& model, const ServerState& server, PanelActions& actions);
     static void drawPoints(ViewModel& model, PanelActions& actions);
     static void drawCamera(ViewModel& model, PanelActions& actions);
     static void drawJobs(const ServerState& server, PanelActions& actions);

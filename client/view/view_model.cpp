@@ -14,6 +14,14 @@ std::array<float, 3> toFloats(const glm::dvec3& color) {
     return {static_cast<float>(color.x), static_cast<float>(color.y), static_cast<float>(color.z)};
 }
 
+/// In layer space: of a mesh its own units, of a plot its box.
+Bounds boundsOf(const proto::Manifest& manifest) {
+    const auto& mesh = manifest.mesh();
+    if (mesh.bounds_min_size() != 3 || mesh.bounds_max_size() != 3) return plotBounds;
+    return {{mesh.bounds_min(0), mesh.bounds_min(1), mesh.bounds_min(2)},
+            {mesh.bounds_max(0), mesh.bounds_max(1), mesh.bounds_max(2)}};
+}
+
 void assign(google::protobuf::RepeatedField<double>* field, const std::array<float, 3>& color) {
     field->Clear();
     // Sliders may be a rounding error outside.
@@ -28,6 +36,7 @@ ViewModel::ViewModel() {
 }
 
 void ViewModel::readStyle() {
+    stipple.read(layer().stipple());
     const auto style = parseParticlesStyle(layer().particles()).value();
     functions.read(layer().particles());
     colorMap = style.colorMap.name();
@@ -59,22 +68,39 @@ proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
     view.set_height(height);
     assign(view.mutable_background(), background);
     *view.mutable_camera() = toProto(camera(static_cast<double>(width) / std::max(height, 1U)));
-    auto& style = *view.mutable_layers(0)->mutable_particles();
+    if (stipples()) {
+        stipple.write(*view.mutable_layers(0)->mutable_stipple());
+    } else {
+        writeParticles(*view.mutable_layers(0)->mutable_particles());
+    }
+    return view;
+}
+
+void ViewModel::writeParticles(proto::ParticlesStyle& style) const {
     functions.write(style);
     style.mutable_volume()->set_color_map(colorMap);
     style.mutable_points()->set_opacity(std::clamp(pointOpacity, 0.0F, 1.0F));
     style.mutable_points()->set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
     assign(style.mutable_points()->mutable_color(), pointColor);
-    return view;
 }
 
-void ViewModel::setDataset(const std::string& name, std::uint32_t steps) {
+void ViewModel::setDataset(const std::string& name, const proto::Manifest& manifest) {
     mutableLayer().set_dataset(name);
+    const auto steps = static_cast<std::uint32_t>(manifest.particles().steps_size());
     setStep(std::min(step(), steps == 0 ? 0 : steps - 1));
+    bounds_ = boundsOf(manifest);
+    if ((manifest.kind() == "stipple") == stipples()) return;
+    if (stipples()) {
+        mutableLayer().mutable_particles();
+    } else {
+        mutableLayer().mutable_stipple();
+    }
+    readStyle();
+    fit();  // they lie in spaces of their own
 }
 
 Camera ViewModel::camera(double aspect) const {
-    return cameraSet_ ? camera_ : fitCamera(plotBounds, aspect);
+    return cameraSet_ ? camera_ : fitCamera(bounds_, aspect);
 }
 
 void ViewModel::setCamera(const Camera& camera) {

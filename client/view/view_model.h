@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <string>
 
+#include "client/view/stipple_controls.h"
 #include "client/view/transfer_functions.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
 #include "protocol/scene/camera.h"
 #include "protocol/scene/error.h"
 
@@ -26,16 +28,20 @@ class ViewModel {
 
     bool hasDataset() const { return !dataset().empty(); }
     const std::string& dataset() const { return layer().dataset(); }
-    /// Shows another dataset with the same look; the step is kept where it has as many.
-    void setDataset(const std::string& name, std::uint32_t steps);
+    /// Shows another dataset, with the same look if it is of the same kind; the step is kept where it has as
+    /// many. A loaded camera stays.
+    void setDataset(const std::string& name, const proto::Manifest& manifest);
+    /// Whether the edited layer stipples; otherwise it shows particles.
+    bool stipples() const { return layer().has_stipple(); }
     std::uint32_t step() const { return layer().step(); }
     void setStep(std::uint32_t step) { mutableLayer().set_step(step); }
 
-    /// The camera; fitted to the plot until the user moves it.
+    /// The camera; fitted to the dataset until the user moves it.
     Camera camera(double aspect) const;
     void setCamera(const Camera& camera);
     void fit() { cameraSet_ = false; }
 
+    StippleControls stipple;
     TransferFunctions functions;
     std::string colorMap;
     float pointOpacity = 0.0F;
@@ -47,8 +53,10 @@ class ViewModel {
     const proto::Layer& layer() const { return base_.layers(0); }
     proto::Layer& mutableLayer() { return *base_.mutable_layers(0); }
     void readStyle();
+    void writeParticles(proto::ParticlesStyle& style) const;
 
-    proto::View base_;  // one layer at least; the editable fields above win over it
+    proto::View base_;            // one layer at least; the editable fields above win over it
+    Bounds bounds_ = plotBounds;  // of the dataset, layer space
     Camera camera_;
     bool cameraSet_ = false;
 };

@@ -85,10 +85,9 @@ void Viewer::openDataset(const std::string& name) {
             if (options_.exitAfterStill) exitStatus_ = 1;
             return say(reply.error().toString());
         }
-        const auto steps = reply->manifest().particles().steps_size();
         server_.shown = *std::move(reply);
         server_.message.clear();
-        model_.setDataset(name, static_cast<std::uint32_t>(steps));
+        model_.setDataset(name, server_.shown->manifest());
         window_.setTitle(fmt::format("{} - Mote", name));
         dirty_ = true;
     });

@@ -156,6 +156,13 @@ Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const 
     return std::shared_ptr<const storage::ParticleStep>(*std::move(step));
 }
 
+Result<std::shared_ptr<const render::StippleSurface>> DatasetService::surface(const std::string& dataset) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    return stipples_.surface(found->second);
+}
+
 bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {
     return steps_.want(step, need);
 }

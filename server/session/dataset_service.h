@@ -20,6 +20,7 @@
 #include "protocol/scene/error.h"
 #include "server/session/step_cache.h"
 #include "server/session/step_source.h"
+#include "server/session/stipple_cache.h"
 #include "server/session/view_task.h"
 #include "storage/catalogue.h"
 
@@ -54,6 +55,7 @@ class DatasetService final : public StepSource {
 
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;
+    Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
     void beginPicture() override { steps_.beginPicture(); }
 
@@ -85,7 +87,9 @@ class DatasetService final : public StepSource {
     bool rescanWaits_ = false;
     bool stopping_ = false;
 
-    StepCache steps_;  // of the thread that renders
+    // Of the thread that renders.
+    StepCache steps_;
+    StippleCache stipples_;
     std::thread thread_;
 };
 

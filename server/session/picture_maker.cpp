@@ -7,6 +7,7 @@
 #include <new>
 
 #include "server/render/frame_plan.h"
+#include "server/session/layer_place.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
@@ -22,12 +23,6 @@ void check(const render::Scene& scene) {
     for (const auto& step : scene.steps) {
         if (step != nullptr) step->check();
     }
-}
-
-/// A field gets its place in the view, a file keeps its own.
-Error inLayer(std::size_t index, const Error& error) {
-    const bool field = error.where.find('/') == std::string::npos;
-    return field ? error.within("layers[" + std::to_string(index) + "]") : error;
 }
 
 /// How many points an exact picture draws depends on the view, and the latest picture of the same data tells
@@ -80,6 +75,7 @@ void learn(PictureHistory& history, const render::Scene& scene, const render::Pi
 Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& history) {
     if (stage == Stage::exact) return Stage::done;
     if (stage == Stage::intermediate) return Stage::exact;
+    if (!history.dots.settled()) return Stage::quick;  // soft dots come to rest first
     return history.quality.worthIntermediate(loadOf(scene, history)) ? Stage::intermediate : Stage::exact;
 }
 
@@ -102,7 +98,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         if (!device_) device_ = factory_();
         history.quality.startFrom(costs_);
         steps_.beginPicture();
-        const auto scene = makeScene(job.task->view);
+        const auto scene = makeScene(job, history);
         if (!scene.ok()) return scene.error();
         auto made = draw(job, *scene, begun, history);
         failures_ = 0;
@@ -126,15 +122,34 @@ void PictureMaker::deviceFailed() {
     device_.reset();
 }
 
-Result<render::Scene> PictureMaker::makeScene(const View& view) {
-    render::Scene scene{view, {}};
-    for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        if (view.layers[i].particles() == nullptr) {
-            return inLayer(i, {ErrorCode::unsupported, "stipple", "this version draws no dots yet"});
-        }
-        auto step = steps_.step(view.layers[i].dataset, view.layers[i].step);
-        if (!step.ok()) return inLayer(i, step.error());
-        scene.steps.push_back(*std::move(step));
+/// Adds what a layer draws: a step, or dots.
+Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, bool onTheWay,
+                              DotHistory::Layer& history) {
+    scene.steps.emplace_back();
+    if (layer.stipple() != nullptr) {
+        const auto dots = surfaceDots(scene.view, layer, steps_, onTheWay, history);
+        if (!dots.ok()) return dots.error();
+        auto all =
+            scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
+        all->insert(all->end(), dots->begin(), dots->end());
+        scene.dots = std::move(all);
+        return success();
+    }
+    history = {};
+    auto step = steps_.step(layer.dataset, layer.step);
+    if (!step.ok()) return step.error();
+    scene.steps.back() = *std::move(step);
+    return success();
+}
+
+Result<render::Scene> PictureMaker::makeScene(const RenderJob& job, PictureHistory& history) {
+    render::Scene scene{job.task->view, {}};
+    MOTE_RETURN_IF_ERROR(fitLayers(scene.view, steps_));
+    const auto& layers = scene.view.layers;
+    history.dots.layers.resize(layers.size());
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const auto added = addLayer(scene, layers[i], job.stage == Stage::quick, history.dots.layers[i]);
+        if (!added.ok()) return inLayer(i, added.error());
     }
     return scene;
 }
@@ -177,6 +192,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     MadePicture made{*std::move(picture), {}, stageAfter(job.stage, scene, history)};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
+    if (plan->anyDots()) made.message.set_points_drawn(made.message.points_drawn() + plan->dots->size());
     made.message.set_queued_ms(milliseconds(begun - job.task->arrived));
     made.message.set_plan_ms(milliseconds(planned - begun));
     made.message.set_render_ms(renderMs);

@@ -15,6 +15,7 @@
 #include "server/render/device.h"
 #include "server/render/scene.h"
 #include "server/render/selection_cache.h"
+#include "server/session/dot_maker.h"
 #include "server/session/quality_controller.h"
 #include "server/session/render_schedule.h"
 #include "server/session/step_source.h"
@@ -29,6 +30,7 @@ struct PictureHistory {
     QualityController quality;
     std::vector<std::shared_ptr<const storage::ParticleStep>> steps = {};  ///< of the latest picture
     double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn
+    DotHistory dots = {};
 };
 
 /// A picture, and the message that goes with it as far as it is known now.
@@ -66,7 +68,8 @@ class PictureMaker {
     std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
                                              const render::Quality& quality);
     bool want(const render::FramePlan& plan);
-    Result<render::Scene> makeScene(const View& view);
+    Status addLayer(render::Scene& scene, const Layer& layer, bool onTheWay, DotHistory::Layer& history);
+    Result<render::Scene> makeScene(const RenderJob& job, PictureHistory& history);
     void deviceFailed();
 
     const DeviceFactory factory_;

@@ -52,7 +52,12 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
 /// A dataset that was published a moment ago may not be known yet: only then is the disk asked first.
 asio::awaitable<void> Session::findDatasets(const View& view) {
     bool known = true;
-    for (const auto& layer : view.layers) known = known && context_.datasets->contains(layer.dataset);
+    for (const auto& layer : view.layers) {
+        known = known && context_.datasets->contains(layer.dataset);
+        const auto* const stipple = layer.stipple();
+        if (stipple != nullptr && !stipple->image.empty())
+            known = known && context_.datasets->contains(stipple->image);
+    }
     if (known) co_return;
     const auto done = std::make_shared<bool>(false);
     context_.datasets->rescan([weak = weak_from_this(), executor = executor_, done] {

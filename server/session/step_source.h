@@ -9,6 +9,7 @@
 #include <string>
 
 #include "protocol/scene/error.h"
+#include "server/render/stipple/stipple_surface.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_need.h"
 
@@ -20,6 +21,11 @@ class StepSource {
     /// `dataset` as in the catalogue. Errors: notFound (the dataset, the step), corrupt, permissionDenied.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                                       std::uint32_t index) = 0;
+    /// The surface that a stipple layer draws. Errors: notFound, corrupt, permissionDenied; unsupported
+    /// where the dataset holds none.
+    virtual Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) {
+        return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no stippled surface"};
+    }
     /// What the pictures of a step, one that step() gave, would use now: what is missing is brought in
     /// meanwhile, and later steps of a series that is played are readied as far. Returns at once. False where
     /// nothing more will come: all is there, or there is no room for the rest.

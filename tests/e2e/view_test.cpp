@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "tests/e2e/station.h"
+#include "tests/support/ball_surface.h"
 #include "tests/support/image.h"
 
 namespace mote::test {
@@ -83,6 +84,19 @@ TEST_F(View, ShowsTheFirstDatasetAndItsControls) {
     const auto seen = seenIn(*image, 1000 - 340);
     EXPECT_GT(seen.picture, 1000);  // a beam of 20,000 particles covers far more
     EXPECT_GT(seen.panel, 2000);    // letters, curves, histogram
+}
+
+TEST_F(View, ShowsAStippledSurfaceAndItsControls) {
+    writeBall(station_.root() / "a-ball.mote", 20000);  // the first in the catalogue
+    station_.startServer();
+    const auto picture = station_.root() / "window.png";
+    const auto done = view({"--screenshot", picture.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto image = readPng(picture);
+    ASSERT_TRUE(image.ok()) << image.error().toString();
+    const auto seen = seenIn(*image, 1000 - 340);
+    EXPECT_GT(seen.picture, 5000);  // framed: dots on a disc of some 400 pixels
+    EXPECT_GT(seen.panel, 2000);
 }
 
 TEST_F(View, ShowsASavedView) {

@@ -24,6 +24,23 @@ proto::View savedView() {
     return view;
 }
 
+proto::Manifest plotOf(int steps) {
+    proto::Manifest manifest;
+    manifest.set_kind("particles");
+    for (int i = 0; i < steps; ++i) manifest.mutable_particles()->add_steps();
+    return manifest;
+}
+
+/// A stippled surface in a box of 20 x 10 x 10.
+proto::Manifest surface() {
+    proto::Manifest manifest;
+    manifest.set_kind("stipple");
+    manifest.mutable_stipple()->set_domain(proto::StippleManifest::SURFACE);
+    for (const double low : {0.0, 0.0, -10.0}) manifest.mutable_mesh()->add_bounds_min(low);
+    for (const double high : {20.0, 10.0, 0.0}) manifest.mutable_mesh()->add_bounds_max(high);
+    return manifest;
+}
+
 TEST(ViewModel, ALoadedViewIsTheViewThatIsShown) {
     ViewModel model;
     ASSERT_TRUE(model.load(savedView()).ok());
@@ -42,7 +59,7 @@ TEST(ViewModel, ALoadedViewIsTheViewThatIsShown) {
 
 TEST(ViewModel, ANewModelShowsAValidView) {
     ViewModel model;
-    model.setDataset("data/beam", 3);
+    model.setDataset("data/beam", plotOf(3));
     const auto view = parseView(model.view(800, 600));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     EXPECT_EQ(view->layers[0].dataset, "data/beam");
@@ -63,9 +80,48 @@ TEST(ViewModel, ABadViewIsRefusedAndNothingChanges) {
 TEST(ViewModel, AnotherDatasetKeepsTheLookAndAStepThatExists) {
     ViewModel model;
     ASSERT_TRUE(model.load(savedView()).ok());
-    model.setDataset("data/short", 2);
+    model.setDataset("data/short", plotOf(2));
     EXPECT_EQ(model.step(), 1U);
     EXPECT_EQ(model.colorMap, "viridis");
+}
+
+TEST(ViewModel, ASurfaceIsStippledAndFramed) {
+    ViewModel model;
+    ASSERT_TRUE(model.load(savedView()).ok());
+    model.setDataset("data/teapot", surface());
+    EXPECT_TRUE(model.stipples());
+    model.stipple.spacing = 7.0F;
+    model.stipple.lightAcross = 90.0F;
+    model.stipple.lightAbove = 0.0F;
+    const auto view = parseView(model.view(640, 480));
+    ASSERT_TRUE(view.ok()) << view.error().toString();
+    ASSERT_NE(view->layers[0].stipple(), nullptr);
+    EXPECT_EQ(view->layers[0].stipple()->spacing, 7.0);
+    EXPECT_NEAR(view->layers[0].stipple()->light.direction.x, 1.0, 1e-6);
+    EXPECT_EQ(view->camera.target, glm::dvec3(10.0, 5.0, -5.0));
+    model.setDataset("data/beam", plotOf(1));
+    EXPECT_FALSE(model.stipples());
+    EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(0.0));
+}
+
+TEST(ViewModel, AStippleStyleIsKept) {
+    auto saved = savedView();
+    auto& style = *saved.mutable_layers(0)->mutable_stipple();
+    style.set_dot_pixels(3.5);
+    style.set_value("depth");
+    style.mutable_light()->add_direction(0.3);
+    style.mutable_light()->add_direction(-0.2);
+    style.mutable_light()->add_direction(-0.7);
+    ViewModel model;
+    ASSERT_TRUE(model.load(saved).ok());
+    const auto shown = parseView(model.view(640, 480)).value(), wanted = parseView(saved).value();
+    EXPECT_EQ(shown.layers[0].stipple()->value, DotValue::depth);
+    EXPECT_EQ(shown.layers[0].stipple()->dotSize, 3.5);
+    // Angles pass through floats of degrees.
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_NEAR(shown.layers[0].stipple()->light.direction[i],
+                    wanted.layers[0].stipple()->light.direction[i], 1e-6);
+    }
 }
 
 TEST(ViewModel, TheCameraFitsUntilItIsMoved) {
