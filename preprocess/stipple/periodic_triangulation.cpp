@@ -25,8 +25,8 @@ using Triangulation =
     CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase>>;
 using Vertex = Triangulation::Vertex_handle;
 
-// Of copies around the square, in mean distances of points. A cell's neighbours lie within two of them, and
-// points drift by less than one before copies are chosen anew; where that is not so, cell() says so.
+// Of copies around the square, in mean distances of points. A cell's circles reach less than two of them, and
+// points drift by one before copies are chosen anew; cell() says where the circles reach further.
 constexpr double marginSpacings = 3.5;
 // Five by five copies of everything: three by three are enough for the points of the middle one (Dolbilin
 // and Huson 1997), and points may drift by a period besides.
@@ -69,6 +69,7 @@ void addTriangle(PlaneCell& cell, glm::dvec2 a, glm::dvec2 b) {
 struct PeriodicTriangulation::Mesh {
     Triangulation triangulation;
     std::vector<glm::dvec2> position;        // wrapped when copies were last chosen
+    std::vector<glm::dvec2> chosenAt;        // where it was then
     std::vector<glm::dvec2> periods;         // that were taken off it by then
     std::vector<Vertex> vertex;              // null for a point that was removed
     std::vector<std::uint32_t> copiesBegin;  // into copies, by point
@@ -76,7 +77,8 @@ struct PeriodicTriangulation::Mesh {
     std::size_t left = 0;
     std::size_t renewAt = 0;
     double margin = 0.0;  // of copies around the square
-    double safe = 0.0;    // of it, what no drifting point can have entered or left unseen
+    double drift = 0.0;   // how far a point may go from there
+    double safe = 0.0;    // of the margin, what no point can have entered or left unseen
 
     std::vector<Triangulation::Edge> edges;  // to be looked at by restore
 
@@ -92,10 +94,12 @@ struct PeriodicTriangulation::Mesh {
 void PeriodicTriangulation::Mesh::renew(double newMargin) {
     renewAt = static_cast<std::size_t>(renewalShare * static_cast<double>(left));
     margin = std::min(newMargin, widestMargin);
-    safe = margin - spacing();
+    drift = spacing();
+    safe = margin - drift;
     triangulation.clear();
     insertPoints();
     insertCopies();
+    chosenAt = position;
 }
 
 void PeriodicTriangulation::Mesh::insertPoints() {
@@ -263,6 +267,7 @@ void PeriodicTriangulation::move(std::uint32_t point, glm::dvec2 by) {
         const auto copy = mesh_->copies[i];
         mesh_->displace(copy, {to.x + copy->info().x, to.y + copy->info().y});
     }
+    if (glm::distance(to, mesh_->chosenAt[point]) > mesh_->drift) mesh_->renew(mesh_->margin);
 }
 
 void PeriodicTriangulation::remove(std::uint32_t point) {

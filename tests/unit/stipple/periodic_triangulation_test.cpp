@@ -99,6 +99,16 @@ TEST(PeriodicTriangulation, NobodyMovesOntoAnother) {
     expectSameCells(triangulation, upTo(3));
 }
 
+TEST(PeriodicTriangulation, PointsMayWanderFarOff) {
+    constexpr std::size_t count = 200;
+    PeriodicTriangulation triangulation(stratifiedPoints(count, 6));
+    // All of them the same way, in steps of a third of their distance: by two periods in the end.
+    for (int step = 0; step < 84; ++step) {
+        for (const auto point : upTo(count)) triangulation.move(point, {0.024, 0.0});
+    }
+    expectSameCells(triangulation, upTo(count));
+}
+
 TEST(PeriodicTriangulation, PositionsAreNotWrapped) {
     const std::vector<glm::dvec2> points{{0.75, 0.5}, {0.25, 0.5}};
     PeriodicTriangulation triangulation(points);
