@@ -42,7 +42,9 @@ class Verifier {
         if (manifest_.has_mesh()) checkWith(meshName, readMesh);
         if (wasCancelled()) return {errors_.back()};
         if (manifest_.has_stipple()) checkWith(hierarchyName, readHierarchy);
-        if (manifest_.has_image()) checkWith(imageName, readImage);
+        if (manifest_.has_image())
+            checkWith(imageName,
+                      [](const auto& folder, const auto& manifest) { return readImage(folder, manifest); });
         if (wasCancelled()) return {errors_.back()};
         if (errors_.size() > maxErrors) errors_.resize(maxErrors);
         return errors_;

@@ -8,6 +8,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/image/image_limits.h"
 #include "storage/image/luminance.h"
 
 namespace mote::storage {
@@ -20,6 +21,8 @@ Status writeImage(const std::filesystem::path& directory, const Luminance& pictu
 /// Reads all of it, every byte held to its digest, the size to the manifest, and every value to be finite and
 /// not negative. Errors: notFound, corrupt (with file and array), invalidArgument (a dataset of another
 /// kind).
-Result<Luminance> readImage(const std::filesystem::path& directory, const proto::Manifest& manifest);
+/// One of more than `mostPixels` is averaged down by a whole number.
+Result<Luminance> readImage(const std::filesystem::path& directory, const proto::Manifest& manifest,
+                            std::uint64_t mostPixels = maxImagePixels);
 
 }  // namespace mote::storage

@@ -62,6 +62,29 @@ TEST_F(ImageJob, readsBackWhatWasRead) {
     EXPECT_TRUE(storage::verifyDataset(folder_ / "a.mote").empty());
 }
 
+/// A mean of means is that of all, where the factor divides the sides: 300 x 200 by 2 is 15,000 pixels.
+TEST_F(ImageJob, largeImagesAreAveragedDown) {
+    ASSERT_TRUE(make(folder_ / "a.mote").ok());
+    const auto manifest = *storage::readManifest(folder_ / "a.mote");
+    const auto whole = storage::readImage(folder_ / "a.mote", manifest);
+    const auto half = storage::readImage(folder_ / "a.mote", manifest, 15000);
+    ASSERT_TRUE(whole.ok() && half.ok());
+    ASSERT_EQ(half->width, 150u);
+    ASSERT_EQ(half->height, 100u);
+    EXPECT_NEAR(half->at(7, 9),
+                (whole->at(14, 18) + whole->at(15, 18) + whole->at(14, 19) + whole->at(15, 19)) / 4.0F,
+                1e-6F);
+    const auto odd = storage::readImage(folder_ / "a.mote", manifest, 1000);  // by 8
+    ASSERT_TRUE(odd.ok());
+    EXPECT_EQ(odd->width, 38u);
+    EXPECT_EQ(odd->height, 25u);
+    double corner = 0.0;  // 4 x 8 pixels are left at the right edge
+    for (std::size_t y = 192; y < 200; ++y) {
+        for (std::size_t x = 296; x < 300; ++x) corner += whole->at(x, y) / 32.0;
+    }
+    EXPECT_NEAR(odd->at(37, 24), corner, 1e-6);
+}
+
 TEST_F(ImageJob, sameFileSameBytes) {
     ASSERT_TRUE(make(folder_ / "a.mote").ok());
     ASSERT_TRUE(make(folder_ / "b.mote").ok());

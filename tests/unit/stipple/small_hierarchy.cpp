@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/unit/stipple/small_hierarchy.h"
 
+#include <algorithm>
+#include <numeric>
+#include <random>
+
 #include "storage/dataset_writer.h"
 #include "storage/stipple/hierarchy_file.h"
 #include "storage/storage_error.h"
@@ -25,6 +29,27 @@ storage::StippleHierarchy smallHierarchy() {
     h.moveNeighbour = {2, 0, 4, 2, 1};
     h.movePosition = {
         {0.4F, 0.0F, 0.0F}, {0.4F, 0.1F, 0.0F}, {0.5F, 0.1F, 0.0F}, {0.6F, 0, 0}, {0.6F, 0.1F, 0}};
+    return h;
+}
+
+storage::StippleHierarchy jitteredGrid(int side) {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> unit(0.2F, 0.8F);
+    storage::StippleHierarchy h;
+    const auto step = 1.0F / static_cast<float>(side);
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+            const float left = (static_cast<float>(x) + unit(random)) * step;
+            h.positions.push_back({left, (static_cast<float>(y) + unit(random)) * step, 0.0F});
+        }
+    }
+    h.normals.assign(h.size(), {0.0F, 0.0F, 1.0F});
+    h.rank.resize(h.size());
+    std::iota(h.rank.begin(), h.rank.end(), 0U);
+    std::shuffle(h.rank.begin(), h.rank.end(), random);
+    h.deathArea.assign(h.size(), 1.0F);
+    h.locked.assign(h.size(), 0);
+    h.movesBegin.assign(h.size() + 1, 0);
     return h;
 }
 

@@ -18,6 +18,9 @@ storage::StippleHierarchy smallHierarchy();
 /// A manifest of kind "stipple" for it.
 proto::Manifest manifestOf(const storage::StippleHierarchy& hierarchy);
 
+/// side x side points of a jittered grid in random order, which never move: even enough for pictures.
+storage::StippleHierarchy jitteredGrid(int side);
+
 /// Publishes "NAME.mote"; throws StorageError.
 void writeDataset(const std::filesystem::path& output, const storage::StippleHierarchy& hierarchy,
                   const proto::Manifest& manifest);
