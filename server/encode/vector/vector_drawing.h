@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VectorDrawing: a picture of dots for paper: a sheet, what is not dots as an image beneath, and the dots as
+// layers, one for each colour, which is a pen. drawVector makes the bytes of an SVG, EPS or PDF file of it.
+// Pure functions, any thread; the same drawing gives the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/scene/error.h"
+#include "protocol/scene/page.h"
+#include "server/encode/vector/page_layout.h"
+#include "server/render/picture.h"
+#include "server/render/stipple/dot.h"
+
+namespace mote::server {
+
+/// A dot on the sheet.
+struct PageDot {
+    double x = 0.0;       ///< mm from the sheet's left edge
+    double y = 0.0;       ///< mm from its upper edge
+    double radius = 0.0;  ///< mm
+    double opacity = 1.0;
+    glm::vec3 color{0.0F};  ///< sRGB-encoded
+};
+
+/// What is drawn with one pen; a layer in programs that know them.
+struct PageLayer {
+    std::string name;
+    std::vector<PageDot> dots;  ///< in the order in which they are drawn
+};
+
+struct VectorDrawing {
+    std::uint32_t width = 0;                ///< of the picture, pixels
+    std::uint32_t height = 0;               ///< of the picture, pixels
+    glm::vec3 background{1.0F};             ///< linear RGB; white is bare paper
+    std::optional<render::Picture> raster;  ///< srgb8, everything but the dots, its background included
+    render::Dots dots;                      ///< in pixels
+};
+
+/// A drawing on its sheet.
+struct PageDrawing {
+    PageLayout layout;
+    double pictureWidth = 0.0;   ///< mm
+    double pictureHeight = 0.0;  ///< mm
+    glm::vec3 background{1.0F};  ///< sRGB-encoded
+    const render::Picture* raster = nullptr;
+    std::vector<PageLayer> layers;
+    bool plotter = false;
+};
+
+/// Dots as layers on the sheet: of each colour one, or one of all where there are more than 16; those behind
+/// first, or along a short tour for a plotter.
+PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page);
+
+/// Errors: resourceExhausted (memory), internal.
+Result<std::vector<std::uint8_t>> drawVector(const VectorDrawing& drawing, const Page& page);
+
+/// "#rrggbb" of an sRGB-encoded colour.
+std::string hexColor(const glm::vec3& color);
+
+/// The writers that drawVector chooses from.
+Result<std::vector<std::uint8_t>> writeSvg(const PageDrawing& drawing);
+Result<std::vector<std::uint8_t>> writeCairo(const PageDrawing& drawing, proto::Page::Format format);
+/// A PNG file. Errors: resourceExhausted, internal.
+Result<std::vector<std::uint8_t>> encodePng(const render::Picture& picture);
+
+}  // namespace mote::server

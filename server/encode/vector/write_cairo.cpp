@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// EPS and PDF by Cairo; PNG, too.
+#include <cairo-pdf.h>
+#include <cairo-ps.h>
+#include <cairo.h>
+
+#include <cstring>
+#include <memory>
+#include <string_view>
+
+#include "protocol/scene/mote_check.h"
+#include "server/encode/vector/vector_drawing.h"
+
+namespace mote::server {
+namespace {
+
+constexpr double pointsPerMm = 72.0 / 25.4;
+/// A pen must be moved to leave a mark; so little that it is still a dot.
+constexpr double strokeLength = 0.01;  // mm
+
+struct DestroySurface {
+    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+};
+struct DestroyContext {
+    void operator()(cairo_t* context) const { cairo_destroy(context); }
+};
+using Surface = std::unique_ptr<cairo_surface_t, DestroySurface>;
+using Context = std::unique_ptr<cairo_t, DestroyContext>;
+using Bytes = std::vector<std::uint8_t>;
+
+cairo_status_t append(void* bytes, const unsigned char* data, unsigned int size) {
+    try {
+        auto& to = *static_cast<Bytes*>(bytes);
+        to.insert(to.end(), data, data + size);
+    } catch (const std::bad_alloc&) {
+        return CAIRO_STATUS_NO_MEMORY;
+    }
+    return CAIRO_STATUS_SUCCESS;
+}
+
+Error failure(cairo_status_t status) {
+    const bool memory = status == CAIRO_STATUS_NO_MEMORY;
+    return {memory ? ErrorCode::resourceExhausted : ErrorCode::internal, "page",
+            cairo_status_to_string(status)};
+}
+
+Surface rasterSurface(const render::Picture& picture) {
+    MOTE_CHECK(picture.format == render::PixelFormat::srgb8);
+    Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(picture.width),
+                                               static_cast<int>(picture.height)));
+    if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS) return surface;
+    auto* row = cairo_image_surface_get_data(surface.get());
+    const auto stride = cairo_image_surface_get_stride(surface.get());
+    const std::uint8_t* from = picture.pixels.data();
+    for (std::uint32_t y = 0; y < picture.height; ++y, row += stride) {
+        for (std::uint32_t x = 0; x < picture.width; ++x, from += 4) {
+            const std::uint32_t pixel =
+                (std::uint32_t{from[0]} << 16) | (std::uint32_t{from[1]} << 8) | from[2];
+            std::memcpy(row + 4 * std::size_t{x}, &pixel, 4);
+        }
+    }
+    cairo_surface_mark_dirty(surface.get());
+    return surface;
+}
+
+void paintBeneath(cairo_t* context, const PageDrawing& drawing) {
+    const auto& layout = drawing.layout;
+    if (drawing.raster) {
+        const auto raster = rasterSurface(*drawing.raster);
+        cairo_save(context);
+        cairo_translate(context, layout.left, layout.top);
+        cairo_scale(context, drawing.pictureWidth / drawing.raster->width,
+                    drawing.pictureHeight / drawing.raster->height);
+        cairo_set_source_surface(context, raster.get(), 0.0, 0.0);
+        cairo_paint(context);
+        cairo_restore(context);
+    } else if (drawing.background != glm::vec3(1.0F)) {
+        const auto& color = drawing.background;
+        cairo_set_source_rgb(context, color.x, color.y, color.z);
+        cairo_rectangle(context, layout.left, layout.top, drawing.pictureWidth, drawing.pictureHeight);
+        cairo_fill(context);
+    }
+}
+
+/// PostScript knows no transparency, and Cairo would make the whole page an image for it: there a dot is as
+/// pale as it would be on the background.
+void setColor(cairo_t* context, const PageDot& dot, const PageDrawing& drawing, bool blend) {
+    const auto opacity = static_cast<float>(dot.opacity);
+    const auto color = blend ? dot.color * opacity + drawing.background * (1.0F - opacity) : dot.color;
+    cairo_set_source_rgba(context, color.x, color.y, color.z, blend ? 1.0 : dot.opacity);
+}
+
+/// A stroke with a round pen, of no length or nearly none: smaller by far than a path of four curves.
+void drawDots(cairo_t* context, const PageDrawing& drawing, bool blend) {
+    cairo_set_line_cap(context, CAIRO_LINE_CAP_ROUND);
+    const double length = drawing.plotter ? strokeLength : 0.0;
+    for (const auto& layer : drawing.layers) {
+        for (const auto& dot : layer.dots) {
+            setColor(context, dot, drawing, blend);
+            cairo_set_line_width(context, 2.0 * dot.radius);
+            cairo_move_to(context, dot.x - 0.5 * length, dot.y);
+            cairo_line_to(context, dot.x + 0.5 * length, dot.y);
+            cairo_stroke(context);
+        }
+    }
+}
+
+Surface makeSurface(proto::Page::Format format, const PageLayout& layout, Bytes& bytes) {
+    const double width = layout.width * pointsPerMm;
+    const double height = layout.height * pointsPerMm;
+    if (format == proto::Page::EPS) {
+        Surface surface(cairo_ps_surface_create_for_stream(append, &bytes, width, height));
+        cairo_ps_surface_set_eps(surface.get(), true);
+        return surface;
+    }
+    return Surface(cairo_pdf_surface_create_for_stream(append, &bytes, width, height));
+}
+
+/// The same drawing is to give the same bytes. In a comment of EPS there may as well be no date; the PDF's
+/// table of offsets wants as many bytes as there were, and a date that is none is skipped as a comment is.
+void removeDate(proto::Page::Format format, Bytes& bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view key = format == proto::Page::EPS ? "%%CreationDate:" : "/CreationDate (";
+    const auto at = format == proto::Page::EPS ? text.find(key) : text.rfind(key);
+    if (at == std::string_view::npos) return;
+    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+    if (format == proto::Page::EPS) {
+        bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(text.find('\n', at) + 1 - at));
+    } else {
+        std::fill(begin, begin + static_cast<std::ptrdiff_t>(text.find(')', at) + 1 - at), ' ');
+    }
+}
+
+}  // namespace
+
+Result<Bytes> writeCairo(const PageDrawing& drawing, proto::Page::Format format) {
+    Bytes bytes;
+    const auto surface = makeSurface(format, drawing.layout, bytes);
+    const Context context(cairo_create(surface.get()));
+    cairo_scale(context.get(), pointsPerMm, pointsPerMm);
+    paintBeneath(context.get(), drawing);
+    drawDots(context.get(), drawing, format == proto::Page::EPS);
+    cairo_show_page(context.get());
+    if (const auto status = cairo_status(context.get()); status != CAIRO_STATUS_SUCCESS)
+        return failure(status);
+    cairo_surface_finish(surface.get());
+    const auto status = cairo_surface_status(surface.get());
+    if (status != CAIRO_STATUS_SUCCESS) return failure(status);
+    removeDate(format, bytes);
+    return bytes;
+}
+
+Result<Bytes> encodePng(const render::Picture& picture) {
+    const auto surface = rasterSurface(picture);
+    Bytes bytes;
+    const auto status = cairo_surface_write_to_png_stream(surface.get(), append, &bytes);
+    if (status != CAIRO_STATUS_SUCCESS) return failure(status);
+    return bytes;
+}
+
+}  // namespace mote::server

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// SVG as text: Cairo's SVG names no layers, and makes four curves of a circle.
+#include <fmt/format.h>
+
+#include <iterator>
+#include <string>
+
+#include "server/encode/vector/vector_drawing.h"
+
+namespace mote::server {
+namespace {
+
+constexpr double strokeLength = 0.01;  // mm: a pen must be moved to leave a mark
+
+/// To a micrometre, without zeros that say nothing.
+std::string number(double value) {
+    auto text = fmt::format("{:.3f}", value);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+    return text == "-0" ? "0" : text;
+}
+
+/// RFC 4648, section 4.
+std::string base64(const std::vector<std::uint8_t>& bytes) {
+    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve(bytes.size() / 3 * 4 + 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::size_t left = bytes.size() - i;
+        const std::uint32_t group = (std::uint32_t{bytes[i]} << 16) |
+                                    (left > 1 ? std::uint32_t{bytes[i + 1]} << 8 : 0U) |
+                                    (left > 2 ? std::uint32_t{bytes[i + 2]} : 0U);
+        for (std::size_t digit = 0; digit < 4; ++digit) {
+            text += digit <= left ? digits[(group >> (18 - 6 * digit)) & 63] : '=';
+        }
+    }
+    return text;
+}
+
+class SvgText {
+  public:
+    explicit SvgText(const PageDrawing& drawing) : drawing_(drawing) {}
+
+    Result<std::vector<std::uint8_t>> write() {
+        open();
+        MOTE_RETURN_IF_ERROR(addBeneath());
+        for (std::size_t i = 0; i < drawing_.layers.size(); ++i) addLayer(i);
+        add("</svg>\n");
+        return std::vector<std::uint8_t>(text_.begin(), text_.end());
+    }
+
+  private:
+    template <class... Values>
+    void add(fmt::format_string<Values...> format, Values&&... values) {
+        fmt::format_to(std::back_inserter(text_), format, std::forward<Values>(values)...);
+    }
+
+    void open() {
+        const auto width = number(drawing_.layout.width);
+        const auto height = number(drawing_.layout.height);
+        add("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" "
+            "xmlns:xlink=\"http://www.w3.org/1999/xlink\" "
+            "xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" "
+            "version=\"1.1\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\">\n",
+            width, height);
+    }
+
+    void beginLayer(std::size_t index, const std::string& name, const std::string& attributes) {
+        add("<g id=\"layer{}\" inkscape:groupmode=\"layer\" inkscape:label=\"{}\"{}>\n", index, name,
+            attributes);
+    }
+
+    std::string area() const {
+        return fmt::format("x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"", number(drawing_.layout.left),
+                           number(drawing_.layout.top), number(drawing_.pictureWidth),
+                           number(drawing_.pictureHeight));
+    }
+
+    Status addBeneath() {
+        if (drawing_.raster) {
+            const auto png = encodePng(*drawing_.raster);
+            if (!png.ok()) return png.error();
+            beginLayer(0, "picture", "");
+            add("<image {} preserveAspectRatio=\"none\" xlink:href=\"data:image/png;base64,{}\"/>\n</g>\n",
+                area(), base64(*png));
+        } else if (drawing_.background != glm::vec3(1.0F)) {
+            beginLayer(0, "background", "");
+            add("<rect {} fill=\"{}\"/>\n</g>\n", area(), hexColor(drawing_.background));
+        }
+        return success();
+    }
+
+    void addLayer(std::size_t index) {
+        const auto& layer = drawing_.layers[index];
+        if (drawing_.plotter) {
+            beginLayer(index + 1, layer.name, " fill=\"none\" stroke-linecap=\"round\"");
+            for (const auto& dot : layer.dots) addStroke(dot);
+        } else {
+            beginLayer(index + 1, layer.name, "");
+            for (const auto& dot : layer.dots) addCircle(dot);
+        }
+        add("</g>\n");
+    }
+
+    void addCircle(const PageDot& dot) {
+        add("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"", number(dot.x), number(dot.y),
+            number(dot.radius), hexColor(dot.color));
+        if (dot.opacity < 1.0) add(" fill-opacity=\"{}\"", number(dot.opacity));
+        add("/>\n");
+    }
+
+    void addStroke(const PageDot& dot) {
+        add("<path d=\"M{} {}h{}\" stroke=\"{}\" stroke-width=\"{}\"", number(dot.x - 0.5 * strokeLength),
+            number(dot.y), number(strokeLength), hexColor(dot.color), number(2.0 * dot.radius));
+        if (dot.opacity < 1.0) add(" stroke-opacity=\"{}\"", number(dot.opacity));
+        add("/>\n");
+    }
+
+    const PageDrawing& drawing_;
+    std::string text_;
+};
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> writeSvg(const PageDrawing& drawing) {
+    return SvgText(drawing).write();
+}
+
+}  // namespace mote::server

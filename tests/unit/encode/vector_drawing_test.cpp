@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/encode/vector/vector_drawing.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace mote::server {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+std::string textOf(const Result<std::vector<std::uint8_t>>& bytes) {
+    EXPECT_TRUE(bytes.ok()) << (bytes.ok() ? "" : bytes.error().toString());
+    return bytes.ok() ? std::string(bytes->begin(), bytes->end()) : "";
+}
+
+std::size_t countOf(const std::string& text, const std::string& part) {
+    std::size_t count = 0;
+    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+    return count;
+}
+
+/// Black dots and red ones, of a radius of 2 pixels.
+VectorDrawing someDots(std::size_t count) {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<float> unit(0.0F, 200.0F);
+    VectorDrawing drawing{200, 200, glm::vec3(1.0F), std::nullopt, {}};
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 color = i % 2 == 0 ? glm::vec3(0.0F) : glm::vec3(1.0F, 0.0F, 0.0F);
+        const float x = unit(random);
+        drawing.dots.push_back({x, unit(random), infinity, 2.0F, 1.0F, color});
+    }
+    return drawing;
+}
+
+VectorDrawing withRaster(VectorDrawing drawing) {
+    drawing.raster = render::Picture{200, 200, render::PixelFormat::srgb8, {}, 0};
+    drawing.raster->pixels.assign(200 * 200 * 4, 200);
+    return drawing;
+}
+
+Page page(proto::Page::Format format) {
+    Page made;
+    made.format = format;
+    made.width = 120.0;
+    made.margin = 10.0;
+    return made;
+}
+
+TEST(VectorDrawing, svgHoldsEachDotWhereItBelongsInMillimetres) {
+    auto drawing = someDots(0);
+    drawing.dots.push_back({100.0F, 50.0F, infinity, 2.0F, 1.0F, glm::vec3(0.0F)});
+    const auto text = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_THAT(text, HasSubstr("width=\"120mm\" height=\"120mm\" viewBox=\"0 0 120 120\""));
+    EXPECT_THAT(text, HasSubstr("<circle cx=\"60\" cy=\"35\" r=\"1\" fill=\"#000000\"/>"));
+}
+
+TEST(VectorDrawing, dotsHaveTheDiameterAskedFor) {
+    auto drawing = someDots(0);
+    drawing.dots.push_back({100.0F, 50.0F, infinity, 2.0F, 1.0F, glm::vec3(0.0F)});
+    drawing.dots.push_back({20.0F, 50.0F, infinity, 1.0F, 0.5F, glm::vec3(0.0F)});
+    auto sheet = page(proto::Page::SVG);
+    sheet.dot = 0.3;
+    const auto text = textOf(drawVector(drawing, sheet));
+    EXPECT_THAT(text, HasSubstr("r=\"0.15\""));
+    EXPECT_THAT(text, HasSubstr("r=\"0.075\" fill=\"#000000\" fill-opacity=\"0.5\""));
+}
+
+TEST(VectorDrawing, eachColourIsALayer) {
+    const auto text = textOf(drawVector(someDots(1000), page(proto::Page::SVG)));
+    EXPECT_THAT(text, HasSubstr("inkscape:groupmode=\"layer\" inkscape:label=\"dots #000000\""));
+    EXPECT_THAT(text, HasSubstr("inkscape:groupmode=\"layer\" inkscape:label=\"dots #ff0000\""));
+    EXPECT_EQ(countOf(text, "<g "), 2u);
+    EXPECT_EQ(countOf(text, "<circle "), 1000u);
+}
+
+TEST(VectorDrawing, manyColoursShareALayer) {
+    auto drawing = someDots(100);
+    for (std::size_t i = 0; i < 100; ++i) drawing.dots[i].color.x = static_cast<float>(i) / 100.0F;
+    const auto placed = placeOnPage(drawing, page(proto::Page::SVG));
+    ASSERT_EQ(placed.layers.size(), 1u);
+    EXPECT_EQ(placed.layers[0].name, "dots");
+    EXPECT_EQ(placed.layers[0].dots.size(), 100u);
+}
+
+/// Of equal depth, the earlier lies in front, so it is drawn last.
+TEST(VectorDrawing, dotsBehindAreDrawnFirst) {
+    VectorDrawing drawing{100, 100, glm::vec3(1.0F), std::nullopt, {}};
+    for (const double depth : {1.0, 3.0, 2.0, 3.0}) {
+        drawing.dots.push_back({static_cast<float>(drawing.dots.size()), 0.0F, depth, 1.0F, 1.0F, {}});
+    }
+    auto sheet = page(proto::Page::SVG);
+    sheet.width = 120.0;  // a millimetre a pixel, from 10
+    const auto placed = placeOnPage(drawing, sheet);
+    std::vector<double> order;
+    for (const auto& dot : placed.layers.at(0).dots) order.push_back(dot.x - 10.0);
+    EXPECT_THAT(order, testing::ElementsAre(3.0, 1.0, 2.0, 0.0));
+}
+
+TEST(VectorDrawing, plotterGetsStrokesInAShortOrder) {
+    auto sheet = page(proto::Page::SVG);
+    const auto drawing = someDots(2000);
+    const auto wayOf = [&] {
+        double way = 0.0;
+        for (const auto& layer : placeOnPage(drawing, sheet).layers) {
+            for (std::size_t i = 1; i < layer.dots.size(); ++i) {
+                way +=
+                    std::hypot(layer.dots[i].x - layer.dots[i - 1].x, layer.dots[i].y - layer.dots[i - 1].y);
+            }
+        }
+        return way;
+    };
+    const double unordered = wayOf();
+    sheet.plotter = true;
+    // Steps of random order are 52 mm long on a side of 100 mm, those of neighbours sqrt(A / 1000) = 3 mm.
+    EXPECT_LT(wayOf(), 0.1 * unordered);
+    const auto text = textOf(drawVector(drawing, sheet));
+    EXPECT_EQ(countOf(text, "<path "), 2000u);
+    EXPECT_THAT(text, HasSubstr("stroke-linecap=\"round\""));
+    EXPECT_THAT(text, HasSubstr("h0.01\" stroke=\"#000000\" stroke-width=\"2\"/>"));
+}
+
+TEST(VectorDrawing, epsAndPdfAreWhatTheyShouldBe) {
+    const auto eps = textOf(drawVector(someDots(500), page(proto::Page::EPS)));
+    EXPECT_THAT(eps, StartsWith("%!PS-Adobe-3.0 EPSF-3.0"));
+    EXPECT_THAT(eps, HasSubstr("%%EOF"));
+    const auto pdf = textOf(drawVector(someDots(500), page(proto::Page::PDF)));
+    EXPECT_THAT(pdf, StartsWith("%PDF-1."));
+    // 120 mm are 340.157 points.
+    EXPECT_THAT(pdf, HasSubstr("/MediaBox [ 0 0 340.15"));
+}
+
+/// Paleness is mixed in for EPS: Cairo would make an image of the page otherwise, of megabytes.
+TEST(VectorDrawing, epsStaysVectors) {
+    auto drawing = someDots(500);
+    for (auto& dot : drawing.dots) dot.opacity = 0.5F;
+    EXPECT_LT(textOf(drawVector(drawing, page(proto::Page::EPS))).size(), 100000u);
+}
+
+TEST(VectorDrawing, theRasterLiesBeneath) {
+    const auto drawing = withRaster(someDots(10));
+    const auto svg = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_LT(svg.find("<image x=\"10\" y=\"10\" width=\"100\" height=\"100\""), svg.find("<circle "));
+    EXPECT_THAT(svg, HasSubstr("data:image/png;base64,iVBORw0KGgo"));
+    EXPECT_THAT(textOf(drawVector(drawing, page(proto::Page::PDF))), HasSubstr("/Subtype /Image"));
+    EXPECT_THAT(textOf(drawVector(drawing, page(proto::Page::EPS))), HasSubstr("/ImageType 1"));
+}
+
+/// Cairo writes dates to the second, and counts its surfaces.
+TEST(VectorDrawing, sameDrawingSameBytesAtAnotherTime) {
+    const auto drawing = withRaster(someDots(100));
+    for (const auto format : {proto::Page::SVG, proto::Page::EPS, proto::Page::PDF}) {
+        const auto first = textOf(drawVector(drawing, page(format)));
+        EXPECT_THAT(first, Not(HasSubstr("CreationDate")));
+        EXPECT_THAT(first, Not(HasSubstr("D:20")));
+        EXPECT_TRUE(first == textOf(drawVector(drawing, page(format)))) << format;
+    }
+}
+
+TEST(VectorDrawing, noDotsIsAnEmptySheet) {
+    for (const auto format : {proto::Page::SVG, proto::Page::EPS, proto::Page::PDF}) {
+        EXPECT_TRUE(drawVector(someDots(0), page(format)).ok());
+    }
+}
+
+}  // namespace
+}  // namespace mote::server
