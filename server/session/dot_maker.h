@@ -27,8 +27,8 @@ struct DotHistory {
     bool settled() const;
 };
 
-/// Fits the camera of a view that came without one to the plots and surfaces of its layers. Errors: as StepSource::surface,
-/// with the layer's place.
+/// Fits the camera of a view that came without one to the plots and surfaces of its layers. Errors: as
+/// StepSource::surface, with the layer's place.
 Status fitLayers(View& view, StepSource& source);
 
 /// The dots of a layer on a surface, in a view; `history`: the layer's own. `onTheWay`: soft dots go one
