@@ -238,7 +238,7 @@ void Panel::drawCurves(ViewModel& model, const ServerState& server, PanelActions
 void Panel::drawPoints(ViewModel& model, PanelActions& actions) {
     if (!ImGui::CollapsingHeader("Points", ImGuiTreeNodeFlags_DefaultOpen)) return;
     constexpr auto flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
-    note(actions, ImGui::SliderFloat("opacity", &model.pointOpacity, 0.005F, 1.0F, "%.3f", flags));
+    note(actions, ImGui::SliderFloat("opacity", &model.pointOpacity, 0.0005F, 1.0F, "%.4f", flags));
     note(actions, ImGui::SliderFloat("size (pixels)", &model.pointSize, 0.3F, 16.0F, "%.1f", flags));
     note(actions, ImGui::ColorEdit3("colour", model.pointColor.data(), ImGuiColorEditFlags_NoInputs));
     ImGui::SameLine();

@@ -33,6 +33,7 @@ void assign(google::protobuf::RepeatedField<double>* field, const std::array<flo
 ViewModel::ViewModel() {
     base_.add_layers()->mutable_particles();
     readStyle();
+    plotOpacity_ = pointOpacity;
 }
 
 void ViewModel::readStyle() {
@@ -89,6 +90,7 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     const auto steps = static_cast<std::uint32_t>(manifest.particles().steps_size());
     setStep(std::min(step(), steps == 0 ? 0 : steps - 1));
     bounds_ = boundsOf(manifest);
+    followPlot(manifest);
     if ((manifest.kind() == "stipple") == stipples()) return;
     if (stipples()) {
         mutableLayer().mutable_particles();
@@ -97,6 +99,16 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     }
     readStyle();
     fit();  // they lie in spaces of their own
+}
+
+/// The opacity of points that nobody has chosen goes with how many the plot has.
+void ViewModel::followPlot(const proto::Manifest& manifest) {
+    std::uint64_t most = 0;
+    for (const auto& each : manifest.particles().steps()) most = std::max(most, each.particles());
+    const auto opacity = static_cast<float>(defaultPointOpacity(most));
+    const bool chosen = layer().particles().points().has_opacity() || pointOpacity != plotOpacity_;
+    if (!chosen) pointOpacity = opacity;
+    plotOpacity_ = opacity;
 }
 
 Camera ViewModel::camera(double aspect) const {

@@ -50,12 +50,14 @@ class ViewModel {
     std::array<float, 3> background{};  ///< sRGB-encoded
 
   private:
+    void followPlot(const proto::Manifest& manifest);
     const proto::Layer& layer() const { return base_.layers(0); }
     proto::Layer& mutableLayer() { return *base_.mutable_layers(0); }
     void readStyle();
     void writeParticles(proto::ParticlesStyle& style) const;
 
     proto::View base_;            // one layer at least; the editable fields above win over it
+    float plotOpacity_ = 0.0F;    // defaultPointOpacity() of the dataset
     Bounds bounds_ = plotBounds;  // of the dataset, layer space
     Camera camera_;
     bool cameraSet_ = false;

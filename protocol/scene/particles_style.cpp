@@ -45,6 +45,12 @@ double ParticlesStyle::extinction(double t) const {
     return -std::log1p(-opacity) / opacityLength * LogDensity::presence(t);
 }
 
+double defaultPointOpacity(std::uint64_t particles) {
+    constexpr double ofFew = 0.25, few = 4e6;
+    const double share = std::min(1.0, few / std::max(1.0, static_cast<double>(particles)));
+    return -std::expm1(std::log1p(-ofFew) * share);
+}
+
 Curve linkedFraction(const Curve& volumeOpacity) {
     const double most = volumeOpacity.maximum();
     auto knots = volumeOpacity.knots();
@@ -61,8 +67,8 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
     const auto& mapName = message.volume().color_map();
     const auto map = ColorMap::find(mapName.empty() ? ColorMap::defaultName : std::string_view(mapName));
     if (!map.ok()) return map.error().within("volume.colorMap");
-    const auto opacity =
-        checkRange(points.has_opacity() ? points.opacity() : 0.25, 0.0, 1.0, "points.opacity");
+    const auto opacity = checkRange(points.has_opacity() ? points.opacity() : defaultPointOpacity(0), 0.0,
+                                    1.0, "points.opacity");
     MOTE_RETURN_IF_ERROR(opacity);
     const auto size =
         checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0, 0.1, 64.0, "points.sizePixels");
@@ -74,7 +80,8 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
                           *std::move(fraction),
                           std::min(*opacity, ParticlesStyle::opacityLimit),
                           *size,
-                          *color};
+                          *color,
+                          !points.has_opacity()};
 }
 
 }  // namespace mote

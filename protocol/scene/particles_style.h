@@ -7,6 +7,7 @@
 // (log_density.h).
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 
 #include "protocol/mote.pb.h"
@@ -29,6 +30,7 @@ struct ParticlesStyle {
     double pointOpacity;    ///< of one point, 0 to opacityLimit
     double pointSize;       ///< diameter, pixels of the full-resolution picture
     glm::dvec3 pointColor;  ///< linear RGB
+    bool opacityByPlot = false;  ///< the view leaves the opacity of a point to defaultPointOpacity()
 
     /// Extinction per unit length of layer space at scaled log density t (see log_density.h for t < 0).
     double extinction(double t) const;
@@ -36,12 +38,17 @@ struct ParticlesStyle {
     bool operator==(const ParticlesStyle&) const = default;
 };
 
+/// The opacity of a point where a view says nothing: a quarter in plots of up to four million particles; in
+/// larger ones the extinction of all points together stays what it is there, so that a core is seen through
+/// any number of them.
+double defaultPointOpacity(std::uint64_t particles);
+
 /// The point curve that mirrors a volume curve: 1 - opacity / max(opacity), sampled at its knots; all points
 /// where the volume is nowhere opaque.
 Curve linkedFraction(const Curve& volumeOpacity);
 
-/// Fills every default. Errors: a curve, colour map, colour, size (0.1 to 64) or opacity out of range; a
-/// point curve given while linked.
+/// Fills every default; the opacity of a point for a small plot, as the plot is not known here. Errors: a
+/// curve, colour map, colour, size (0.1 to 64) or opacity out of range; a point curve given while linked.
 Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message);
 
 }  // namespace mote

@@ -139,6 +139,8 @@ Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, bool onT
     auto step = steps_.step(layer.dataset, layer.step);
     if (!step.ok()) return step.error();
     scene.steps.back() = *std::move(step);
+    ParticlesStyle& style = *scene.view.layers[scene.steps.size() - 1].particles();
+    if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(scene.steps.back()->pointCount());
     return success();
 }
 

@@ -45,6 +45,20 @@ TEST(ParticlesStyle, DefaultsAreTheDocumentedOnes) {
     EXPECT_GT(style->volumeOpacity.maximum(), 0.0);
 }
 
+TEST(ParticlesStyle, PointsOfLargePlotsTogetherHideNoMoreThanThoseOfSmallOnes) {
+    EXPECT_EQ(defaultPointOpacity(0), 0.25);
+    EXPECT_EQ(defaultPointOpacity(4'000'000), 0.25);
+    for (const double millions : {8.0, 100.0, 1000.0}) {
+        const double opacity = defaultPointOpacity(static_cast<std::uint64_t>(millions * 1e6));
+        // What each 4 million of them leave of the light, to the power of how many times there are so many.
+        EXPECT_NEAR(std::pow(1.0 - opacity, millions / 4.0), 0.75, 1e-9);
+    }
+    proto::ParticlesStyle message;
+    EXPECT_TRUE(parseParticlesStyle(message)->opacityByPlot);
+    message.mutable_points()->set_opacity(0.25);
+    EXPECT_FALSE(parseParticlesStyle(message)->opacityByPlot);
+}
+
 TEST(ParticlesStyle, ExtinctionGivesTheOpacityOverItsLength) {
     proto::ParticlesStyle message;
     auto* knot = message.mutable_volume()->add_curve();

@@ -85,6 +85,27 @@ TEST(ViewModel, AnotherDatasetKeepsTheLookAndAStepThatExists) {
     EXPECT_EQ(model.colorMap, "viridis");
 }
 
+TEST(ViewModel, OpacityGoesWithThePlotUntilItIsChosen) {
+    const auto large = [] {
+        auto manifest = plotOf(2);
+        manifest.mutable_particles()->mutable_steps(1)->set_particles(100'000'000);
+        return manifest;
+    };
+    ViewModel model;
+    model.setDataset("data/beam", plotOf(1));
+    EXPECT_EQ(model.pointOpacity, 0.25F);
+    model.setDataset("data/large", large());
+    EXPECT_FLOAT_EQ(model.pointOpacity, static_cast<float>(defaultPointOpacity(100'000'000)));
+    model.pointOpacity = 0.1F;
+    model.setDataset("data/beam", plotOf(1));
+    EXPECT_EQ(model.pointOpacity, 0.1F);
+    auto saved = savedView();
+    saved.mutable_layers(0)->mutable_particles()->mutable_points()->set_opacity(0.25);
+    ASSERT_TRUE(model.load(saved).ok());
+    model.setDataset("data/large", large());
+    EXPECT_EQ(model.pointOpacity, 0.25F);
+}
+
 TEST(ViewModel, ASurfaceIsStippledAndFramed) {
     ViewModel model;
     ASSERT_TRUE(model.load(savedView()).ok());
