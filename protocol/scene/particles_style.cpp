@@ -47,8 +47,8 @@ double ParticlesStyle::extinction(double t) const {
 
 double defaultPointOpacity(std::uint64_t particles) {
     constexpr double ofFew = 0.25, few = 4e6;
-    const double share = std::min(1.0, few / std::max(1.0, static_cast<double>(particles)));
-    return -std::expm1(std::log1p(-ofFew) * share);
+    const auto count = static_cast<double>(particles);
+    return count <= few ? ofFew : -std::expm1(std::log1p(-ofFew) * few / count);
 }
 
 Curve linkedFraction(const Curve& volumeOpacity) {
