@@ -6,6 +6,7 @@
 #include "preprocess/image/image_job.h"
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/stipple/stipple_job.h"
+#include "preprocess/stipple/surface/surface_job.h"
 
 #ifdef MOTE_HAVE_SYNTH
 #include "preprocess/synth/beam.h"
@@ -75,14 +76,19 @@ Result<JobOutcome> runMesh(const proto::JobRequest& request, const storage::Root
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
 
-Result<JobOutcome> runStipple(const proto::JobRequest& request, fs::path output,
+Result<JobOutcome> runStipple(const proto::JobRequest& request, const storage::Roots& roots, fs::path output,
                               const ParticlesJobOptions& options, Progress& progress) {
     const auto checked = checkStippleJob(request.stipple());
     if (!checked.ok()) return checked.error().within("stipple");
-    if (!request.stipple().mesh().empty()) {
-        return Error{ErrorCode::unsupported, "stipple.mesh", "only the plane can be stippled yet"};
+    const StippleJobOptions resources{options.threads, options.memory};
+    if (request.stipple().mesh().empty()) {
+        auto manifest = runPlaneJob(request, output, resources, progress);
+        if (!manifest.ok()) return manifest.error();
+        return JobOutcome{std::move(output), *std::move(manifest)};
     }
-    auto manifest = runPlaneJob(request, output, {options.threads, options.memory}, progress);
+    const auto input = inputPath(request.stipple().mesh(), roots, "stipple.mesh");
+    if (!input.ok()) return input.error();
+    auto manifest = runSurfaceJob(request, *input, output, resources, progress);
     if (!manifest.ok()) return manifest.error();
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
@@ -105,7 +111,7 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
         case proto::JobRequest::kMesh:
             return runMesh(request, roots, *std::move(output), options, progress);
         case proto::JobRequest::kStipple:
-            return runStipple(request, *std::move(output), options, progress);
+            return runStipple(request, roots, *std::move(output), options, progress);
 #ifdef MOTE_HAVE_SYNTH
         case proto::JobRequest::kSynthBeam: {
             const auto made = synthesizeBeam(request.synth_beam(), *output, progress);

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/mesh/mesh_job.h"
 
-#include <unistd.h>
-
+#include "preprocess/machine_memory.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
 #include "storage/dataset_writer.h"
@@ -14,18 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The input as seen from the folder that holds the dataset, and nothing else of where it was made.
-proto::JobRequest portableRequest(const proto::JobRequest& request, const fs::path& input,
-                                  const fs::path& output) {
-    proto::JobRequest portable = request;
-    portable.clear_output();
-    std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
-    portable.mutable_mesh()->set_input(
-        fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string());
-    return portable;
-}
-
 proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
                          const storage::SurfaceMesh& mesh) {
     proto::Manifest manifest;
@@ -33,17 +20,19 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
     manifest.set_format(storage::formatVersion);
     manifest.set_writer("mote-prep " MOTE_VERSION);
     manifest.set_title(request.title().empty() ? input.filename().string() : request.title());
-    *manifest.mutable_request() = portableRequest(request, input, output);
+    *manifest.mutable_request() = request;
+    manifest.mutable_request()->clear_output();
+    manifest.mutable_request()->mutable_mesh()->set_input(portableInput(input, output));
     *manifest.mutable_mesh() = storage::describeMesh(mesh);
     return manifest;
 }
 
 }  // namespace
 
-std::uint64_t jobMemory(std::uint64_t limit) {
-    if (limit > 0) return limit;
-    return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
-           static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) / 4 * 3;
+std::string portableInput(const fs::path& input, const fs::path& output) {
+    std::error_code code;
+    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
+    return fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string();
 }
 
 std::uint64_t meshFileLimit(std::uint64_t memory) {
@@ -55,7 +44,7 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     auto writer = storage::DatasetWriter::create(output);
     if (!writer.ok()) return writer.error();
     progress.report(0.0, "reading the mesh");
-    auto read = readMesh(input, meshFileLimit(jobMemory(memory)), progress);
+    auto read = readMesh(input, meshFileLimit(memoryFor(memory)), progress);
     if (!read.ok()) return read.error();
     if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
     progress.report(0.5, "finding edges and normals");

@@ -137,6 +137,27 @@ TriangleNeighbours findNeighbours(const std::vector<Triangle>& triangles) {
     return neighbours;
 }
 
+TriangleNeighbours neighboursOf(const storage::SurfaceMesh& mesh) {
+    TriangleNeighbours neighbours(mesh.triangles.size(), {MeshEdge::none, MeshEdge::none, MeshEdge::none});
+    const auto place = [&](std::uint32_t triangle, std::uint32_t corner) {
+        return mesh.positions[mesh.triangles[triangle][corner % 3]];
+    };
+    for (const auto& edge : mesh.edges) {
+        if (edge.triangles[1] == MeshEdge::none) continue;
+        const auto a = mesh.positions[edge.vertices[0]];
+        const auto b = mesh.positions[edge.vertices[1]];
+        for (const int at : {0, 1}) {
+            const auto t = edge.triangles[at];
+            for (std::uint32_t i = 0; i < 3; ++i) {
+                const bool along = place(t, i) == a && place(t, i + 1) == b;
+                const bool against = place(t, i) == b && place(t, i + 1) == a;
+                if (along || against) neighbours[t][i] = edge.triangles[1 - at];
+            }
+        }
+    }
+    return neighbours;
+}
+
 storage::SurfaceMesh makeSurfaceMesh(const TriangleMesh& mesh) {
     const auto neighbours = findNeighbours(mesh.triangles);
     std::vector<glm::dvec3> normals;

@@ -17,6 +17,9 @@ using TriangleNeighbours = std::vector<std::array<std::uint32_t, 3>>;
 
 TriangleNeighbours findNeighbours(const std::vector<Triangle>& triangles);
 
+/// The same from the edges of a dataset's mesh.
+TriangleNeighbours neighboursOf(const storage::SurfaceMesh& mesh);
+
 /// The dataset's mesh: a vertex becomes several where its triangles fall into groups that meet at no edge, or
 /// only at creases, so that each has the normal of its own smooth piece, weighted by the triangles' angles
 /// (Thürmer and Wüthrich 1998). A crease is an edge whose triangles' normals differ by more than 40 degrees:

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/stipple/surface/surface_job.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <optional>
+
+#include "preprocess/machine_memory.h"
+#include "preprocess/mesh/mesh_job.h"
+#include "preprocess/mesh/read_mesh.h"
+#include "preprocess/stipple/surface/surface_start.h"
+#include "preprocess/stipple/surface/surface_thinning.h"
+#include "storage/dataset_writer.h"
+#include "storage/mesh/mesh_file.h"
+#include "storage/stipple/hierarchy_file.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of the time that the job takes, what the start takes.
+constexpr double startShare = 0.3;
+/// Bytes a point that the job takes at most: measured at 10^6 points, rounded up.
+constexpr std::uint64_t surfaceBytesPerPoint = 1200;
+
+Result<storage::StippleHierarchy> build(const WalkMesh& mesh, const proto::StippleJob& job,
+                                        Progress& progress) {
+    auto start =
+        evenSurfacePoints(mesh, static_cast<std::uint32_t>(job.points()), job.seed(), startShare, progress);
+    if (!start.ok()) return start.error();
+    return thinSurface(mesh, *std::move(start), thinningOptions(job), startShare, progress);
+}
+
+Result<storage::StippleHierarchy> buildOn(int threads, const WalkMesh& mesh, const proto::StippleJob& job,
+                                          Progress& progress) {
+    std::optional<tbb::global_control> more;
+    // More threads than cores only where asked for: the library stops at the cores otherwise.
+    if (threads > 0) {
+        more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    }
+    tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+    return arena.execute([&] { return build(mesh, job, progress); });
+}
+
+Status writeFiles(storage::DatasetWriter& writer, const storage::SurfaceMesh& mesh,
+                  const storage::StippleHierarchy& hierarchy, Progress& progress) {
+    MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
+    MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer.directory(), hierarchy));
+    for (const auto* file : {"mesh.h5", "mesh.digest", "hierarchy.h5", "hierarchy.digest"}) {
+        MOTE_RETURN_IF_ERROR(writer.add(file, [&] { return progress.cancelled(); }));
+    }
+    return success();
+}
+
+proto::Manifest describe(const proto::JobRequest& request, const fs::path& input, const fs::path& output,
+                         const storage::SurfaceMesh& mesh, const storage::StippleHierarchy& hierarchy) {
+    const auto described = storage::describeMesh(mesh);
+    auto manifest = describeHierarchy(request, hierarchy, proto::StippleManifest::SURFACE, described.area());
+    manifest.mutable_request()->mutable_stipple()->set_mesh(portableInput(input, output));
+    *manifest.mutable_mesh() = described;
+    if (manifest.title().empty()) {
+        manifest.set_title(fmt::format("{}: {} points", input.filename().string(), hierarchy.size()));
+    }
+    return manifest;
+}
+
+}  // namespace
+
+Result<proto::Manifest> runSurfaceJob(const proto::JobRequest& request, const fs::path& input,
+                                      const fs::path& output, const StippleJobOptions& options,
+                                      Progress& progress) {
+    const auto& job = request.stipple();
+    MOTE_RETURN_IF_ERROR(checkStippleJob(job));
+    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, surfaceBytesPerPoint, options));
+    // Before the work: a place that cannot be had is said at once.
+    auto writer = storage::DatasetWriter::create(output);
+    if (!writer.ok()) return writer.error();
+    progress.report(0.0, "reading the mesh");
+    auto read = readMesh(input, meshFileLimit(memoryFor(options.memory)), progress);
+    if (!read.ok()) return read.error();
+    if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
+    const auto mesh = makeSurfaceMesh(read->mesh);
+    const WalkMesh walk(mesh, findNeighbours(read->mesh.triangles));
+    const auto hierarchy = buildOn(options.threads, walk, job, progress);
+    if (!hierarchy.ok()) return hierarchy.error();
+    MOTE_RETURN_IF_ERROR(writeFiles(*writer, mesh, *hierarchy, progress));
+    auto manifest = describe(request, input, output, mesh, *hierarchy);
+    MOTE_RETURN_IF_ERROR(writer->publish(manifest));
+    manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+    progress.report(1.0, "done");
+    return manifest;
+}
+
+}  // namespace mote::prep
