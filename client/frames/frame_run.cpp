@@ -44,6 +44,16 @@ class OutputFolder {
     bool made_ = false;
 };
 
+/// Those of the layers, and the images that they show.
+std::vector<std::string> datasetsOf(const proto::View& view) {
+    std::vector<std::string> names;
+    for (const auto& layer : view.layers()) {
+        names.push_back(layer.dataset());
+        if (!layer.stipple().image().empty()) names.push_back(layer.stipple().image());
+    }
+    return names;
+}
+
 Error inView(const Error& error, std::size_t index) {
     return error.within(fmt::format("views[{}]", index));
 }
@@ -92,12 +102,12 @@ Status FrameRun::learnDatasets() {
         return Error{error.code, fmt::format("{}: {}", options_.script.string(), error.where), error.message};
     }
     for (const auto& view : views_) {
-        for (const auto& layer : view.layers()) {
-            if (manifests_.count(layer.dataset()) > 0) continue;
+        for (const auto& dataset : datasetsOf(view)) {
+            if (manifests_.count(dataset) > 0) continue;
             const auto description = answer<proto::Description>(
-                [&](auto reply) { connection_.describe(layer.dataset(), std::move(reply)); });
+                [&](auto reply) { connection_.describe(dataset, std::move(reply)); });
             MOTE_RETURN_IF_ERROR(description);
-            manifests_[layer.dataset()] = toJsonLine(description->manifest());
+            manifests_[dataset] = toJsonLine(description->manifest());
         }
     }
     return success();
@@ -109,7 +119,8 @@ std::string FrameRun::keyOf(const proto::View& view) const {
     const auto welcome = connection_.welcome();
     std::string text = fmt::format("1\n{}\n{}\n{}\n{}\n", name(options_.format), welcome.server(),
                                    welcome.device(), toJsonLine(view));
-    for (const auto& layer : view.layers()) text += manifests_.at(layer.dataset()) + "\n";
+    if (isDocument()) text += toJsonLine(options_.page) + "\n";
+    for (const auto& dataset : datasetsOf(view)) text += manifests_.at(dataset) + "\n";
     const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
     return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
@@ -149,6 +160,7 @@ FrameRun::Asked FrameRun::ask(std::size_t index) {
     ViewRequest request;
     request.finalOnly = true;
     request.format = pixelFormat(options_.format);
+    if (isDocument()) request.page = options_.page;
     const auto since = std::chrono::steady_clock::now();
     return {index, connection_.setView(views_[index], request), since};
 }

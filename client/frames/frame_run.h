@@ -43,6 +43,8 @@ class FrameRun {
     std::vector<std::size_t> missing() const;
     std::filesystem::path fileOf(std::size_t index) const;
 
+    bool isDocument() const { return options_.page.format() != proto::Page::FORMAT_UNSPECIFIED; }
+
     Status drawAll(const std::vector<std::size_t>& indices);
     Asked ask(std::size_t index);
     Result<ReceivedFrame> receive(const Asked& asked);

@@ -20,6 +20,7 @@ struct FramesOptions {
     std::optional<std::string> device;             ///< of the private server
     std::filesystem::path out;                     ///< folder of the pictures
     PictureFormat format = PictureFormat::png;
+    proto::Page page;     ///< of documents
     bool resume = false;  ///< keep pictures that are whole and of the same view
     bool json = false;    ///< one JSON object a frame on stdout
     bool quiet = false;   ///< no progress on stderr

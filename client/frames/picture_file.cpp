@@ -39,8 +39,29 @@ OIIO::ImageSpec describe(const FramePixels& pixels, PictureFormat format, std::s
             // Halved chroma ruins single coloured pixels, and points are such.
             spec.attribute("jpeg:subsampling", "4:4:4");
             break;
+        default:
+            break;
     }
     return spec;
+}
+
+/// A document ends in a comment that says what it shows, after all that its readers look for.
+std::string keyLine(PictureFormat format, std::string_view key) {
+    if (format == PictureFormat::svg) return fmt::format("<!-- {}{} -->\n", keyPrefix, key);
+    return fmt::format("%{}{}\n", keyPrefix, key);
+}
+
+std::optional<std::string> readKeyLine(const std::filesystem::path& path, PictureFormat format) {
+    constexpr std::size_t keySize = 32;  // hexadecimal digits
+    const auto size = static_cast<std::streamoff>(keyLine(format, std::string(keySize, '0')).size());
+    std::ifstream file(path, std::ios::binary);
+    file.seekg(-size, std::ios::end);
+    std::string line(static_cast<std::size_t>(size), '\0');
+    file.read(line.data(), size);
+    const auto begin = line.find(keyPrefix);
+    if (!file.good() || begin == std::string::npos) return std::nullopt;
+    auto key = line.substr(begin + keyPrefix.size(), keySize);
+    return keyLine(format, key) == line ? std::optional(std::move(key)) : std::nullopt;
 }
 
 Error fromOiio(std::string message) {
@@ -56,10 +77,9 @@ std::string_view lastBytes(PictureFormat format) {
             return {"IEND\xae\x42\x60\x82", 8};
         case PictureFormat::jpg:
             return {"\xff\xd9", 2};
-        case PictureFormat::exr:
-            break;
+        default:
+            return {};
     }
-    return {};
 }
 
 /// Readers of PNG and JPEG forgive an end that is missing; for JPEG they make up half a picture.
@@ -80,7 +100,8 @@ bool readsWhole(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
 }  // namespace
 
 std::optional<PictureFormat> pictureFormat(std::string_view text) {
-    for (const auto format : {PictureFormat::png, PictureFormat::exr, PictureFormat::jpg}) {
+    for (const auto format : {PictureFormat::png, PictureFormat::exr, PictureFormat::jpg, PictureFormat::svg,
+                              PictureFormat::eps, PictureFormat::pdf}) {
         if (name(format) == text) return format;
     }
     return std::nullopt;
@@ -94,12 +115,32 @@ std::string_view name(PictureFormat format) {
             return "exr";
         case PictureFormat::jpg:
             return "jpg";
+        case PictureFormat::svg:
+            return "svg";
+        case PictureFormat::eps:
+            return "eps";
+        case PictureFormat::pdf:
+            return "pdf";
     }
     return "";
 }
 
 proto::PixelFormat pixelFormat(PictureFormat format) {
+    if (pageFormat(format) != proto::Page::FORMAT_UNSPECIFIED) return proto::PIXEL_FORMAT_UNSPECIFIED;
     return format == PictureFormat::exr ? proto::LINEAR_HALF : proto::SRGB8;
+}
+
+proto::Page::Format pageFormat(PictureFormat format) {
+    switch (format) {
+        case PictureFormat::svg:
+            return proto::Page::SVG;
+        case PictureFormat::eps:
+            return proto::Page::EPS;
+        case PictureFormat::pdf:
+            return proto::Page::PDF;
+        default:
+            return proto::Page::FORMAT_UNSPECIFIED;
+    }
 }
 
 Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, PictureFormat format,
@@ -107,6 +148,12 @@ Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, Pictu
     if (pixels.format != pixelFormat(format)) {
         return Error{ErrorCode::unsupported, "",
                      "the server sent pixels of another format than was asked for"};
+    }
+    if (pageFormat(format) != proto::Page::FORMAT_UNSPECIFIED) {
+        auto document = pixels.bytes;
+        const auto line = keyLine(format, key);
+        document.insert(document.end(), line.begin(), line.end());
+        return document;
     }
     auto output = OIIO::ImageOutput::create(std::string(name(format)));
     if (!output) return fromOiio(OIIO::geterror());
@@ -126,6 +173,7 @@ std::optional<std::string> readPictureKey(const std::filesystem::path& path, Pic
                                           std::uint32_t width, std::uint32_t height) {
     std::error_code code;
     if (!std::filesystem::is_regular_file(path, code)) return std::nullopt;
+    if (pageFormat(format) != proto::Page::FORMAT_UNSPECIFIED) return readKeyLine(path, format);
     if (!hasItsEnd(path, format)) return std::nullopt;
     const auto input = OIIO::ImageInput::open(path.string());
     if (!input) {

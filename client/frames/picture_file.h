@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Picture files: pixels as PNG, EXR or JPEG, written by OpenImageIO. The same pixels and key give the same
-// bytes: no dates, hosts or versions are written. A file appears by one rename and is whole then. Functions;
-// any thread.
+// Picture files: pixels as PNG, EXR or JPEG, written by OpenImageIO; SVG, EPS and PDF as the server made
+// them. The same pixels and key give the same bytes: no dates, hosts or versions are written. A file appears
+// by one rename and is whole then. Functions; any thread.
 #pragma once
 
 #include <cstdint>
@@ -20,14 +20,19 @@ enum class PictureFormat {
     png,  ///< RGB, 8 bits, sRGB
     exr,  ///< RGB, half floats, linear
     jpg,  ///< RGB, quality 95, 4:4:4, sRGB
+    svg,  ///< dots as shapes on a sheet, and so on
+    eps,
+    pdf,
 };
 
-/// "png", "exr", "jpg"; empty for other names.
+/// "png", "exr", "jpg", "svg", "eps", "pdf"; empty for other names.
 std::optional<PictureFormat> pictureFormat(std::string_view name);
 /// Also the extension of its files.
 std::string_view name(PictureFormat format);
-/// What a server must be asked for.
+/// What a server must be asked for; of a document nothing, but a page.
 proto::PixelFormat pixelFormat(PictureFormat format);
+/// FORMAT_UNSPECIFIED for those of pixels.
+proto::Page::Format pageFormat(PictureFormat format);
 
 /// The bytes of a picture file. `key` goes into its description, where readPictureKey finds it: what the
 /// picture shows, in hexadecimal digits. Errors: unsupported (pixels of another format), internal.
@@ -39,7 +44,7 @@ Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, Pictu
 Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes);
 
 /// The key of a picture that mote-frames wrote; empty where there is none, or where the file is not whole:
-/// all its pixels are read and its size is `width` x `height`.
+/// all its pixels are read and its size is `width` x `height`. Of a document only the end is looked at.
 std::optional<std::string> readPictureKey(const std::filesystem::path& path, PictureFormat format,
                                           std::uint32_t width, std::uint32_t height);
 

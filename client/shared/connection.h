@@ -36,6 +36,7 @@ struct ViewRequest {
     bool finalOnly = false;                    ///< only the exact picture: scripts
     bool moving = false;                       ///< the hand is still on it: no refinement yet
     proto::PixelFormat format = proto::SRGB8;  ///< of the final picture
+    std::optional<proto::Page> page = {};      ///< the final picture as a document
 };
 
 /// A frame as it arrived, decoded.

@@ -109,6 +109,7 @@ std::uint64_t Connection::Impl::setView(proto::View view, const ViewRequest& req
         wanted.message.set_format(request.format);
         wanted.message.set_asked_ns(nowNs());
         wanted.message.set_moving(request.moving);
+        if (request.page) *wanted.message.mutable_page() = *request.page;
         if (fits(wanted.message)) {
             view_ = std::move(wanted);
         } else {

@@ -77,6 +77,11 @@ std::size_t bytesPerPixel(proto::PixelFormat format) {
 Result<FramePixels> decodeFrame(const proto::Frame& message, std::span<const std::uint8_t> payload) {
     MOTE_RETURN_IF_ERROR(checkSize(message));
     FramePixels pixels{message.width(), message.height(), message.format(), {}};
+    if (message.encoding() == proto::Frame::DOCUMENT) {
+        pixels.format = proto::PIXEL_FORMAT_UNSPECIFIED;
+        pixels.bytes.assign(payload.begin(), payload.end());
+        return pixels;
+    }
     if (pixels.format == proto::PIXEL_FORMAT_UNSPECIFIED) pixels.format = proto::SRGB8;
     if (bytesPerPixel(pixels.format) == 0) {
         return Error{ErrorCode::unsupported, "frame",

@@ -54,6 +54,8 @@ struct StippleStyle {
     std::string image;          ///< "ROOT/NAME", or empty
     bool sourceLayers = false;  ///< the layers before it are the image
 
+    /// It stipples a picture, on the picture's plane.
+    bool onPlane() const { return !image.empty() || sourceLayers; }
     bool operator==(const StippleStyle&) const = default;
 };
 

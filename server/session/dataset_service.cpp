@@ -146,6 +146,13 @@ Result<proto::Description> DatasetService::describeKnown(const std::string& data
     return description;
 }
 
+Result<DatasetPlace> DatasetService::place(const std::string& dataset) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    return DatasetPlace{found->second.directory, found->second.manifest};
+}
+
 Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
                                                                           std::uint32_t index) {
     const auto all = known();

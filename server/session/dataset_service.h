@@ -53,6 +53,7 @@ class DatasetService final : public StepSource {
     /// Calls `done` on the service's thread. Errors: notFound.
     void describe(std::string dataset, std::function<void(Result<proto::Description>)> done);
 
+    Result<DatasetPlace> place(const std::string& dataset) override;
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;
     Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;

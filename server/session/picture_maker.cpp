@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "server/render/frame_plan.h"
 #include "server/session/layer_place.h"
@@ -39,6 +40,18 @@ ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
     }
     if (scene.steps == history.steps) load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
+}
+
+/// Dots of a moving view are placed and weighed; at rest they are made to fit.
+render::PhotographEffort effortOf(Stage stage) {
+    return stage == Stage::exact ? render::finePhotograph : render::quickPhotograph;
+}
+
+/// Beside those that are there.
+void addDots(render::Scene& scene, const render::Dots& dots) {
+    auto all = scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
+    all->insert(all->end(), dots.begin(), dots.end());
+    scene.dots = std::move(all);
 }
 
 Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controller) {
@@ -84,6 +97,7 @@ Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& 
 PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps)
     : factory_(std::move(factory)),
       steps_(steps),
+      photographs_(steps),
       device_(factory_()),
       name_(device_->name()),
       costs_(device_->costs()) {}
@@ -98,9 +112,10 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         if (!device_) device_ = factory_();
         history.quality.startFrom(costs_);
         steps_.beginPicture();
-        const auto scene = makeScene(job, history);
+        Making made;
+        const auto scene = makeScene(job, history, made);
         if (!scene.ok()) return scene.error();
-        auto made = draw(job, *scene, begun, history);
+        if (*scene) made = draw(job, **scene, begun, history);
         failures_ = 0;
         return made;
     } catch (const storage::StorageError& failure) {
@@ -122,17 +137,23 @@ void PictureMaker::deviceFailed() {
     device_.reset();
 }
 
-/// Adds what a layer draws: a step, or dots.
-Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, bool onTheWay,
+/// Adds what a layer draws: a step, or dots; nothing of one that stipples what others drew.
+Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, Stage stage,
                               DotHistory::Layer& history) {
     scene.steps.emplace_back();
-    if (layer.stipple() != nullptr) {
-        const auto dots = surfaceDots(scene.view, layer, steps_, onTheWay, history);
+    const auto* const style = layer.stipple();
+    if (style != nullptr && style->onPlane()) {
+        history = {};
+        if (style->image.empty()) return success();
+        const auto dots = photographs_.dots(scene.view, layer, effortOf(stage));
         if (!dots.ok()) return dots.error();
-        auto all =
-            scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
-        all->insert(all->end(), dots->begin(), dots->end());
-        scene.dots = std::move(all);
+        addDots(scene, **dots);
+        return success();
+    }
+    if (style != nullptr) {
+        const auto dots = surfaceDots(scene.view, layer, steps_, stage == Stage::quick, history);
+        if (!dots.ok()) return dots.error();
+        addDots(scene, *dots);
         return success();
     }
     history = {};
@@ -144,16 +165,71 @@ Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, bool onT
     return success();
 }
 
-Result<render::Scene> PictureMaker::makeScene(const RenderJob& job, PictureHistory& history) {
-    render::Scene scene{job.task->view, {}};
-    MOTE_RETURN_IF_ERROR(fitLayers(scene.view, steps_));
-    const auto& layers = scene.view.layers;
-    history.dots.layers.resize(layers.size());
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        const auto added = addLayer(scene, layers[i], job.stage == Stage::quick, history.dots.layers[i]);
+Result<render::Scene> PictureMaker::sceneOf(const View& view, Stage stage, DotHistory& history) {
+    render::Scene scene{view, {}};
+    history.layers.resize(view.layers.size());
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const auto added = addLayer(scene, view.layers[i], stage, history.layers[i]);
         if (!added.ok()) return inLayer(i, added.error());
     }
     return scene;
+}
+
+/// Draws a scene, and makes dots in its tones (figure 10 of the dissertation). Null where there is no picture
+/// of it: `why` says so.
+Result<std::shared_ptr<const render::Dots>> PictureMaker::stippled(const render::Scene& scene,
+                                                                   const Layer& layer, const RenderJob& job,
+                                                                   PictureHistory& history, Making& why) {
+    const std::shared_ptr<const render::Dots> none;
+    MOTE_RETURN_IF_ERROR(PhotographCache::checkDots(scene.view, *layer.stipple()));
+    const auto tiles = photographs_.tiles(layer.dataset);
+    if (!tiles.ok()) return tiles.error();
+    const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
+    const auto plan = planFor(job.stage, scene, quality);
+    why.waits = !plan;
+    if (!plan) return none;
+    const auto begun = Clock::now();
+    const auto picture = device_->render(*plan, render::PixelFormat::srgb8, job.stop);
+    check(scene);
+    want(*plan);
+    if (!picture) return none;
+    learn(history, scene, *picture, quality, shareOf(*plan, quality), milliseconds(Clock::now() - begun));
+    return std::make_shared<const render::Dots>(
+        render::photographDots(**tiles, render::luminanceOf(*picture), scene.view.width, scene.view.height,
+                               *layer.stipple(), effortOf(job.stage)));
+}
+
+/// Nothing where `why` says that there will be no picture now.
+Result<std::optional<render::Scene>> PictureMaker::makeScene(const RenderJob& job, PictureHistory& history,
+                                                             Making& why) {
+    View view = job.task->view;
+    MOTE_RETURN_IF_ERROR(fitLayers(view, steps_));
+    const auto stipples = [](const Layer& layer) { return layer.stipple() && layer.stipple()->sourceLayers; };
+    const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
+    if (found == view.layers.end()) {
+        auto scene = sceneOf(view, job.stage, history.dots);
+        if (!scene.ok()) return scene.error();
+        return std::optional(*std::move(scene));
+    }
+    const auto index = static_cast<std::size_t>(found - view.layers.begin());
+    if (std::any_of(found + 1, view.layers.end(), stipples)) {
+        return inLayer(index, {ErrorCode::unsupported, "stipple.source",
+                               "only one layer of a view can stipple what the others drew"});
+    }
+    View before = view;
+    View after = view;
+    before.layers.resize(index);
+    after.layers.erase(after.layers.begin(), after.layers.begin() + static_cast<std::ptrdiff_t>(index) + 1);
+    const auto drawn = sceneOf(before, job.stage, history.dots);
+    if (!drawn.ok()) return drawn.error();
+    const auto dots = stippled(*drawn, *found, job, history, why);
+    if (!dots.ok()) return inLayer(index, dots.error());
+    if (!*dots) return std::optional<render::Scene>();
+    DotHistory atOnce;  // what lies in front of a drawing does not fade in
+    auto scene = sceneOf(after, job.stage, atOnce);
+    if (!scene.ok()) return scene.error();
+    addDots(*scene, **dots);
+    return std::optional(*std::move(scene));
 }
 
 /// Says what the pictures need; whether some of it is on its way.
@@ -179,8 +255,10 @@ std::optional<render::FramePlan> PictureMaker::planFor(Stage stage, const render
 Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
                           PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto plan = planFor(job.stage, scene, quality);
+    auto plan = planFor(job.stage, scene, quality);
     if (!plan) return {.waits = true};
+    // On a page they stay shapes.
+    const auto dots = job.task->page ? std::exchange(plan->dots, nullptr) : nullptr;
     const auto planned = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
     auto picture = device_->render(*plan, format, job.stop);
@@ -190,11 +268,13 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     if (!picture) return {};
     const double renderMs = milliseconds(Clock::now() - planned);
     const double share = shareOf(*plan, quality);
-    learn(history, scene, *picture, quality, share, renderMs);
-    MadePicture made{*std::move(picture), {}, stageAfter(job.stage, scene, history)};
+    if (!scene.view.layers.empty()) learn(history, scene, *picture, quality, share, renderMs);
+    MadePicture made{
+        *std::move(picture), {}, stageAfter(job.stage, scene, history), dots, plan->layers.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
-    if (plan->anyDots()) made.message.set_points_drawn(made.message.points_drawn() + plan->dots->size());
+    const auto& shown = dots ? dots : plan->dots;
+    if (shown) made.message.set_points_drawn(made.message.points_drawn() + shown->size());
     made.message.set_queued_ms(milliseconds(begun - job.task->arrived));
     made.message.set_plan_ms(milliseconds(planned - begun));
     made.message.set_render_ms(renderMs);

@@ -16,6 +16,7 @@
 #include "server/render/scene.h"
 #include "server/render/selection_cache.h"
 #include "server/session/dot_maker.h"
+#include "server/session/photograph_cache.h"
 #include "server/session/quality_controller.h"
 #include "server/session/render_schedule.h"
 #include "server/session/step_source.h"
@@ -37,7 +38,9 @@ struct PictureHistory {
 struct MadePicture {
     render::Picture picture;
     proto::Frame message;
-    Stage next = Stage::done;  ///< of its view
+    Stage next = Stage::done;                            ///< of its view
+    std::shared_ptr<const render::Dots> dots = nullptr;  ///< of a view with a page: not in the picture
+    bool onlyDots = false;                               ///< there is nothing else in it but background
 };
 
 /// What came of a job: a picture, or none, because it was stopped or waits for data.
@@ -68,12 +71,18 @@ class PictureMaker {
     std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
                                              const render::Quality& quality);
     bool want(const render::FramePlan& plan);
-    Status addLayer(render::Scene& scene, const Layer& layer, bool onTheWay, DotHistory::Layer& history);
-    Result<render::Scene> makeScene(const RenderJob& job, PictureHistory& history);
+    Status addLayer(render::Scene& scene, const Layer& layer, Stage stage, DotHistory::Layer& history);
+    Result<std::optional<render::Scene>> makeScene(const RenderJob& job, PictureHistory& history,
+                                                   Making& why);
+    Result<render::Scene> sceneOf(const View& view, Stage stage, DotHistory& history);
+    Result<std::shared_ptr<const render::Dots>> stippled(const render::Scene& scene, const Layer& layer,
+                                                         const RenderJob& job, PictureHistory& history,
+                                                         Making& why);
     void deviceFailed();
 
     const DeviceFactory factory_;
     StepSource& steps_;
+    PhotographCache photographs_;
     render::SelectionCache selections_;
     std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
     std::string name_;

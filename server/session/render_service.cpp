@@ -12,6 +12,7 @@
 
 #include "server/encode/encode.h"
 #include "server/encode/frame_encoder.h"
+#include "server/encode/vector/vector_drawing.h"
 #include "server/session/encode_pool.h"
 #include "server/session/utf8.h"
 
@@ -33,6 +34,17 @@ struct Drawn {
     RenderJob job;
     std::shared_ptr<Client> client;
 };
+
+/// The picture as a document of its view's page.
+Result<EncodedPicture> encodePage(const MadePicture& made, const ViewTask& task) {
+    VectorDrawing drawing{
+        made.picture.width, made.picture.height, glm::vec3(task.view.background), std::nullopt, {}};
+    if (!made.onlyDots) drawing.raster = made.picture;
+    if (made.dots) drawing.dots = *made.dots;
+    auto document = drawVector(drawing, *task.page);
+    if (!document.ok()) return document.error();
+    return EncodedPicture{proto::Frame::DOCUMENT, false, *std::move(document)};
+}
 
 }  // namespace
 
@@ -200,9 +212,11 @@ class RenderService::Impl {
     void encode(Drawn& drawn) {
         const auto begun = Clock::now();
         const auto& task = *drawn.job.task;
-        auto& [picture, message, next] = drawn.made;
+        auto& message = drawn.made.message;
+        const auto& picture = drawn.made.picture;
         const bool exact = drawn.job.stage == Stage::exact;
-        auto encoded = drawn.client->encoder.encode(picture, exact, targetOf(*drawn.client));
+        auto encoded = task.page ? encodePage(drawn.made, task)
+                                 : drawn.client->encoder.encode(picture, exact, targetOf(*drawn.client));
         if (!encoded.ok()) {
             addCredits(drawn.job.session, 1);
             return drawn.client->events.failed(task.request, encoded.error());

@@ -13,13 +13,21 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
         message.format() != proto::LINEAR_HALF) {
         return Error{ErrorCode::unsupported, "format", "this pixel format is not known here"};
     }
+    std::optional<Page> page;
+    if (message.has_page()) {
+        const auto parsed = parsePage(message.page());
+        if (!parsed.ok()) return parsed.error().within("page");
+        page = *parsed;
+    }
     auto view = parseView(message.view());
     if (!view.ok()) return view.error().within("view");
     auto task = std::make_shared<ViewTask>();
     task->view = *std::move(view);
     task->viewId = message.view_id();
     task->request = request;
-    task->finalOnly = message.final_only();
+    task->page = page;
+    // Of a picture in motion nobody wants a document.
+    task->finalOnly = message.final_only() || page;
     task->moving = message.moving();
     task->format =
         message.format() == proto::LINEAR_HALF ? render::PixelFormat::linearHalf : render::PixelFormat::srgb8;

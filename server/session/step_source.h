@@ -5,9 +5,11 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/render/stipple/stipple_surface.h"
 #include "storage/particles/particle_step.h"
@@ -15,9 +17,19 @@
 
 namespace mote::server {
 
+/// Where a dataset of another kind lies.
+struct DatasetPlace {
+    std::filesystem::path directory;
+    std::shared_ptr<const proto::Manifest> manifest;  ///< another one for a later dataset of its name
+};
+
 class StepSource {
   public:
     virtual ~StepSource() = default;
+    /// `dataset` as in the catalogue. Errors: notFound.
+    virtual Result<DatasetPlace> place(const std::string& dataset) {
+        return Error{ErrorCode::notFound, "dataset", "there is no dataset \"" + dataset + "\" here"};
+    }
     /// `dataset` as in the catalogue. Errors: notFound (the dataset, the step), corrupt, permissionDenied.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                                       std::uint32_t index) = 0;

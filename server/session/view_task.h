@@ -6,7 +6,9 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
+#include "protocol/scene/page.h"
 #include "protocol/scene/view.h"
 #include "server/render/picture.h"
 
@@ -26,6 +28,7 @@ struct ViewTask {
     bool finalOnly = false;     ///< only the exact picture
     bool moving = false;        ///< the hand is still on it: no refinement
     render::PixelFormat format = render::PixelFormat::srgb8;  ///< of the exact picture
+    std::optional<Page> page;                                 ///< the exact picture as a document
     std::int64_t askedNs = 0;                                 ///< the client's clock
     Clock::time_point arrived;
 };

@@ -71,7 +71,13 @@ TEST_F(BadInput, DatasetsAndStepsThatAreNotThere) {
 
 TEST_F(BadInput, WrongUsage) {
     const auto script = scriptOf({beamView(32)});
-    expectError(station_.frames(script, {"--format", "svg"}), {"svg is not in this version"}, 2);
+    expectError(station_.frames(script, {"--format", "bmp"}), {"there are png, exr, jpg, svg, eps and pdf"},
+                2);
+    expectError(station_.frames(script, {"--format", "pdf", "--page", "large"}), {"--page", "WIDTHxHEIGHT"},
+                2);
+    expectError(station_.frames(script, {"--format", "pdf", "--page", "20x20", "--margin", "10"}),
+                {"--margin"}, 2);
+    expectError(station_.frames(script, {"--plotter"}), {"need svg, eps or pdf"}, 2);
     expectError(station_.frames(script, {"--video", "a.mp4"}), {"not in this version"}, 2);
     expectError(station_.frames(script, {"--spawn", "data=x", "--connect", "y"}), {"--spawn"}, 2);
     expectError(runProcess(program("mote-frames"), {}), {"SCRIPT"}, 2);

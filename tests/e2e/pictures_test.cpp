@@ -89,9 +89,34 @@ TEST_F(Pictures, ShowTheBeamInEverySizeAsked) {
     EXPECT_GT(litShare(picture("frame-000002.png")), litShare(first));  // nearer
 }
 
+/// What is not dots lies on the sheet as an image; mote-frames knows its own documents again.
+TEST_F(Pictures, OnPaper) {
+    const auto script = scriptOf({beamView(160)});
+    const std::map<std::string, std::pair<std::string, std::string>> marks{
+        {"svg", {"width=\"100mm\" height=\"80mm\"", "<image x=\"10\" y=\"10\" width=\"80\" height=\"60\""}},
+        {"eps", {"%!PS-Adobe-3.0 EPSF-3.0", "/ImageType 1"}},
+        {"pdf", {"%PDF-", "/Subtype /Image"}}};
+    for (const auto& [format, texts] : marks) {
+        const std::vector<std::string> sheet{"--format", format, "--page", "100x80", "--margin", "10"};
+        const auto done = station_.frames(script, sheet);
+        ASSERT_EQ(done.status, 0) << done.errors;
+        const auto file = station_.out() / ("frame-000000." + format);
+        EXPECT_THAT(bytesOf(file), testing::HasSubstr(texts.first));
+        EXPECT_THAT(bytesOf(file), testing::HasSubstr(texts.second));
+        const auto written = std::filesystem::last_write_time(file);
+        auto again = sheet;
+        again.emplace_back("--resume");
+        ASSERT_EQ(station_.frames(script, again).status, 0);
+        EXPECT_EQ(std::filesystem::last_write_time(file), written);
+        again[3] = "90x80";
+        ASSERT_EQ(station_.frames(script, again).status, 0);
+        EXPECT_NE(std::filesystem::last_write_time(file), written);
+    }
+}
+
 TEST_F(Pictures, AreTheSameBytesEveryTime) {
     const auto script = scriptOf({beamView(160), beamView(160, 1)});
-    for (const std::string format : {"png", "exr", "jpg"}) {
+    for (const std::string format : {"png", "exr", "jpg", "svg", "eps", "pdf"}) {
         const std::string names[] = {"frame-000000." + format, "frame-000001." + format};
         ASSERT_EQ(station_.frames(script, {"--format", format}).status, 0);
         const std::string first[] = {bytesOf(station_.out() / names[0]), bytesOf(station_.out() / names[1])};

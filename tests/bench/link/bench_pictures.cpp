@@ -16,10 +16,9 @@ View viewOf(std::uint32_t width, std::uint32_t height, const Curve& volume, cons
     view.width = width;
     view.height = height;
     view.camera = fitCamera({glm::dvec3(-0.6), glm::dvec3(0.6)}, view.aspect());
-    view.layers.push_back({"bench/beam",
-                           0,
-                           glm::dmat4(1.0),
-                           {volume, ColorMap::standard(), points, 0.5, 1.0, glm::dvec3(1.0, 0.7, 0.3)}});
+    view.layers.push_back(
+        {"bench/beam", 0, glm::dmat4(1.0),
+         ParticlesStyle{volume, ColorMap::standard(), points, 0.5, 1.0, glm::dvec3(1.0, 0.7, 0.3)}});
     return view;
 }
 

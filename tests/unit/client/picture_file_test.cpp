@@ -45,6 +45,27 @@ class PictureFile : public testing::TestWithParam<PictureFormat> {
     test::TempDir folder_;
 };
 
+/// What a server made of a document, and after it the key.
+TEST(Document, KeepsItsBytesAndItsKey) {
+    const test::TempDir folder;
+    const std::string key = "0123456789abcdef0123456789abcdef";
+    for (const auto format : {PictureFormat::svg, PictureFormat::eps, PictureFormat::pdf}) {
+        const FramePixels document{width, height, proto::PIXEL_FORMAT_UNSPECIFIED, {'a', 'b', 'c', '\n'}};
+        const auto bytes = encodePicture(document, format, key);
+        ASSERT_TRUE(bytes.ok());
+        EXPECT_TRUE(std::equal(document.bytes.begin(), document.bytes.end(), bytes->begin()));
+        const auto path = folder / "a";
+        ASSERT_TRUE(writeFile(path, *bytes).ok());
+        EXPECT_EQ(readPictureKey(path, format, width, height), key);
+        std::filesystem::resize_file(path, bytes->size() - 1);
+        EXPECT_FALSE(readPictureKey(path, format, width, height).has_value());
+        std::filesystem::resize_file(path, 2);
+        EXPECT_FALSE(readPictureKey(path, format, width, height).has_value());
+        // Pixels, from a server that knows no pages.
+        EXPECT_FALSE(encodePicture(sample(PictureFormat::png), format, key).ok());
+    }
+}
+
 TEST_P(PictureFile, HoldsThePixels) {
     ASSERT_TRUE(writeFile(file(), encoded()).ok());
     const auto input = OIIO::ImageInput::open(file().string());
