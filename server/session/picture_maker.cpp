@@ -160,8 +160,8 @@ Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, Stage st
     auto step = steps_.step(layer.dataset, layer.step);
     if (!step.ok()) return step.error();
     scene.steps.back() = *std::move(step);
-    ParticlesStyle& style = *scene.view.layers[scene.steps.size() - 1].particles();
-    if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(scene.steps.back()->pointCount());
+    ParticlesStyle& points = *scene.view.layers[scene.steps.size() - 1].particles();
+    if (points.opacityByPlot) points.pointOpacity = defaultPointOpacity(scene.steps.back()->pointCount());
     return success();
 }
 
@@ -218,7 +218,7 @@ Result<std::optional<render::Scene>> PictureMaker::makeScene(const RenderJob& jo
     }
     View before = view;
     View after = view;
-    before.layers.resize(index);
+    before.layers.erase(before.layers.begin() + static_cast<std::ptrdiff_t>(index), before.layers.end());
     after.layers.erase(after.layers.begin(), after.layers.begin() + static_cast<std::ptrdiff_t>(index) + 1);
     const auto drawn = sceneOf(before, job.stage, history.dots);
     if (!drawn.ok()) return drawn.error();
