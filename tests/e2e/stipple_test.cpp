@@ -83,8 +83,7 @@ TEST_F(Stipples, SayWhatIsWrong) {
     };
     refused(ballView("'dotPixels': -1"), "stipple.dotPixels");
     refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/beam', 'stipple': {}}]}", "beam");
-    refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/ball', 'particles': {}}]}",
-            "ball");
+    refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/ball', 'particles': {}}]}", "ball");
 }
 
 }  // namespace

@@ -255,7 +255,7 @@ const std::vector<GoldenScene>& goldenScenes() {
         {"onePixel", 1.0, 1.0, 1.0},
         {"oddSize", 0.3, 0.14, 0.3},
         {"tallAndNarrow", 0.5, 0.4, 0.5},
-        {"dotShell", 0.3, 0.1, 0.1, {}, 0.05},
+        {"dotShell", 0.3, 0.1, 0.02, {}, 0.05},
         {"dotPlane", 0.4, 0.1, 0.1, {}, 0.15},
         {"dotBackdrop", 0.3, 0.1, 0.05, {}, 0.15},
         {"dotsAndPoints", 0.2, 0.0, 0.1, {}, 0.05},
