@@ -5,17 +5,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 
 namespace mote::prep {
 namespace {
-
-constexpr std::size_t inputBytes = 256 * 1024;
-constexpr std::uint64_t maxProduced = 1ull << 40;
-constexpr int gzipWindow = 15 + 16;  // zlib's way to say: a gzip header, the greatest window
 
 Error systemError(const std::string& where, int number) {
     const ErrorCode code = number == ENOENT                      ? ErrorCode::notFound
@@ -41,19 +36,16 @@ Result<std::unique_ptr<ByteSource>> ByteSource::open(const std::filesystem::path
     std::array<char, 2> magic{};
     const auto got = source->readFile(magic);
     if (!got) return got.error();
-    source->compressed_ = *got == 2 && magic[0] == '\x1f' && magic[1] == '\x8b';
-    if (source->compressed_) {
-        source->input_.resize(inputBytes);
-        if (inflateInit2(&source->stream_, gzipWindow) != Z_OK) {
-            return Error{ErrorCode::internal, source->name_, "zlib cannot be set up"};
-        }
+    if (*got == 2 && magic[0] == '\x1f' && magic[1] == '\x8b') {
+        auto inflater = Inflater::make(Inflater::Form::gzip, source->name_);
+        if (!inflater) return inflater.error();
+        source->inflater_ = std::move(inflater).value();
     }
     MOTE_RETURN_IF_ERROR(source->seek(0));
     return source;
 }
 
 ByteSource::~ByteSource() {
-    if (compressed_) inflateEnd(&stream_);
     if (descriptor_ >= 0) ::close(descriptor_);
 }
 
@@ -72,59 +64,15 @@ Result<std::size_t> ByteSource::readFile(std::span<char> bytes) {
 }
 
 Result<std::size_t> ByteSource::read(std::span<char> bytes) {
-    return compressed_ ? inflateInto(bytes) : readFile(bytes);
-}
-
-Status ByteSource::refill() {
-    const auto got = readFile(input_);
-    if (!got) return got.error();
-    stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
-    stream_.avail_in = static_cast<uInt>(*got);
-    return success();
-}
-
-/// A gzip file may be several ones in a row. Anything else behind the last one is padding.
-Status ByteSource::endOfMember() {
-    if (stream_.avail_in == 0) MOTE_RETURN_IF_ERROR(refill());
-    atEnd_ = stream_.avail_in == 0 || *stream_.next_in != 0x1f;
-    if (!atEnd_) inflateReset(&stream_);
-    return success();
-}
-
-Result<std::size_t> ByteSource::inflateInto(std::span<char> bytes) {
-    stream_.next_out = reinterpret_cast<Bytef*>(bytes.data());
-    stream_.avail_out = static_cast<uInt>(bytes.size());
-    while (stream_.avail_out > 0 && !atEnd_) {
-        if (stream_.avail_in == 0) {
-            MOTE_RETURN_IF_ERROR(refill());
-            if (stream_.avail_in == 0) {
-                return Error{ErrorCode::corrupt, name_, "its gzip data is cut short"};
-            }
-        }
-        const int code = inflate(&stream_, Z_NO_FLUSH);
-        if (code == Z_STREAM_END) {
-            MOTE_RETURN_IF_ERROR(endOfMember());
-        } else if (code != Z_OK) {
-            return Error{ErrorCode::corrupt, name_, "its gzip data is damaged"};
-        }
-    }
-    const std::size_t got = bytes.size() - stream_.avail_out;
-    produced_ += got;
-    if (produced_ > maxProduced) {
-        return Error{ErrorCode::resourceExhausted, name_, "decompresses to more than 1 TiB"};
-    }
-    return got;
+    if (!compressed()) return readFile(bytes);
+    return inflater_->read(bytes, [this](std::span<char> input) { return readFile(input); });
 }
 
 Status ByteSource::seek(std::uint64_t offset) {
     offset_ = offset;
-    if (!compressed_) return success();
+    if (!compressed()) return success();
     MOTE_CHECK(offset == 0);
-    produced_ = 0;
-    atEnd_ = false;
-    stream_.avail_in = 0;
-    if (inflateReset(&stream_) != Z_OK) return Error{ErrorCode::internal, name_, "zlib cannot be set up"};
-    return success();
+    return inflater_->reset();
 }
 
 }  // namespace mote::prep

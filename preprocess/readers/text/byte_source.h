@@ -4,15 +4,13 @@
 // thread at a time.
 #pragma once
 
-#include <zlib.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "preprocess/readers/text/inflater.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -26,7 +24,7 @@ class ByteSource {
     ByteSource& operator=(const ByteSource&) = delete;
 
     const std::string& name() const { return name_; }
-    bool compressed() const { return compressed_; }
+    bool compressed() const { return inflater_ != nullptr; }
     std::uint64_t fileBytes() const { return fileBytes_; }
 
     /// Fills as much of `bytes` as there is; 0 at the end. Errors: corrupt (damaged or cut gzip data),
@@ -39,16 +37,11 @@ class ByteSource {
   private:
     ByteSource() = default;
     Result<std::size_t> readFile(std::span<char> bytes);
-    Result<std::size_t> inflateInto(std::span<char> bytes);
-    Status refill();
-    Status endOfMember();
 
     std::string name_;
     int descriptor_ = -1;
-    std::uint64_t fileBytes_ = 0, offset_ = 0, produced_ = 0;
-    bool compressed_ = false, atEnd_ = false;
-    z_stream stream_{};
-    std::vector<char> input_;
+    std::uint64_t fileBytes_ = 0, offset_ = 0;
+    std::unique_ptr<Inflater> inflater_;
 };
 
 }  // namespace mote::prep

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "tests/support/deflate.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/mesh/sample_files.h"
 #include "tests/unit/particles/quiet_progress.h"

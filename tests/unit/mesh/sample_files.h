@@ -19,7 +19,6 @@ struct SampleFile {
 std::vector<SampleFile> tetrahedronFiles();
 std::string binaryStl(const std::string& header, const std::vector<std::array<glm::vec3, 3>>& triangles);
 std::string binaryPly(bool bigEndian);
-std::string gzipped(const std::string& bytes);
 
 /// By way of a file, as the job does it.
 Result<prep::ReadMesh> readBytes(const SampleFile& file, std::uint64_t limit = std::uint64_t{1} << 30);

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ByteStream: the bytes of a volume, whatever they are wrapped in: files, parts of files, compressed data,
+// text. Streams are put into one another; each owns the one it reads. One owner, one thread at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class ByteStream {
+  public:
+    virtual ~ByteStream() = default;
+    virtual std::string name() const = 0;  ///< of the file, for errors
+    /// Whether going back means to read again from the beginning.
+    virtual bool sequential() const = 0;
+    /// How many bytes there are, where that is known without reading them.
+    virtual std::optional<std::uint64_t> size() const = 0;
+    /// No more bytes than this can come out; size() where that is known.
+    virtual std::uint64_t mostBytes() const = 0;
+    /// Fills as much of `bytes` as there is; less only at the end. Errors: corrupt (damaged or cut data),
+    /// resourceExhausted, internal.
+    virtual Result<std::size_t> read(std::span<char> bytes) = 0;
+    /// What is read next; the end where `offset` lies behind it. Errors as of read.
+    virtual Status seek(std::uint64_t offset) = 0;
+};
+
+using ByteStreamPtr = std::unique_ptr<ByteStream>;
+
+/// A stream that only goes forward, and begins anew where earlier bytes are wanted.
+class ForwardStream : public ByteStream {
+  public:
+    bool sequential() const final { return true; }
+    std::optional<std::uint64_t> size() const final { return std::nullopt; }
+    Result<std::size_t> read(std::span<char> bytes) final;
+    Status seek(std::uint64_t offset) final;
+
+  protected:
+    virtual Result<std::size_t> next(std::span<char> bytes) = 0;  ///< as read()
+    virtual Status restart() = 0;
+
+  private:
+    std::uint64_t position_ = 0;
+};
+
+/// A regular file, decompressed where it is gzipped. Errors: notFound, permissionDenied, unsupported (not a
+/// regular file), internal.
+Result<ByteStreamPtr> fileStream(const std::filesystem::path& path);
+
+/// What follows the first `begin` bytes, `length` of them or all. Errors as of read.
+Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,
+                                 std::optional<std::uint64_t> length = std::nullopt);
+
+/// What comes out of zlib or gzip data. Errors: internal.
+Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed);
+
+/// Its first bytes, at most `limit` of them; the stream stands behind them. Errors as of read.
+Result<std::string> readHead(ByteStream& stream, std::size_t limit);
+
+}  // namespace mote::prep

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// HeaderFields: the named fields of a text header (NRRD, MetaImage), asked for by name. A value, free of
+// threads.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class HeaderFields {
+  public:
+    /// `file` is the header's name, for errors.
+    explicit HeaderFields(std::string file) : file_(std::move(file)) {}
+
+    /// Case and blanks of a name do not matter. Errors: corrupt (a field that is there already).
+    Status add(std::string_view name, std::string_view value);
+    bool has(std::string_view name) const { return fields_.contains(plain(name)); }
+    /// "" where there is no such field.
+    std::string_view text(std::string_view name) const;
+    /// All numbers of a field, blanks between them; empty where there is no such field. Errors: corrupt (no
+    /// number; more than 64 of them).
+    Result<std::vector<double>> numbers(std::string_view name) const;
+    /// Exactly `count` finite numbers. Errors: corrupt.
+    Result<std::vector<double>> numbers(std::string_view name, std::size_t count) const;
+    /// All numbers of a field, whole and not negative. Errors: corrupt.
+    Result<std::vector<std::uint64_t>> wholeNumbers(std::string_view name) const;
+    /// The first of a field that says yes or no, as "True" or "1"; `otherwise` where there is none.
+    bool flag(std::string_view name, bool otherwise) const;
+
+    const std::string& file() const { return file_; }
+    std::string where(std::string_view name) const { return file_ + ": " + std::string(name); }
+    Error corrupt(std::string_view name, std::string message) const {
+        return {ErrorCode::corrupt, where(name), std::move(message)};
+    }
+
+  private:
+    static std::string plain(std::string_view name);
+
+    std::string file_;
+    std::map<std::string, std::string> fields_;
+};
+
+}  // namespace mote::prep

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "preprocess/volume/source/byte_stream.h"
+#include "preprocess/volume/source/nrrd_header.h"
+#include "preprocess/volume/source/nrrd_volume.h"
+#include "preprocess/volume/source/raw_volume.h"
+#include "preprocess/volume/source/volume_source.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t headBytes = 4096;
+
+/// A volume whose place in the world the job says.
+class PlacedVolume : public VolumeSource {
+  public:
+    PlacedVolume(std::unique_ptr<VolumeSource> source, VolumeShape shape)
+        : source_(std::move(source)), shape_(std::move(shape)) {}
+    std::string format() const override { return source_->format(); }
+    const VolumeShape& shape() const override { return shape_; }
+    bool sequential() const override { return source_->sequential(); }
+    Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
+        return source_->read(z0, z1, values);
+    }
+
+  private:
+    std::unique_ptr<VolumeSource> source_;
+    VolumeShape shape_;
+};
+
+Error wrongOption(std::string where, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
+}
+
+Status place(VolumeShape& shape, const proto::VolumeSourceOptions& options) {
+    glm::dmat3 steps(shape.indexToWorld);
+    glm::dvec3 origin(shape.indexToWorld[3]);
+    for (int i = 0; i < options.spacing_size(); ++i) {
+        if (!(options.spacing(i) > 0.0)) return wrongOption("spacing", "is not over 0");
+        steps[i] *= options.spacing(i) / glm::length(steps[i]);
+    }
+    for (int i = 0; i < options.origin_size(); ++i) origin[i] = options.origin(i);
+    const auto status = setPlacement(shape, steps, origin, "spacing and origin");
+    return status.ok() ? success() : Status(wrongOption(status.error().where, status.error().message));
+}
+
+Result<std::string> formatOf(const proto::VolumeSourceOptions& options, const std::filesystem::path& input) {
+    if (!options.format().empty() && options.format() != "auto") return options.format();
+    if (options.dimensions_size() > 0) return std::string("raw");
+    auto file = fileStream(input);
+    if (!file) return file.error();
+    const auto head = readHead(**file, headBytes);
+    if (!head) return head.error();
+    if (NrrdHeader::begins(*head)) return std::string("nrrd");
+    return Error{ErrorCode::unsupported, (*file)->name(),
+                 "is no NRRD volume; a raw one needs its dimensions and type"};
+}
+
+Result<std::unique_ptr<VolumeSource>> openAs(const std::string& format,
+                                             const proto::VolumeSourceOptions& options,
+                                             const std::filesystem::path& input) {
+    if (format == "raw") return openRaw(options, input);
+    if (format == "nrrd") return openNrrd(input);
+    return wrongOption("format", fmt::format("\"{:.20}\" is none of auto, raw and nrrd", format));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
+                                                       const std::filesystem::path& input,
+                                                       Progress& progress) {
+    if (options.spacing_size() != 0 && options.spacing_size() != 3) {
+        return wrongOption("spacing", "needs three numbers");
+    }
+    if (options.origin_size() != 0 && options.origin_size() != 3) {
+        return wrongOption("origin", "needs three numbers");
+    }
+    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    const auto format = formatOf(options, input);
+    if (!format) return format.error();
+    auto source = openAs(*format, options, input);
+    if (!source || (options.spacing_size() == 0 && options.origin_size() == 0)) return source;
+    VolumeShape shape = (*source)->shape();
+    MOTE_RETURN_IF_ERROR(place(shape, options));
+    return std::unique_ptr<VolumeSource>(
+        std::make_unique<PlacedVolume>(std::move(source).value(), std::move(shape)));
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// NRRD volumes: types, encodings and byte orders, data beside the header, where voxels lie, and headers that
+// contradict themselves or the file.
+#include <gmock/gmock.h>
+
+#include "tests/support/deflate.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/volume/volume_files.h"
+
+namespace mote::test {
+namespace {
+
+using testing::ElementsAreArray;
+using testing::HasSubstr;
+
+const std::string plain = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nencoding: raw\n";
+
+class Nrrd : public testing::Test {
+  protected:
+    Result<WholeVolume> read(const std::string& bytes) {
+        writeFile(folder_ / "a.nrrd", bytes);
+        return readVolume(folder_ / "a.nrrd");
+    }
+    std::string error(const std::string& bytes) {
+        writeFile(folder_ / "a.nrrd", bytes);
+        return volumeError(folder_ / "a.nrrd");
+    }
+    /// A header of these lines before 60 bytes.
+    std::string errorOf(const std::string& lines) {
+        return error("NRRD0004\n" + lines + "\n\n" + numberBytes<std::uint8_t>(countedNumbers(60)));
+    }
+
+    TempDir folder_;
+};
+
+TEST_F(Nrrd, IsReadInEveryTypeEncodingAndByteOrder) {
+    const std::vector<std::pair<std::string, std::string>> types = {
+        {"uint8_t", "u8"}, {"signed char", "i8"}, {"unsigned short", "u16"}, {"short", "i16"},
+        {"uint", "u32"},   {"int32", "i32"},      {"float", "f32"},          {"double", "f64"}};
+    const auto numbers = countedNumbers(60);
+    for (const auto& [said, type] : types) {
+        for (const bool big : {false, true}) {
+            const auto header =
+                "NRRD0001\r\n# a comment\r\nType: " + said +
+                "\r\ndimension: 3\r\nkey:=value\r\nsizes: 3 4 5\r\nendian: " + (big ? "big" : "little") +
+                "\r\nencoding: ";
+            const auto data = numberBytes(type, numbers, big);
+            for (const auto& bytes : {header + "raw\r\n\r\n" + data, header + "gzip\r\n\r\n" + gzipped(data),
+                                      gzipped(header + "raw\r\n\r\n" + data)}) {
+                const auto volume = read(bytes);
+                ASSERT_TRUE(volume.ok()) << said << ": " << volume.error().toString();
+                EXPECT_EQ(volume->format, "nrrd");
+                EXPECT_EQ(name(volume->shape.type), type);
+                EXPECT_THAT(volume->values, ElementsAreArray(numbers)) << said << big;
+            }
+        }
+    }
+}
+
+TEST_F(Nrrd, TextIsRead) {
+    const auto volume =
+        read("NRRD0005\ntype: short\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n-1 2\n3,4 5\n6 7 8\n");
+    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    EXPECT_EQ(volume->shape.type, prep::ScalarType::i16);
+    EXPECT_THAT(volume->values, ElementsAreArray({-1, 2, 3, 4, 5, 6, 7, 8}));
+    const auto head = std::string("NRRD0005\ntype: short\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n");
+    EXPECT_THAT(error(head + "1 2 3 4 5 6 7 x"), HasSubstr("has \"x\" where a value should stand"));
+    EXPECT_THAT(error(head + "1 2 3 4 5 6 7"), HasSubstr("and it holds"));
+    EXPECT_THAT(error(head + "1 2 3 4 5 6 7 8 9"), HasSubstr("and it holds more"));
+    EXPECT_THAT(error(head + std::string(1000, '1')), HasSubstr("where a value should stand"));
+}
+
+TEST_F(Nrrd, LiesWhereItsDirectionsSay) {
+    const auto volume = read(plain +
+                             "space: left-posterior-superior\nspace directions: (0,2,0) (-1,0,0) (0,0.5,3)\n"
+                             "space origin: (10,-20,30)\nspace units: \"mm\" \"mm\" \"mm\"\n"
+                             "sample units: \"HU\"\n\n" +
+                             std::string(60, 'x'));
+    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(10, -20, 30));
+    EXPECT_EQ(worldOf(volume->shape, 1, 2, 3), glm::dvec3(8, -16.5, 39));
+    EXPECT_EQ(volume->shape.worldUnit, "mm");
+    EXPECT_EQ(volume->shape.valueUnit, "HU");
+}
+
+TEST_F(Nrrd, LiesWhereItsSpacingsSay) {
+    const auto data = "\n" + std::string(60, 'x');
+    auto volume = read(plain + "spacings: 0.5 nan 2\n" + data);
+    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    EXPECT_EQ(worldOf(volume->shape, 1, 1, 1), glm::dvec3(0.5, 1, 2));
+    volume = read(plain + "spacings: 2 2 2\naxis mins: 1 2 3\ncenterings: node cell node\n" + data);
+    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(1, 3, 3));
+    EXPECT_EQ(worldOf(read(plain + data)->shape, 1, 1, 1), glm::dvec3(1, 1, 1));
+}
+
+TEST_F(Nrrd, AxesOfOneValueAreNoAxes) {
+    const auto rest = std::string("encoding: raw\n") + "\n" + std::string(60, 'x');
+    const auto first = read(
+        "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 1 3 4 5\n"
+        "space directions: none (1,0,0) (0,1,0) (0,0,2)\n" +
+        rest);
+    ASSERT_TRUE(first.ok()) << first.error().toString();
+    EXPECT_EQ(first->shape.nx, 3u);
+    EXPECT_EQ(worldOf(first->shape, 1, 1, 1), glm::dvec3(1, 1, 2));
+    const auto last = read("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 5 1\n" + rest);
+    ASSERT_TRUE(last.ok()) << last.error().toString();
+    EXPECT_EQ(last->shape.nz, 5u);
+}
+
+TEST_F(Nrrd, DataMayLieBesideTheHeader) {
+    const auto numbers = countedNumbers(60);
+    std::filesystem::create_directory(folder_ / "data");
+    writeFile(folder_ / "data/a.raw", numberBytes<std::uint8_t>(numbers));
+    EXPECT_THAT(read(plain + "data file: data/a.raw\n")->values, ElementsAreArray(numbers));
+    writeFile(folder_ / "data/a.raw", "one\ntwo\n!!" + numberBytes<std::uint8_t>(numbers));
+    EXPECT_THAT(read(plain + "line skip: 2\nbyteskip: 2\ndatafile: ./data/a.raw\n")->values,
+                ElementsAreArray(numbers));
+    EXPECT_THAT(read(plain + "byte skip: -1\ndata file: data/a.raw\n")->values, ElementsAreArray(numbers));
+    EXPECT_THAT(error(plain + "line skip: 5\ndata file: data/a.raw\n"), HasSubstr("line skip: is more"));
+    EXPECT_THAT(error(plain + "data file: none.raw\n"), HasSubstr("not_found: a.nrrd: data file none.raw"));
+}
+
+TEST_F(Nrrd, DataOfOtherFoldersAreNotRead) {
+    const TempDir other;
+    writeFile(other / "secret.raw", std::string(60, 'x'));
+    std::filesystem::create_symlink(other / "secret.raw", folder_ / "link.raw");
+    for (const auto& name : {(other / "secret.raw").string(), std::string("link.raw"),
+                             "../" + other.path().filename().string() + "/secret.raw"}) {
+        EXPECT_THAT(error(plain + "data file: " + name + "\n"), HasSubstr("permission_denied: a.nrrd: names"))
+            << name;
+    }
+}
+
+TEST_F(Nrrd, ContradictionsAreRefused) {
+    const std::string type = "type: uchar\n", dimension = "dimension: 3\n", sizes = "sizes: 3 4 5\n",
+                      raw = "encoding: raw";
+    EXPECT_EQ(errorOf(type + dimension + sizes + raw), "");
+    EXPECT_THAT(errorOf(type + dimension + "sizes: 3 4 6\n" + raw), HasSubstr("72 bytes, and it holds 60"));
+    EXPECT_THAT(errorOf(type + dimension + "sizes: 3 4 0\n" + raw),
+                HasSubstr("corrupt: a.nrrd: sizes: says 3 x 4 x 0: no voxels"));
+    EXPECT_THAT(errorOf(type + dimension + "sizes: 1000000 1000000 1000000\n" + raw),
+                HasSubstr("resource_exhausted: a.nrrd: sizes: says 1000000 x"));
+    EXPECT_THAT(errorOf(type + dimension + "sizes: 3 -4 5\n" + raw), HasSubstr("says -4, which is no count"));
+    EXPECT_THAT(errorOf(type + dimension + "sizes: 3 4\n" + raw), HasSubstr("not as many as dimension"));
+    EXPECT_THAT(errorOf(type + "dimension: 2\nsizes: 12 5\n" + raw), HasSubstr("says 2 axes"));
+    EXPECT_THAT(errorOf(type + dimension + raw), HasSubstr("sizes: are not as many"));
+    EXPECT_THAT(errorOf(dimension + sizes + raw), HasSubstr("unsupported: a.nrrd: type: \"\" is no"));
+    EXPECT_THAT(errorOf("type: block\n" + dimension + sizes + raw), HasSubstr("\"block\" is no integer"));
+    EXPECT_THAT(errorOf(type + dimension + sizes + "encoding: bzip2"), HasSubstr("\"bzip2\" is none of"));
+    EXPECT_THAT(errorOf("type: short\n" + dimension + sizes + raw), HasSubstr("endian: \"\" is neither"));
+    EXPECT_THAT(errorOf(type + type + dimension + sizes + raw), HasSubstr("type: stands there twice"));
+    EXPECT_THAT(errorOf(type + dimension + sizes + raw + "\nnonsense"), HasSubstr("which is no field"));
+    EXPECT_THAT(errorOf(type + dimension + sizes + raw + "\nspacings: 1 0 1"),
+                HasSubstr("axis y lie 0 apart"));
+    EXPECT_THAT(errorOf(type + dimension + sizes + raw + "\nspacings: 1 inf 1"), HasSubstr("lie inf apart"));
+    EXPECT_THAT(errorOf(type + dimension + sizes + raw + "\nspacings: 1 1"),
+                HasSubstr("are not one an axis"));
+    const auto directions = type + dimension + sizes + raw + "\nspace directions: ";
+    EXPECT_THAT(errorOf(directions + "(1,0,0) (2,0,0) (0,0,1)"), HasSubstr("lie in one plane"));
+    EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0)"), HasSubstr("three numbers in brackets"));
+    EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) (0,0,x)"), HasSubstr("something else than numbers"));
+    EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) none"), HasSubstr("says 5 values for each voxel"));
+    EXPECT_THAT(error("NRRD0004\n" + std::string(2 << 20, 'x')), HasSubstr("header: has no end"));
+}
+
+TEST_F(Nrrd, CutDataAreRefused) {
+    const auto head = std::string("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nencoding: gzip\n\n");
+    const auto data = gzipped(numberBytes<std::uint8_t>(countedNumbers(60)));
+    EXPECT_EQ(error(head + data), "");
+    EXPECT_THAT(error(head + data.substr(0, 20)), HasSubstr("corrupt: a.nrrd: its zlib data is cut short"));
+    EXPECT_THAT(error(head), HasSubstr("and it holds at most 0"));
+    EXPECT_THAT(error(head + "not gzip at all, but long enough to be"), HasSubstr("is damaged"));
+}
+
+}  // namespace
+}  // namespace mote::test

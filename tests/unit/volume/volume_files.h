@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Small volumes as files, and short ways to read them. Values and functions without state.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "preprocess/volume/source/volume_source.h"
+
+namespace mote::test {
+
+/// Numbers as the bytes of a file.
+template <class Number>
+std::string numberBytes(const std::vector<double>& numbers, bool bigEndian = false) {
+    std::string bytes;
+    for (const double number : numbers) {
+        const auto value = static_cast<Number>(number);
+        char one[sizeof(Number)];
+        std::memcpy(one, &value, sizeof(Number));
+        if (bigEndian) std::reverse(one, one + sizeof(Number));
+        bytes.append(one, sizeof(Number));
+    }
+    return bytes;
+}
+/// The same, for a type that is known by its name ("i16").
+std::string numberBytes(std::string_view type, const std::vector<double>& numbers, bool bigEndian = false);
+/// The names of all scalar types.
+std::vector<std::string> scalarTypes();
+
+/// 0, 1, 2, ...: all different, so that no two voxels can be exchanged unseen. Fits into every type up to
+/// 128.
+std::vector<double> countedNumbers(std::size_t count);
+
+void writeFile(const std::filesystem::path& path, std::string_view bytes);
+
+struct WholeVolume {
+    std::string format;
+    prep::VolumeShape shape;
+    bool sequential = false;
+    std::vector<float> values;
+    std::vector<std::string> notes;
+};
+
+/// Reads a volume slice by slice.
+Result<WholeVolume> readVolume(const std::filesystem::path& path,
+                               const proto::VolumeSourceOptions& options = {});
+/// "CODE: WHERE: MESSAGE" of reading it; "" where it is read.
+std::string volumeError(const std::filesystem::path& path, const proto::VolumeSourceOptions& options = {});
+
+/// Where the centre of a voxel lies.
+glm::dvec3 worldOf(const prep::VolumeShape& shape, double x, double y, double z);
+
+}  // namespace mote::test
