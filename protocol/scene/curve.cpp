@@ -9,7 +9,7 @@
 
 namespace mote {
 
-Result<Curve> Curve::create(std::vector<Knot> knots) {
+Result<Curve> Curve::create(std::vector<Knot> knots, double least, double greatest) {
     constexpr std::size_t most = 256;
     if (knots.empty() || knots.size() > most) {
         return Error{ErrorCode::invalidArgument, "",
@@ -17,10 +17,10 @@ Result<Curve> Curve::create(std::vector<Knot> knots) {
     }
     for (std::size_t i = 0; i < knots.size(); ++i) {
         const auto at = fmt::format("[{}]", i);
-        MOTE_RETURN_IF_ERROR(checkRange(knots[i].x, 0.0, 1.0, at));
+        MOTE_RETURN_IF_ERROR(checkRange(knots[i].x, least, greatest, at));
         MOTE_RETURN_IF_ERROR(checkRange(knots[i].y, 0.0, 1.0, at));
         if (i > 0 && knots[i].x < knots[i - 1].x) {
-            return Error{ErrorCode::invalidArgument, at, "knots must ascend in density"};
+            return Error{ErrorCode::invalidArgument, at, "knots must ascend"};
         }
     }
     return Curve(std::move(knots));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Curve: a piecewise linear function over [0, 1], constant beyond its ends: one half of a transfer function.
+// Curve: a piecewise linear function, constant beyond its ends: one half of a transfer function.
 // A value; knots ascend in x (equal x make a step: the later knot holds from there on).
 #pragma once
 
@@ -13,13 +13,13 @@ namespace mote {
 class Curve {
   public:
     struct Knot {
-        double x;  ///< scaled log density, 0 to 1
+        double x;  ///< scaled log density, 0 to 1, or a value in its source's unit
         double y;  ///< 0 to 1
         bool operator==(const Knot&) const = default;
     };
 
-    /// Errors: no knots, more than 256, a number outside [0, 1], x that descends.
-    static Result<Curve> create(std::vector<Knot> knots);
+    /// Errors: no knots, more than 256, x outside [least, greatest], y outside [0, 1], x that descends.
+    static Result<Curve> create(std::vector<Knot> knots, double least = 0.0, double greatest = 1.0);
     static Curve constant(double y);
 
     double operator()(double x) const;

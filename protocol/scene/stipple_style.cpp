@@ -22,35 +22,6 @@ bool isLight(const glm::dvec3& color) {
     return luminance(color) > 0.21;
 }
 
-Result<Light> parseLight(const proto::Light& message) {
-    Light light;
-    glm::dvec3 direction(-0.4, 0.6, 0.7);
-    if (!message.direction().empty()) {
-        const auto given = checkVector(message.direction(), 1e6, "direction");
-        MOTE_RETURN_IF_ERROR(given);
-        direction = *given;
-    }
-    if (!(glm::length(direction) > 1e-6)) {
-        return Error{ErrorCode::invalidArgument, "direction", "a direction must not be zero"};
-    }
-    light.direction = glm::normalize(direction);
-    light.fixed = message.fixed();
-    light.shadow = message.shadow();
-    const auto part = [](bool given, double value, double fallback, std::string_view field) {
-        return checkRange(given ? value : fallback, 0.0, 1.0, field);
-    };
-    const auto ambient = part(message.has_ambient(), message.ambient(), light.ambient, "ambient");
-    MOTE_RETURN_IF_ERROR(ambient);
-    const auto diffuse = part(message.has_diffuse(), message.diffuse(), light.diffuse, "diffuse");
-    MOTE_RETURN_IF_ERROR(diffuse);
-    const auto specular = part(message.has_specular(), message.specular(), light.specular, "specular");
-    MOTE_RETURN_IF_ERROR(specular);
-    light.ambient = *ambient;
-    light.diffuse = *diffuse;
-    light.specular = *specular;
-    return light;
-}
-
 Result<DotValue> parseValue(const std::string& name) {
     constexpr std::array<std::pair<std::string_view, DotValue>, 6> values{{{"", DotValue::none},
                                                                            {"tone", DotValue::tone},

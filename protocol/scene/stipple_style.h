@@ -11,20 +11,9 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/light.h"
 
 namespace mote {
-
-/// A light at infinity: its parts add up to a brightness, held within [0, 1].
-struct Light {
-    glm::dvec3 direction{0.0, 0.0, 1.0};  ///< unit, towards the light
-    bool fixed = false;                   ///< direction in world space; otherwise in eye space
-    double ambient = 0.15;
-    double diffuse = 0.85;
-    double specular = 0.0;
-    bool shadow = false;  ///< the surface casts shadows on itself
-
-    bool operator==(const Light&) const = default;
-};
 
 /// What drives colour and size of a dot; each goes from 0 to 1.
 enum class DotValue {

@@ -64,11 +64,14 @@ Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& backgrou
     switch (message.kind_case()) {
         case proto::Layer::kParticles:
             return withStyle(layer, parseParticlesStyle(message.particles()), "particles");
+        case proto::Layer::kHybrid:
+            return withStyle(layer, parseHybridStyle(message.hybrid()), "hybrid");
         case proto::Layer::kStipple:
             return withStyle(layer, parseStippleStyle(message.stipple(), background), "stipple");
         default:
-            return invalid(
-                "", "a layer holds exactly one kind; this version draws \"particles\" and \"stipple\"");
+            return invalid("",
+                           "a layer holds exactly one kind; this version draws \"particles\", \"hybrid\" "
+                           "and \"stipple\"");
     }
 }
 

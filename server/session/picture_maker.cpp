@@ -141,6 +141,9 @@ void PictureMaker::deviceFailed() {
 Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, Stage stage,
                               DotHistory::Layer& history) {
     scene.steps.emplace_back();
+    if (layer.hybrid() != nullptr) {
+        return Error{ErrorCode::unsupported, "hybrid", "this server does not draw hybrid volumes yet"};
+    }
     const auto* const style = layer.stipple();
     if (style != nullptr && style->onPlane()) {
         history = {};

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/hybrid_style.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <glm/geometric.hpp>
+#include <string_view>
+#include <utility>
+
+#include "protocol/scene/check.h"
+
+namespace mote {
+namespace {
+
+constexpr double largest = 1e30;  // of a value, a place or a distance
+
+Error invalid(std::string where, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
+}
+
+template <class T, std::size_t count>
+Result<T> parseName(const std::string& name, const std::array<std::pair<std::string_view, T>, count>& known,
+                    std::string_view field) {
+    std::string names;
+    for (const auto& [one, value] : known) {
+        if (one == name) return value;
+        if (!one.empty()) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", one);
+    }
+    return invalid(std::string(field), fmt::format("there are {}", names));
+}
+
+Result<HybridRepresentation> parseRepresentation(const std::string& name) {
+    using enum HybridRepresentation;
+    constexpr std::array<std::pair<std::string_view, HybridRepresentation>, 4> known{
+        {{"", best}, {"points", points}, {"residual", residual}, {"volume", volume}}};
+    return parseName(name, known, "representation");
+}
+
+Result<PointShape> parseShape(const std::string& name) {
+    using enum PointShape;
+    constexpr std::array<std::pair<std::string_view, PointShape>, 4> known{
+        {{"", square}, {"square", square}, {"disc", disc}, {"gaussian", gaussian}}};
+    return parseName(name, known, "pointShape");
+}
+
+Status parseCurve(const proto::HybridStyle& message, HybridStyle& style) {
+    if (message.curve().empty()) return success();
+    std::vector<Curve::Knot> knots;
+    for (const auto& knot : message.curve()) knots.push_back({knot.value(), knot.opacity()});
+    auto curve = Curve::create(std::move(knots), -largest, largest);
+    if (!curve.ok()) return curve.error().within("curve");
+    style.opacity = *std::move(curve);
+    const bool colored = !message.curve(0).color().empty();
+    for (int i = 0; i < message.curve_size(); ++i) {
+        const auto at = fmt::format("curve[{}].color", i);
+        if (message.curve(i).color().empty() == colored) {
+            return invalid(at, "all knots of a curve have a color, or none");
+        }
+        if (!colored) continue;
+        const auto color = checkColor(message.curve(i).color(), glm::dvec3(0.0), at);
+        MOTE_RETURN_IF_ERROR(color);
+        style.colors.push_back(*color);
+    }
+    return success();
+}
+
+Status parseColors(const proto::HybridStyle& message, HybridStyle& style) {
+    if (!message.color_map().empty()) {
+        if (!style.colors.empty()) return invalid("colorMap", "is instead of the knots' colors");
+        const auto map = ColorMap::find(message.color_map());
+        if (!map.ok()) return map.error().within("colorMap");
+        style.colorMap = *map;
+    }
+    if (message.color_range().empty()) return success();
+    if (message.color_range_size() != 2) {
+        return invalid("colorRange", fmt::format("2 values are needed, not {}", message.color_range_size()));
+    }
+    const auto low = checkRange(message.color_range(0), -largest, largest, "colorRange[0]");
+    MOTE_RETURN_IF_ERROR(low);
+    const auto high = checkRange(message.color_range(1), -largest, largest, "colorRange[1]");
+    MOTE_RETURN_IF_ERROR(high);
+    if (!(*low < *high)) return invalid("colorRange", "the second value must be the greater one");
+    style.colorRange = ValueRange{*low, *high};
+    return success();
+}
+
+Status parsePoints(const proto::HybridStyle& message, HybridStyle& style) {
+    const auto shape = parseShape(message.point_shape());
+    MOTE_RETURN_IF_ERROR(shape);
+    const auto opacity = checkRange(
+        message.has_point_opacity() ? message.point_opacity() : style.pointOpacity, 0.0, 1.0, "pointOpacity");
+    MOTE_RETURN_IF_ERROR(opacity);
+    const auto size =
+        checkRange(message.has_point_size() ? message.point_size() : style.pointSize, 0.1, 16.0, "pointSize");
+    MOTE_RETURN_IF_ERROR(size);
+    style.pointShape = *shape;
+    style.pointOpacity = *opacity;
+    style.pointSize = *size;
+    return success();
+}
+
+Result<HalfSpace> parsePlane(const proto::ClipPlane& message) {
+    const auto normal = checkVector(message.normal(), 1e6, "normal");
+    MOTE_RETURN_IF_ERROR(normal);
+    const auto distance = checkRange(message.distance(), -largest, largest, "distance");
+    MOTE_RETURN_IF_ERROR(distance);
+    const double length = glm::length(*normal);
+    if (!(length > 1e-6)) return invalid("normal", "a normal must not be zero");
+    return HalfSpace{*normal / length, *distance / length};
+}
+
+Result<Bounds> parseBox(const proto::ClipBox& message) {
+    const auto min = checkVector(message.min(), largest, "min");
+    MOTE_RETURN_IF_ERROR(min);
+    const auto max = checkVector(message.max(), largest, "max");
+    MOTE_RETURN_IF_ERROR(max);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!((*min)[axis] < (*max)[axis])) {
+            return invalid(fmt::format("max[{}]", axis), "must lie above the box's min");
+        }
+    }
+    return Bounds{*min, *max};
+}
+
+Status parseClips(const proto::HybridStyle& message, HybridStyle& style) {
+    if (message.clip_planes_size() > HybridStyle::mostClipPlanes) {
+        return invalid("clipPlanes", fmt::format("a layer has at most {} clip planes, not {}",
+                                                 HybridStyle::mostClipPlanes, message.clip_planes_size()));
+    }
+    for (int i = 0; i < message.clip_planes_size(); ++i) {
+        const auto plane = parsePlane(message.clip_planes(i));
+        if (!plane.ok()) return plane.error().within(fmt::format("clipPlanes[{}]", i));
+        style.clipPlanes.push_back(*plane);
+    }
+    if (!message.has_clip_box()) return success();
+    const auto box = parseBox(message.clip_box());
+    if (!box.ok()) return box.error().within("clipBox");
+    style.clipBox = *box;
+    return success();
+}
+
+}  // namespace
+
+Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message) {
+    HybridStyle style;
+    const auto representation = parseRepresentation(message.representation());
+    MOTE_RETURN_IF_ERROR(representation);
+    style.representation = *representation;
+    MOTE_RETURN_IF_ERROR(parseCurve(message, style));
+    MOTE_RETURN_IF_ERROR(parseColors(message, style));
+    MOTE_RETURN_IF_ERROR(parsePoints(message, style));
+    const auto light = parseLight(message.light(), Light{.ambient = 0.25, .diffuse = 0.75, .specular = 0.25});
+    if (!light.ok()) return light.error().within("light");
+    if (light->shadow) return invalid("light.shadow", "volumes cast no shadows");
+    style.light = *light;
+    MOTE_RETURN_IF_ERROR(parseClips(message, style));
+    return style;
+}
+
+}  // namespace mote

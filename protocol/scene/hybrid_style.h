@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// HybridStyle: the look of a hybrid volume: which of its representations is drawn, its transfer function, the
+// shape of its points, its light and what is cut away. Source: section 3.2.2 of the dissertation. A value; a
+// parsed one is valid.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
+#include "protocol/scene/color_map.h"
+#include "protocol/scene/curve.h"
+#include "protocol/scene/error.h"
+#include "protocol/scene/light.h"
+
+namespace mote {
+
+enum class HybridRepresentation {
+    best,  ///< of what the dataset has: its residual, else its points
+    points,
+    residual,
+    volume,  ///< the low-resolution volume alone
+};
+
+enum class PointShape { square, disc, gaussian };
+
+/// What lies where dot(normal, place) >= distance.
+struct HalfSpace {
+    glm::dvec3 normal;  ///< unit
+    double distance;    ///< layer units
+
+    bool operator==(const HalfSpace&) const = default;
+};
+
+struct ValueRange {
+    double low, high;  ///< in the source's unit; low < high
+
+    bool operator==(const ValueRange&) const = default;
+};
+
+struct HybridStyle {
+    /// The length over which a constant value has the curve's opacity, over the volume's longest edge.
+    static constexpr double opacityShare = 1.0 / 256.0;
+    /// Opacities are held below one, so that extinction stays finite; what is left is invisible in 8 bits.
+    static constexpr double opacityLimit = 0.9999;
+    static constexpr int mostClipPlanes = 6;
+
+    HybridRepresentation representation = HybridRepresentation::best;
+    std::optional<Curve> opacity;  ///< value -> opacity over opacityShare; none: as the dataset's values ask
+    std::vector<glm::dvec3> colors;  ///< linear RGB, one a knot of the curve; empty: of the colour map
+    ColorMap colorMap = ColorMap::standard();
+    std::optional<ValueRange>
+        colorRange;  ///< of the colour map; none: from the curve's first knot to its last
+    PointShape pointShape = PointShape::square;
+    double pointOpacity = 1.0;  ///< 0 to 1, times a point's own
+    double pointSize = 1.0;     ///< edge or diameter over the points' spacing
+    Light light;
+    std::vector<HalfSpace> clipPlanes;  ///< in layer space; what lies in all of them is drawn
+    std::optional<Bounds> clipBox;      ///< in layer space
+
+    bool operator==(const HybridStyle&) const = default;
+};
+
+/// Fills every default. Errors: a number out of range, a curve that descends, some knots with a colour and
+/// some without, an unknown representation, shape or colour map, an empty range or box, a normal of length 0,
+/// a light that casts shadows.
+Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message);
+
+}  // namespace mote

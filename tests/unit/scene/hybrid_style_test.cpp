@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/hybrid_style.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
+
+namespace mote {
+namespace {
+
+proto::HybridStyle messageOf(const std::string& json) {
+    proto::HybridStyle message;
+    const auto status = parseJson(json, message, "style");
+    EXPECT_TRUE(status.ok()) << status.error().toString();
+    return message;
+}
+
+TEST(HybridStyle, DefaultsAreTheDocumentedOnes) {
+    const auto style = parseHybridStyle({});
+    ASSERT_TRUE(style.ok());
+    EXPECT_EQ(style->representation, HybridRepresentation::best);
+    EXPECT_FALSE(style->opacity || style->colorRange || style->clipBox);
+    EXPECT_TRUE(style->colors.empty() && style->clipPlanes.empty());
+    EXPECT_EQ(style->colorMap.name(), "inferno");
+    EXPECT_EQ(style->pointShape, PointShape::square);
+    EXPECT_EQ(style->pointOpacity, 1.0);
+    EXPECT_EQ(style->pointSize, 1.0);
+    EXPECT_EQ(style->light.ambient, 0.25);
+    EXPECT_EQ(style->light.diffuse, 0.75);
+    EXPECT_EQ(style->light.specular, 0.25);
+    EXPECT_NEAR(glm::length(style->light.direction), 1.0, 1e-12);
+}
+
+TEST(HybridStyle, TakesAllThatIsSaid) {
+    const auto style = parseHybridStyle(messageOf(R"({"representation": "points",
+        "curve": [{"value": -500, "opacity": 0}, {"value": 300, "opacity": 0.5}], "colorMap": "viridis",
+        "colorRange": [-1000, 1000], "pointShape": "gaussian", "pointOpacity": 0.5, "pointSize": 2,
+        "light": {"direction": [0, 0, 3], "fixed": true, "ambient": 0.1, "diffuse": 0.5, "specular": 0.4},
+        "clipPlanes": [{"normal": [0, 2, 0], "distance": 10}],
+        "clipBox": {"min": [0, 0, 0], "max": [10, 20, 30]}})"));
+    ASSERT_TRUE(style.ok()) << style.error().toString();
+    EXPECT_EQ(style->representation, HybridRepresentation::points);
+    EXPECT_EQ((*style->opacity)(-100.0), 0.25);
+    EXPECT_EQ(style->colorMap.name(), "viridis");
+    EXPECT_EQ(style->colorRange, (ValueRange{-1000.0, 1000.0}));
+    EXPECT_EQ(style->pointShape, PointShape::gaussian);
+    EXPECT_EQ(style->pointOpacity, 0.5);
+    EXPECT_EQ(style->pointSize, 2.0);
+    EXPECT_EQ(style->light.direction, glm::dvec3(0.0, 0.0, 1.0));
+    EXPECT_TRUE(style->light.fixed);
+    // A plane's distance counts in lengths of its normal.
+    EXPECT_EQ(style->clipPlanes, (std::vector<HalfSpace>{{glm::dvec3(0.0, 1.0, 0.0), 5.0}}));
+    EXPECT_EQ(style->clipBox, (Bounds{glm::dvec3(0.0), glm::dvec3(10.0, 20.0, 30.0)}));
+}
+
+TEST(HybridStyle, KnotsMayHaveColours) {
+    const auto style = parseHybridStyle(messageOf(R"({"curve":
+        [{"value": 0, "opacity": 0, "color": [1, 0, 0]}, {"value": 1, "opacity": 1, "color": [1, 1, 1]}]})"));
+    ASSERT_TRUE(style.ok()) << style.error().toString();
+    EXPECT_EQ(style->colors, (std::vector<glm::dvec3>{{1.0, 0.0, 0.0}, {1.0, 1.0, 1.0}}));
+}
+
+struct Bad {
+    const char* json;
+    const char* where;
+};
+
+class BadHybridStyle : public testing::TestWithParam<Bad> {};
+
+TEST_P(BadHybridStyle, IsAnErrorThatNamesItsPath) {
+    const auto style = parseHybridStyle(messageOf(GetParam().json));
+    ASSERT_FALSE(style.ok());
+    EXPECT_EQ(style.error().code, ErrorCode::invalidArgument);
+    EXPECT_EQ(style.error().where, GetParam().where) << style.error().toString();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadHybridStyle,
+    testing::Values(
+        Bad{R"({"representation": "point"})", "representation"},
+        Bad{R"({"pointShape": "round"})", "pointShape"},
+        Bad{R"({"curve": [{"value": 2, "opacity": 0}, {"value": 1, "opacity": 0}]})", "curve[1]"},
+        Bad{R"({"curve": [{"value": 2, "opacity": 1.5}]})", "curve[0]"},
+        Bad{R"({"curve": [{"value": "NaN", "opacity": 1}]})", "curve[0]"},
+        Bad{R"({"curve": [{"value": 1, "opacity": 1, "color": [1, 1, 1]}, {"value": 2}]})", "curve[1].color"},
+        Bad{R"({"curve": [{"value": 1}, {"value": 2, "color": [1, 1, 1]}]})", "curve[1].color"},
+        Bad{R"({"curve": [{"value": 1, "color": [1, 1]}]})", "curve[0].color"},
+        Bad{R"({"curve": [{"value": 1, "color": [1, 1, 1]}], "colorMap": "viridis"})", "colorMap"},
+        Bad{R"({"colorRange": [1]})", "colorRange"}, Bad{R"({"colorRange": [1, 1]})", "colorRange"},
+        Bad{R"({"colorRange": [1, "Infinity"]})", "colorRange[1]"},
+        Bad{R"({"pointOpacity": 2})", "pointOpacity"}, Bad{R"({"pointSize": 0})", "pointSize"},
+        Bad{R"({"light": {"ambient": -1}})", "light.ambient"},
+        Bad{R"({"light": {"direction": [0, 0, 0]}})", "light.direction"},
+        Bad{R"({"light": {"shadow": true}})", "light.shadow"},
+        Bad{R"({"clipPlanes": [{"normal": [1, 0, 0]}, {"normal": [0, 0, 0]}]})", "clipPlanes[1].normal"},
+        Bad{R"({"clipPlanes": [{"normal": [1, 0, 0], "distance": "NaN"}]})", "clipPlanes[0].distance"},
+        Bad{R"({"clipPlanes": [{}, {}, {}, {}, {}, {}, {}]})", "clipPlanes"},
+        Bad{R"({"clipBox": {"min": [0, 0], "max": [1, 1, 1]}})", "clipBox.min"},
+        Bad{R"({"clipBox": {"min": [0, 1, 0], "max": [1, 1, 1]}})", "clipBox.max[1]"}));
+
+TEST(HybridStyle, IsALayerOfAView) {
+    proto::View message;
+    message.set_width(4);
+    message.set_height(4);
+    auto& layer = *message.add_layers();
+    layer.set_dataset("data/engine");
+    layer.mutable_hybrid()->set_representation("residual");
+    const auto view = parseView(message);
+    ASSERT_TRUE(view.ok()) << view.error().toString();
+    ASSERT_NE(view->layers[0].hybrid(), nullptr);
+    EXPECT_EQ(view->layers[0].hybrid()->representation, HybridRepresentation::residual);
+    layer.mutable_hybrid()->set_point_shape("star");
+    EXPECT_EQ(parseView(message).error().where, "layers[0].hybrid.pointShape");
+}
+
+}  // namespace
+}  // namespace mote
