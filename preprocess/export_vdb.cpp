@@ -2,12 +2,12 @@
 #include "preprocess/export_vdb.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 #include <unistd.h>
 
 #include "storage/particles/particle_step.h"
+#include "storage/vdb/vdb_file.h"
 #include "storage/write_file.h"
 
 namespace mote::prep {
@@ -60,27 +60,6 @@ void addMetadata(const proto::Manifest& manifest, std::uint32_t step, openvdb::F
     grid.insertMeta("mote_step", openvdb::Int32Metadata(static_cast<std::int32_t>(step)));
 }
 
-/// OpenVDB does not notice a full disk: what was written is read again.
-bool isWhole(const fs::path& path, const openvdb::FloatGrid& written) {
-    openvdb::io::File file(path.string());
-    file.open(false);
-    const auto read = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("density"));
-    return read && read->activeVoxelCount() == written.activeVoxelCount();
-}
-
-Status writeFile(const fs::path& path, const openvdb::FloatGrid::Ptr& grid, const fs::path& output) {
-    try {
-        openvdb::io::File file(path.string());
-        file.write(openvdb::GridPtrVec{grid});
-        file.close();
-        if (isWhole(path, *grid)) return success();
-    } catch (const std::exception&) {
-        // What OpenVDB says is about its streams; what a user can do is in the sentence below.
-    }
-    return Error{ErrorCode::resourceExhausted, output.string(),
-                 "cannot be written whole: is the folder there and writable, and the disk not full?"};
-}
-
 }  // namespace
 
 Status exportVdb(const fs::path& dataset, const proto::Manifest& manifest, std::uint32_t step,
@@ -95,7 +74,7 @@ Status exportVdb(const fs::path& dataset, const proto::Manifest& manifest, std::
     const auto grid = makeGrid(**opened);
     addMetadata(manifest, step, *grid);
     const PartialFile partial(output);
-    MOTE_RETURN_IF_ERROR(writeFile(partial.path(), grid, output));
+    MOTE_RETURN_IF_ERROR(storage::writeVdbFile(partial.path(), {grid}));
     MOTE_RETURN_IF_ERROR(storage::syncPath(partial.path()));
     return storage::publishByRename(partial.path(), output);
 }

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "protocol/scene/json.h"
+#include "storage/hybrid/check_hybrid.h"
 #include "storage/image/image_limits.h"
 #include "storage/read_file.h"
 #include "storage/write_file.h"
@@ -173,6 +174,7 @@ Status checkKind(const Names& files, const proto::Manifest& manifest) {
     if (manifest.kind() == "mesh" && manifest.has_mesh()) {
         return in("mesh", checkMesh(files, manifest.mesh()));
     }
+    if (manifest.kind() == "hybrid" && manifest.has_hybrid()) return in("hybrid", checkHybrid(manifest));
     return Error{ErrorCode::unsupported, "kind",
                  fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};
 }

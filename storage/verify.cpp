@@ -7,6 +7,8 @@
 
 #include "storage/arrays/array_file.h"
 #include "storage/hash.h"
+#include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/residual_file.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
@@ -38,6 +40,12 @@ class Verifier {
             checkStep(static_cast<std::uint32_t>(i));
             if (wasCancelled()) return {errors_.back()};
             if (progress_) progress_((i + 1.0) / steps.size());
+        }
+        const auto& hybrid = manifest_.hybrid().steps();
+        for (int i = 0; i < hybrid.size() && errors_.size() < maxErrors; ++i) {
+            checkHybridStep(static_cast<std::uint32_t>(i));
+            if (wasCancelled()) return {errors_.back()};
+            if (progress_) progress_((i + 1.0) / hybrid.size());
         }
         if (manifest_.has_mesh()) checkWith(meshName, readMesh);
         if (wasCancelled()) return {errors_.back()};
@@ -103,6 +111,18 @@ class Verifier {
         // A file that is not there, or not whole, is said once.
         if (!opened.ok() && !*whole) return;
         add(opened.ok() ? (*opened)->verify(cancelled_) : std::vector<Error>{opened.error()});
+    }
+
+    void checkHybridStep(std::uint32_t step) {
+        const auto& entry = manifest_.hybrid().steps(static_cast<int>(step));
+        if (checkArrayFile(fs::path(entry.file()).stem().string())) {
+            const auto opened = HybridStep::open(directory_, manifest_, step);
+            if (!opened.ok()) add({opened.error()});
+        }
+        if (wasCancelled() || entry.residual_file().empty()) return;
+        const auto read = readResidual(
+            directory_, manifest_, step, [](const ResidualBrick&) {}, cancelled_);
+        if (!read.ok()) add({read.error()});
     }
 
     /// A file of arrays: whether its files and all of its blocks are whole.

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What a manifest says of a hybrid volume: checked, and as values. Pure functions.
+#pragma once
+
+#include <cstdint>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "storage/hybrid/hybrid_limits.h"
+
+namespace mote::storage {
+
+/// Whether the manifest's `hybrid` is complete and in range and names files that it has. Errors: corrupt,
+/// with the path of the field below `hybrid`.
+Status checkHybrid(const proto::Manifest& manifest);
+
+/// Of a manifest that was checked: three numbers.
+GridSize gridSize(const google::protobuf::RepeatedField<std::uint32_t>& size);
+
+/// nullptr where the dataset is of another kind or has no such step.
+const proto::HybridStepEntry* findHybridStep(const proto::Manifest& manifest, std::uint32_t step);
+
+/// The source's value of a point's code.
+inline double pointValue(const proto::HybridManifest& hybrid, std::uint8_t code) {
+    return hybrid.value_min() + code * (hybrid.value_max() - hybrid.value_min()) / (pointValueCodes - 1);
+}
+
+/// The error of a point's code, source minus low-resolution volume, in the source's unit.
+inline double pointError(const proto::HybridStepEntry& step, std::uint8_t code) {
+    return (code - errorCodeZero) * step.error_step();
+}
+
+}  // namespace mote::storage

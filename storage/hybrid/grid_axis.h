@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Where the samples of one grid lie in another that covers the same box, along one axis. Values lie at cell
+// centres; beyond the first and the last a grid is constant. Pure functions, shared by the job, the renderers
+// and the tests.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace mote::storage {
+
+/// The place of sample j of `samples` in indices of a grid of `others`: 0 is the centre of its first cell.
+inline double placeIn(std::uint32_t j, std::uint32_t samples, std::uint32_t others) {
+    return (j + 0.5) * others / samples - 0.5;
+}
+
+/// A place between two samples: (1 - fraction) * value[first] + fraction * value[second].
+struct Between {
+    std::uint32_t first = 0, second = 0;
+    float fraction = 0.0F;  ///< in [0, 1)
+};
+
+/// Linear interpolation at `place` of a grid of `samples`, constant beyond its ends.
+inline Between between(double place, std::uint32_t samples) {
+    const double inside = std::clamp(place, 0.0, samples - 1.0);
+    const double below = std::floor(inside);
+    const auto first = static_cast<std::uint32_t>(below);
+    return {first, std::min(first + 1, samples - 1), static_cast<float>(inside - below)};
+}
+
+}  // namespace mote::storage

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/hybrid/residual_file.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include "storage/hash.h"
+#include "storage/hybrid/check_hybrid.h"
+#include "storage/manifest.h"
+#include "storage/vdb/vdb_file.h"
+
+namespace mote::storage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* gridName = "residual";
+constexpr const char* stepName = "mote_step";
+using Leaf = openvdb::FloatTree::LeafNodeType;
+static_assert(Leaf::DIM == residualBrickSide);
+
+/// OpenVDB's offset of a brick's sample i, which has x fastest where OpenVDB has z.
+constexpr openvdb::Index offsetOf(std::uint32_t i) {
+    return (i & 7U) << 6U | (i & 56U) | i >> 6U;
+}
+
+/// Whether multiples up to `greatest` survive as halves: these have 11 bits, so a value is off by at most
+/// greatest * step / 2048, less than half a step, and must be a normal number.
+bool fitsHalf(std::int32_t greatest, double step) {
+    return greatest < 1000 && greatest * step <= 65504.0 && step >= 0x1p-14;
+}
+
+openvdb::math::Transform::Ptr transformOf(const glm::dmat4& matrix) {
+    openvdb::math::Mat4d rows;  // OpenVDB multiplies from the left: its rows are our columns
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) rows[column][row] = matrix[column][row];
+    }
+    return openvdb::math::Transform::createLinearTransform(rows);
+}
+
+Status damaged(const fs::path& path, std::string message) {
+    return Error{ErrorCode::corrupt, path.string(), std::move(message)};
+}
+
+Result<openvdb::FloatGrid::Ptr> readGrid(const fs::path& path) {
+    try {
+        openvdb::initialize();
+        openvdb::io::File file(path.string());
+        file.open(false);
+        auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(gridName));
+        if (grid) return grid;
+    } catch (const std::exception& error) {
+        return Error{ErrorCode::corrupt, path.string(),
+                     fmt::format("is not read by OpenVDB: {}", error.what())};
+    }
+    return Error{ErrorCode::corrupt, path.string(), "holds no FloatGrid \"residual\""};
+}
+
+/// Counts, places and values against the manifest.
+Status checkGrid(const openvdb::FloatGrid& grid, const GridSize& size, const proto::HybridStepEntry& entry,
+                 const fs::path& path) {
+    if (grid.tree().activeTileCount() > 0) return damaged(path, "holds tiles, where all are single samples");
+    if (grid.activeVoxelCount() != entry.residual_samples() ||
+        grid.tree().leafCount() != entry.residual_bricks()) {
+        return damaged(path, "has not as many samples as the manifest says");
+    }
+    if (grid.empty()) return success();
+    const auto box = grid.evalActiveVoxelBoundingBox();
+    for (int a = 0; a < 3; ++a) {
+        if (box.min()[a] >= 0 &&
+            static_cast<std::uint32_t>(box.max()[a]) < size[static_cast<std::size_t>(a)]) {
+            continue;
+        }
+        return damaged(path, "holds a sample outside of the error grid");
+    }
+    return success();
+}
+
+using Values = std::array<float, residualBrickSamples>;
+
+/// The leaf's samples as exact multiples of the step; false where one is none.
+bool takeValues(const Leaf& leaf, double step, Values& values) {
+    bool good = true;
+    for (std::uint32_t i = 0; i < residualBrickSamples; ++i) {
+        const auto at = offsetOf(i);
+        const double multiple = leaf.isValueOn(at) ? std::round(leaf.getValue(at) / step) : 0.0;
+        good = good && std::abs(multiple) <= ResidualGrid::maxMultiple;
+        values[i] = static_cast<float>(multiple * step);
+    }
+    return good;
+}
+
+}  // namespace
+
+struct ResidualGrid::Tree {
+    openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(0.0F);
+};
+
+ResidualGrid::ResidualGrid(const GridSize& size, double step, const glm::dmat4& errorToWorld)
+    : tree_(std::make_unique<Tree>()), size_(size), step_(step) {
+    MOTE_CHECK(step > 0.0);
+    auto& grid = *tree_->grid;
+    grid.setName(gridName);
+    grid.setTransform(transformOf(errorToWorld));
+    grid.insertMeta(stepName, openvdb::DoubleMetadata(step));
+}
+
+ResidualGrid::ResidualGrid(ResidualGrid&&) noexcept = default;
+ResidualGrid::~ResidualGrid() = default;
+
+void ResidualGrid::add(const GridSize& brick, std::span<const std::int32_t, residualBrickSamples> multiples) {
+    std::uint64_t active = 0;
+    auto leaf = std::make_unique<Leaf>(openvdb::Coord(static_cast<int>(brick[0] * residualBrickSide),
+                                                      static_cast<int>(brick[1] * residualBrickSide),
+                                                      static_cast<int>(brick[2] * residualBrickSide)),
+                                       0.0F);
+    for (std::uint32_t i = 0; i < residualBrickSamples; ++i) {
+        if (multiples[i] == 0) continue;
+        greatest_ = std::max(greatest_, std::abs(multiples[i]));
+        leaf->setValueOn(offsetOf(i), static_cast<float>(multiples[i] * step_));
+        ++active;
+    }
+    MOTE_CHECK(greatest_ <= maxMultiple);
+    if (active == 0) return;
+    samples_ += active;
+    ++bricks_;
+    tree_->grid->tree().addLeaf(leaf.release());
+}
+
+Status ResidualGrid::write(const fs::path& path) const {
+    tree_->grid->setSaveFloatAsHalf(fitsHalf(greatest_, step_));
+    return writeVdbFile(path, {tree_->grid});
+}
+
+Status readResidual(const fs::path& directory, const proto::Manifest& manifest, std::uint32_t step,
+                    const std::function<void(const ResidualBrick&)>& visit,
+                    const std::function<bool()>& cancelled) {
+    const auto* entry = findHybridStep(manifest, step);
+    if (!entry || entry->residual_file().empty()) {
+        return Error{ErrorCode::invalidArgument, directory.string(),
+                     fmt::format("has no residual of a step {}", step)};
+    }
+    const auto path = directory / entry->residual_file();
+    const auto hash = hashFile(path, cancelled);
+    if (!hash.ok()) return hash.error();
+    const auto& file = *findFile(manifest, entry->residual_file());
+    if (hash->size != file.size() || hash->xxh3_128 != file.xxh3_128()) {
+        return damaged(
+            path, "differs from its hash in the manifest; the dataset is damaged: copy or make it again");
+    }
+    const auto grid = readGrid(path);
+    if (!grid.ok()) return grid.error();
+    MOTE_RETURN_IF_ERROR(checkGrid(**grid, gridSize(manifest.hybrid().error_size()), *entry, path));
+    Values values;
+    for (auto leaf = (*grid)->tree().cbeginLeaf(); leaf; ++leaf) {
+        if (cancelled && cancelled()) return Error{ErrorCode::cancelled, path.string(), "cancelled"};
+        if (!takeValues(*leaf, entry->residual_step(), values)) {
+            return damaged(path, "holds a value that is not finite, or too great");
+        }
+        const auto origin = leaf->origin();
+        const auto index = [&](int a) { return static_cast<std::uint32_t>(origin[a]) / residualBrickSide; };
+        visit({{index(0), index(1), index(2)}, values});
+    }
+    return success();
+}
+
+std::string residualName(std::uint32_t step) {
+    return fmt::format("residual-{:06}.vdb", step);
+}
+
+}  // namespace mote::storage

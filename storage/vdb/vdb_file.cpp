@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/vdb/vdb_file.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/Archive.h>
+#include <openvdb/openvdb.h>
+
+#include <fstream>
+#include <string>
+
+#include "storage/hash.h"
+
+namespace mote::storage {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// io::File writes where it likes and looks at no stream's state.
+class Writer : public openvdb::io::Archive {
+  public:
+    void writeTo(std::ostream& out, const openvdb::GridPtrVec& grids) {
+        setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+        write(out, grids, true);
+    }
+};
+
+/// Where an archive has its UUID: after the magic number (8 bytes), the file's version (4), the library's
+/// (2 x 4) and whether there are offsets (1); 36 characters.
+constexpr std::streamoff identityAt = 21;
+
+bool writeIdentity(std::fstream& file, std::string_view identity) {
+    file.seekp(identityAt);
+    file.write(identity.data(), static_cast<std::streamsize>(identity.size()));
+    file.flush();
+    return file.good();
+}
+
+}  // namespace
+
+Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<openvdb::GridBase>>& grids) {
+    const Error full{ErrorCode::resourceExhausted, path.string(),
+                     "cannot be written whole: is the folder there and writable, and the disk not full?"};
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
+    if (!file.good()) return full;
+    try {
+        Writer().writeTo(file, grids);
+    } catch (const std::exception& error) {
+        return file.good() ? Error{ErrorCode::internal, path.string(), error.what()} : full;
+    }
+    file.flush();
+    if (!file.good() || !writeIdentity(file, "00000000-0000-0000-0000-000000000000")) return full;
+    const auto hash = hashFile(path);
+    if (!hash.ok()) return hash.error();
+    const std::string_view h = hash->xxh3_128;
+    const auto identity = fmt::format("{}-{}-{}-{}-{}", h.substr(0, 8), h.substr(8, 4), h.substr(12, 4),
+                                      h.substr(16, 4), h.substr(20));
+    return writeIdentity(file, identity) ? success() : Status(full);
+}
+
+}  // namespace mote::storage
