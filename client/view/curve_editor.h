@@ -1,26 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// CurveEditor: one transfer function as a widget, with the histogram of densities behind it. Drag a knot;
-// click on the curve to add one; right-click a knot to remove it. Main thread, inside a Dear ImGui window.
+// CurveEditor: one transfer function as a widget, with a histogram behind it. Drag a knot; click on the curve
+// to add one; right-click a knot to remove it. Main thread, inside a Dear ImGui window.
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <functional>
+#include <glm/vec3.hpp>
 #include <span>
 
-#include "client/view/transfer_functions.h"
-#include "protocol/scene/color_map.h"
+#include "client/view/edited_curve.h"
+#include "client/view/knots.h"
 
 namespace mote::client {
 
 struct CurveEditorLook {
-    TransferFunctions::Which which;
-    std::span<const std::uint64_t> histogram;  ///< particles by scaled log density, even bins over [0, 1]
-    std::optional<ColorMap> colorMap;          ///< drawn as a strip below
-    float height;                              ///< pixels
+    const char* xName;
+    const char* yName;
+    bool rootAxis;                                  ///< y is spread by its square root: opacities
+    float height;                                   ///< pixels
+    Interval axis = {};                             ///< of x
+    std::span<const std::uint64_t> histogram = {};  ///< even bins over histogramRange
+    Interval histogramRange = {};
+    std::function<glm::dvec3(double)> color = {};  ///< of x, linear RGB, drawn as a strip below
 };
 
 /// Draws the widget over the width that is left; true where the curve was changed.
-bool curveEditor(const char* id, TransferFunctions& functions, const CurveEditorLook& look);
+bool curveEditor(const char* id, EditedCurve& curve, const CurveEditorLook& look);
 
 }  // namespace mote::client

@@ -9,61 +9,18 @@
 
 #include "client/view/camera_control.h"
 #include "client/view/curve_editor.h"
+#include "client/view/panel_widgets.h"
 #include "client/view/stipple_panel.h"
 #include "protocol/scene/color_map.h"
 
 namespace mote::client {
 namespace {
 
-void text(const std::string& line) {
-    ImGui::TextUnformatted(line.c_str());
-}
-
-void dim(const std::string& line) {
-    ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    ImGui::PushTextWrapPos(0.0F);
-    text(line);
-    ImGui::PopTextWrapPos();
-    ImGui::PopStyleColor();
-}
-
-/// A number of things with a metric prefix and three digits: "1.23 M points", "512 B/s".
-std::string metric(double value, const char* unit) {
-    const char* prefix = "";
-    for (const char* next : {"k", "M", "G"}) {
-        if (value < 1000.0) break;
-        value /= 1000.0;
-        prefix = next;
-    }
-    const bool word = unit[0] >= 'a' && unit[0] <= 'z' && prefix[0] != 0;  // "M points", but "MB/s"
-    return fmt::format("{:.3g} {}{}{}", value, prefix, word ? " " : "", unit);
-}
-
 const proto::ParticleStepEntry* shownStep(const ViewModel& model, const ServerState& server) {
     if (!server.shown) return nullptr;
     const auto& steps = server.shown->manifest().particles().steps();
     return model.step() < static_cast<std::uint32_t>(steps.size()) ? &steps[static_cast<int>(model.step())]
                                                                    : nullptr;
-}
-
-/// Notes that the last widget changed the view, and whether it is still held.
-void note(PanelActions& actions, bool changed) {
-    actions.viewChanged |= changed;
-    actions.editing |= ImGui::IsItemActive();
-}
-
-template <class Names>
-bool chooseName(const char* label, std::string& chosen, const Names& names) {
-    bool changed = false;
-    if (!ImGui::BeginCombo(label, chosen.c_str())) return false;
-    for (const std::string_view name : names) {
-        if (ImGui::Selectable(std::string(name).c_str(), name == chosen) && name != chosen) {
-            chosen = name;
-            changed = true;
-        }
-    }
-    ImGui::EndCombo();
-    return changed;
 }
 
 const char* stateName(proto::JobStatus::State state) {
@@ -99,6 +56,21 @@ std::string linkName(double bytesPerSecond) {
     if (bytesPerSecond <= 0.0) return "not measured";
     return bytesPerSecond > 125e6 ? "local" : metric(8.0 * bytesPerSecond, "bit/s");
 }
+
+/// One of the two curves of a particle plot.
+class DensityCurve final : public EditedCurve {
+  public:
+    DensityCurve(TransferFunctions& functions, TransferFunctions::Which which)
+        : functions_(functions), which_(which) {}
+    const std::vector<Curve::Knot>& knots() const override { return functions_.knots(which_); }
+    void move(std::size_t knot, Curve::Knot to) override { functions_.move(which_, knot, to); }
+    std::size_t insert(Curve::Knot at) override { return functions_.insert(which_, at); }
+    void remove(std::size_t knot) override { functions_.remove(which_, knot); }
+
+  private:
+    TransferFunctions& functions_;
+    TransferFunctions::Which which_;
+};
 
 }  // namespace
 
@@ -218,16 +190,20 @@ void Panel::drawCurves(ViewModel& model, const ServerState& server, PanelActions
         histogram = {step->density_histogram().data(),
                      static_cast<std::size_t>(step->density_histogram_size())};
     }
-    const auto map = ColorMap::find(model.colorMap);
+    CurveEditorLook look{
+        .xName = "log density", .yName = "opacity", .rootAxis = true, .height = 120.0F * scale};
+    look.histogram = histogram;
+    if (const auto map = ColorMap::find(model.colorMap); map.ok()) look.color = *map;
     text("Volume: opacity over log density");
-    note(actions, curveEditor("volume", model.functions,
-                              {TransferFunctions::Which::volume, histogram,
-                               map.ok() ? std::optional(*map) : std::nullopt, 120.0F * scale}));
+    DensityCurve volume(model.functions, TransferFunctions::Which::volume);
+    note(actions, curveEditor("volume", volume, look));
     actions.editing |= ImGui::IsMouseDown(ImGuiMouseButton_Left) && ImGui::IsAnyItemActive();
     note(actions, chooseName("colours", model.colorMap, ColorMap::names()));
     text("Points: fraction over log density");
-    note(actions, curveEditor("points", model.functions,
-                              {TransferFunctions::Which::points, histogram, std::nullopt, 90.0F * scale}));
+    look = {.xName = "log density", .yName = "fraction", .rootAxis = false, .height = 90.0F * scale};
+    look.histogram = histogram;
+    DensityCurve points(model.functions, TransferFunctions::Which::points);
+    note(actions, curveEditor("points", points, look));
     bool linked = model.functions.linked();
     if (ImGui::Checkbox("linked", &linked)) {
         model.functions.setLinked(linked);

@@ -2,8 +2,6 @@
 #include "client/view/stipple_controls.h"
 
 #include <algorithm>
-#include <cmath>
-#include <glm/trigonometric.hpp>
 #include <glm/vec3.hpp>
 
 #include "protocol/scene/srgb.h"
@@ -23,12 +21,7 @@ void StippleControls::write(proto::StippleStyle& style) const {
         if (ownColor) style.add_color(std::clamp(value, 0.0F, 1.0F));
     }
     auto& light = *style.mutable_light();
-    const double across = glm::radians(static_cast<double>(lightAcross));
-    const double above = glm::radians(static_cast<double>(lightAbove));
-    light.clear_direction();
-    light.add_direction(std::cos(above) * std::sin(across));
-    light.add_direction(std::sin(above));
-    light.add_direction(std::cos(above) * std::cos(across));
+    assign(light.mutable_direction(), angles.direction());
     const double shade = std::clamp(static_cast<double>(ambient), 0.0, 1.0);
     light.set_ambient(shade);
     light.set_diffuse(1.0 - shade);
@@ -48,9 +41,7 @@ void StippleControls::read(const proto::StippleStyle& message) {
     ownColor = !message.color().empty();
     const glm::dvec3 encoded = linearToSrgb(style.color);
     for (std::size_t i = 0; i < 3; ++i) color[i] = static_cast<float>(encoded[static_cast<int>(i)]);
-    const glm::dvec3& light = style.light.direction;
-    lightAcross = static_cast<float>(glm::degrees(std::atan2(light.x, light.z)));
-    lightAbove = static_cast<float>(glm::degrees(std::asin(std::clamp(light.y, -1.0, 1.0))));
+    angles = LightAngles::of(style.light.direction);
     ambient = static_cast<float>(style.light.ambient);
     shadow = style.light.shadow;
     jitter = static_cast<float>(style.jitter);

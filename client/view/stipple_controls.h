@@ -6,6 +6,7 @@
 #include <array>
 #include <string>
 
+#include "client/view/light_angles.h"
 #include "protocol/mote.pb.h"
 
 namespace mote::client {
@@ -15,8 +16,7 @@ struct StippleControls {
     float dotSize = 2.0F;          ///< pixels
     bool ownColor = false;         ///< otherwise the opposite of the background
     std::array<float, 3> color{};  ///< sRGB-encoded
-    float lightAcross = 0.0F;      ///< degrees to the right of the eye
-    float lightAbove = 0.0F;       ///< degrees above it
+    LightAngles angles;            ///< towards the light
     float ambient = 0.15F;         ///< the rest is diffuse
     bool shadow = false;
     float jitter = 0.5F;

@@ -3,17 +3,13 @@
 
 #include <imgui.h>
 
+#include "client/view/panel_widgets.h"
+
 namespace mote::client {
 namespace {
 
 constexpr auto clamped = ImGuiSliderFlags_AlwaysClamp;
 constexpr auto logarithmic = clamped | ImGuiSliderFlags_Logarithmic;
-
-/// Notes that the last widget changed the view, and whether it is still held.
-void note(PanelActions& actions, bool changed) {
-    actions.viewChanged |= changed;
-    actions.editing |= ImGui::IsItemActive();
-}
 
 void drawDots(StippleControls& controls, PanelActions& actions) {
     note(actions, ImGui::SliderFloat("spacing", &controls.spacing, 1.5F, 40.0F, "%.1f px", logarithmic));
@@ -29,10 +25,7 @@ void drawDots(StippleControls& controls, PanelActions& actions) {
 }
 
 void drawSurface(StippleControls& controls, PanelActions& actions) {
-    note(actions,
-         ImGui::SliderFloat("light across", &controls.lightAcross, -180.0F, 180.0F, "%.0f deg", clamped));
-    note(actions,
-         ImGui::SliderFloat("light above", &controls.lightAbove, -90.0F, 90.0F, "%.0f deg", clamped));
+    angleSliders("light", controls.angles, actions);
     note(actions, ImGui::SliderFloat("ambient", &controls.ambient, 0.0F, 1.0F, "%.2f", clamped));
     note(actions, ImGui::Checkbox("shadow", &controls.shadow));
     ImGui::SameLine();
@@ -43,13 +36,7 @@ void drawSurface(StippleControls& controls, PanelActions& actions) {
 
 void drawImage(StippleControls& controls, const std::vector<std::string_view>& images,
                PanelActions& actions) {
-    if (!ImGui::BeginCombo("image", controls.image.c_str())) return;
-    for (const std::string_view name : images) {
-        if (!ImGui::Selectable(std::string(name).c_str(), name == controls.image)) continue;
-        controls.image = name;
-        actions.viewChanged = true;
-    }
-    ImGui::EndCombo();
+    note(actions, chooseName("image", controls.image, images));
 }
 
 }  // namespace

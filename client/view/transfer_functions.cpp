@@ -3,23 +3,16 @@
 
 #include <algorithm>
 
+#include "client/view/knots.h"
 #include "protocol/scene/particles_style.h"
 
 namespace mote::client {
 namespace {
 
-constexpr std::size_t mostKnots = 64;  // more cannot be told apart by hand; the schema allows 256
-
 double greatest(const std::vector<Curve::Knot>& knots) {
     double most = 0.0;
     for (const auto& knot : knots) most = std::max(most, knot.y);
     return most;
-}
-
-Curve::Knot between(const std::vector<Curve::Knot>& knots, std::size_t index, Curve::Knot to) {
-    const double least = index > 0 ? knots[index - 1].x : 0.0;
-    const double most = index + 1 < knots.size() ? knots[index + 1].x : 1.0;
-    return {std::clamp(to.x, least, most), std::clamp(to.y, 0.0, 1.0)};
 }
 
 }  // namespace
@@ -40,12 +33,12 @@ void TransferFunctions::setLinked(bool linked) {
 void TransferFunctions::move(Which which, std::size_t knot, Curve::Knot to) {
     if (which == Which::volume || !linked_) {
         auto& own = which == Which::volume ? volume_ : points_;
-        own[knot] = between(own, knot, to);
+        own[knot] = heldKnot(own, knot, to, {});
         return follow();
     }
     // The opposite edit on the volume. Its greatest opacity is what fractions are measured by, so a knot that
     // alone holds it moves sideways only.
-    to = between(points_, knot, to);
+    to = heldKnot(points_, knot, to, {});
     auto others = volume_;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(knot));
     const double most = greatest(volume_);
@@ -57,12 +50,10 @@ void TransferFunctions::move(Which which, std::size_t knot, Curve::Knot to) {
 std::size_t TransferFunctions::insert(Which which, Curve::Knot at) {
     const Which target = linked_ ? Which::volume : which;
     auto& own = target == Which::volume ? volume_ : points_;
-    const auto above = std::upper_bound(own.begin(), own.end(), at.x,
-                                        [](double x, const Curve::Knot& k) { return x < k.x; });
-    const auto index = static_cast<std::size_t>(above - own.begin());
+    const std::size_t index = knotPlace(own, at.x);
     if (own.size() >= mostKnots) return std::min(index, own.size() - 1);
     const double y = Curve::create(own).value()(at.x);
-    own.insert(above, {at.x, y});
+    own.insert(own.begin() + static_cast<std::ptrdiff_t>(index), {at.x, y});
     follow();
     move(which, index, at);
     return index;

@@ -112,8 +112,8 @@ TEST(ViewModel, ASurfaceIsStippledAndFramed) {
     model.setDataset("data/teapot", surface());
     EXPECT_TRUE(model.stipples());
     model.stipple.spacing = 7.0F;
-    model.stipple.lightAcross = 90.0F;
-    model.stipple.lightAbove = 0.0F;
+    model.stipple.angles.across = 90.0F;
+    model.stipple.angles.above = 0.0F;
     const auto view = parseView(model.view(640, 480));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].stipple(), nullptr);

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/curve_presets.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace mote::client {
+namespace {
+
+/// The first bin above the threshold that parts the bins into the two most different classes.
+std::size_t otsuBin(std::span<const std::uint64_t> histogram) {
+    double total = 0.0, moment = 0.0;
+    for (std::size_t i = 0; i < histogram.size(); ++i) {
+        total += static_cast<double>(histogram[i]);
+        moment += static_cast<double>(histogram[i]) * static_cast<double>(i);
+    }
+    double below = 0.0, belowMoment = 0.0, best = 0.0;
+    std::size_t bin = 0;
+    for (std::size_t i = 0; i + 1 < histogram.size(); ++i) {
+        below += static_cast<double>(histogram[i]);
+        belowMoment += static_cast<double>(histogram[i]) * static_cast<double>(i);
+        const double above = total - below;
+        if (below == 0.0 || above == 0.0) continue;
+        const double apart = belowMoment / below - (moment - belowMoment) / above;
+        const double variance = below * above * apart * apart;
+        if (variance <= best) continue;
+        best = variance;
+        bin = i + 1;
+    }
+    return bin;
+}
+
+/// The values of a histogram's bins from the first one on.
+class Quantiles {
+  public:
+    Quantiles(std::span<const std::uint64_t> histogram, const Interval& values, std::size_t first)
+        : histogram_(histogram), values_(values), first_(first) {}
+
+    double threshold() const { return edge(first_); }
+    /// The upper edge of the bin that holds it; ascending in `share`.
+    double operator()(double share) const {
+        const auto above = histogram_.subspan(first_);
+        const double total =
+            static_cast<double>(std::accumulate(above.begin(), above.end(), std::uint64_t{0}));
+        double sum = 0.0;
+        std::size_t i = 0;
+        while (i < above.size() && (sum += static_cast<double>(above[i])) < share * total) ++i;
+        return edge(std::min(first_ + i + 1, histogram_.size()));
+    }
+
+  private:
+    double edge(std::size_t bin) const {
+        return values_.low + (values_.high - values_.low) * static_cast<double>(bin) /
+                                 static_cast<double>(histogram_.size());
+    }
+
+    std::span<const std::uint64_t> histogram_;
+    Interval values_;
+    std::size_t first_;
+};
+
+}  // namespace
+
+bool inHounsfieldUnits(std::string_view unit, const Interval& values) {
+    if (!unit.empty()) return unit == "HU";
+    return values.low >= -3100.0 && values.low <= -900.0 && values.high >= 300.0 && values.high <= 33000.0;
+}
+
+std::span<const CurvePreset> tomographyPresets() {
+    static const std::array<CurvePreset, 5> presets{{
+        {"bones",
+         {{130, 0}, {250, 0.08}, {500, 0.45}, {1300, 0.85}},
+         {{{0.62F, 0.33F, 0.22F}}, {{0.87F, 0.68F, 0.5F}}, {{0.96F, 0.89F, 0.76F}}, {{1, 1, 0.96F}}}},
+        {"vessels",
+         {{110, 0}, {170, 0.07}, {260, 0.3}, {400, 0.45}, {1300, 0.85}},
+         {{{0.45F, 0.02F, 0.03F}},
+          {{0.72F, 0.07F, 0.06F}},
+          {{0.9F, 0.3F, 0.2F}},
+          {{0.97F, 0.82F, 0.64F}},
+          {{1, 1, 0.96F}}}},
+        {"soft tissue",
+         {{-30, 0}, {10, 0.02}, {60, 0.07}, {120, 0.1}, {250, 0.25}, {1300, 0.8}},
+         {{{0.85F, 0.65F, 0.35F}},
+          {{0.75F, 0.4F, 0.3F}},
+          {{0.78F, 0.25F, 0.22F}},
+          {{0.9F, 0.45F, 0.35F}},
+          {{0.97F, 0.87F, 0.72F}},
+          {{1, 1, 0.96F}}}},
+        {"skin",
+         {{-500, 0}, {-300, 0.12}, {-150, 0.4}, {100, 0.6}, {1300, 0.9}},
+         {{{0.7F, 0.45F, 0.35F}},
+          {{0.85F, 0.62F, 0.5F}},
+          {{0.93F, 0.75F, 0.64F}},
+          {{0.8F, 0.45F, 0.38F}},
+          {{1, 1, 0.96F}}}},
+        {"lungs",
+         {{-960, 0}, {-880, 0.006}, {-750, 0.03}, {-550, 0.06}, {-420, 0}},
+         {{{0.2F, 0.3F, 0.6F}},
+          {{0.35F, 0.5F, 0.8F}},
+          {{0.65F, 0.75F, 0.9F}},
+          {{0.95F, 0.75F, 0.7F}},
+          {{0.9F, 0.6F, 0.5F}}}},
+    }};
+    return presets;
+}
+
+std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram, const Interval& values) {
+    if (histogram.empty()) return {};
+    const Quantiles object(histogram, values, otsuBin(histogram));
+    const auto ramp = [](double from, double to, double most) {
+        return std::vector<Curve::Knot>{{from, 0.0}, {to, most}};
+    };
+    std::vector<Curve::Knot> layers;
+    for (const double share : {0.2, 0.5, 0.8}) {
+        const double at = object(share), half = 0.02 * (values.high - values.low);
+        const double low = layers.empty() ? at - half : std::max(at - half, layers.back().x);
+        layers.insert(layers.end(), {{low, 0.0}, {std::max(low, at), 0.25 * share}, {at + half, 0.0}});
+    }
+    return {{"object", ramp(object.threshold(), object(0.6), 0.2), {}},
+            {"denser parts", ramp(object(0.5), object(0.97), 0.3), {}},
+            {"densest", ramp(object(0.97), object(0.999), 0.6), {}},
+            {"layers", layers, {}},
+            {"everything", ramp(values.low, values.high, 0.1), {}}};
+}
+
+}  // namespace mote::client

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// CurvePresets: opacity curves to begin with: for computed tomography in Hounsfield units, and for any volume
+// by where its values lie. Pure functions.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/view/knots.h"
+
+namespace mote::client {
+
+struct CurvePreset {
+    std::string_view name;
+    std::vector<Curve::Knot> knots;            ///< x: a value in the source's unit; y: opacity
+    std::vector<std::array<float, 3>> colors;  ///< sRGB-encoded, one a knot; none: the colour map's
+};
+
+/// Whether values are Hounsfield units: by their unit, or, where it is not said, by what they span: air is
+/// -1000, water 0, and bones are 300 to 3000.
+bool inHounsfieldUnits(std::string_view unit, const Interval& values);
+
+/// Bones, vessels (with a contrast agent), soft tissue, skin, lungs.
+std::span<const CurvePreset> tomographyPresets();
+
+/// The object, its denser parts, its densest, layers of it and everything. What is the object and not what is
+/// around it, is where Otsu's threshold lies (A threshold selection method from gray-level histograms, 1979);
+/// the rest goes by quantiles of the values above it. `histogram`: even bins over `values`.
+std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram, const Interval& values);
+
+}  // namespace mote::client

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/curve_presets.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace mote::client {
+namespace {
+
+/// A dark ground with an object in it: most values in the first bins, some around the bin 160.
+std::vector<std::uint64_t> objectOnGround() {
+    std::vector<std::uint64_t> bins(256, 0);
+    for (std::size_t i = 0; i < 8; ++i) bins[i] = 100000;
+    for (std::size_t i = 140; i < 180; ++i) bins[i] = 1000;
+    return bins;
+}
+
+void expectOrdered(const CurvePreset& preset) {
+    ASSERT_FALSE(preset.knots.empty()) << preset.name;
+    for (std::size_t i = 0; i < preset.knots.size(); ++i) {
+        EXPECT_GE(preset.knots[i].y, 0.0) << preset.name;
+        EXPECT_LE(preset.knots[i].y, 1.0) << preset.name;
+        EXPECT_GE(preset.knots[i].x, preset.knots[i > 0 ? i - 1 : 0].x) << preset.name;
+    }
+    EXPECT_TRUE(preset.colors.empty() || preset.colors.size() == preset.knots.size()) << preset.name;
+}
+
+/// Linear between knots, level beyond them.
+double opacity(const CurvePreset& preset, double value) {
+    if (value <= preset.knots.front().x) return preset.knots.front().y;
+    for (std::size_t i = 1; i < preset.knots.size(); ++i) {
+        const auto &a = preset.knots[i - 1], &b = preset.knots[i];
+        if (value < b.x) return a.y + (b.y - a.y) * (value - a.x) / (b.x - a.x);
+    }
+    return preset.knots.back().y;
+}
+
+const CurvePreset& named(std::span<const CurvePreset> presets, std::string_view name) {
+    return *std::find_if(presets.begin(), presets.end(), [&](auto& each) { return each.name == name; });
+}
+
+TEST(CurvePresets, TomographyShowsWhatItsNameSays) {
+    const auto presets = tomographyPresets();
+    for (const auto& preset : presets) {
+        expectOrdered(preset);
+        EXPECT_EQ(opacity(preset, -1000.0), 0.0) << preset.name << " lets the eye through air";
+    }
+    const double lung = -750.0, fat = -100.0, muscle = 50.0, contrast = 350.0, bone = 1200.0;
+    EXPECT_EQ(opacity(named(presets, "bones"), muscle), 0.0);
+    EXPECT_GT(opacity(named(presets, "bones"), bone), 0.7);
+    EXPECT_EQ(opacity(named(presets, "vessels"), muscle), 0.0);
+    EXPECT_GT(opacity(named(presets, "vessels"), contrast), opacity(named(presets, "bones"), contrast));
+    EXPECT_EQ(opacity(named(presets, "soft tissue"), fat), 0.0);
+    EXPECT_GT(opacity(named(presets, "soft tissue"), muscle), 0.0);
+    EXPECT_GT(opacity(named(presets, "skin"), fat), 0.3);
+    EXPECT_GT(opacity(named(presets, "lungs"), lung), 0.0);
+    EXPECT_EQ(opacity(named(presets, "lungs"), muscle), 0.0);
+}
+
+TEST(CurvePresets, HounsfieldUnitsAreKnownByTheirNameOrTheirRange) {
+    EXPECT_TRUE(inHounsfieldUnits("HU", {0.0, 255.0}));
+    EXPECT_FALSE(inHounsfieldUnits("K", {-1024.0, 3071.0}));
+    EXPECT_TRUE(inHounsfieldUnits("", {-1024.0, 3071.0}));
+    EXPECT_TRUE(inHounsfieldUnits("", {-1000.0, 1500.0}));
+    EXPECT_FALSE(inHounsfieldUnits("", {0.0, 255.0}));
+    EXPECT_FALSE(inHounsfieldUnits("", {-32768.0, 32767.0}));
+}
+
+TEST(CurvePresets, HistogramPresetsLeaveTheGroundOut) {
+    const auto presets = histogramPresets(objectOnGround(), {-1.0, 1.0});
+    const auto valueOf = [](double bin) { return -1.0 + bin / 128.0; };
+    for (const auto& preset : presets) expectOrdered(preset);
+    for (const char* name : {"object", "denser parts", "densest", "layers"}) {
+        const auto& preset = named(presets, name);
+        EXPECT_EQ(opacity(preset, valueOf(8.0)), 0.0) << name;
+        double most = 0.0;
+        for (double bin = 140.0; bin <= 180.0; bin += 0.25)
+            most = std::max(most, opacity(preset, valueOf(bin)));
+        EXPECT_GT(most, 0.0) << name;
+    }
+    EXPECT_GT(opacity(named(presets, "object"), valueOf(160.0)),
+              opacity(named(presets, "densest"), valueOf(160.0)));
+    EXPECT_GT(opacity(named(presets, "everything"), valueOf(9.0)), 0.0);
+}
+
+TEST(CurvePresets, HistogramPresetsOfOddHistogramsAreCurvesToo) {
+    EXPECT_TRUE(histogramPresets({}, {0.0, 1.0}).empty());
+    for (const std::size_t only : {0U, 100U, 255U}) {  // a constant volume
+        std::vector<std::uint64_t> bins(256, 0);
+        for (const auto& preset : histogramPresets(bins, {0.0, 1.0})) expectOrdered(preset);
+        bins[only] = 7;
+        for (const auto& preset : histogramPresets(bins, {0.0, 1.0})) expectOrdered(preset);
+    }
+}
+
+}  // namespace
+}  // namespace mote::client
