@@ -9,6 +9,7 @@
 
 #include "client/view/camera_control.h"
 #include "client/view/curve_editor.h"
+#include "client/view/hybrid_panel.h"
 #include "client/view/panel_widgets.h"
 #include "client/view/stipple_panel.h"
 #include "protocol/scene/color_map.h"
@@ -85,6 +86,8 @@ PanelActions Panel::draw(ViewModel& model, const ServerState& server, float scal
     drawDataset(model, server, actions);
     if (model.stipples()) {
         drawStippleLayer(model, server, actions);
+    } else if (model.showsVolume()) {
+        drawVolumeLayer(model, server, actions, scale);
     } else {
         drawCurves(model, server, actions, scale);
         drawPoints(model, actions);
@@ -125,11 +128,11 @@ void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelAction
     std::string chosen = model.dataset();
     if (chooseName("plot", chosen, names)) actions.openDataset = chosen;
     if (!server.shown) return;
-    const auto& particles = server.shown->manifest().particles();
-    if (particles.steps_size() > 1) {
+    const int steps = stepCount(server.shown->manifest());
+    if (steps > 1) {
         int step = static_cast<int>(model.step());
-        const bool changed = ImGui::SliderInt("step", &step, 0, particles.steps_size() - 1, "%d",
-                                              ImGuiSliderFlags_AlwaysClamp);
+        const bool changed =
+            ImGui::SliderInt("step", &step, 0, steps - 1, "%d", ImGuiSliderFlags_AlwaysClamp);
         if (changed) model.setStep(static_cast<std::uint32_t>(step));
         note(actions, changed);
     }
@@ -138,6 +141,7 @@ void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelAction
                         metric(static_cast<double>(step->particles()), "particles"), step->lost(),
                         step->time()));
     }
+    if (model.showsVolume()) return drawHybridFacts(server.shown->manifest().hybrid(), model.step());
     if (model.stipples()) {
         const auto& stipple = server.shown->manifest().stipple();
         dim(fmt::format("{}, {} moves, {} locked", metric(static_cast<double>(stipple.points()), "points"),
@@ -180,6 +184,13 @@ void Panel::drawStippleLayer(ViewModel& model, const ServerState& server, PanelA
     const bool plane =
         server.shown && server.shown->manifest().stipple().domain() == proto::StippleManifest::PLANE;
     drawStipple(model.stipple, plane, images, actions);
+    note(actions, ImGui::ColorEdit3("background", model.background.data(), ImGuiColorEditFlags_NoInputs));
+}
+
+void Panel::drawVolumeLayer(ViewModel& model, const ServerState& server, PanelActions& actions, float scale) {
+    if (!server.shown) return;
+    drawHybrid(model.hybrid, server.shown->manifest().hybrid(), model.step(), model.camera(1.0).eye, actions,
+               scale);
     note(actions, ImGui::ColorEdit3("background", model.background.data(), ImGuiColorEditFlags_NoInputs));
 }
 

@@ -36,6 +36,8 @@ class Panel {
     void drawAxes(const ServerState& server, PanelActions& actions);
     static void drawCurves(ViewModel& model, const ServerState& server, PanelActions& actions, float scale);
     static void drawStippleLayer(ViewModel& model, const ServerState& server, PanelActions& actions);
+    static void drawVolumeLayer(ViewModel& model, const ServerState& server, PanelActions& actions,
+                                float scale);
     static void drawPoints(ViewModel& model, PanelActions& actions);
     static void drawCamera(ViewModel& model, PanelActions& actions);
     static void drawJobs(const ServerState& server, PanelActions& actions);

@@ -2,6 +2,7 @@
 #include "client/view/view_model.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/srgb.h"
@@ -14,8 +15,9 @@ std::array<float, 3> toFloats(const glm::dvec3& color) {
     return {static_cast<float>(color.x), static_cast<float>(color.y), static_cast<float>(color.z)};
 }
 
-/// In layer space: of a mesh its own units, of a plot its box.
+/// In layer space: of a mesh or a volume its own units, of a plot its box.
 Bounds boundsOf(const proto::Manifest& manifest) {
+    if (manifest.has_hybrid()) return HybridControls::boundsOf(manifest.hybrid());
     const auto& mesh = manifest.mesh();
     if (mesh.bounds_min_size() != 3 || mesh.bounds_max_size() != 3) return plotBounds;
     return {{mesh.bounds_min(0), mesh.bounds_min(1), mesh.bounds_min(2)},
@@ -30,6 +32,10 @@ void assign(google::protobuf::RepeatedField<double>* field, const std::array<flo
 
 }  // namespace
 
+int stepCount(const proto::Manifest& manifest) {
+    return manifest.has_hybrid() ? manifest.hybrid().steps_size() : manifest.particles().steps_size();
+}
+
 ViewModel::ViewModel() {
     base_.add_layers()->mutable_particles();
     readStyle();
@@ -37,6 +43,7 @@ ViewModel::ViewModel() {
 }
 
 void ViewModel::readStyle() {
+    hybrid.read(layer().hybrid());
     stipple.read(layer().stipple());
     const auto style = parseParticlesStyle(layer().particles()).value();
     functions.read(layer().particles());
@@ -71,6 +78,8 @@ proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
     *view.mutable_camera() = toProto(camera(static_cast<double>(width) / std::max(height, 1U)));
     if (stipples()) {
         stipple.write(*view.mutable_layers(0)->mutable_stipple());
+    } else if (showsVolume()) {
+        hybrid.write(*view.mutable_layers(0)->mutable_hybrid());
     } else {
         writeParticles(*view.mutable_layers(0)->mutable_particles());
     }
@@ -87,18 +96,26 @@ void ViewModel::writeParticles(proto::ParticlesStyle& style) const {
 
 void ViewModel::setDataset(const std::string& name, const proto::Manifest& manifest) {
     mutableLayer().set_dataset(name);
-    const auto steps = static_cast<std::uint32_t>(manifest.particles().steps_size());
+    const auto steps = static_cast<std::uint32_t>(stepCount(manifest));
     setStep(std::min(step(), steps == 0 ? 0 : steps - 1));
-    bounds_ = boundsOf(manifest);
+    const Bounds before = std::exchange(bounds_, boundsOf(manifest));
     followPlot(manifest);
-    if ((manifest.kind() == "stipple") == stipples()) return;
-    if (stipples()) {
-        mutableLayer().mutable_particles();
-    } else {
+    // They lie in spaces of their own; but a loaded camera is for the first.
+    if (setKind(manifest.kind()) || (std::exchange(described_, true) && bounds_ != before)) fit();
+    if (showsVolume()) hybrid.setDataset(manifest.hybrid());
+}
+
+bool ViewModel::setKind(const std::string& kind) {
+    if ((kind == "stipple") == stipples() && (kind == "hybrid") == showsVolume()) return false;
+    if (kind == "stipple") {
         mutableLayer().mutable_stipple();
+    } else if (kind == "hybrid") {
+        mutableLayer().mutable_hybrid();
+    } else {
+        mutableLayer().mutable_particles();
     }
     readStyle();
-    fit();  // they lie in spaces of their own
+    return true;
 }
 
 /// The opacity of points that nobody has chosen goes with how many the plot has.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <string>
 
+#include "client/view/hybrid_controls.h"
 #include "client/view/stipple_controls.h"
 #include "client/view/transfer_functions.h"
 #include "protocol/mote.pb.h"
@@ -16,6 +17,9 @@
 #include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// Steps of a series; none of a dataset without time.
+int stepCount(const proto::Manifest& manifest);
 
 class ViewModel {
   public:
@@ -31,8 +35,9 @@ class ViewModel {
     /// Shows another dataset, with the same look if it is of the same kind; the step is kept where it has as
     /// many. A loaded camera stays.
     void setDataset(const std::string& name, const proto::Manifest& manifest);
-    /// Whether the edited layer stipples; otherwise it shows particles.
+    /// Whether the edited layer stipples or shows a hybrid volume; otherwise it shows particles.
     bool stipples() const { return layer().has_stipple(); }
+    bool showsVolume() const { return layer().has_hybrid(); }
     std::uint32_t step() const { return layer().step(); }
     void setStep(std::uint32_t step) { mutableLayer().set_step(step); }
 
@@ -41,6 +46,7 @@ class ViewModel {
     void setCamera(const Camera& camera);
     void fit() { cameraSet_ = false; }
 
+    HybridControls hybrid;
     StippleControls stipple;
     TransferFunctions functions;
     std::string colorMap;
@@ -51,6 +57,8 @@ class ViewModel {
 
   private:
     void followPlot(const proto::Manifest& manifest);
+    /// True where the layer was of another kind.
+    bool setKind(const std::string& kind);
     const proto::Layer& layer() const { return base_.layers(0); }
     proto::Layer& mutableLayer() { return *base_.mutable_layers(0); }
     void readStyle();
@@ -59,6 +67,7 @@ class ViewModel {
     proto::View base_;            // one layer at least; the editable fields above win over it
     float plotOpacity_ = 0.0F;    // defaultPointOpacity() of the dataset
     Bounds bounds_ = plotBounds;  // of the dataset, layer space
+    bool described_ = false;      // there was a dataset before
     Camera camera_;
     bool cameraSet_ = false;
 };

@@ -171,7 +171,7 @@ void Viewer::takeKeys() {
     if (ImGui::GetIO().WantTextInput) return;
     const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
     const auto letter = [](char key) { return ImGui::IsKeyPressed(key); };  // GLFW's codes of letters
-    const int steps = server_.shown ? server_.shown->manifest().particles().steps_size() : 0;
+    const int steps = server_.shown ? stepCount(server_.shown->manifest()) : 0;
     const int step = static_cast<int>(model_.step());
     const int wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
     if (wanted != step && wanted >= 0 && wanted < steps) {

@@ -125,6 +125,41 @@ TEST(ViewModel, ASurfaceIsStippledAndFramed) {
     EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(0.0));
 }
 
+/// A hybrid volume of 10 x 10 x 10 units, its corner at `corner`, of two steps.
+proto::Manifest volume(double corner) {
+    proto::Manifest manifest;
+    manifest.set_kind("hybrid");
+    auto& hybrid = *manifest.mutable_hybrid();
+    for (int i = 0; i < 3; ++i) hybrid.add_source_size(10);
+    for (int i = 0; i < 16; ++i)
+        hybrid.add_index_to_world(i % 5 == 0 ? 1.0 : i % 4 == 3 ? corner + 0.5 : 0.0);
+    hybrid.set_value_max(1.0);
+    for (int step = 0; step < 2; ++step) hybrid.add_steps()->add_histogram(1);
+    return manifest;
+}
+
+TEST(ViewModel, AVolumeIsShownAndFramed) {
+    ViewModel model;
+    ASSERT_TRUE(model.load(savedView()).ok());
+    model.setDataset("data/engine", volume(10.0));
+    EXPECT_TRUE(model.showsVolume());
+    EXPECT_EQ(model.step(), 1U);
+    model.hybrid.representation = "points";
+    const auto view = parseView(model.view(640, 480));
+    ASSERT_TRUE(view.ok()) << view.error().toString();
+    ASSERT_NE(view->layers[0].hybrid(), nullptr);
+    EXPECT_EQ(view->layers[0].hybrid()->representation, HybridRepresentation::points);
+    EXPECT_TRUE(view->layers[0].hybrid()->opacity.has_value());
+    EXPECT_EQ(view->camera.target, glm::dvec3(15.0));
+    model.setDataset("data/frog", volume(-10.0));  // elsewhere
+    EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(-5.0));
+    EXPECT_EQ(model.hybrid.representation, "points");
+    model.setDataset("data/beam", plotOf(1));
+    EXPECT_FALSE(model.showsVolume());
+    model.setDataset("data/engine", volume(10.0));
+    EXPECT_GT(parseView(model.view(640, 480))->layers[0].hybrid()->opacity->maximum(), 0.0);
+}
+
 TEST(ViewModel, AStippleStyleIsKept) {
     auto saved = savedView();
     auto& style = *saved.mutable_layers(0)->mutable_stipple();

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// HybridControls: what the user sets of a hybrid volume, as sliders hold it. A value, free of any window.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "client/view/light_angles.h"
+#include "client/view/value_curve.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
+
+namespace mote::client {
+
+/// What lies in front of it stays.
+struct ClipPlaneControls {
+    LightAngles normal;
+    float distance = 0.0F;  ///< from the origin along the normal, layer units
+
+    bool operator==(const ClipPlaneControls&) const = default;
+};
+
+struct HybridControls {
+    ValueCurve curve;
+    std::string representation;  ///< "": the best that the dataset has
+    std::string colorMap;
+    bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
+    std::array<float, 2> colorRange{};  ///< in the source's unit
+    std::string pointShape;
+    float pointOpacity = 1.0F;  ///< times a point's own
+    float pointSize = 1.0F;     ///< over the points' spacing
+    LightAngles light;          ///< towards it
+    bool fixedLight = false;    ///< it does not turn with the camera
+    float ambient = 0.0F, diffuse = 0.0F, specular = 0.0F;
+    std::vector<ClipPlaneControls> clipPlanes;
+    bool clipBox = false;
+    std::array<float, 3> clipMin{}, clipMax{};  ///< layer units
+
+    HybridControls();
+
+    /// Another dataset: its range of values and, where the curve is that of values of another kind, a curve
+    /// that suits it.
+    void setDataset(const proto::HybridManifest& manifest);
+    /// Curves for the values of the dataset; its first step's histogram stands for all.
+    static std::vector<CurvePreset> presets(const proto::HybridManifest& manifest);
+    /// The box of the volume, layer units.
+    static Bounds boundsOf(const proto::HybridManifest& manifest);
+    /// Linear RGB.
+    glm::dvec3 color(double value) const;
+
+    /// A plane through the middle of `bounds` that cuts away what lies on the side of `eye`.
+    void addClipPlane(const Bounds& bounds, const glm::dvec3& eye);
+
+    /// Fills the fields above and leaves the others alone.
+    void write(proto::HybridStyle& style) const;
+    /// Takes a style that has been parsed without error.
+    void read(const proto::HybridStyle& style);
+
+    bool operator==(const HybridControls&) const = default;
+
+  private:
+    bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
+    std::string valuesUnit_;     // of the dataset for which the curve is
+    Interval values_{0.0, 0.0};  // likewise; empty before the first dataset
+};
+
+}  // namespace mote::client

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/hybrid_controls.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include "protocol/scene/hybrid_style.h"
+
+namespace mote::client {
+namespace {
+
+/// 20 x 10 x 5 voxels of 2 x 2 x 4 units, the first one's centre at (1, 1, 2): a box from 0 to (40, 20, 20).
+proto::HybridManifest volume(double low, double high, const std::string& unit = "") {
+    proto::HybridManifest manifest;
+    for (const unsigned size : {20U, 10U, 5U}) manifest.add_source_size(size);
+    for (const double number : {2, 0, 0, 1, 0, 2, 0, 1, 0, 0, 4, 2, 0, 0, 0, 1})
+        manifest.add_index_to_world(number);
+    manifest.set_value_min(low);
+    manifest.set_value_max(high);
+    manifest.set_value_unit(unit);
+    auto& step = *manifest.add_steps();
+    for (int bin = 0; bin < 256; ++bin) step.add_histogram(bin < 50 ? 1000 : 10);
+    return manifest;
+}
+
+/// All that a message can say.
+proto::HybridStyle wholeStyle() {
+    HybridControls controls;
+    controls.setDataset(volume(0.0, 255.0));
+    controls.representation = "points";
+    controls.pointShape = "gaussian";
+    controls.pointOpacity = 0.5F;
+    controls.pointSize = 2.0F;
+    controls.colorMap = "viridis";
+    controls.ownColorRange = true;
+    controls.colorRange = {10.0F, 200.0F};
+    controls.light = {90.0F, 0.0F};
+    controls.fixedLight = true;
+    controls.ambient = 0.5F;
+    controls.clipBox = true;
+    controls.clipMin = {1.0F, 2.0F, 3.0F};
+    controls.addClipPlane(HybridControls::boundsOf(volume(0.0, 255.0)), {20.0, 10.0, 100.0});
+    proto::HybridStyle style;
+    controls.write(style);
+    return style;
+}
+
+TEST(HybridControls, WhatIsSetIsWhatTheServerReads) {
+    const auto style = parseHybridStyle(wholeStyle());
+    ASSERT_TRUE(style.ok()) << style.error().toString();
+    EXPECT_EQ(style->representation, HybridRepresentation::points);
+    EXPECT_EQ(style->pointShape, PointShape::gaussian);
+    EXPECT_EQ(style->pointOpacity, 0.5);
+    EXPECT_EQ(style->pointSize, 2.0);
+    EXPECT_EQ(style->colorMap.name(), "viridis");
+    EXPECT_EQ(style->colorRange, (ValueRange{10.0, 200.0}));
+    EXPECT_NEAR(style->light.direction.x, 1.0, 1e-6);
+    EXPECT_TRUE(style->light.fixed);
+    EXPECT_EQ(style->light.ambient, 0.5);
+    ASSERT_TRUE(style->clipBox.has_value());
+    EXPECT_EQ(style->clipBox->min, glm::dvec3(1.0, 2.0, 3.0));
+    EXPECT_EQ(style->clipBox->max, glm::dvec3(40.0, 20.0, 20.0));
+}
+
+TEST(HybridControls, AStyleIsReadAsItWasWritten) {
+    HybridControls controls;
+    controls.read(wholeStyle());
+    proto::HybridStyle again;
+    controls.write(again);
+    EXPECT_EQ(again.SerializeAsString(), wholeStyle().SerializeAsString());
+}
+
+TEST(HybridControls, ANewPlaneCutsAwayTheHalfBeforeTheEye) {
+    const auto style = parseHybridStyle(wholeStyle()).value();
+    ASSERT_EQ(style.clipPlanes.size(), 1U);
+    const auto stays = [&](const glm::dvec3& place) {
+        return glm::dot(style.clipPlanes[0].normal, place) >= style.clipPlanes[0].distance;
+    };
+    EXPECT_FALSE(stays({20.0, 10.0, 11.0}));  // the eye is at z = 100, the middle at 10
+    EXPECT_TRUE(stays({20.0, 10.0, 9.0}));
+}
+
+TEST(HybridControls, ThereAreNoMorePlanesThanTheSchemaAllows) {
+    HybridControls controls;
+    for (int i = 0; i < 20; ++i) controls.addClipPlane(plotBounds, {0.0, 1.0, 4.0});
+    controls.addClipPlane(plotBounds, plotBounds.center());  // no direction
+    EXPECT_EQ(controls.clipPlanes.size(), static_cast<std::size_t>(HybridStyle::mostClipPlanes));
+}
+
+TEST(HybridControls, ADatasetBringsACurveForItsValues) {
+    HybridControls controls;
+    controls.setDataset(volume(-1000.0, 2000.0));
+    EXPECT_EQ(controls.curve.knots(), tomographyPresets()[0].knots);
+    controls.setDataset(volume(0.0, 1.0));
+    EXPECT_LE(controls.curve.knots().back().x, 1.0);
+    const auto other = controls.curve.knots();
+    controls.curve.move(0, {0.01, 0.0});
+    controls.setDataset(volume(0.0, 1.0));  // the same values: the curve stays
+    EXPECT_NE(controls.curve.knots(), other);
+}
+
+TEST(HybridControls, ASavedCurveStaysWithTheFirstDataset) {
+    HybridControls controls;
+    proto::HybridStyle style;
+    style.add_curve()->set_value(0.25);
+    controls.read(style);
+    controls.setDataset(volume(0.0, 1.0));
+    EXPECT_EQ(controls.curve.knots(), (std::vector<Curve::Knot>{{0.25, 0.0}}));
+}
+
+TEST(HybridControls, TheBoxHoldsWholeVoxels) {
+    EXPECT_EQ(HybridControls::boundsOf(volume(0.0, 1.0)), (Bounds{glm::dvec3(0.0), {40.0, 20.0, 20.0}}));
+    EXPECT_EQ(HybridControls::boundsOf({}), plotBounds);
+}
+
+TEST(HybridControls, AnEmptyClipBoxIsNoError) {
+    HybridControls controls;
+    controls.clipBox = true;
+    controls.clipMin = controls.clipMax = {5.0F, -3.0F, 1000.0F};
+    proto::HybridStyle style;
+    controls.write(style);
+    EXPECT_TRUE(parseHybridStyle(style).ok());
+}
+
+TEST(HybridControls, AConstantVolumeHasAnAxis) {
+    HybridControls controls;
+    controls.setDataset(volume(7.0, 7.0));
+    EXPECT_LT(controls.curve.axis().low, controls.curve.axis().high);
+    proto::HybridStyle style;
+    controls.write(style);
+    EXPECT_TRUE(parseHybridStyle(style).ok());
+}
+
+}  // namespace
+}  // namespace mote::client
