@@ -2,9 +2,9 @@
 #include "preprocess/readers/npy/npy_table.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <limits>
+
+#include "preprocess/readers/load_number.h"
 
 namespace mote::prep {
 namespace {
@@ -13,23 +13,12 @@ constexpr std::size_t blockBytes = 1u << 20;
 constexpr Column plainOrder[] = {Column::x,  Column::y,  Column::z,     Column::px,
                                  Column::py, Column::pz, Column::weight};
 
-static_assert(std::endian::native == std::endian::little,
-              "numbers of files are turned into little-endian ones");
-
-template <class Number>
-Number load(const char* from, bool bigEndian) {
-    char bytes[sizeof(Number)];
-    std::memcpy(bytes, from, sizeof(Number));
-    if (bigEndian) std::reverse(bytes, bytes + sizeof(Number));
-    return std::bit_cast<Number>(bytes);
-}
-
 template <class Value>
 Value convert(const char* from, const NpyField& type) {
     const bool big = type.bigEndian;
     if (type.kind == 'f') {
-        const double value =
-            type.bytes == 4 ? static_cast<double>(load<float>(from, big)) : load<double>(from, big);
+        const double value = type.bytes == 4 ? static_cast<double>(loadNumber<float>(from, big))
+                                             : loadNumber<double>(from, big);
         if constexpr (std::is_same_v<Value, std::uint64_t>) {
             return value >= 0.0 && value < 18446744073709551616.0 ? static_cast<std::uint64_t>(value) : 0;
         } else {
@@ -39,17 +28,17 @@ Value convert(const char* from, const NpyField& type) {
     const bool wide = type.kind == 'i';
     switch (type.bytes) {
         case 1:
-            return wide ? static_cast<Value>(load<std::int8_t>(from, big))
-                        : static_cast<Value>(load<std::uint8_t>(from, big));
+            return wide ? static_cast<Value>(loadNumber<std::int8_t>(from, big))
+                        : static_cast<Value>(loadNumber<std::uint8_t>(from, big));
         case 2:
-            return wide ? static_cast<Value>(load<std::int16_t>(from, big))
-                        : static_cast<Value>(load<std::uint16_t>(from, big));
+            return wide ? static_cast<Value>(loadNumber<std::int16_t>(from, big))
+                        : static_cast<Value>(loadNumber<std::uint16_t>(from, big));
         case 4:
-            return wide ? static_cast<Value>(load<std::int32_t>(from, big))
-                        : static_cast<Value>(load<std::uint32_t>(from, big));
+            return wide ? static_cast<Value>(loadNumber<std::int32_t>(from, big))
+                        : static_cast<Value>(loadNumber<std::uint32_t>(from, big));
         default:
-            return wide ? static_cast<Value>(load<std::int64_t>(from, big))
-                        : static_cast<Value>(load<std::uint64_t>(from, big));
+            return wide ? static_cast<Value>(loadNumber<std::int64_t>(from, big))
+                        : static_cast<Value>(loadNumber<std::uint64_t>(from, big));
     }
 }
 

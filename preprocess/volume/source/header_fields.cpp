@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -70,6 +71,22 @@ Result<std::vector<std::uint64_t>> HeaderFields::wholeNumbers(std::string_view n
         whole.push_back(static_cast<std::uint64_t>(number));
     }
     return whole;
+}
+
+Result<std::uint64_t> HeaderFields::wholeNumber(std::string_view name, std::uint64_t otherwise) const {
+    const auto all = wholeNumbers(name);
+    if (!all) return all.error();
+    if (all->size() > 1) return corrupt(name, fmt::format("has {} numbers in place of one", all->size()));
+    return all->empty() ? otherwise : all->front();
+}
+
+Result<ScalarType> HeaderFields::type(std::string_view name, std::span<const ScalarTypeName> names) const {
+    const std::string_view said = text(name);
+    const auto found =
+        std::find_if(names.begin(), names.end(), [&](const ScalarTypeName& one) { return one.name == said; });
+    if (found != names.end()) return found->type;
+    return unsupported(name,
+                       fmt::format("\"{:.40}\" is no integer of 8, 16 or 32 bits, float or double", said));
 }
 
 bool HeaderFields::flag(std::string_view name, bool otherwise) const {

@@ -6,13 +6,21 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "preprocess/volume/source/scalar_type.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+/// A format's word for a scalar type.
+struct ScalarTypeName {
+    std::string_view name;
+    ScalarType type;
+};
 
 class HeaderFields {
   public:
@@ -31,11 +39,18 @@ class HeaderFields {
     Result<std::vector<double>> numbers(std::string_view name, std::size_t count) const;
     /// All numbers of a field, whole and not negative. Errors: corrupt.
     Result<std::vector<std::uint64_t>> wholeNumbers(std::string_view name) const;
-    /// The first of a field that says yes or no, as "True" or "1"; `otherwise` where there is none.
+    /// One such number; `otherwise` where there is no such field. Errors: corrupt.
+    Result<std::uint64_t> wholeNumber(std::string_view name, std::uint64_t otherwise) const;
+    /// Errors: unsupported (none of `names`).
+    Result<ScalarType> type(std::string_view name, std::span<const ScalarTypeName> names) const;
+    /// A field that says yes or no, "True" or "1"; `otherwise` where there is none.
     bool flag(std::string_view name, bool otherwise) const;
 
     const std::string& file() const { return file_; }
     std::string where(std::string_view name) const { return file_ + ": " + std::string(name); }
+    Error unsupported(std::string_view name, std::string message) const {
+        return {ErrorCode::unsupported, where(name), std::move(message)};
+    }
     Error corrupt(std::string_view name, std::string message) const {
         return {ErrorCode::corrupt, where(name), std::move(message)};
     }

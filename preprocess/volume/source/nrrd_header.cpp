@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 #include <glm/mat3x3.hpp>
-#include <vector>
 
 #include "preprocess/readers/text/number.h"
+#include "preprocess/volume/source/data_file.h"
 #include "preprocess/volume/source/header_fields.h"
 
 namespace mote::prep {
@@ -17,11 +17,7 @@ namespace {
 
 constexpr std::size_t mostAxes = 16;
 
-struct TypeName {
-    std::string_view name;
-    ScalarType type;
-};
-constexpr std::array<TypeName, 30> typeNames{{
+constexpr std::array<ScalarTypeName, 30> typeNames{{
     {"signed char", ScalarType::i8},
     {"int8", ScalarType::i8},
     {"int8_t", ScalarType::i8},
@@ -61,6 +57,11 @@ struct Axis {
     double origin = 0.0;                  ///< of the first voxel's centre along it, without directions
 };
 
+/// Whether the values along an axis of this kind are samples of a space, not the parts of one value.
+bool isSpatial(std::string_view kind) {
+    return kind.empty() || kind == "domain" || kind == "space" || kind == "none" || kind == "???";
+}
+
 /// Reads the lines of the header into fields. Returns where they end.
 Result<std::size_t> readFields(std::string_view text, HeaderFields& fields) {
     std::size_t at = 0;
@@ -98,7 +99,6 @@ class HeaderReader {
         MOTE_RETURN_IF_ERROR(readSizes());
         MOTE_RETURN_IF_ERROR(fields_.has("space directions") ? readDirections() : readSpacings());
         MOTE_RETURN_IF_ERROR(place());
-        header_.dataFile = fields_.text("data file");
         header_.shape.valueUnit = unitText(unquoted(fields_.text("sample units")));
         const std::string_view units = fields_.text("space units");
         header_.shape.worldUnit = unitText(unquoted(units.substr(0, units.find(' '))));
@@ -112,14 +112,9 @@ class HeaderReader {
     }
 
     Status readType() {
-        const std::string_view said = fields_.text("type");
-        const auto found = std::find_if(typeNames.begin(), typeNames.end(),
-                                        [&](const TypeName& name) { return name.name == said; });
-        if (found == typeNames.end()) {
-            return Error{ErrorCode::unsupported, fields_.where("type"),
-                         fmt::format("\"{:.40}\" is no integer of 8, 16 or 32 bits, float or double", said)};
-        }
-        header_.shape.type = found->type;
+        const auto type = fields_.type("type", typeNames);
+        if (!type) return type.error();
+        header_.shape.type = *type;
         return success();
     }
 
@@ -132,8 +127,8 @@ class HeaderReader {
         } else if (said == "gz" || said == "gzip") {
             header_.encoding = NrrdHeader::Encoding::gzip;
         } else {
-            return Error{ErrorCode::unsupported, fields_.where("encoding"),
-                         fmt::format("\"{:.20}\" is none of raw, gzip and text", said)};
+            return fields_.unsupported("encoding",
+                                       fmt::format("\"{:.20}\" is none of raw, gzip and text", said));
         }
         const std::string_view endian = fields_.text("endian");
         header_.bigEndian = endian == "big";
@@ -143,29 +138,25 @@ class HeaderReader {
     }
 
     Status readSkips() {
-        if (fields_.has("line skip")) {
-            const auto lines = fields_.wholeNumbers("line skip");
-            if (!lines) return lines.error();
-            if (lines->size() != 1) return fields_.corrupt("line skip", "is not one number");
-            header_.lineSkip = lines->front();
-        }
+        const auto lines = fields_.wholeNumber("line skip", 0);
+        if (!lines) return lines.error();
+        header_.lineSkip = *lines;
         if (fields_.text("byte skip") == "-1") {
             header_.byteSkip.reset();
-        } else if (fields_.has("byte skip")) {
-            const auto bytes = fields_.wholeNumbers("byte skip");
-            if (!bytes) return bytes.error();
-            if (bytes->size() != 1) return fields_.corrupt("byte skip", "is not one number");
-            header_.byteSkip = bytes->front();
+            return success();
         }
+        const auto bytes = fields_.wholeNumber("byte skip", 0);
+        if (!bytes) return bytes.error();
+        header_.byteSkip = *bytes;
         return success();
     }
 
     Status readSizes() {
-        const auto dimension = fields_.wholeNumbers("dimension");
+        const auto dimension = fields_.wholeNumber("dimension", 3);
         if (!dimension) return dimension.error();
         const auto sizes = fields_.wholeNumbers("sizes");
         if (!sizes) return sizes.error();
-        if (dimension->size() != 1 || dimension->front() != sizes->size() || sizes->size() > mostAxes) {
+        if (*dimension != sizes->size() || sizes->size() > mostAxes) {
             return fields_.corrupt("sizes", "are not as many as dimension says");
         }
         for (const std::uint64_t size : *sizes) axes_.push_back({size, std::nullopt, 0.0});
@@ -242,19 +233,22 @@ class HeaderReader {
 
     /// Three axes are those of space; others may only have one value.
     Status place() {
+        std::array<std::string_view, mostAxes> kinds;
+        splitFields(fields_.text("kinds"), ' ', kinds);
         std::vector<Axis> space;
-        for (const Axis& axis : axes_) {
-            if (axis.direction) {
+        for (std::size_t i = 0; i < axes_.size(); ++i) {
+            const Axis& axis = axes_[i];
+            if (axis.direction && isSpatial(kinds[i])) {
                 space.push_back(axis);
             } else if (axis.size != 1) {
-                return Error{ErrorCode::unsupported, fields_.where("sizes"),
-                             fmt::format("says {} values for each voxel; only one is drawn", axis.size)};
+                return fields_.unsupported(
+                    "sizes", fmt::format("says {} values for each voxel; only one is drawn", axis.size));
             }
         }
         while (space.size() > 3 && space.back().size == 1) space.pop_back();
         if (space.size() != 3) {
-            return Error{ErrorCode::unsupported, fields_.where("sizes"),
-                         fmt::format("says {} axes; a volume has three", space.size())};
+            return fields_.unsupported("sizes",
+                                       fmt::format("says {} axes; a volume has three", space.size()));
         }
         MOTE_RETURN_IF_ERROR(setDimensions(header_.shape, space[0].size, space[1].size, space[2].size,
                                            fields_.where("sizes")));
@@ -280,6 +274,11 @@ Result<NrrdHeader> NrrdHeader::parse(std::string_view text, const std::string& f
     if (!bytes) return bytes.error();
     NrrdHeader header;
     header.bytes = *bytes;
+    if (fields.has("data file")) {
+        auto names = dataFileNames(fields.text("data file"), text.substr(*bytes), fields.where("data file"));
+        if (!names) return names.error();
+        header.dataFiles = std::move(names).value();
+    }
     MOTE_RETURN_IF_ERROR(HeaderReader(fields, header).read());
     return header;
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "preprocess/volume/source/scalar_type.h"
 #include "preprocess/volume/source/volume_shape.h"
@@ -21,8 +22,8 @@ struct NrrdHeader {
     VolumeShape shape;
     bool bigEndian = false;
     Encoding encoding = Encoding::raw;
-    std::string dataFile;        ///< as it stands there; "": behind the header
-    std::uint64_t lineSkip = 0;  ///< lines before the data, compressed or not
+    std::vector<std::string> dataFiles;  ///< as they stand there; none: the data follow the header
+    std::uint64_t lineSkip = 0;          ///< lines before the data, compressed or not
     /// Bytes before the numbers, after decompression; none: they end with the file.
     std::optional<std::uint64_t> byteSkip = 0;
     std::size_t bytes = 0;  ///< of the header with the empty line behind it

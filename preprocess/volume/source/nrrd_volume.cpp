@@ -26,7 +26,7 @@ Result<std::uint64_t> bytesOfLines(ByteStream& stream, std::uint64_t lines) {
     return bytes;
 }
 
-/// From the file's bytes to the numbers: lines skipped, decompressed, bytes skipped.
+/// From a file's bytes to its `needed` bytes of numbers: lines skipped, decompressed, bytes skipped.
 Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std::uint64_t needed) {
     const auto lines = bytesOfLines(*stream, header.lineSkip);
     if (!lines) return lines.error();
@@ -34,14 +34,10 @@ Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std
     if (unwrapped && header.encoding == NrrdHeader::Encoding::gzip) {
         unwrapped = inflatedStream(std::move(unwrapped).value());
     }
-    if (!unwrapped) return unwrapped.error();
-    const auto size = (*unwrapped)->size();
-    if (!header.byteSkip && !size) {
-        return Error{ErrorCode::unsupported, (*unwrapped)->name() + ": byte skip",
-                     "-1 needs data that are not compressed"};
-    }
-    const std::uint64_t skip = header.byteSkip ? *header.byteSkip : *size - std::min(*size, needed);
-    return partStream(std::move(unwrapped).value(), skip);
+    if (!unwrapped) return unwrapped;
+    unwrapped = skipHeader(std::move(unwrapped).value(), header.byteSkip, needed);
+    if (!unwrapped || header.encoding != NrrdHeader::Encoding::text) return unwrapped;
+    return numberStream(std::move(unwrapped).value());
 }
 
 }  // namespace
@@ -53,17 +49,17 @@ Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path
     if (!head) return head.error();
     auto header = NrrdHeader::parse(*head, (*file)->name());
     if (!header) return header.error();
-    auto stream = header->dataFile.empty() ? partStream(std::move(file).value(), header->bytes)
-                                           : dataFileStream(path, header->dataFile);
-    if (!stream) return stream.error();
-    const bool text = header->encoding == NrrdHeader::Encoding::text;
-    const std::uint64_t needed = header->shape.voxels() * bytesOf(header->shape.type);
-    auto data = unwrap(std::move(stream).value(), *header, needed);
-    if (!data) return data.error();
-    if (text) data = numberStream(std::move(data).value());
     SampleFormat samples;
+    const bool text = header->encoding == NrrdHeader::Encoding::text;
     samples.type = text ? ScalarType::f64 : header->shape.type;
     samples.bigEndian = header->bigEndian && !text;
+    const std::uint64_t needed = header->shape.voxels() * bytesOf(samples.type);
+    DataFiles files{path, std::move(file).value(), header->bytes, std::move(header->dataFiles)};
+    auto data =
+        dataStream(std::move(files), needed, [header = *header](ByteStreamPtr stream, std::uint64_t share) {
+            return unwrap(std::move(stream), header, share);
+        });
+    if (!data) return data.error();
     return StreamVolume::make("nrrd", std::move(header->shape), samples, std::move(data).value());
 }
 

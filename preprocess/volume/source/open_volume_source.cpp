@@ -5,6 +5,10 @@
 #include <optional>
 
 #include "preprocess/volume/source/byte_stream.h"
+#include "preprocess/volume/source/metaimage_header.h"
+#include "preprocess/volume/source/metaimage_volume.h"
+#include "preprocess/volume/source/nifti_header.h"
+#include "preprocess/volume/source/nifti_volume.h"
 #include "preprocess/volume/source/nrrd_header.h"
 #include "preprocess/volume/source/nrrd_volume.h"
 #include "preprocess/volume/source/raw_volume.h"
@@ -56,8 +60,10 @@ Result<std::string> formatOf(const proto::VolumeSourceOptions& options, const st
     const auto head = readHead(**file, headBytes);
     if (!head) return head.error();
     if (NrrdHeader::begins(*head)) return std::string("nrrd");
+    if (NiftiHeader::begins(*head)) return std::string("nifti");
+    if (MetaImageHeader::begins(*head)) return std::string("metaimage");
     return Error{ErrorCode::unsupported, (*file)->name(),
-                 "is no NRRD volume; a raw one needs its dimensions and type"};
+                 "is no NRRD, MetaImage or NIfTI volume; a raw one needs its dimensions and type"};
 }
 
 Result<std::unique_ptr<VolumeSource>> openAs(const std::string& format,
@@ -65,7 +71,10 @@ Result<std::unique_ptr<VolumeSource>> openAs(const std::string& format,
                                              const std::filesystem::path& input) {
     if (format == "raw") return openRaw(options, input);
     if (format == "nrrd") return openNrrd(input);
-    return wrongOption("format", fmt::format("\"{:.20}\" is none of auto, raw and nrrd", format));
+    if (format == "metaimage") return openMetaImage(input);
+    if (format == "nifti") return openNifti(input);
+    return wrongOption("format",
+                       fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage and nifti", format));
 }
 
 }  // namespace

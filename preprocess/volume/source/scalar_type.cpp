@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 
+#include "preprocess/readers/load_number.h"
 #include "protocol/scene/mote_check.h"
 
 namespace mote::prep {
@@ -19,26 +18,16 @@ struct TypeName {
 constexpr std::array<TypeName, 8> types{
     {{"u8", 1}, {"i8", 1}, {"u16", 2}, {"i16", 2}, {"u32", 4}, {"i32", 4}, {"f32", 4}, {"f64", 8}}};
 
-static_assert(std::endian::native == std::endian::little, "other files' numbers are turned round");
-
-template <class Number, bool swapped>
-Number load(const char* from) {
-    std::array<char, sizeof(Number)> bytes;
-    std::memcpy(bytes.data(), from, sizeof(Number));
-    if constexpr (swapped) std::reverse(bytes.begin(), bytes.end());
-    return std::bit_cast<Number>(bytes);
-}
-
 template <class Number, bool swapped>
 void decode(const char* from, const SampleFormat& format, std::span<float> values) {
     if (format.slope == 1.0 && format.intercept == 0.0) {
         for (std::size_t i = 0; i < values.size(); ++i) {
-            values[i] = static_cast<float>(load<Number, swapped>(from + i * sizeof(Number)));
+            values[i] = static_cast<float>(loadNumber<Number>(from + i * sizeof(Number), swapped));
         }
         return;
     }
     for (std::size_t i = 0; i < values.size(); ++i) {
-        const auto number = static_cast<double>(load<Number, swapped>(from + i * sizeof(Number)));
+        const auto number = static_cast<double>(loadNumber<Number>(from + i * sizeof(Number), swapped));
         values[i] = static_cast<float>(format.slope * number + format.intercept);
     }
 }

@@ -122,6 +122,40 @@ TEST_F(Nrrd, DataMayLieBesideTheHeader) {
     EXPECT_THAT(error(plain + "data file: none.raw\n"), HasSubstr("not_found: a.nrrd: data file none.raw"));
 }
 
+TEST_F(Nrrd, DataMayLieInSeveralFiles) {
+    const auto numbers = countedNumbers(60);
+    const auto bytes = numberBytes<std::uint8_t>(numbers);
+    for (const int slice : {0, 1, 2, 3, 4}) {
+        const auto part = bytes.substr(static_cast<std::size_t>(slice) * 12, 12);
+        writeFile(folder_ / ("s" + std::to_string(3 * slice + 7) + ".raw"), "head" + part);
+        writeFile(folder_ / ("z" + std::to_string(slice) + ".gz"), gzipped(part));
+    }
+    const auto numbered = plain + "byte skip: 4\ndata file: s%d.raw 7 19 3 2\n";
+    const auto volume = read(numbered);
+    ASSERT_TRUE(volume.ok()) << volume.error().toString();
+    EXPECT_THAT(volume->values, ElementsAreArray(numbers));
+    const auto list = plain + "data file: LIST 2\nz0.gz\nz1.gz\nz2.gz\nz3.gz\nz4.gz\n";
+    EXPECT_THAT(read(list)->values, ElementsAreArray(numbers));
+    EXPECT_THAT(error(plain + "data file: LIST\n"), HasSubstr("data file: lists no data file"));
+    EXPECT_THAT(error(plain + "data file: LIST\nz0.gz\nz1.gz\n../z2\n"), HasSubstr("permission_denied"));
+    EXPECT_THAT(error(plain + "data file: LIST\nz0.gz\nz1.gz\nz2.gz\n"), HasSubstr("and it holds less"));
+    EXPECT_THAT(error(plain + "data file: s%d.raw 7 13 3\n"), HasSubstr("is 20 bytes, and it holds 16"));
+    EXPECT_THAT(error(plain + "data file: s%d.raw 7 28 3\n"), HasSubstr("cannot hold 60 bytes evenly"));
+    EXPECT_THAT(error(plain + "data file: s%d.raw 7 22 3\n"), HasSubstr("is 10 bytes, and it holds 16"));
+    EXPECT_THAT(error(plain + "data file: s%s.raw 7 19 3\n"), HasSubstr("is no pattern of data files"));
+    EXPECT_THAT(error(plain + "data file: s%d.raw 7 1e9 1\n"), HasSubstr("more than 65536 data files"));
+    EXPECT_THAT(error(plain + "data file: s%d.raw 7 1 1\n"), HasSubstr("is no pattern of data files"));
+}
+
+TEST_F(Nrrd, VectorsAreRefused) {
+    const auto rest = std::string("encoding: raw\n") + "\n" + std::string(60, 'x');
+    EXPECT_THAT(
+        error("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nkinds: RGB-color domain domain\n" + rest),
+        HasSubstr("unsupported: a.nrrd: sizes: says 3 values for each voxel"));
+    EXPECT_THAT(error("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 1 4 5\nspacings: nan 1 1 1\n" + rest),
+                HasSubstr("says 3 values for each voxel"));
+}
+
 TEST_F(Nrrd, DataOfOtherFoldersAreNotRead) {
     const TempDir other;
     writeFile(other / "secret.raw", std::string(60, 'x'));
