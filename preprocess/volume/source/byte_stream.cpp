@@ -15,12 +15,6 @@ namespace {
 constexpr std::uint64_t deflateRatio = 1032;
 constexpr std::size_t skipBytes = 256 * 1024;
 
-std::uint64_t mostInflated(std::uint64_t bytes) {
-    return bytes > std::numeric_limits<std::uint64_t>::max() / deflateRatio
-               ? std::numeric_limits<std::uint64_t>::max()
-               : bytes * deflateRatio;
-}
-
 class PlainFile : public ByteStream {
   public:
     explicit PlainFile(std::unique_ptr<ByteSource> source) : source_(std::move(source)) {}
@@ -100,6 +94,12 @@ class InflatedStream : public ForwardStream {
 };
 
 }  // namespace
+
+std::uint64_t mostInflated(std::uint64_t bytes) {
+    return bytes > std::numeric_limits<std::uint64_t>::max() / deflateRatio
+               ? std::numeric_limits<std::uint64_t>::max()
+               : bytes * deflateRatio;
+}
 
 Result<std::size_t> ForwardStream::read(std::span<char> bytes) {
     auto got = next(bytes);

@@ -62,6 +62,9 @@ Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,
 /// What comes out of zlib or gzip data. Errors: internal.
 Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed);
 
+/// The most bytes that `bytes` of deflate data can become.
+std::uint64_t mostInflated(std::uint64_t bytes);
+
 /// Its first bytes, at most `limit` of them; the stream stands behind them. Errors as of read.
 Result<std::string> readHead(ByteStream& stream, std::size_t limit);
 

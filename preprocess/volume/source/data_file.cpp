@@ -112,6 +112,7 @@ class FileSeries : public ByteStream {
             if (*got == 0) return wrongLength("less");
             done += *got;
             at_ += *got;
+            if (at_ % bytesOfFile_ == 0) MOTE_RETURN_IF_ERROR(checkEnd());
         }
         return done;
     }
@@ -136,6 +137,13 @@ class FileSeries : public ByteStream {
     }
 
   private:
+    Status checkEnd() {
+        std::array<char, 1> one{};
+        const auto got = file_->read(one);
+        if (!got) return got.error();
+        return *got == 0 ? success() : Status(wrongLength("more"));
+    }
+
     Error wrongLength(const std::string& held) const {
         return {ErrorCode::corrupt, name(),
                 fmt::format("its share of the volume in {} is {} bytes, and it holds {}",

@@ -13,6 +13,8 @@
 #include "preprocess/volume/source/nrrd_volume.h"
 #include "preprocess/volume/source/raw_volume.h"
 #include "preprocess/volume/source/volume_source.h"
+#include "preprocess/volume/source/vti_header.h"
+#include "preprocess/volume/source/vti_volume.h"
 
 namespace mote::prep {
 namespace {
@@ -62,19 +64,21 @@ Result<std::string> formatOf(const proto::VolumeSourceOptions& options, const st
     if (NrrdHeader::begins(*head)) return std::string("nrrd");
     if (NiftiHeader::begins(*head)) return std::string("nifti");
     if (MetaImageHeader::begins(*head)) return std::string("metaimage");
+    if (VtiHeader::begins(*head)) return std::string("vti");
     return Error{ErrorCode::unsupported, (*file)->name(),
-                 "is no NRRD, MetaImage or NIfTI volume; a raw one needs its dimensions and type"};
+                 "is no NRRD, MetaImage, NIfTI or VTI volume; a raw one needs its dimensions and type"};
 }
 
 Result<std::unique_ptr<VolumeSource>> openAs(const std::string& format,
                                              const proto::VolumeSourceOptions& options,
-                                             const std::filesystem::path& input) {
+                                             const std::filesystem::path& input, const Progress& progress) {
     if (format == "raw") return openRaw(options, input);
     if (format == "nrrd") return openNrrd(input);
     if (format == "metaimage") return openMetaImage(input);
     if (format == "nifti") return openNifti(input);
-    return wrongOption("format",
-                       fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage and nifti", format));
+    if (format == "vti") return openVti(input, options.field(), progress);
+    return wrongOption(
+        "format", fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti and vti", format));
 }
 
 }  // namespace
@@ -91,7 +95,7 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
     if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
     const auto format = formatOf(options, input);
     if (!format) return format.error();
-    auto source = openAs(*format, options, input);
+    auto source = openAs(*format, options, input, progress);
     if (!source || (options.spacing_size() == 0 && options.origin_size() == 0)) return source;
     VolumeShape shape = (*source)->shape();
     MOTE_RETURN_IF_ERROR(place(shape, options));

@@ -139,6 +139,10 @@ TEST_F(Nrrd, DataMayLieInSeveralFiles) {
     EXPECT_THAT(error(plain + "data file: LIST\n"), HasSubstr("data file: lists no data file"));
     EXPECT_THAT(error(plain + "data file: LIST\nz0.gz\nz1.gz\n../z2\n"), HasSubstr("permission_denied"));
     EXPECT_THAT(error(plain + "data file: LIST\nz0.gz\nz1.gz\nz2.gz\n"), HasSubstr("and it holds less"));
+    writeFile(folder_ / "z4.gz", gzipped("0123456789ABC"));
+    EXPECT_THAT(error(list), HasSubstr("is 12 bytes, and it holds more"));
+    writeFile(folder_ / "z4.gz", gzipped("0123456789"));
+    EXPECT_THAT(error(list), HasSubstr("is 12 bytes, and it holds less"));
     EXPECT_THAT(error(plain + "data file: s%d.raw 7 13 3\n"), HasSubstr("is 20 bytes, and it holds 16"));
     EXPECT_THAT(error(plain + "data file: s%d.raw 7 28 3\n"), HasSubstr("cannot hold 60 bytes evenly"));
     EXPECT_THAT(error(plain + "data file: s%d.raw 7 22 3\n"), HasSubstr("is 10 bytes, and it holds 16"));

@@ -52,6 +52,30 @@ Result<WholeVolume> readVolume(const std::filesystem::path& path, const proto::V
     return volume;
 }
 
+std::vector<float> readSlices(const std::filesystem::path& path, const std::vector<std::uint32_t>& slices,
+                              const proto::VolumeSourceOptions& options) {
+    QuietProgress progress;
+    auto source = prep::openVolumeSource(options, path, progress);
+    if (!source) return {};
+    const std::size_t size = (*source)->shape().voxelsOfSlice();
+    std::vector<float> values(size * slices.size());
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+        const auto to = std::span(values).subspan(i * size, size);
+        if (!(*source)->read(slices[i], slices[i] + 1, to)) return {};
+    }
+    return values;
+}
+
+std::vector<double> slicesOf(const std::vector<double>& numbers, std::size_t size,
+                             const std::vector<std::uint32_t>& slices) {
+    std::vector<double> chosen;
+    for (const std::uint32_t slice : slices) {
+        const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(slice * size);
+        chosen.insert(chosen.end(), begin, begin + static_cast<std::ptrdiff_t>(size));
+    }
+    return chosen;
+}
+
 std::string volumeError(const std::filesystem::path& path, const proto::VolumeSourceOptions& options) {
     const auto volume = readVolume(path, options);
     if (volume) return "";

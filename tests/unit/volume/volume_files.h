@@ -49,6 +49,12 @@ struct WholeVolume {
 /// Reads a volume slice by slice.
 Result<WholeVolume> readVolume(const std::filesystem::path& path,
                                const proto::VolumeSourceOptions& options = {});
+/// Slices of a volume, in the order that they are asked for; empty where one cannot be read.
+std::vector<float> readSlices(const std::filesystem::path& path, const std::vector<std::uint32_t>& slices,
+                              const proto::VolumeSourceOptions& options = {});
+/// What readSlices() should give, of slices of `size` numbers.
+std::vector<double> slicesOf(const std::vector<double>& numbers, std::size_t size,
+                             const std::vector<std::uint32_t>& slices);
 /// "CODE: WHERE: MESSAGE" of reading it; "" where it is read.
 std::string volumeError(const std::filesystem::path& path, const proto::VolumeSourceOptions& options = {});
 
