@@ -126,11 +126,13 @@ class PartDensity {
 
     HWY_INLINE TableReads read(const VolumeSource& source, const RayLanes& rays, V way) const {
         const Floats d;
-        // Rounding may lead out of the cell a little, which only the integer weights along y mind.
+        // A way may lead out of the cell by rounding, and by a thousandth of it (nextPlane): the integer
+        // weights along y mind the one, the table's ends the other where the density is steep.
         const V y = hn::Min(hn::Max(hn::MulAdd(way, rays.travelY, y_), hn::Zero(d)), hn::Set(d, 1.0F));
-        return readTable(source, way,
-                         densityIn(front_, back_, hn::MulAdd(way, rays.travelX, x_), y,
-                                   hn::MulAdd(way, rays.travelZ, z_)));
+        const V density =
+            densityIn(front_, back_, hn::MulAdd(way, rays.travelX, x_), y, hn::MulAdd(way, rays.travelZ, z_));
+        constexpr float last = static_cast<float>(VolumeTable::cells) + 1.0F;
+        return readTable(source, way, hn::Min(hn::Max(density, hn::Set(d, 1.0F)), hn::Set(d, last)));
     }
 
   private:
