@@ -47,22 +47,32 @@ std::vector<BlockBudget::Candidate> BlockBudget::oldest(Turn before, std::size_t
     return found;
 }
 
-bool BlockBudget::makeRoom(std::uint64_t bytes, Turn turn) {
-    const auto over = [&](std::uint64_t slack) { return resident() + bytes + slack > limit_; };
-    if (!over(0)) return true;
+/// Of the room that there is.
+bool BlockBudget::takeFree(std::uint64_t bytes) {
+    auto resident = resident_.load(std::memory_order_relaxed);
+    while (resident + bytes <= limit_) {
+        if (resident_.compare_exchange_weak(resident, resident + bytes, std::memory_order_relaxed))
+            return true;
+    }
+    return false;
+}
+
+bool BlockBudget::take(std::uint64_t bytes, Turn turn) {
+    if (takeFree(bytes)) return true;
     const std::uint64_t slack = std::min(limit_ / slackShare / blockBytes * blockBytes, mostSlack);
+    const auto over = [&] { return resident() + bytes + slack > limit_; };
     const std::lock_guard lock(mutex_);
-    while (over(slack)) {
+    for (;;) {
         const auto candidates = oldest(turn, batch);
-        if (candidates.empty()) break;
         for (const auto& one : candidates) {
             // One that was used meanwhile stays.
-            if (over(slack) && one.array->giveUp(one.block, one.used)) {
-                resident_ -= one.array->blockSize(one.block);
-            }
+            if (over() && one.array->giveUp(one.block, one.used)) giveBack(one.array->blockSize(one.block));
         }
+        if (over() && !candidates.empty()) continue;
+        // What became free may have gone to another thread: then there is more to give up, or nothing.
+        if (takeFree(bytes)) return true;
+        if (candidates.empty()) return false;
     }
-    return !over(0);
 }
 
 }  // namespace mote::storage

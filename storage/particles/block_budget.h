@@ -30,15 +30,18 @@ class BlockBudget {
     Turn turn() const { return turn_.load(std::memory_order_relaxed); }
     Turn beginTurn() { return turn_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
-    /// Room for so many bytes, by giving up blocks that were last used before `turn`. False where that is not
-    /// enough: nothing is given up for nothing then, but blocks that are older still.
-    bool makeRoom(std::uint64_t bytes, Turn turn);
+    /// Counts so many bytes as in memory, after giving up blocks that were last used before `turn` where there
+    /// is no room for them. False where that is not enough: nothing is counted then, though blocks that are
+    /// older may be gone. Counting is part of finding the room, so that two threads do not find the same.
+    bool take(std::uint64_t bytes, Turn turn);
+    /// Counts them whatever there is room for.
+    void takeAnyway(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
+    /// Of bytes that were taken and did not come in.
+    void giveBack(std::uint64_t bytes) { resident_.fetch_sub(bytes, std::memory_order_relaxed); }
 
     /// Of the arrays: one that counts from now on, none that counted before; both while it is not used.
     void enter(const VerifiedArray& array);
     void leave(const VerifiedArray& array);
-    /// Of the arrays: a block came in.
-    void add(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
 
   private:
     struct Candidate {
@@ -46,6 +49,7 @@ class BlockBudget {
         std::size_t block;
         const VerifiedArray* array;
     };
+    bool takeFree(std::uint64_t bytes);
     std::vector<Candidate> oldest(Turn before, std::size_t most) const;
 
     const std::uint64_t limit_;

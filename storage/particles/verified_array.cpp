@@ -89,17 +89,20 @@ bool VerifiedArray::touch(std::size_t block, BlockBudget::Turn turn) const {
     return false;
 }
 
+/// A block for which the budget has taken its bytes.
 void VerifiedArray::load(std::size_t block, BlockBudget::Turn turn) const {
-    if (auto error = checkBlock(block)) throw StorageError(*std::move(error));
+    auto error = checkBlock(block);
     BlockBudget::Turn absent = 0;
     // The bytes never change, so the mark orders nothing else.
-    const bool first = used_[block].compare_exchange_strong(absent, turn, std::memory_order_relaxed);
-    if (first && budget_) budget_->add(blockSize(block));
+    const bool first =
+        !error && used_[block].compare_exchange_strong(absent, turn, std::memory_order_relaxed);
+    if (!first && budget_) budget_->giveBack(blockSize(block));
+    if (error) throw StorageError(*std::move(error));
 }
 
 bool VerifiedArray::bring(std::size_t block, BlockBudget::Turn turn) const {
     if (touch(block, turn)) return true;
-    if (budget_ && !budget_->makeRoom(blockSize(block), turn)) return false;
+    if (budget_ && !budget_->take(blockSize(block), turn)) return false;
     load(block, turn);
     return true;
 }
@@ -109,7 +112,8 @@ bool VerifiedArray::bring(std::size_t block, BlockBudget::Turn turn) const {
 void VerifiedArray::bringForUse(std::size_t block) const {
     const auto turn = budget_ ? budget_->turn() : 1;
     if (touch(block, turn)) return;
-    if (budget_ && !budget_->makeRoom(blockSize(block), turn)) budget_->makeRoom(blockSize(block), turn + 1);
+    const auto size = blockSize(block);
+    if (budget_ && !budget_->take(size, turn) && !budget_->take(size, turn + 1)) budget_->takeAnyway(size);
     load(block, turn);
 }
 

@@ -3,9 +3,12 @@
 // Steps under a budget: what comes into memory, what leaves it, and what is brought in ahead.
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <fstream>
 #include <mutex>
+#include <thread>
+#include <vector>
 
 #include "storage/hash.h"
 #include "storage/manifest.h"
@@ -76,6 +79,27 @@ class StepMemory : public testing::Test {
     Arrivals arrivals_;
     std::unique_ptr<StepLoader> loader_;
 };
+
+TEST(BlockBudgetTest, ThreadsNeverFindTheSameRoom) {
+    BlockBudget budget(3 * mib);
+    std::atomic<bool> beyond = false;
+    std::atomic<int> served = 0;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) {
+        threads.emplace_back([&] {
+            for (int round = 0; round < 20000; ++round) {
+                if (!budget.take(mib, budget.turn())) continue;
+                if (budget.resident() > budget.limit()) beyond = true;
+                ++served;
+                budget.giveBack(mib);
+            }
+        });
+    }
+    for (auto& thread : threads) thread.join();
+    EXPECT_FALSE(beyond);
+    EXPECT_GT(served, 0);
+    EXPECT_EQ(budget.resident(), 0U);
+}
 
 TEST_F(StepMemory, WithoutABudgetAllCountsAsReady) {
     const auto step = open();
