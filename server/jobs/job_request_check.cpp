@@ -56,13 +56,12 @@ Status checkInput(const std::string& name, const std::string& field, const stora
     return success();
 }
 
-Status checkInputs(const proto::ParticlesJob& job, const storage::Roots& roots) {
-    if (job.inputs().empty()) return bad("particles.inputs", "names no file");
-    if (job.inputs_size() > kMostInputs) {
-        return bad("particles.inputs", fmt::format("names more than {} files", kMostInputs));
-    }
-    for (int i = 0; i < job.inputs_size(); ++i) {
-        MOTE_RETURN_IF_ERROR(checkInput(job.inputs(i), fmt::format("particles.inputs[{}]", i), roots));
+Status checkInputs(const google::protobuf::RepeatedPtrField<std::string>& inputs, const std::string& field,
+                   const storage::Roots& roots) {
+    if (inputs.empty()) return bad(field, "names no file");
+    if (inputs.size() > kMostInputs) return bad(field, fmt::format("names more than {} files", kMostInputs));
+    for (int i = 0; i < inputs.size(); ++i) {
+        MOTE_RETURN_IF_ERROR(checkInput(inputs[i], fmt::format("{}[{}]", field, i), roots));
     }
     return success();
 }
@@ -113,7 +112,7 @@ Status checkParticles(const proto::ParticlesJob& job, const storage::Roots& root
     MOTE_RETURN_IF_ERROR(checkWord(job.steps(), "particles.steps"));
     MOTE_RETURN_IF_ERROR(checkBounds(job));
     MOTE_RETURN_IF_ERROR(checkImpact(job.impact()));
-    return checkInputs(job, roots);
+    return checkInputs(job.inputs(), "particles.inputs", roots);
 }
 
 Status checkSynthBeam(const proto::SynthBeamJob& job) {
@@ -127,6 +126,13 @@ Status checkStipple(const proto::StippleJob& job, const storage::Roots& roots) {
     if (job.points() == 0) return bad("stipple.points", "must be at least 1");
     if (!std::isfinite(job.relaxation())) return bad("stipple.relaxation", "must be a finite number");
     return job.mesh().empty() ? success() : checkInput(job.mesh(), "stipple.mesh", roots);
+}
+
+Status checkVolume(const proto::VolumeJob& job, const storage::Roots& roots) {
+    if (!std::isfinite(job.threshold())) return bad("volume.threshold", "must be a finite number");
+    MOTE_RETURN_IF_ERROR(checkWord(job.filter(), "volume.filter"));
+    MOTE_RETURN_IF_ERROR(checkWord(job.representation(), "volume.representation"));
+    return checkInputs(job.inputs(), "volume.inputs", roots);
 }
 
 Result<JobOutput> checkOutput(const proto::JobRequest& request, const storage::Roots& roots) {
@@ -169,8 +175,11 @@ Result<JobOutput> checkJobRequest(const proto::JobRequest& request, const storag
         case proto::JobRequest::kImage:
             MOTE_RETURN_IF_ERROR(checkInput(request.image().input(), "image.input", roots));
             break;
+        case proto::JobRequest::kVolume:
+            MOTE_RETURN_IF_ERROR(checkVolume(request.volume(), roots));
+            break;
         case proto::JobRequest::KIND_NOT_SET:
-            return bad("kind", "is missing: give particles, synthBeam, stipple, image or mesh");
+            return bad("kind", "is missing: give particles, volume, synthBeam, stipple, image or mesh");
     }
     return checkOutput(request, roots);
 }
