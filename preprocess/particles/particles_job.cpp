@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <optional>
 
+#include "preprocess/machine_memory.h"
 #include "preprocess/particles/density_histogram.h"
 #include "preprocess/particles/memory_plan.h"
 #include "preprocess/particles/plot_manifest.h"
@@ -18,6 +20,7 @@
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_output.h"
 #include "preprocess/particles/step_selection.h"
+#include "preprocess/particles/two_stages.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_writer.h"
@@ -27,6 +30,8 @@ namespace mote::prep {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, docs/JOBS.md
 
 Error cancelledError() {
     return {ErrorCode::cancelled, "", "cancelled"};
@@ -58,7 +63,7 @@ class Job {
         MOTE_RETURN_IF_ERROR(begin());
         MOTE_RETURN_IF_ERROR(findBounds());
         manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
-        for (std::size_t i = 0; i < steps_.size(); ++i) MOTE_RETURN_IF_ERROR(makeStep(i));
+        MOTE_RETURN_IF_ERROR(makeSteps());
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
         report(1.0, "done");
         return std::move(manifest_);
@@ -86,16 +91,29 @@ class Job {
         return checkMemory();
     }
 
-    MemoryPlan memoryFor(std::size_t step) const {
-        return planMemory(source_.steps()[step].particles, stepOptions_, options_.memory,
+    /// `together`: among how many steps the memory is divided.
+    MemoryPlan memoryFor(std::size_t step, std::size_t together) const {
+        return planMemory(source_.steps()[step].particles, stepOptions_,
+                          prep::memoryFor(options_.memory) / together,
                           tbb::this_task_arena::max_concurrency());
     }
 
+    /// Whether two steps at once, one being built and one being written, fit into the memory without a
+    /// temporary file. Ranks take steps one by one: their calls must meet in one order.
+    bool roomForTwo() const {
+        if (ranks_.size() > 1 || steps_.size() < 2 || tbb::this_task_arena::max_concurrency() < 2)
+            return false;
+        return std::all_of(steps_.begin(), steps_.end(), [&](std::size_t step) {
+            return memoryFor(step, 2).particles >= mostBytesPerParticle * source_.steps()[step].particles;
+        });
+    }
+
     Status checkMemory() {
+        together_ = roomForTwo() ? 2 : 1;
         mayKeep_ = std::numeric_limits<std::uint64_t>::max();
         for (const auto step : steps_) {
             const auto& info = source_.steps()[step];
-            const auto plan = memoryFor(step);
+            const auto plan = memoryFor(step, together_);
             mayKeep_ = std::min(mayKeep_, plan.kept);
             if (plan.particles > 0) continue;
             constexpr double gigabyte = 1e9;
@@ -139,7 +157,11 @@ class Job {
     }
 
     void report(double fraction, std::string_view phase) {
-        if (ranks_.first()) progress_.report(fraction, phase);
+        if (!ranks_.first()) return;
+        // A step is begun before the one before it is written.
+        const std::lock_guard lock(reporting_);
+        reported_ = std::max(reported_, fraction);
+        progress_.report(reported_, phase);
     }
 
     Result<StepReader> openReader(std::size_t index) {
@@ -194,40 +216,45 @@ class Job {
                fmt::format("{} step {} of {}", what, index + 1, steps_.size()));
     }
 
-    Status makeStep(std::size_t index) {
-        reportStep(index, 0.0, "building");
-        const auto built = build(index);
-        if (!built.ok()) {
-            const auto& error = built.error();
-            return Error{error.code, error.where.empty() ? source_.steps()[steps_[index]].file : error.where,
-                         error.message};
-        }
+    Status makeSteps() {
+        return inTwoStages(
+            steps_.size(), together_, [&](std::size_t index) { return build(index); },
+            [&](std::size_t index, BuiltStep built) { return take(index, built); });
+    }
+
+    Status take(std::size_t index, const BuiltStep& built) {
         const auto& info = source_.steps()[steps_[index]];
         auto& entry = *manifest_.mutable_particles()->add_steps();
-        entry.set_lost(built->counts.lost);
-        entry.set_invalid(built->counts.invalid);
-        entry.set_outside(built->counts.outside);
-        entry.set_particles(built->counts.particles);
+        entry.set_lost(built.counts.lost);
+        entry.set_invalid(built.counts.invalid);
+        entry.set_outside(built.counts.outside);
+        entry.set_particles(built.counts.particles);
         entry.set_iteration(info.iteration);
         entry.set_time(std::isfinite(info.time) ? info.time : 0.0);
-        entry.set_total_weight(built->octree.totalWeight);
-        densities_ = densities_.united(densityRange(built->octree.leafDensity));
-        leaves_.push_back(built->octree.leafNode.size());
+        entry.set_total_weight(built.octree.totalWeight);
+        densities_ = densities_.united(densityRange(built.octree.leafDensity));
+        leaves_.push_back(built.octree.leafNode.size());
         reportStep(index, 0.6, "writing");
-        return write(*built, static_cast<std::uint32_t>(index), entry);
+        return write(built, static_cast<std::uint32_t>(index), entry);
     }
 
     Result<BuiltStep> build(std::size_t index) {
+        reportStep(index, 0.0, "building");
+        auto built = buildFrom(index);
+        readers_[index].reset();
+        if (built.ok() || !built.error().where.empty()) return built;
+        return Error{built.error().code, source_.steps()[steps_[index]].file, built.error().message};
+    }
+
+    Result<BuiltStep> buildFrom(std::size_t index) {
         if (!readers_[index]) {
             auto reader = openReader(index);
             if (!reader.ok()) return reader.error();
             readers_[index].emplace(*std::move(reader));
         }
         const StepResources resources{&ranks_, [this] { return progress_.cancelled(); },
-                                      memoryFor(steps_[index]).particles, directory_};
-        auto built = buildStep(*readers_[index], bounds_, stepOptions_, resources);
-        readers_[index].reset();
-        return built;
+                                      memoryFor(steps_[index], together_).particles, directory_};
+        return buildStep(*readers_[index], bounds_, stepOptions_, resources);
     }
 
     Status write(const BuiltStep& built, std::uint32_t index, proto::ParticleStepEntry& entry) {
@@ -330,10 +357,13 @@ class Job {
     ParticlesJobOptions options_;
     Communicator& ranks_;
     Progress& progress_;
+    std::mutex reporting_;
+    double reported_ = 0.0;  ///< under it
 
     PlotAxes axes_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
+    std::size_t together_ = 1;                        ///< steps that are under way at once
     std::uint64_t mayKeep_ = 0;                       ///< bytes of what is read, for its next use
     std::vector<std::optional<StepReader>> readers_;  ///< by selected step, from the pass over the bounds
     std::optional<storage::DatasetWriter> writer_;    ///< on rank 0
