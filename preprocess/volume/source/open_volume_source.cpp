@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <array>
 #include <glm/geometric.hpp>
-#include <optional>
+#include <string_view>
 
 #include "preprocess/volume/source/byte_stream.h"
 #include "preprocess/volume/source/metaimage_header.h"
@@ -11,7 +12,10 @@
 #include "preprocess/volume/source/nifti_volume.h"
 #include "preprocess/volume/source/nrrd_header.h"
 #include "preprocess/volume/source/nrrd_volume.h"
+#include "preprocess/volume/source/picture_files.h"
+#include "preprocess/volume/source/picture_stack.h"
 #include "preprocess/volume/source/raw_volume.h"
+#include "preprocess/volume/source/vdb_volume.h"
 #include "preprocess/volume/source/volume_source.h"
 #include "preprocess/volume/source/vti_header.h"
 #include "preprocess/volume/source/vti_volume.h"
@@ -54,31 +58,49 @@ Status place(VolumeShape& shape, const proto::VolumeSourceOptions& options) {
     return status.ok() ? success() : Status(wrongOption(status.error().where, status.error().message));
 }
 
-Result<std::string> formatOf(const proto::VolumeSourceOptions& options, const std::filesystem::path& input) {
-    if (!options.format().empty() && options.format() != "auto") return options.format();
-    if (options.dimensions_size() > 0) return std::string("raw");
+struct Format {
+    std::string_view name;
+    bool (*begins)(std::string_view bytes);
+};
+constexpr std::array<Format, 6> formats{{{"nrrd", NrrdHeader::begins},
+                                         {"nifti", NiftiHeader::begins},
+                                         {"vdb", beginsAsVdb},
+                                         {"pictures", beginsAsPicture},
+                                         {"metaimage", MetaImageHeader::begins},
+                                         {"vti", VtiHeader::begins}}};
+
+Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
+                                  const std::filesystem::path& input) {
+    if (!options.format().empty() && options.format() != "auto") return std::string_view(options.format());
+    if (options.dimensions_size() > 0) return std::string_view("raw");
+    if (namesPictures(input)) return std::string_view("pictures");
     auto file = fileStream(input);
     if (!file) return file.error();
     const auto head = readHead(**file, headBytes);
     if (!head) return head.error();
-    if (NrrdHeader::begins(*head)) return std::string("nrrd");
-    if (NiftiHeader::begins(*head)) return std::string("nifti");
-    if (MetaImageHeader::begins(*head)) return std::string("metaimage");
-    if (VtiHeader::begins(*head)) return std::string("vti");
-    return Error{ErrorCode::unsupported, (*file)->name(),
-                 "is no NRRD, MetaImage, NIfTI or VTI volume; a raw one needs its dimensions and type"};
+    for (const Format& format : formats) {
+        if (format.begins(*head)) return format.name;
+    }
+    return Error{
+        ErrorCode::unsupported, (*file)->name(),
+        "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, PNG or TIFF file; a raw one needs its dimensions and "
+        "type"};
 }
 
-Result<std::unique_ptr<VolumeSource>> openAs(const std::string& format,
+Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
                                              const proto::VolumeSourceOptions& options,
-                                             const std::filesystem::path& input, const Progress& progress) {
+                                             const std::filesystem::path& input, Progress& progress) {
     if (format == "raw") return openRaw(options, input);
     if (format == "nrrd") return openNrrd(input);
     if (format == "metaimage") return openMetaImage(input);
     if (format == "nifti") return openNifti(input);
     if (format == "vti") return openVti(input, options.field(), progress);
+    if (format == "pictures") return openPictureStack(input, progress);
+    if (format == "vdb") return openVdb(input, options.field());
     return wrongOption(
-        "format", fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti and vti", format));
+        "format",
+        fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures and vdb",
+                    format));
 }
 
 }  // namespace

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/volume/source/picture_files.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <string>
+#include <system_error>
+
+#include "preprocess/volume/source/volume_shape.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isDigit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+/// The digits at the beginning of `text`, which loses them, without zeros in front.
+std::string_view takeNumber(std::string_view& text) {
+    std::size_t end = 0;
+    while (end < text.size() && isDigit(text[end])) ++end;
+    std::string_view number = text.substr(0, end);
+    text.remove_prefix(end);
+    while (number.starts_with('0')) number.remove_prefix(1);
+    return number;
+}
+
+bool isPictureName(const fs::path& path) {
+    std::string ending = path.extension().string();
+    for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return ending == ".png" || ending == ".tif" || ending == ".tiff";
+}
+
+}  // namespace
+
+bool naturallyLess(std::string_view a, std::string_view b) {
+    const std::string_view wholeA = a, wholeB = b;
+    while (!a.empty() && !b.empty()) {
+        if (isDigit(a.front()) && isDigit(b.front())) {
+            const auto numberA = takeNumber(a), numberB = takeNumber(b);
+            if (numberA.size() != numberB.size()) return numberA.size() < numberB.size();
+            if (numberA != numberB) return numberA < numberB;
+        } else {
+            if (a.front() != b.front()) return a.front() < b.front();
+            a.remove_prefix(1);
+            b.remove_prefix(1);
+        }
+    }
+    if (a.empty() != b.empty()) return a.empty();
+    return wholeA < wholeB;
+}
+
+bool namesPictures(const fs::path& input) {
+    std::error_code code;
+    if (fs::exists(input, code)) return fs::is_directory(input, code);
+    return input.filename().string().find_first_of("*?") != std::string::npos;
+}
+
+Result<std::vector<fs::path>> pictureFiles(const fs::path& input) {
+    std::error_code code;
+    const bool whole = fs::is_directory(input, code);
+    const std::string pattern = input.filename().string();
+    const fs::path folder = whole ? input : input.parent_path().empty() ? fs::path(".") : input.parent_path();
+    std::vector<fs::path> files;
+    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+        const fs::path name = entry->path().filename();
+        if (whole ? isPictureName(name) && name.string().front() != '.'
+                  : fnmatch(pattern.c_str(), name.c_str(), FNM_PERIOD) == 0) {
+            files.push_back(entry->path());
+        }
+        if (files.size() <= VolumeShape::maxDimension) continue;
+        return Error{ErrorCode::resourceExhausted, pattern,
+                     fmt::format("are more than {} pictures", VolumeShape::maxDimension)};
+    }
+    if (code && code != std::errc::no_such_file_or_directory) {
+        const bool denied = code == std::errc::permission_denied;
+        return Error{denied ? ErrorCode::permissionDenied : ErrorCode::internal, folder.filename().string(),
+                     "cannot be read: " + code.message()};
+    }
+    if (files.empty()) {
+        return Error{ErrorCode::notFound, pattern,
+                     whole ? "is a folder without PNG or TIFF pictures" : "no file has a name like this"};
+    }
+    std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+        return naturallyLess(a.filename().string(), b.filename().string());
+    });
+    return files;
+}
+
+}  // namespace mote::prep
