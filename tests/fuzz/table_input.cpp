@@ -1,47 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/table_input.h"
 
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <vector>
 
 #include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/impact/reference_track.h"
 #include "preprocess/readers/particle_source.h"
+#include "tests/fuzz/memory_file.h"
 
 namespace mote::test {
 namespace {
 
 constexpr std::uint64_t mostRows = 10'000;
-
-class Silent : public prep::Progress {
-  public:
-    void report(double, std::string_view) override {}
-    void note(std::string_view) override {}
-    bool cancelled() const override { return false; }
-};
-
-/// A file in memory, with a path.
-class MemoryFile {
-  public:
-    explicit MemoryFile(std::string_view bytes) : descriptor_(memfd_create("fuzz", MFD_CLOEXEC)) {
-        if (descriptor_ < 0 ||
-            write(descriptor_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
-            std::abort();
-        }
-    }
-    ~MemoryFile() { close(descriptor_); }
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-    std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-
-  private:
-    int descriptor_;
-};
 
 void require(bool condition) {
     if (!condition) std::abort();
