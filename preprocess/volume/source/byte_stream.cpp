@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "preprocess/readers/text/byte_source.h"
-#include "preprocess/readers/text/inflater.h"
 
 namespace mote::prep {
 namespace {
@@ -138,8 +137,8 @@ Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,
     return part;
 }
 
-Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed) {
-    auto inflater = Inflater::make(Inflater::Form::zlib, compressed->name());
+Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed, Inflater::Form form) {
+    auto inflater = Inflater::make(form, compressed->name());
     if (!inflater) return inflater.error();
     return ByteStreamPtr(new InflatedStream(std::move(compressed), std::move(inflater).value()));
 }

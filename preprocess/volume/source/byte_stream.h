@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 
+#include "preprocess/readers/text/inflater.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -59,8 +60,8 @@ Result<ByteStreamPtr> fileStream(const std::filesystem::path& path);
 Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,
                                  std::optional<std::uint64_t> length = std::nullopt);
 
-/// What comes out of zlib or gzip data. Errors: internal.
-Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed);
+/// What comes out of compressed data. Errors: internal.
+Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed, Inflater::Form form);
 
 /// The most bytes that `bytes` of deflate data can become.
 std::uint64_t mostInflated(std::uint64_t bytes);

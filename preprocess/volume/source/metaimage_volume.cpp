@@ -12,7 +12,8 @@ namespace {
 /// From a file's bytes to its `needed` bytes of numbers: a header skipped, decompressed.
 Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const MetaImageHeader& header, std::uint64_t needed) {
     auto unwrapped = skipHeader(std::move(stream), header.headerSize, needed);
-    if (unwrapped && header.compressed) unwrapped = inflatedStream(std::move(unwrapped).value());
+    if (unwrapped && header.compressed)
+        unwrapped = inflatedStream(std::move(unwrapped).value(), Inflater::Form::zlib);
     if (!unwrapped || !header.text) return unwrapped;
     return numberStream(std::move(unwrapped).value());
 }

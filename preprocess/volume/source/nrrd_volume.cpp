@@ -32,7 +32,7 @@ Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std
     if (!lines) return lines.error();
     auto unwrapped = partStream(std::move(stream), *lines);
     if (unwrapped && header.encoding == NrrdHeader::Encoding::gzip) {
-        unwrapped = inflatedStream(std::move(unwrapped).value());
+        unwrapped = inflatedStream(std::move(unwrapped).value(), Inflater::Form::gzip);
     }
     if (!unwrapped) return unwrapped;
     unwrapped = skipHeader(std::move(unwrapped).value(), header.byteSkip, needed);

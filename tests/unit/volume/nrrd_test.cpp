@@ -203,11 +203,21 @@ TEST_F(Nrrd, ContradictionsAreRefused) {
     EXPECT_THAT(error("NRRD0004\n" + std::string(2 << 20, 'x')), HasSubstr("header: has no end"));
 }
 
+// As bgzip and pigz -i write them.
+TEST_F(Nrrd, GzipMayHaveSeveralMembers) {
+    const auto head = std::string("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nencoding: gzip\n\n");
+    const auto numbers = countedNumbers(60);
+    const auto bytes = numberBytes<std::uint8_t>(numbers);
+    EXPECT_THAT(read(head + gzipped(bytes.substr(0, 25)) + gzipped(bytes.substr(25)))->values,
+                ElementsAreArray(numbers));
+    EXPECT_THAT(error(head + gzipped(bytes) + gzipped("x")), HasSubstr("and it holds more"));
+}
+
 TEST_F(Nrrd, CutDataAreRefused) {
     const auto head = std::string("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nencoding: gzip\n\n");
     const auto data = gzipped(numberBytes<std::uint8_t>(countedNumbers(60)));
     EXPECT_EQ(error(head + data), "");
-    EXPECT_THAT(error(head + data.substr(0, 20)), HasSubstr("corrupt: a.nrrd: its zlib data is cut short"));
+    EXPECT_THAT(error(head + data.substr(0, 20)), HasSubstr("corrupt: a.nrrd: its gzip data is cut short"));
     EXPECT_THAT(error(head), HasSubstr("and it holds at most 0"));
     EXPECT_THAT(error(head + "not gzip at all, but long enough to be"), HasSubstr("is damaged"));
 }
