@@ -68,11 +68,13 @@ std::shared_ptr<const Dots> dotsOf(const Scene& scene, const FramePlan& plan) {
 void setDepths(FramePlan& plan) {
     double nearest = std::numeric_limits<double>::infinity();
     double farthest = -nearest;
-    for (const auto& layer : plan.layers) {
-        const Bounds box = plotBounds.transformed(layer.layerToEye);
+    const auto reach = [&](const Bounds& box) {
         nearest = std::min(nearest, -box.max.z);
         farthest = std::max(farthest, -box.min.z);
-    }
+    };
+    for (const auto& layer : plan.layers) reach(plotBounds.transformed(layer.layerToEye));
+    for (const auto& layer : plan.hybrids)
+        reach(Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(layer.boxToEye));
     if (plan.anyDots()) {
         // A little more, so that there is a range where all dots have one depth, or none.
         const auto [low, high] = depthsOf(*plan.dots);
@@ -209,6 +211,10 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                    .layers = {}};
     const Planning planning{selections, device, reading, static_cast<double>(plan.height) / view.height};
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        if (view.layers[i].hybrid() != nullptr) {
+            MOTE_CHECK(i < scene.hybrids.size());
+            plan.hybrids.push_back(planHybrid(view.layers[i], scene.hybrids[i], plan.camera));
+        }
         const ParticlesStyle* const style = view.layers[i].particles();
         if (style == nullptr) continue;
         plan.layers.push_back(planLayer(view.layers[i], *style, scene.steps[i], plan, quality, planning));

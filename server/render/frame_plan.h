@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/render/hybrid/hybrid_plan.h"
 #include "server/render/point_selection.h"
 #include "server/render/preview_selection.h"
 #include "server/render/quality.h"
@@ -49,13 +50,16 @@ struct FramePlan {
     double farDepth = 0.0;
     std::uint32_t slabs = 1;  ///< of equal thickness from nearDepth to farDepth
     double samplesPerCell = 4.0;
-    bool exact = true;                      ///< Quality::exact(): not for a picture in motion
-    std::vector<LayerPlan> layers;          ///< of particles
+    bool exact = true;              ///< Quality::exact(): not for a picture in motion
+    std::vector<LayerPlan> layers;  ///< of particles
+    std::vector<HybridPlan> hybrids = {};
     std::shared_ptr<const Dots> dots = {};  ///< in pixels of the plan; null: none
 
     bool anyDots() const { return dots != nullptr && !dots->empty(); }
     /// Nothing is in view but background.
-    bool blank() const { return (layers.empty() && !anyDots()) || !(farDepth > nearDepth); }
+    bool blank() const {
+        return (layers.empty() && hybrids.empty() && !anyDots()) || !(farDepth > nearDepth);
+    }
     /// Whether any layer does.
     bool waits() const;
 };
@@ -72,6 +76,7 @@ enum class Reading { all, notForPoints };
 struct DeviceAbilities {
     bool preview = false;   ///< LayerPlan::preview
     bool allPoints = true;  ///< from this process's memory: LayerPlan::need asks for them
+    bool hybrids = false;   ///< FramePlan::hybrids
 };
 
 /// Throws storage::StorageError where the octree's bytes are damaged.

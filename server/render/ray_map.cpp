@@ -7,8 +7,11 @@
 
 namespace mote::render {
 
-RayMap::RayMap(const FramePlan& plan, const LayerPlan& layer) {
-    const glm::dmat4 eyeToBox = glm::inverse(layer.layerToEye * boxToLayer());
+RayMap::RayMap(const FramePlan& plan, const LayerPlan& layer)
+    : RayMap(plan, layer.layerToEye * boxToLayer()) {}
+
+RayMap::RayMap(const FramePlan& plan, const glm::dmat4& boxToEye) {
+    const glm::dmat4 eyeToBox = glm::inverse(boxToEye);
     const glm::dvec3 right(eyeToBox[0]), up(eyeToBox[1]), away(-eyeToBox[2]), eye(eyeToBox[3]);
     const double thickness = (plan.farDepth - plan.nearDepth) / plan.slabs;
     const bool perspective = plan.camera.perspective();

@@ -18,6 +18,7 @@ struct RayMap {
     std::array<glm::dvec3, 3> advance;
 
     RayMap(const FramePlan& plan, const LayerPlan& layer);
+    RayMap(const FramePlan& plan, const glm::dmat4& boxToEye);
 };
 
 }  // namespace mote::render

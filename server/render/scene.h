@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/scene/view.h"
+#include "server/render/hybrid/hybrid_step.h"
 #include "server/render/stipple/dot.h"
 #include "storage/particles/particle_step.h"
 
@@ -18,6 +19,8 @@ struct Scene {
     std::vector<std::shared_ptr<const storage::ParticleStep>>
         steps;                              ///< one a layer; null where it has no particles
     std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
+    /// One a layer, null where it is of another kind; or empty where all are.
+    std::vector<std::shared_ptr<const HybridStep>> hybrids = {};
 };
 
 }  // namespace mote::render

@@ -27,7 +27,11 @@ glm::dmat4 boxToLayer() {
 }
 
 glm::dmat4 boxToScreen(const FramePlan& plan, const LayerPlan& layer) {
-    return eyeToScreen(plan) * layer.layerToEye * boxToLayer();
+    return boxToScreen(plan, layer.layerToEye * boxToLayer());
+}
+
+glm::dmat4 boxToScreen(const FramePlan& plan, const glm::dmat4& boxToEye) {
+    return eyeToScreen(plan) * boxToEye;
 }
 
 }  // namespace mote::render

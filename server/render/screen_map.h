@@ -16,5 +16,7 @@ glm::dmat4 boxToLayer();
 /// Box [0, 1]^3 to (px * w, py * w, slab, w): px and py in pixels from the picture's upper left corner, slab
 /// in slabs from nearDepth; w is the depth (perspective) or 1.
 glm::dmat4 boxToScreen(const FramePlan& plan, const LayerPlan& layer);
+/// The same from any box.
+glm::dmat4 boxToScreen(const FramePlan& plan, const glm::dmat4& boxToEye);
 
 }  // namespace mote::render

@@ -7,37 +7,39 @@
 #include "protocol/scene/log_density.h"
 
 namespace mote::render {
-namespace {
-
-constexpr double cellWidth = (1.0 + LogDensity::fade) / TransferTable::cells;
-
-}  // namespace
-
 TransferTable::TransferTable(const ParticlesStyle& style)
-    : integrals_(cells + 1), extinctions_(cells), visibleBefore_(cells + 1, 0) {
+    : TransferTable(
+          -LogDensity::fade, 1.0, [&](double t) { return style.extinction(t); },
+          [&](double t) { return style.colorMap(t); }) {}
+
+TransferTable::TransferTable(double low, double high, const std::function<double(double)>& extinction,
+                             const std::function<glm::dvec3(double)>& color)
+    : low_(low), high_(high), integrals_(cells + 1), extinctions_(cells), visibleBefore_(cells + 1, 0) {
+    const double cellWidth = (high - low) / cells;
     // Extinction may jump within a cell (a step of the curve); color changes slowly.
     constexpr int parts = 8;
     glm::dvec4 integral(0.0);
     integrals_[0] = glm::vec4(0.0F);
     for (std::uint32_t i = 0; i < cells; ++i) {
-        const double low = -LogDensity::fade + i * cellWidth;
+        const double from = low + i * cellWidth;
         double mean = 0.0;
         for (int part = 0; part < parts; ++part)
-            mean += style.extinction(low + (part + 0.5) / parts * cellWidth) / parts;
-        if (mean > 0.0) integral += cellWidth * mean * glm::dvec4(style.colorMap(low + 0.5 * cellWidth), 1.0);
+            mean += extinction(from + (part + 0.5) / parts * cellWidth) / parts;
+        if (mean > 0.0) integral += cellWidth * mean * glm::dvec4(color(from + 0.5 * cellWidth), 1.0);
         extinctions_[i] = static_cast<float>(mean);
         integrals_[i + 1] = glm::vec4(integral);
         visibleBefore_[i + 1] = visibleBefore_[i] + (mean > 0.0 ? 1 : 0);
     }
 }
 
-bool TransferTable::visible(float low, float high) const {
-    const auto cellOf = [](double t) {
-        return std::clamp((t + LogDensity::fade) / cellWidth, 0.0, double{cells});
+bool TransferTable::visible(double low, double high) const {
+    const auto cellOf = [this](double t) {
+        return std::clamp((t - low_) / (high_ - low_) * cells, 0.0, double{cells});
     };
-    const auto first = static_cast<std::uint32_t>(std::max(0.0, std::floor(cellOf(low)) - 1.0));
-    const auto last = static_cast<std::uint32_t>(std::min(std::ceil(cellOf(high)) + 1.0, double{cells}));
-    return visibleBefore_[last] > visibleBefore_[first];
+    // Beyond an end it is as in the last cell there.
+    const double first = std::clamp(std::floor(cellOf(low)) - 1.0, 0.0, cells - 1.0);
+    const double last = std::clamp(std::ceil(cellOf(high)) + 1.0, 1.0, double{cells});
+    return visibleBefore_[static_cast<std::size_t>(last)] > visibleBefore_[static_cast<std::size_t>(first)];
 }
 
 }  // namespace mote::render

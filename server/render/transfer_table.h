@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec4.hpp>
 #include <vector>
 
@@ -18,15 +19,22 @@ class TransferTable {
     static constexpr std::uint32_t cells = 4096;  ///< of t in [-LogDensity::fade, 1]
 
     explicit TransferTable(const ParticlesStyle& style);
+    /// Of any functions over [low, high]; beyond, both are as at its ends. What is said of t below holds of
+    /// this range.
+    TransferTable(double low, double high, const std::function<double(double)>& extinction,
+                  const std::function<glm::dvec3(double)>& color);
 
+    double low() const { return low_; }
+    double high() const { return high_; }
     /// cells + 1 running integrals of (extinction * linear RGB, extinction) dt.
     const std::vector<glm::vec4>& integrals() const { return integrals_; }
     /// Of each cell, its mean extinction per unit length of layer space.
     const std::vector<float>& extinctions() const { return extinctions_; }
     /// Whether any t in [low, high] has extinction.
-    bool visible(float low, float high) const;
+    bool visible(double low, double high) const;
 
   private:
+    double low_, high_;
     std::vector<glm::vec4> integrals_;
     std::vector<float> extinctions_;
     std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction

@@ -170,6 +170,14 @@ Result<std::shared_ptr<const render::StippleSurface>> DatasetService::surface(co
     return stipples_.surface(found->second);
 }
 
+Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybrid(
+    const std::string& dataset, std::uint32_t index, HybridRepresentation representation) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    return hybrids_.step(found->second, index, representation);
+}
+
 bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {
     return steps_.want(step, need);
 }

@@ -18,6 +18,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/session/hybrid_cache.h"
 #include "server/session/step_cache.h"
 #include "server/session/step_source.h"
 #include "server/session/stipple_cache.h"
@@ -57,6 +58,8 @@ class DatasetService final : public StepSource {
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;
     Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;
+    Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset, std::uint32_t index,
+                                                             HybridRepresentation representation) override;
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
     void beginPicture() override { steps_.beginPicture(); }
 
@@ -91,6 +94,7 @@ class DatasetService final : public StepSource {
     // Of the thread that renders.
     StepCache steps_;
     StippleCache stipples_;
+    HybridCache hybrids_{steps_};
     std::thread thread_;
 };
 

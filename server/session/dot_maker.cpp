@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "server/render/hybrid/hybrid_load.h"
 #include "server/session/layer_place.h"
 
 namespace mote::server {
@@ -23,6 +24,12 @@ Status fitLayers(View& view, StepSource& source) {
             const auto surface = source.surface(view.layers[i].dataset);
             if (!surface.ok()) return inLayer(i, surface.error());
             bounds = (*surface)->bounds();
+        }
+        if (view.layers[i].hybrid() != nullptr) {
+            const auto place = source.place(view.layers[i].dataset);
+            if (!place.ok()) return inLayer(i, place.error());
+            if (place->manifest->kind() != "hybrid") continue;  // said when it is drawn
+            bounds = render::hybridBounds(place->manifest->hybrid());
         }
         bounds = bounds.transformed(view.layers[i].transform);
         all = all ? all->united(bounds) : bounds;

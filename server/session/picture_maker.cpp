@@ -141,8 +141,17 @@ void PictureMaker::deviceFailed() {
 Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, Stage stage,
                               DotHistory::Layer& history) {
     scene.steps.emplace_back();
+    scene.hybrids.emplace_back();
     if (layer.hybrid() != nullptr) {
-        return Error{ErrorCode::unsupported, "hybrid", "this server does not draw hybrid volumes yet"};
+        history = {};
+        if (!device_->abilities().hybrids) {
+            return Error{ErrorCode::unsupported, "hybrid",
+                         "the server's device, " + name_ + ", draws no hybrid volumes; --device cpu does"};
+        }
+        auto step = steps_.hybrid(layer.dataset, layer.step, layer.hybrid()->representation);
+        if (!step.ok()) return step.error();
+        scene.hybrids.back() = *std::move(step);
+        return success();
     }
     const auto* const style = layer.stipple();
     if (style != nullptr && style->onPlane()) {
@@ -272,8 +281,11 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     const double renderMs = milliseconds(Clock::now() - planned);
     const double share = shareOf(*plan, quality);
     if (!scene.view.layers.empty()) learn(history, scene, *picture, quality, share, renderMs);
-    MadePicture made{
-        *std::move(picture), {}, stageAfter(job.stage, scene, history), dots, plan->layers.empty()};
+    MadePicture made{*std::move(picture),
+                     {},
+                     stageAfter(job.stage, scene, history),
+                     dots,
+                     plan->layers.empty() && plan->hybrids.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
     const auto& shown = dots ? dots : plan->dots;

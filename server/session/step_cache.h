@@ -42,6 +42,11 @@ class StepCache {
     /// What was used before may leave memory from now on.
     void beginPicture() { budget_->beginTurn(); }
 
+    /// Memory that something else takes of the same bytes, until it is given back. False where there is no
+    /// room, also when all blocks go that the present picture does not use.
+    bool take(std::uint64_t bytes) { return budget_->take(bytes, budget_->turn()); }
+    void giveBack(std::uint64_t bytes) { budget_->giveBack(bytes); }
+
     std::size_t openSteps() const;
     const storage::BlockBudget& budget() const { return *budget_; }
 

@@ -11,6 +11,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/render/hybrid/hybrid_step.h"
 #include "server/render/stipple/stipple_surface.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_need.h"
@@ -37,6 +38,15 @@ class StepSource {
     /// where the dataset holds none.
     virtual Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) {
         return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no stippled surface"};
+    }
+    /// The step of a hybrid volume, with what the representation draws. Errors: notFound, corrupt,
+    /// permissionDenied, resourceExhausted; unsupported where the dataset has no such representation.
+    virtual Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset,
+                                                                     std::uint32_t index,
+                                                                     HybridRepresentation representation) {
+        static_cast<void>(index);
+        static_cast<void>(representation);
+        return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no hybrid volume"};
     }
     /// What the pictures of a step, one that step() gave, would use now: what is missing is brought in
     /// meanwhile, and later steps of a series that is played are readied as far. Returns at once. False where

@@ -38,5 +38,11 @@ INSTANTIATE_TEST_SUITE_P(All, DeviceGoldenTest,
                              return std::get<0>(both.param) + '_' + std::get<1>(both.param).name;
                          });
 
+INSTANTIATE_TEST_SUITE_P(Hybrids, DeviceGoldenTest,
+                         testing::Combine(testing::Values("cpu"), testing::ValuesIn(goldenHybrids())),
+                         [](const auto& both) {
+                             return std::get<0>(both.param) + '_' + std::get<1>(both.param).name;
+                         });
+
 }  // namespace
 }  // namespace mote::test

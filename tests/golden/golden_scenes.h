@@ -27,6 +27,9 @@ struct GoldenScene {
 /// All of them, without their data.
 const std::vector<GoldenScene>& goldenScenes();
 
+/// Those of hybrid volumes: each representation, each shape of points.
+const std::vector<GoldenScene>& goldenHybrids();
+
 /// The data and the view of one.
 render::Scene makeScene(const std::string& name);
 

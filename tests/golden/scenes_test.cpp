@@ -49,8 +49,32 @@ TEST_P(GoldenSceneTest, ShowsVolumePointsAndDots) {
     if (keepAll()) keep(whole, GetParam().name + "-quick");
 }
 
+class GoldenHybridTest : public testing::TestWithParam<GoldenScene> {};
+
+/// Against the same scene without its layers, and without its corrections or points.
+TEST_P(GoldenHybridTest, ShowsVolumeAndWhatSetsItRight) {
+    const auto scene = makeScene(GetParam().name);
+    const auto whole = quickly(scene);
+    const auto empty =
+        quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}, {}}, {}});
+    auto low = scene;
+    for (auto& layer : low.view.layers) {
+        if (auto* const style = std::get_if<HybridStyle>(&layer.style))
+            style->representation = HybridRepresentation::volume;
+    }
+    const double covered = changedShare(whole, empty), righted = changedShare(whole, quickly(low));
+    EXPECT_GE(covered, GetParam().coveredShare);
+    EXPECT_GE(righted, GetParam().pointsShare);
+    RecordProperty("covered", std::to_string(covered));
+    RecordProperty("righted", std::to_string(righted));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GoldenHybridTest, testing::ValuesIn(goldenHybrids()),
+                         [](const auto& scene) { return scene.param.name; });
+
 TEST(GoldenScenes, HaveTheirOwnNames) {
     std::set<std::string> names;
+    for (const auto& scene : goldenHybrids()) EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
     for (const auto& scene : goldenScenes()) EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
     EXPECT_GE(names.size(), 6U);
 }

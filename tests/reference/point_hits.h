@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // PointHits: which points and dots touch which pixels, at what depth and opacity (docs/PICTURE.md, "Points",
-// "Dots"). A value;
-// made once for a picture.
+// "Hybrid volumes", "Dots"). A value; made once for a picture.
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
 #include "server/render/scene.h"
+#include "tests/reference/point_splat.h"
 
 namespace mote::reference {
 
@@ -19,6 +20,7 @@ struct Hit {
     std::uint32_t layer;  ///< or, after all layers, the dot
     double depth;         ///< world units along the line of sight
     double alpha;         ///< opacity of the point or dot times coverage, > 0
+    glm::dvec3 color{};   ///< linear RGB
 };
 
 class PointHits {
@@ -34,10 +36,12 @@ class PointHits {
 
   private:
     void addLayer(const render::Scene& scene, std::uint32_t layer);
+    void addHybrid(const render::Scene& scene, std::uint32_t layer);
     void addDots(const render::Scene& scene);
     void addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye);
     void addSquare(const View& view, Hit hit, double px, double py, double size);
     void addDisc(const View& view, Hit hit, double px, double py, double size);
+    void addSplat(const View& view, Hit hit, const PointSplat& splat);
     void markAmbiguous(const View& view, double px, double py);
     void sort(std::size_t pixels);
 

@@ -11,6 +11,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
+#include "tests/reference/hybrid_field.h"
 #include "tests/reference/point_hits.h"
 #include "tests/reference/volume_field.h"
 
@@ -31,30 +32,31 @@ struct LayerRay {
     glm::dvec3 at(double depth) const { return origin + depth * perDepth; }
 };
 
-void clip(LayerRay& ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-        const double origin = ray.origin[axis];
-        const double speed = ray.perDepth[axis];
-        if (speed == 0.0) {
-            if (std::abs(origin) > 1.0) ray.leave = -infinity;
-            continue;
-        }
-        const double one = (-1.0 - origin) / speed;
-        const double other = (1.0 - origin) / speed;
-        ray.enter = std::max(ray.enter, std::min(one, other));
-        ray.leave = std::min(ray.leave, std::max(one, other));
+void clip(LayerRay& ray, const std::vector<HalfSpace>& within) {
+    for (const auto& side : within) {
+        // How far inside: height + depth * speed.
+        const double height = glm::dot(side.normal, ray.origin) - side.distance;
+        const double speed = glm::dot(side.normal, ray.perDepth);
+        if (speed > 0.0) ray.enter = std::max(ray.enter, -height / speed);
+        if (speed < 0.0) ray.leave = std::min(ray.leave, -height / speed);
+        if (speed == 0.0 && height < 0.0) ray.leave = -infinity;
     }
 }
 
 class Renderer {
   public:
     Renderer(const render::Scene& scene, const Options& options)
-        : view_(scene.view), dots_(scene.dots), hits_(scene), samplesPerCell_(options.samplesPerCell) {
+        : view_(scene.view), hits_(scene), samplesPerCell_(options.samplesPerCell) {
         for (std::size_t i = 0; i < view_.layers.size(); ++i) {
-            const ParticlesStyle* const style = view_.layers[i].particles();
-            if (style == nullptr) continue;
-            fields_.emplace_back(*scene.steps[i], *style);
-            eyeToLayer_.push_back(glm::inverse(view_.camera.worldToEye() * view_.layers[i].transform));
+            const Layer& layer = view_.layers[i];
+            if (const ParticlesStyle* const style = layer.particles())
+                fields_.push_back(std::make_unique<VolumeField>(*scene.steps[i], *style));
+            else if (layer.hybrid() != nullptr)
+                fields_.push_back(std::make_unique<HybridField>(*scene.hybrids[i], layer, view_.camera));
+            else
+                continue;
+            within_.push_back(fields_.back()->within());
+            eyeToLayer_.push_back(glm::inverse(view_.camera.worldToEye() * layer.transform));
         }
     }
 
@@ -65,7 +67,7 @@ class Renderer {
         double depth = -infinity;
         for (const auto& hit : hits) {
             gather(rays, depth, hit.depth, light);
-            light.color += light.left * hit.alpha * colorOf(hit);
+            light.color += light.left * hit.alpha * hit.color;
             light.left *= 1.0 - hit.alpha;
             depth = hit.depth;
         }
@@ -81,11 +83,6 @@ class Renderer {
         double left = 1.0;  ///< transmittance of all that lies in front
     };
 
-    glm::dvec3 colorOf(const Hit& hit) const {
-        if (hit.layer < view_.layers.size()) return view_.layers[hit.layer].particles()->pointColor;
-        return (*dots_)[hit.layer - view_.layers.size()].color;
-    }
-
     std::vector<LayerRay> raysThrough(std::uint32_t column, std::uint32_t row) const {
         const double half = view_.camera.halfHeight();
         const double x = (2.0 * (column + 0.5) / view_.width - 1.0) * view_.aspect() * half;
@@ -95,10 +92,10 @@ class Renderer {
         const glm::dvec4 perDepth =
             perspective ? glm::dvec4(x, y, -1.0, 0.0) : glm::dvec4(0.0, 0.0, -1.0, 0.0);
         std::vector<LayerRay> rays;
-        for (const auto& toLayer : eyeToLayer_) {
-            LayerRay ray{glm::dvec3(toLayer * origin), glm::dvec3(toLayer * perDepth),
+        for (std::size_t i = 0; i < eyeToLayer_.size(); ++i) {
+            LayerRay ray{glm::dvec3(eyeToLayer_[i] * origin), glm::dvec3(eyeToLayer_[i] * perDepth),
                          nearestDepth(view_.camera), infinity};
-            clip(ray);
+            clip(ray, within_[i]);
             rays.push_back(ray);
         }
         return rays;
@@ -133,7 +130,7 @@ class Renderer {
         double step = infinity;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (depth < rays[i].enter || depth > rays[i].leave) continue;
-            step = std::min(step, fields_[i].cellEdge() / (samplesPerCell_ * glm::length(rays[i].perDepth)));
+            step = std::min(step, fields_[i]->cellEdge() / (samplesPerCell_ * glm::length(rays[i].perDepth)));
         }
         return step;
     }
@@ -143,12 +140,12 @@ class Renderer {
         glm::dvec3 emission(0.0);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (depth < rays[i].enter || depth > rays[i].leave) continue;
-            const double t = fields_[i].t(rays[i].at(depth));
+            const VolumeMatter matter = fields_[i]->at(rays[i].at(depth));
             // Extinction is per length of layer space: here per depth.
-            const double here = fields_[i].extinction(t) * glm::length(rays[i].perDepth);
+            const double here = matter.extinction * glm::length(rays[i].perDepth);
             if (here <= 0.0) continue;
             extinction += here;
-            emission += here * fields_[i].color(t);
+            emission += here * matter.color;
         }
         if (extinction <= 0.0) return;
         const double absorbed = -std::expm1(-extinction * thickness);
@@ -157,10 +154,10 @@ class Renderer {
     }
 
     const View& view_;
-    std::shared_ptr<const render::Dots> dots_;
     PointHits hits_;
     double samplesPerCell_;
-    std::vector<VolumeField> fields_;
+    std::vector<std::unique_ptr<Volume>> fields_;
+    std::vector<std::vector<HalfSpace>> within_;
     std::vector<glm::dmat4> eyeToLayer_;
 };
 

@@ -36,4 +36,20 @@ double VolumeField::t(const glm::dvec3& inLayer) const {
     return glm::mix(alongY(below[2]), alongY(above[2]), share[2]);
 }
 
+VolumeMatter VolumeField::at(const glm::dvec3& inLayer) const {
+    const double here = t(inLayer);
+    return {extinction(here), color(here)};
+}
+
+std::vector<HalfSpace> VolumeField::within() const {
+    std::vector<HalfSpace> sides;
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::dvec3 normal(0.0);
+        normal[axis] = 1.0;
+        sides.push_back({normal, -1.0});
+        sides.push_back({-normal, -1.0});
+    }
+    return sides;
+}
+
 }  // namespace mote::reference

@@ -11,10 +11,11 @@
 
 #include "protocol/scene/particles_style.h"
 #include "storage/particles/particle_step.h"
+#include "tests/reference/volume.h"
 
 namespace mote::reference {
 
-class VolumeField {
+class VolumeField final : public Volume {
   public:
     VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style);
 
@@ -25,8 +26,9 @@ class VolumeField {
     double extinction(double t) const { return style_.extinction(t); }
     /// Linear RGB.
     glm::dvec3 color(double t) const { return style_.colorMap(t); }
-    /// Layer space.
-    double cellEdge() const { return 2.0 / size_; }
+    VolumeMatter at(const glm::dvec3& inLayer) const override;
+    std::vector<HalfSpace> within() const override;
+    double cellEdge() const override { return 2.0 / size_; }
 
   private:
     std::uint32_t size_;

@@ -7,16 +7,16 @@
 #include <limits>
 
 #include "server/render/blank_picture.h"
+#include "server/render/cpu/packed_volume.h"
 #include "server/render/screen_map.h"
 
 namespace mote::render {
 namespace {
 
 /// Around the box's projection; all there is where that is unbounded, since the box reaches behind the eye.
-PixelRange screenOf(const FramePlan& plan, const LayerPlan& layer) {
+PixelRange screenOf(const glm::dmat4& toScreen) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     constexpr double margin = 1.0;  // for rounding
-    const glm::dmat4 toScreen = boxToScreen(plan, layer);
     PixelRange range{glm::dvec2(infinite), glm::dvec2(-infinite)};
     for (unsigned i = 0; i < 8; ++i) {
         const glm::dvec4 corner = toScreen * glm::dvec4(i & 1U, i >> 1 & 1U, i >> 2 & 1U, 1.0);
@@ -27,10 +27,57 @@ PixelRange screenOf(const FramePlan& plan, const LayerPlan& layer) {
     return range;
 }
 
+std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
+    constexpr float full = PackedVolume::full;  // 15 bits
+    std::array<std::uint32_t, 256> packed{};
+    const auto bits = [](float x) { return static_cast<std::uint32_t>(std::lround(x * full)); };
+    for (std::size_t code = 0; code < packed.size(); ++code) {
+        const auto& shade = light.shades()[code];
+        packed[code] = bits(shade.diffuse) | bits(shade.specular) << 16;
+    }
+    return packed;
+}
+
+/// Of a hybrid volume, stretches a cell's edge: a trilinear field bends within a cell, and light in it does.
+/// Cells of the low volume are large on the screen, and few.
+double hybridSamples(const FramePlan& plan, bool corrected) {
+    const double most = corrected ? 2.0 : 6.0;
+    return plan.exact ? most : std::clamp(plan.samplesPerCell, 0.5, most);
+}
+
+HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const VisibleHybrid& visible) {
+    const HybridStep& step = *hybrid.step;
+    const HybridBricks* const bricks = hybrid.corrected() ? step.bricks.get() : nullptr;
+    const glm::dvec3 low(step.low.size), cells(bricks != nullptr ? bricks->size : step.low.size);
+    const glm::dvec3 ratio = cells / low;
+    const VolumeTable& table = *visible.table;
+    const double perValue = VolumeTable::cells / (table.high() - table.low());
+    return {
+        .rays = RayMap(plan, hybrid.boxToEye),
+        .screen = screenOf(boxToScreen(plan, hybrid.boxToEye)),
+        .space = {.cells = cells,
+                  .shift = -0.5,
+                  .samples = hybridSamples(plan, bricks != nullptr),
+                  .toLayer = glm::dmat3(step.boxToLayer),
+                  .clips = hybrid.clips},
+        .blocks = visible.blocks,
+        .table = visible.table,
+        .tableScale = static_cast<float>((step.range.high - step.range.low) / 65535.0 * perValue),
+        .tableShift = static_cast<float>(1.0 + (step.range.low - table.low()) * perValue),
+        .low = &step.low,
+        .bricks = bricks,
+        // Twice as many to a cell of the low volume as to one of a brick; whole, so that both meet.
+        .coarse = std::max(1.0F, std::floor(static_cast<float>(0.5 * std::min({ratio.x, ratio.y, ratio.z})))),
+        .lowScale = glm::vec3(low / cells),
+        .lowShift = glm::vec3(0.5 * low / cells - 0.5),
+        .shades = packedShades(hybrid.light)};
+}
+
 }  // namespace
 
 CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
-                               const std::vector<VisibleVolume>& volumes)
+                               const std::vector<VisibleVolume>& volumes,
+                               const std::vector<VisibleHybrid>& visibleHybrids)
     : width(plan.width),
       height(plan.height),
       slabs(plan.slabs),
@@ -45,11 +92,13 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
         const double size = std::min(layer.style.pointSize, 1.0);
         layers.push_back(
             {.rays = RayMap(plan, layer),
-             .screen = screenOf(plan, layer),
+             .screen = screenOf(boxToScreen(plan, layer)),
              .visible = volumes[i],
              .pointColor = glm::vec3(layer.style.pointColor),
              .pointTau = static_cast<float>(-std::log1p(-layer.style.pointOpacity * size * size))});
     }
+    for (std::size_t i = 0; i < plan.hybrids.size(); ++i)
+        hybrids.push_back(hybridLayer(plan, plan.hybrids[i], visibleHybrids[i]));
 }
 
 }  // namespace mote::render

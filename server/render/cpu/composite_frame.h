@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "server/render/cpu/box_space.h"
 #include "server/render/cpu/packed_volume.h"
 #include "server/render/cpu/volume_blocks.h"
 #include "server/render/cpu/volume_table.h"
@@ -26,9 +27,20 @@ struct VisibleVolume {
     const VisibleBlocks* blocks = nullptr;
 };
 
+/// The same of a hybrid layer.
+struct VisibleHybrid {
+    const VolumeTable* table = nullptr;
+    const VisibleBlocks* blocks = nullptr;  ///< null: nothing of its volume is seen
+};
+
 /// Pixels, from the picture's upper left corner; may reach beyond it.
 struct PixelRange {
     glm::dvec2 low, high;
+
+    /// Whether a square of pixels may touch it.
+    bool meets(double x, double y, double edge) const {
+        return x <= high.x && y <= high.y && x + edge >= low.x && y + edge >= low.y;
+    }
 };
 
 struct CompositeLayer {
@@ -39,8 +51,25 @@ struct CompositeLayer {
     float pointTau;        ///< optical depth of a whole point
 };
 
+/// A hybrid layer whose volume is somewhere visible; nothing is owned but a few numbers.
+struct HybridLayer {
+    RayMap rays;
+    PixelRange screen;
+    BoxSpace space;
+    const VisibleBlocks* blocks;  ///< null: nothing of it is seen
+    const VolumeTable* table;
+    float tableScale, tableShift;  ///< a code times the scale, plus the shift, is what the table takes
+    const HybridGrid* low;
+    const HybridBricks* bricks;    ///< null: it is not corrected
+    float coarse;                  ///< stretches to one where nothing is corrected
+    glm::vec3 lowScale, lowShift;  ///< from a place in the space's cells to one in samples of the low volume
+    std::array<std::uint32_t, 256>
+        shades;  ///< of each normal: diffuse in the low 15 bits, specular from bit 16
+};
+
 struct CompositeFrame {
-    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleVolume>& volumes);
+    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleVolume>& volumes,
+                   const std::vector<VisibleHybrid>& visibleHybrids = {});
 
     std::uint32_t width, height;  ///< pixels
     std::uint32_t slabs;
@@ -51,6 +80,7 @@ struct CompositeFrame {
     PixelFormat format;
     std::array<std::uint8_t, 8> blank;  ///< a pixel of background, in its first bytes
     std::vector<CompositeLayer> layers;
+    std::vector<HybridLayer> hybrids;
 };
 
 }  // namespace mote::render

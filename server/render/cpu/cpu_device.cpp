@@ -17,6 +17,7 @@
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/packet.h"
+#include "server/render/cpu/resident_hybrids.h"
 #include "server/render/cpu/resident_volumes.h"
 
 namespace mote::render {
@@ -33,6 +34,7 @@ struct CpuDevice::State {
 
     oneapi::tbb::task_arena arena;
     ResidentVolumes volumes;
+    ResidentHybrids hybrids;
     ResidentLeaves leaves;
     FramePoints points;
     FrameDots dots;
@@ -44,13 +46,15 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
     std::vector<VisibleVolume> visible;
     for (const auto& layer : plan.layers) visible.push_back(volumes.of(layer.step, layer.style));
     if (const auto only = flatLayer(plan, visible)) return drawFlat(plan, plan.layers[*only], format, stop);
+    std::vector<VisibleHybrid> visibleHybrids;
+    for (const auto& hybrid : plan.hybrids) visibleHybrids.push_back(hybrids.of(hybrid));
     if (!points.sort(plan, leaves, stop)) return std::nullopt;
     dots.sort(plan, stop);
     if (stop.stop_requested()) return std::nullopt;
-    const CompositeFrame frame(plan, format, visible);
+    const CompositeFrame frame(plan, format, visible, visibleHybrids);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
     picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
-    picture.pointsDrawn = points.pointsDrawn();
+    picture.pointsDrawn = points.pointsDrawn() + dots.splatsDrawn();
     const std::uint32_t columns = tilesAcross(plan.width);
     oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan.height), [&](std::uint32_t number) {
         if (stop.stop_requested()) return;
@@ -88,7 +92,8 @@ DeviceCosts CpuDevice::costs() {
 }
 
 std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= Packet::mostLayers);
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 &&
+               plan.layers.size() + plan.hybrids.size() <= Packet::mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
@@ -97,6 +102,7 @@ std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat form
 
 void CpuDevice::trim() {
     state_->volumes.dropExpired();
+    state_->hybrids.dropExpired();
     state_->leaves.dropExpired();
 }
 

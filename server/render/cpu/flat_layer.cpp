@@ -4,7 +4,7 @@
 namespace mote::render {
 
 std::optional<std::uint32_t> flatLayer(const FramePlan& plan, const std::vector<VisibleVolume>& volumes) {
-    if (plan.anyDots()) return std::nullopt;
+    if (plan.anyDots() || !plan.hybrids.empty()) return std::nullopt;
     std::optional<std::uint32_t> only;
     for (std::uint32_t i = 0; i < plan.layers.size(); ++i) {
         if (volumes[i].volume != nullptr) return std::nullopt;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace mote::render {
 namespace {
@@ -34,6 +35,9 @@ void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
     columns_ = tilesAcross(plan.width);
     const std::uint32_t rows = tilesAcross(plan.height);
     dots_ = screenDots(plan);
+    const auto splats = screenSplats(plan);
+    splats_ = splats.size();
+    dots_.insert(dots_.end(), splats.begin(), splats.end());
     tiles_.clear(std::size_t{columns_} * rows);
     const std::size_t chunks = (dots_.size() + chunkDots - 1) / chunkDots;
     tiles_.fill(
@@ -51,9 +55,14 @@ const TileDots* FrameDots::of(Tile tile) {
     if (dots_.empty()) return nullptr;
     const auto own = tiles_.of(std::size_t{tile.row} * columns_ + tile.column);
     if (own.empty()) return nullptr;
-    TileDots& local = local_.local();
-    local.set(tile, dots_, own, slabs_);
-    return &local;
+    Local& local = local_.local();
+    local.own.assign(own.begin(), own.end());
+    // Of equal depth in their order.
+    std::sort(local.own.begin(), local.own.end(), [this](std::uint32_t a, std::uint32_t b) {
+        return std::tie(dots_[a].place, a) < std::tie(dots_[b].place, b);
+    });
+    local.dots.set(tile, dots_, local.own, slabs_);
+    return &local.dots;
 }
 
 }  // namespace mote::render

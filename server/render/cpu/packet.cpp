@@ -15,16 +15,19 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     anyHit = false;
     stretch = static_cast<float>(frame.slabs);
     for (std::size_t l = 0; l < frame.layers.size(); ++l) {
+        const CompositeLayer& layer = frame.layers[l];
         rays[l].hit = false;
-        const auto& visible = frame.layers[l].visible;
-        const PixelRange& screen = frame.layers[l].screen;
-        if (visible.volume == nullptr || x > screen.high.x || y > screen.high.y ||
-            x + Tile::packetEdge < screen.low.x || y + Tile::packetEdge < screen.low.y)
-            continue;
-        rays[l].aim(frame, frame.layers[l].rays, x, y, visible.volume->size());
-        if (!rays[l].hit) continue;
-        anyHit = true;
-        stretch = std::min(stretch, rays[l].stretch);
+        if (layer.visible.volume == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
+        const double samples = frame.cellByCell ? 1.0 : frame.samplesPerCell;
+        aim(frame, l, layer.rays, x, y,
+            {.cells = glm::dvec3(layer.visible.volume->size()), .shift = 0.5, .samples = samples});
+    }
+    for (std::size_t h = 0; h < frame.hybrids.size(); ++h) {
+        const HybridLayer& layer = frame.hybrids[h];
+        const std::size_t l = frame.layers.size() + h;
+        rays[l].hit = false;
+        if (layer.blocks == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
+        aim(frame, l, layer.rays, x, y, layer.space);
     }
     occupied_.fill(0);
     for (const auto& layer : points) {
@@ -34,6 +37,14 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     for (std::uint32_t slab = 0; dots != nullptr && slab < slabs_; ++slab)
         occupied_[slab / 64] |= (dots->occupied(slab) >> number & 1U) << slab % 64;
     anyPoints = std::any_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits != 0; });
+}
+
+void Packet::aim(const CompositeFrame& frame, std::size_t l, const RayMap& map, std::uint32_t x,
+                 std::uint32_t y, const BoxSpace& space) {
+    rays[l].aim(frame, map, x, y, space);
+    if (!rays[l].hit) return;
+    anyHit = true;
+    stretch = std::min(stretch, rays[l].stretch);
 }
 
 std::uint32_t Packet::nextPoints(std::uint32_t slab) const {

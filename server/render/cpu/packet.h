@@ -19,10 +19,10 @@ struct Packet {
     static constexpr std::size_t mostLayers = 8;
     static constexpr std::uint32_t mostSlabs = 256;
 
-    std::array<PacketRays, mostLayers> rays;
-    bool anyHit = false;     ///< whether any ray meets a volume
-    bool anyPoints = false;  ///< or dots
-    float stretch = 0.0F;    ///< slabs between samples of the volumes, where one is hit
+    std::array<PacketRays, mostLayers> rays;  ///< of the frame's layers, then of its hybrids
+    bool anyHit = false;                      ///< whether any ray meets a volume
+    bool anyPoints = false;                   ///< or dots
+    float stretch = 0.0F;                     ///< slabs between samples of the volumes, where one is hit
 
     std::span<const TileCells> points;  ///< of each layer, or empty
     const TileDots* dots = nullptr;     ///< null: none in the tile
@@ -45,6 +45,9 @@ struct Packet {
     }
 
   private:
+    void aim(const CompositeFrame& frame, std::size_t l, const RayMap& map, std::uint32_t x, std::uint32_t y,
+             const BoxSpace& space);
+
     std::uint32_t slabs_ = 0;
     std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer or dots
 };

@@ -19,9 +19,10 @@ struct Way {
     double enter, leave;  // slabs
 };
 
-/// Where origin + s * speed, s from 0 to `slabs`, is in the box. False where it is not, and where a number is
-/// not finite.
-bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, Way& way) {
+/// Where origin + s * speed, s from 0 to `slabs`, is in the box and not cut away. False where it is not, and
+/// where a number is not finite.
+bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, std::span<const HalfSpace> clips,
+          Way& way) {
     way.enter = 0.0;
     way.leave = slabs;
     for (int axis = 0; axis < 3; ++axis) {
@@ -29,6 +30,13 @@ bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, Way& 
         const double one = -origin[axis] * inverse, other = (1.0 - origin[axis]) * inverse;
         way.enter = std::max(way.enter, std::min(one, other));
         way.leave = std::min(way.leave, std::max(one, other));
+    }
+    for (const HalfSpace& side : clips) {
+        const double height = glm::dot(side.normal, origin) - side.distance;
+        const double rise = glm::dot(side.normal, speed);
+        if (rise > 0.0) way.enter = std::max(way.enter, -height / rise);
+        if (rise < 0.0) way.leave = std::min(way.leave, -height / rise);
+        if (rise == 0.0 && height < 0.0) way.leave = -1.0;
     }
     way.from = glm::clamp(origin + way.enter * speed, 0.0, 1.0);
     way.to = glm::clamp(origin + way.leave * speed, 0.0, 1.0);
@@ -39,7 +47,7 @@ bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, Way& 
 }  // namespace
 
 void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
-                     std::uint32_t size) {
+                     const BoxSpace& space) {
     hit = false;
     nearest = std::numeric_limits<float>::max();
     farthest = 0.0F;
@@ -48,29 +56,29 @@ void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint3
         const double right = ((x + i % Tile::packetEdge + 0.5) / frame.width * 2.0 - 1.0) * frame.window.x;
         const double up = (1.0 - (y + i / Tile::packetEdge + 0.5) / frame.height * 2.0) * frame.window.y;
         Way way;
-        const bool meets =
-            clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
-                 rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs, way);
+        const bool meets = clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
+                                rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs,
+                                space.clips, way);
         if (!meets) way = {glm::dvec3(0.5), glm::dvec3(0.5), -1.0, 0.0};
         const glm::dvec3 travelled = way.to - way.from;
+        const glm::dvec3 cells = travelled * space.cells;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const int a = static_cast<int>(axis);
-            entry[axis][i] = static_cast<float>(way.from[a] * size + 0.5);
-            travel[axis][i] = static_cast<float>(travelled[a] * size);
-            const double cells = travelled[a] * size;
-            inverse[axis][i] = static_cast<float>(1.0 / (std::abs(cells) < 1e-6 ? 1e-6 : cells));
+            entry[axis][i] = static_cast<float>(way.from[a] * space.cells[a] + space.shift);
+            travel[axis][i] = static_cast<float>(cells[a]);
+            inverse[axis][i] = static_cast<float>(1.0 / (std::abs(cells[a]) < 1e-6 ? 1e-6 : cells[a]));
         }
         enter[i] = static_cast<float>(way.enter);
         rate[i] = static_cast<float>(1.0 / (way.leave - way.enter));
         start[i] = static_cast<float>(-way.enter / (way.leave - way.enter));
-        length[i] = static_cast<float>(2.0 * glm::length(travelled));  // the box is [-1, 1]^3 in layer space
+        length[i] = static_cast<float>(glm::length(space.toLayer * travelled));
         if (!meets) continue;
         hit = true;
         nearest = std::min(nearest, enter[i]);
         farthest = std::max(farthest, static_cast<float>(way.leave));
-        crowded = std::max(crowded, glm::length(travelled) * size / (way.leave - way.enter));
+        crowded = std::max(crowded, glm::length(cells) / (way.leave - way.enter));
     }
-    stretch = static_cast<float>(1.0 / (crowded * (frame.cellByCell ? 1.0 : frame.samplesPerCell)));
+    stretch = static_cast<float>(1.0 / (crowded * space.samples));
     stretch = std::clamp(stretch, (farthest - nearest) / mostStretches, static_cast<float>(frame.slabs));
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "server/render/cpu/box_space.h"
 #include "server/render/cpu/composite_frame.h"
 #include "server/render/cpu/tile.h"
 
@@ -21,10 +22,10 @@ struct alignas(64) Lanes {
 };
 
 /// A ray's way through the box is told by v from 0, where it enters, to 1, where it leaves:
-/// v = clamp((slab - enter) * rate, 0, 1), and the padded place in cells is entry + v * travel. So no
+/// v = clamp((slab - enter) * rate, 0, 1), and the place in cells is entry + v * travel. So no
 /// rounding leads out of the padded volume. A ray that misses the box is past it everywhere.
 struct PacketRays {
-    std::array<Lanes, 3> entry;    ///< padded cells (packed_volume.h)
+    std::array<Lanes, 3> entry;    ///< place in cells, of the BoxSpace
     std::array<Lanes, 3> travel;   ///< cells
     std::array<Lanes, 3> inverse;  ///< 1 / travel, finite
     Lanes enter;                   ///< slab
@@ -36,9 +37,9 @@ struct PacketRays {
     float farthest = 0.0F;         ///< slab in which the last ray leaves
     float stretch = 0.0F;          ///< slabs between two samples that bound a stretch
 
-    /// (x, y): the first pixel of the packet in the picture; `size`: cells a side.
+    /// (x, y): the first pixel of the packet in the picture.
     void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
-             std::uint32_t size);
+             const BoxSpace& space);
 };
 
 }  // namespace mote::render

@@ -25,7 +25,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 class PacketWalk {
   public:
     HWY_INLINE PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane)
-        : frame_(frame), packet_(packet), lane_(lane), layers_(frame.layers.size()), dots_(packet, lane) {
+        : frame_(frame),
+          packet_(packet),
+          lane_(lane),
+          layers_(frame.layers.size()),
+          volumes_(layers_ + frame.hybrids.size()),
+          dots_(packet, lane) {
         frontAt_.fill(-1.0F);
         sights_.fill({});
     }
@@ -48,33 +53,38 @@ class PacketWalk {
         Lanes way, density, integral, slope, red, green, blue;
     };
 
+    /// Volumes are counted through: those of the frame's layers, then its hybrids'.
+    bool isHybrid(std::size_t l) const { return l >= layers_; }
+    const HybridLayer& hybrid(std::size_t l) const { return frame_.hybrids[l - layers_]; }
+
     /// Looks ahead from a slab in one layer.
     HWY_NOINLINE VolumeSight look(std::size_t l, float slab) const {
         const PacketRays& rays = packet_.rays[l];
         const float farthest = static_cast<float>(frame_.slabs) + 1.0F;
-        if (!rays.hit || slab >= rays.farthest) return {false, farthest};
-        if (slab < rays.nearest) return {false, rays.nearest};
-        const auto sight = lookAhead(*frame_.layers[l].visible.blocks, rays, lane_, slab, farthest);
+        if (!rays.hit || slab >= rays.farthest) return {false, false, farthest};
+        if (slab < rays.nearest) return {false, false, rays.nearest};
+        const auto& blocks = isHybrid(l) ? hybrid(l).blocks : frame_.layers[l].visible.blocks;
+        const auto sight = lookAhead(*blocks, rays, lane_, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
-        if (!(sight.until >= slab + packet_.stretch)) return {true, slab + packet_.stretch};
+        if (!(sight.until >= slab + packet_.stretch)) return {true, true, slab + packet_.stretch};
         return sight;
     }
 
-    /// The layers, as bits, whose volumes may be seen from a slab on; `until`: how far this holds.
+    /// The volumes, as bits, that may be seen from a slab on; `until`: how far this holds.
     std::uint32_t visibleFrom(float slab, float& until) {
         const float stretch = packet_.stretch;
         std::uint32_t visible = 0;
         until = static_cast<float>(frame_.slabs) + 1.0F;
-        for (std::size_t l = 0; l < layers_; ++l) {
+        for (std::size_t l = 0; l < volumes_; ++l) {
             VolumeSight& sight = sights_[l];
             if (slab >= sight.until) sight = look(l, slab);
             if (sight.visible) visible |= 1U << l;
             until =
                 std::min(until, sight.visible ? std::max(sight.until, slab + 2.0F * stretch) : sight.until);
         }
-        if (visible == 0 || layers_ == 1) return visible;
+        if (visible == 0 || volumes_ == 1) return visible;
         // What is walked ends at a multiple of the stretch: another volume must not begin before it.
-        for (std::size_t l = 0; l < layers_; ++l) {
+        for (std::size_t l = 0; l < volumes_; ++l) {
             const float begins = std::floor(sights_[l].until / stretch) * stretch;
             if (sights_[l].visible || begins > until) continue;
             if (begins < slab + stretch) visible |= 1U << l;
@@ -109,10 +119,19 @@ class PacketWalk {
 
     /// The volume of one layer alone.
     HWY_NOINLINE void march(std::size_t l, float from, float to) {
-        const VolumeSource source(frame_.layers[l].visible);
         const PacketRays& rays = packet_.rays[l];
         Light light = light_;
-        const Sample front = frontOf(l, source, from);
+        const Sample front = frontOf(l, from);
+        if (isHybrid(l)) {
+            const float stretch = sights_[l].fine ? packet_.stretch : packet_.stretch * hybrid(l).coarse;
+            storeFront(l,
+                       marchHybrid(HybridSource(hybrid(l)), rays, lane_, front, from, to, stretch,
+                                   frame_.cellByCell, light),
+                       to);
+            light_ = light;
+            return;
+        }
+        const VolumeSource source(frame_.layers[l].visible);
         storeFront(l,
                    frame_.cellByCell
                        ? marchCells(source, rays, lane_, front, to, light)
@@ -151,7 +170,7 @@ class PacketWalk {
         const Floats d;
         for (std::uint32_t left = visible; left != 0; left &= left - 1) {
             const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-            storeFront(l, frontOf(l, VolumeSource(frame_.layers[l].visible), from), to);
+            storeFront(l, frontOf(l, from), to);
         }
         const V end = hn::Set(d, to);
         V at = hn::Set(d, from);
@@ -180,11 +199,13 @@ class PacketWalk {
     HWY_INLINE V nextSample(std::uint32_t visible, V at, V end) const {
         const Floats d;
         if (visible == 0) return end;
-        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        const bool anyHybrid = visible >> layers_ != 0;
+        if (!frame_.cellByCell || anyHybrid) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        if (!frame_.cellByCell) return end;
         // Several volumes are mixed in each step: it must be short where they change differently.
         if ((visible & (visible - 1)) != 0)
             end = hn::Min(end, hn::Add(at, hn::Set(d, 0.5F * packet_.stretch)));
-        for (; visible != 0; visible &= visible - 1) {
+        for (visible &= (1U << layers_) - 1; visible != 0; visible &= visible - 1) {
             const PacketRays& packet = packet_.rays[hwy::Num0BitsBelowLS1Bit_Nonzero32(visible)];
             const RayLanes rays(packet, lane_);
             // Also where rays enter and leave, so that what lies in one volume and not in another is not
@@ -202,11 +223,21 @@ class PacketWalk {
         const Floats d;
         for (; visible != 0; visible &= visible - 1) {
             const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
-            const VolumeSource source(frame_.layers[l].visible);
             const RayLanes rays(packet_.rays[l], lane_);
             const Sample front = loadFront(l);
             const V length = hn::LoadU(d, packet_.rays[l].length.data() + lane_);
             const V way = rays.way(next);
+            if (isHybrid(l)) {
+                const HybridSource source(hybrid(l));
+                const Sample back = source.sampleAt(rays, way);
+                takeHybrid(source, rays, front, back, length, frame_.cellByCell,
+                           [&](const LitPiece& piece) HWY_ATTR {
+                               matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
+                           });
+                storeFront(l, back, frontAt_[l]);
+                continue;
+            }
+            const VolumeSource source(frame_.layers[l].visible);
             if (frame_.cellByCell) {
                 const PartReads reads = readPart(source, rays, partBetween(source, rays, front.way, way));
                 const Sample back = sampleOf(reads.back);
@@ -224,10 +255,12 @@ class PacketWalk {
     }
 
     /// The sample at the front of what comes next; it may be there already.
-    HWY_INLINE Sample frontOf(std::size_t l, const VolumeSource& source, float slab) const {
+    HWY_INLINE Sample frontOf(std::size_t l, float slab) const {
         if (frontAt_[l] == slab) return loadFront(l);
         const RayLanes rays(packet_.rays[l], lane_);
-        return sampleAt(source, rays, rays.way(hn::Set(Floats(), slab)));
+        const V way = rays.way(hn::Set(Floats(), slab));
+        if (isHybrid(l)) return HybridSource(hybrid(l)).sampleAt(rays, way);
+        return sampleAt(VolumeSource(frame_.layers[l].visible), rays, way);
     }
     HWY_INLINE Sample loadFront(std::size_t l) const {
         const Floats d;
@@ -253,7 +286,7 @@ class PacketWalk {
     const CompositeFrame& frame_;
     const Packet& packet_;
     std::size_t lane_;
-    std::size_t layers_;
+    std::size_t layers_, volumes_;
     Light light_;
     DotCursor dots_;
     std::array<VolumeSight, Packet::mostLayers> sights_;

@@ -1,27 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/resident_volumes.h"
 
-#include <algorithm>
+#include "server/render/cpu/latest.h"
 
 namespace mote::render {
-namespace {
-
-/// The element that fits, or what `make` gives, in front of the list; the last one goes where there are too
-/// many.
-template <class T, class Fits, class Make>
-T& latest(std::list<T>& list, std::size_t kept, const Fits& fits, const Make& make) {
-    const auto found = std::find_if(list.begin(), list.end(), fits);
-    if (found != list.end()) {
-        list.splice(list.begin(), list, found);
-    } else {
-        list.push_front(make());
-        if (list.size() > kept) list.pop_back();
-    }
-    return list.front();
-}
-
-}  // namespace
-
 VisibleVolume ResidentVolumes::of(const std::shared_ptr<const storage::ParticleStep>& step,
                                   const ParticlesStyle& style) {
     if (!(style.volumeOpacity.maximum() > 0.0)) return {};

@@ -2,6 +2,7 @@
 #include "server/render/cpu/volume_blocks.h"
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_invoke.h>
 
 #include <algorithm>
 
@@ -17,45 +18,52 @@ float unpacked(std::uint16_t cell) {
 
 /// One of the two passes of a distance transform (Rosenfeld, Pfaltz 1966): each block from the neighbours
 /// that come before it in the direction of the pass.
-void spread(std::vector<std::uint8_t>& steps, int side, int direction) {
-    const auto at = [side](int x, int y, int z) {
-        return (static_cast<std::size_t>(z) * side + y) * side + x;
-    };
-    const auto inside = [side](int i) { return i >= 0 && i < side; };
-    const auto ordered = [=](int i) { return direction > 0 ? i : side - 1 - i; };
-    for (int i = 0; i < side * side * side; ++i) {
-        const int x = ordered(i % side), y = ordered(i / side % side), z = ordered(i / side / side);
-        std::uint8_t& here = steps[at(x, y, z)];
+void spread(std::vector<std::uint8_t>& steps, const glm::ivec3& count, int direction) {
+    const auto ordered = [=](int i, int side) { return direction > 0 ? i : side - 1 - i; };
+    const auto inside = [](int i, int side) { return i >= 0 && i < side; };
+    const auto relax = [&](int x, int y, int z) {
+        std::uint8_t& here = steps[(static_cast<std::size_t>(z) * count.y + y) * count.x + x];
         for (int n = 0; n < 13 && here > 1; ++n) {
-            const int dx = direction * (n % 3 - 1), dy = direction * (n / 3 % 3 - 1),
-                      dz = direction * (n / 9 - 1);
-            if (!inside(x + dx) || !inside(y + dy) || !inside(z + dz)) continue;
-            const int beside = steps[at(x + dx, y + dy, z + dz)] + 1;
+            const int nx = x + direction * (n % 3 - 1), ny = y + direction * (n / 3 % 3 - 1),
+                      nz = z + direction * (n / 9 - 1);
+            if (!inside(nx, count.x) || !inside(ny, count.y) || !inside(nz, count.z)) continue;
+            const int beside = steps[(static_cast<std::size_t>(nz) * count.y + ny) * count.x + nx] + 1;
             if (beside < here) here = static_cast<std::uint8_t>(beside);
+        }
+    };
+    for (int z = 0; z < count.z; ++z) {
+        for (int y = 0; y < count.y; ++y) {
+            for (int x = 0; x < count.x; ++x)
+                relax(ordered(x, count.x), ordered(y, count.y), ordered(z, count.z));
         }
     }
 }
 
-/// Of each block the steps to the next that is `wanted`, at most VisibleBlocks::farthest.
-std::vector<std::uint8_t> stepsTo(const std::vector<std::uint8_t>& blocks, std::uint8_t wanted,
-                                  std::uint32_t side) {
+/// Of each block of one kind the steps to the next of another, at most VisibleBlocks::farthest.
+void addStepsOut(const std::vector<std::uint8_t>& kinds, std::uint8_t kind, const glm::uvec3& count,
+                 std::vector<std::uint8_t>& sum) {
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) return;
     std::vector<std::uint8_t> steps;
-    for (const auto block : blocks) steps.push_back(block == wanted ? 0 : VisibleBlocks::farthest);
-    spread(steps, static_cast<int>(side), 1);
-    spread(steps, static_cast<int>(side), -1);
-    return steps;
+    steps.reserve(kinds.size());
+    for (const auto one : kinds) steps.push_back(one == kind ? VisibleBlocks::farthest : 0);
+    spread(steps, glm::ivec3(count), 1);
+    spread(steps, glm::ivec3(count), -1);
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+        if (kinds[i] == kind) sum[i] = static_cast<std::uint8_t>(kind + steps[i]);
+    }
 }
 
 }  // namespace
 
 BlockRanges::BlockRanges(const PackedVolume& volume)
-    : edgeBits_(volume.size() >= 128 ? 3 : 2), side_((volume.size() >> edgeBits_) + 1) {
-    ranges_.resize(std::size_t{side_} * side_ * side_);
+    : edgeBits_(volume.size() >= 128 ? 3 : 2), count_((volume.size() >> edgeBits_) + 1) {
+    const std::uint32_t side = count_.x;
+    ranges_.resize(std::size_t{side} * side * side);
     const std::uint32_t edge = 1U << edgeBits_;
     const std::uint32_t last = volume.size() + 1;
-    oneapi::tbb::parallel_for(0U, side_, [&](std::uint32_t bz) {
-        for (std::uint32_t by = 0; by < side_; ++by) {
-            for (std::uint32_t bx = 0; bx < side_; ++bx) {
+    oneapi::tbb::parallel_for(0U, side, [&](std::uint32_t bz) {
+        for (std::uint32_t by = 0; by < side; ++by) {
+            for (std::uint32_t bx = 0; bx < side; ++bx) {
                 std::uint16_t low = PackedVolume::full, high = 0;
                 for (std::uint32_t z = bz * edge; z <= std::min(last, (bz + 1) * edge); ++z) {
                     for (std::uint32_t y = by * edge; y <= std::min(last, (by + 1) * edge); ++y) {
@@ -66,22 +74,27 @@ BlockRanges::BlockRanges(const PackedVolume& volume)
                         }
                     }
                 }
-                ranges_[(std::size_t{bz} * side_ + by) * side_ + bx] = {unpacked(low), unpacked(high)};
+                ranges_[(std::size_t{bz} * side + by) * side + bx] = {unpacked(low), unpacked(high)};
             }
         }
     });
 }
 
 VisibleBlocks::VisibleBlocks(const BlockRanges& ranges, const VolumeTable& table)
-    : edgeBits_(ranges.edgeBits()), side_(ranges.side()) {
-    std::vector<std::uint8_t> seen;
-    for (const auto& range : ranges.ranges()) seen.push_back(table.visible(range.low, range.high) ? 1 : 0);
-    any_ = std::find(seen.begin(), seen.end(), 1) != seen.end();
-    steps_ = stepsTo(seen, 1, side_);
-    const auto inside = stepsTo(seen, 0, side_);
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-        if (seen[i] != 0) steps_[i] = visible + inside[i];
+    : edgeBits_(ranges.edgeBits()), count_(ranges.count()) {
+    std::vector<std::uint8_t> kinds;
+    kinds.reserve(ranges.ranges().size());
+    for (const auto& range : ranges.ranges()) {
+        const bool seen = table.visible(range.low, range.high);
+        const bool isFine = ranges.fine(kinds.size());
+        kinds.push_back(!seen ? std::uint8_t{0} : isFine ? fine : visible);
+        any_ = any_ || seen;
+        anyFine_ = anyFine_ || (seen && isFine);
     }
+    steps_.resize(kinds.size());
+    oneapi::tbb::parallel_invoke([&] { addStepsOut(kinds, 0, count_, steps_); },
+                                 [&] { addStepsOut(kinds, visible, count_, steps_); },
+                                 [&] { addStepsOut(kinds, fine, count_, steps_); });
     steps_.resize(steps_.size() + 3);
 }
 

@@ -4,10 +4,12 @@
 // volume, VisibleBlocks to a volume and a transfer function. Immutable once made; safe on any number of
 // threads.
 //
-// Block b covers the padded places (packed_volume.h) [b, b + 1) * edge.
+// Block b covers the places [b, b + 1) * edge of the volume's cells (of a PackedVolume, padded ones).
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
+#include <utility>
 #include <vector>
 
 #include "server/render/cpu/packed_volume.h"
@@ -15,22 +17,29 @@
 
 namespace mote::render {
 
-/// The range of t that interpolation meets in each block.
+/// The range of values that interpolation meets in each block.
 class BlockRanges {
   public:
-    explicit BlockRanges(const PackedVolume& volume);
-
     struct Range {
-        float low, high;  ///< t
+        float low, high;  ///< as the volume's table takes them
     };
+
+    explicit BlockRanges(const PackedVolume& volume);
+    /// Of any volume. `fine`: of each block, whether it is to be walked in fine steps; empty: none is.
+    BlockRanges(std::uint32_t edgeBits, const glm::uvec3& count, std::vector<Range> ranges,
+                std::vector<std::uint8_t> fine)
+        : edgeBits_(edgeBits), count_(count), ranges_(std::move(ranges)), fine_(std::move(fine)) {}
+
     std::uint32_t edgeBits() const { return edgeBits_; }          ///< a block's edge is 1 << edgeBits cells
-    std::uint32_t side() const { return side_; }                  ///< blocks
+    const glm::uvec3& count() const { return count_; }            ///< blocks along each axis
     const std::vector<Range>& ranges() const { return ranges_; }  ///< x fastest
+    bool fine(std::size_t block) const { return !fine_.empty() && fine_[block] != 0; }
 
   private:
     std::uint32_t edgeBits_;
-    std::uint32_t side_;
+    glm::uvec3 count_;
     std::vector<Range> ranges_;
+    std::vector<std::uint8_t> fine_;
 };
 
 /// How far it is, in blocks, to where something begins or ceases to be seen.
@@ -39,20 +48,22 @@ class VisibleBlocks {
     VisibleBlocks(const BlockRanges& ranges, const VolumeTable& table);
 
     bool any() const { return any_; }
+    bool anyFine() const { return anyFine_; }  ///< visible blocks
     std::uint32_t edgeBits() const { return edgeBits_; }
-    std::uint32_t side() const { return side_; }
+    const glm::uvec3& count() const { return count_; }
 
-    static constexpr std::uint8_t visible = 128;
-    static constexpr std::uint8_t farthest = 127;
-    /// Of each block, x fastest, and three bytes more, so that four can be read from each: the steps,
-    /// diagonal ones included and at most `farthest`, to the next block in which something can be seen; in a
-    /// block in which something can be seen itself, `visible` and the steps to the next in which nothing can.
+    static constexpr std::uint8_t visible = 64;  ///< something can be seen
+    static constexpr std::uint8_t fine = 128;    ///< in fine steps
+    static constexpr std::uint8_t farthest = 63;
+    /// Of each block, x fastest, and three bytes more, so that four can be read from each: `visible`, `fine`
+    /// or neither, and in the low bits the steps, diagonal ones included and at most `farthest`, to the next
+    /// block of another kind.
     const std::uint8_t* steps() const { return steps_.data(); }
 
   private:
     std::uint32_t edgeBits_;
-    std::uint32_t side_;
-    bool any_ = false;
+    glm::uvec3 count_;
+    bool any_ = false, anyFine_ = false;
     std::vector<std::uint8_t> steps_;
 };
 

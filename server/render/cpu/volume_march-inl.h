@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The march of a packet through one volume, in which nothing else is. Compiled once for each target
-// (Highway's foreach_target), hence without #pragma once.
+// The march of a packet through one volume, of particles or hybrid, in which nothing else is. Compiled once
+// for each target (Highway's foreach_target), hence without #pragma once.
 #if defined(MOTE_VOLUME_MARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_VOLUME_MARCH_INL_H
 #undef MOTE_VOLUME_MARCH_INL_H
@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "server/render/cpu/cell_walk-inl.h"
+#include "server/render/cpu/hybrid_sample-inl.h"
 #include "server/render/cpu/light-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -70,6 +71,27 @@ HWY_INLINE Sample marchEvenly(const VolumeSource& source, const PacketRays& pack
         front = back;
         table = nextTable;
         reads = nextReads;
+    }
+    return front;
+}
+
+/// From `front`, in a slab, to another, through a hybrid volume by samples at multiples of `stretch`. Returns
+/// the last one. `fine`: as takeHybrid.
+HWY_INLINE Sample marchHybrid(const HybridSource& source, const PacketRays& packet, std::size_t lane,
+                              Sample front, float from, float to, float stretch, bool fine, Light& light) {
+    const Floats d;
+    const RayLanes rays(packet, lane);
+    const V length = hn::LoadU(d, packet.length.data() + lane);
+    const float first = std::floor(from / stretch) + 1.0F;
+    const auto count = static_cast<int>(std::ceil(to / stretch) - first) + 1;
+    for (int i = 0; i < count; ++i) {
+        const float place = std::min((first + static_cast<float>(i)) * stretch, to);
+        const Sample back = source.sampleAt(rays, rays.way(hn::Set(d, place)));
+        takeHybrid(source, rays, front, back, length, fine, [&](const LitPiece& piece) HWY_ATTR {
+            light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
+        });
+        front = back;
+        if (light.gone()) break;
     }
     return front;
 }

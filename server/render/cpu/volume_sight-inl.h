@@ -17,6 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 struct VolumeSight {
     bool visible = false;  ///< by some ray, or by none
+    bool fine = false;     ///< by some ray, in fine steps
     float until = -1.0F;   ///< slab up to which this holds
 };
 
@@ -32,14 +33,15 @@ HWY_INLINE VolumeSight lookAhead(const VisibleBlocks& blocks, const PacketRays& 
     const V y = hn::MulAdd(way, lanes.travelY, lanes.entryY);
     const V z = hn::MulAdd(way, lanes.travelZ, lanes.entryZ);
     const int bits = static_cast<int>(blocks.edgeBits());
-    const IntV side = hn::Set(ints, static_cast<std::int32_t>(blocks.side()));
+    const IntV across = hn::Set(ints, static_cast<std::int32_t>(blocks.count().x));
+    const IntV down = hn::Set(ints, static_cast<std::int32_t>(blocks.count().y));
     const IntV blockX = hn::ShiftRightSame(hn::ConvertTo(ints, x), bits);
     const IntV blockY = hn::ShiftRightSame(hn::ConvertTo(ints, y), bits);
     const IntV blockZ = hn::ShiftRightSame(hn::ConvertTo(ints, z), bits);
-    const IntV index = hn::Add(hn::Mul(hn::Add(hn::Mul(blockZ, side), blockY), side), blockX);
+    const IntV index = hn::Add(hn::Mul(hn::Add(hn::Mul(blockZ, down), blockY), across), blockX);
     const auto* const steps = reinterpret_cast<const std::int32_t*>(blocks.steps());
     const IntV found = hn::And(hn::GatherOffset(ints, steps, index), hn::Set(ints, 255));
-    const IntV around = hn::And(found, hn::Set(ints, VisibleBlocks::farthest));
+    const IntV around = hn::And(found, hn::Set(ints, std::int32_t{VisibleBlocks::farthest}));
     const auto ahead = [&](IntV block, V place, const Lanes& inverse) HWY_ATTR {
         const V edge = hn::Set(d, static_cast<float>(1U << blocks.edgeBits()));
         const V low = hn::ConvertTo(d, hn::Add(hn::Sub(block, around), hn::Set(ints, 1)));
@@ -52,12 +54,16 @@ HWY_INLINE VolumeSight lookAhead(const VisibleBlocks& blocks, const PacketRays& 
                               hn::Min(ahead(blockY, y, rays.inverse[1]), ahead(blockZ, z, rays.inverse[2])));
     const auto inside = hn::Lt(way, hn::Set(d, 1.0F));
     const V leaves = hn::Add(hn::Div(hn::Add(way, inBlock), lanes.rate), lanes.enter);
-    const auto seen =
-        hn::And(inside, hn::RebindMask(d, hn::Gt(found, hn::Set(ints, VisibleBlocks::farthest))));
-    const bool seenAny = !hn::AllFalse(d, seen);
-    const V ends = hn::IfThenElse(seenAny ? seen : inside, leaves, hn::Set(d, farthest));
-    const float until = hn::GetLane(hn::MinOfLanes(d, ends));
-    return {seenAny, until};
+    const auto above = [&](std::uint8_t code) HWY_ATTR {
+        return hn::And(inside, hn::RebindMask(d, hn::Gt(found, hn::Set(ints, code - 1))));
+    };
+    const auto seen = above(VisibleBlocks::visible), fine = above(VisibleBlocks::fine);
+    const bool seenAny = !hn::AllFalse(d, seen), fineAny = !hn::AllFalse(d, fine);
+    // Rays that see nothing may be walked with others, but not in steps that are too wide for what they come
+    // to see.
+    const auto counts = fineAny ? fine : seenAny && !blocks.anyFine() ? seen : inside;
+    const V ends = hn::IfThenElse(counts, leaves, hn::Set(d, farthest));
+    return {seenAny, fineAny, hn::GetLane(hn::MinOfLanes(d, ends))};
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -18,16 +18,29 @@ std::uint32_t packedRoot(const glm::dvec3& linear) {
 
 }  // namespace
 
-VolumeTable::VolumeTable(const ParticlesStyle& style) : table_(style) {
-    integrals_.push_back({0.0F, 0.0F});  // where x = 1 was rounded down
-    colors_.push_back(packedRoot(style.colorMap(0.0)));
+VolumeTable::VolumeTable(const ParticlesStyle& style)
+    : VolumeTable(
+          -LogDensity::fade, 1.0, [&](double t) { return style.extinction(t); },
+          [&](double t) { return style.colorMap(t); }) {
+    // Where x = 1 was rounded down, and above t = 1, there is nothing.
+    integrals_.front() = {0.0F, 0.0F};
+    integrals_.back().slope = 0.0F;
+}
+
+VolumeTable::VolumeTable(double low, double high, const std::function<double(double)>& extinction,
+                         const std::function<glm::dvec3(double)>& color)
+    : table_(low, high, extinction, color) {
+    const double width = (high - low) / cells;
+    const auto slopes = table_.extinctions();
+    // Of x = i: what lies below the low end comes first.
+    integrals_.push_back({-slopes.front(), slopes.front()});
+    colors_.push_back(packedRoot(color(low)));
     double integral = 0.0;
     for (std::uint32_t i = 0; i <= cells; ++i) {
-        const float slope = i < cells ? table_.extinctions()[i] : 0.0F;
+        const float slope = slopes[std::min(i, cells - 1)];
         integrals_.push_back({static_cast<float>(integral), slope});
         integral += slope;
-        const double t = -LogDensity::fade + (1.0 + LogDensity::fade) * (i + 0.5) / cells;
-        colors_.push_back(packedRoot(style.colorMap(std::clamp(t, 0.0, 1.0))));
+        colors_.push_back(packedRoot(color(low + (i + 0.5) * width)));
     }
 }
 

@@ -16,7 +16,7 @@ class VolumeTable {
   public:
     static constexpr std::uint32_t cells = TransferTable::cells;
 
-    /// t is counted as x: 1 at t = -LogDensity::fade, 1 + cells at t = 1. At x = i: the integral of
+    /// t is counted as x: 1 at the table's low end, 1 + cells at its high one. At x = i: the integral of
     /// extinction over x up to i, and the extinction between i and i + 1, per unit length of layer space.
     struct Integral {
         float value;
@@ -24,12 +24,17 @@ class VolumeTable {
     };
 
     explicit VolumeTable(const ParticlesStyle& style);
+    /// As TransferTable. Beyond its ends x goes on, and the first and the last entry hold.
+    VolumeTable(double low, double high, const std::function<double(double)>& extinction,
+                const std::function<glm::dvec3(double)>& color);
 
+    double low() const { return table_.low(); }
+    double high() const { return table_.high(); }
     const Integral* integrals() const { return integrals_.data(); }  ///< cells + 2
     /// cells + 2, between x = i and i + 1: red, green, blue from the lowest bits, each the square root of the
     /// linear component in 10 bits.
     const std::uint32_t* colors() const { return colors_.data(); }
-    bool visible(float low, float high) const { return table_.visible(low, high); }
+    bool visible(double low, double high) const { return table_.visible(low, high); }
 
   private:
     TransferTable table_;

@@ -34,6 +34,7 @@ struct DotFootprint {
     float reach;  ///< pixels; nothing is covered from here on
     float most;   ///< at its centre
 
+    DotFootprint(float reaches, float covers) : reach(reaches), most(covers) {}
     explicit DotFootprint(float radius)
         : reach(std::sqrt(std::max(radius * radius, 1.0F / 3.0F) - 1.0F / 12.0F) + 0.5F),
           most(std::min(3.0F * radius * radius, 1.0F)) {}

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/hybrid/hybrid_load.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "server/render/hybrid/brick_maker.h"
+#include "storage/hybrid/check_hybrid.h"
+#include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/residual_file.h"
+
+namespace mote::render {
+namespace {
+
+glm::uvec3 vectorOf(const storage::GridSize& size) {
+    return {size[0], size[1], size[2]};
+}
+
+/// A volume of one value has no range: one is made up.
+ValueRange rangeOf(const proto::HybridManifest& hybrid) {
+    const double low = hybrid.value_min(), high = hybrid.value_max();
+    return {low, high > low ? high : low + std::max(1.0, 1e-6 * std::abs(low))};
+}
+
+/// `codes`: on disk, value_min + code * value_step of the entry.
+void fillLow(const storage::HybridStep& file, const proto::HybridStepEntry& entry, HybridStep& step) {
+    constexpr std::size_t more = 4;  // that can be read
+    step.low.size = vectorOf(file.lowSize());
+    const auto fill = [&](const auto& codes) {
+        step.low.values.reserve(codes.size() + more);
+        for (const auto code : codes) {
+            const double value = step.codeOf(entry.value_min() + code * entry.value_step());
+            step.low.values.push_back(
+                static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0))));
+        }
+    };
+    std::visit(fill, file.low());
+    step.low.values.resize(step.low.values.size() + more);
+    step.low.normals.reserve(step.low.values.size());
+    step.low.normals.assign(file.lowNormal().begin(), file.lowNormal().end());
+    step.low.normals.resize(step.low.values.size());
+}
+
+std::shared_ptr<const HybridPoints> pointsOf(const storage::HybridPoints& stored, double errorStep) {
+    HybridPoints points{.size = vectorOf(stored.grid), .errorStep = errorStep, .points = {}};
+    points.points.reserve(stored.size());
+    stored.forEach([&](const storage::HybridPoint& point) {
+        const auto& place = point.place;
+        points.points.push_back({static_cast<std::uint16_t>(place[0]), static_cast<std::uint16_t>(place[1]),
+                                 static_cast<std::uint16_t>(place[2]), point.value, point.error,
+                                 point.normal});
+    });
+    return std::make_shared<const HybridPoints>(std::move(points));
+}
+
+Status addBricks(const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t index,
+                 HybridStep& step) {
+    BrickMaker maker(step, vectorOf(storage::gridSize(manifest.hybrid().error_size())));
+    Status added = success();
+    const auto read = storage::readResidual(
+        directory, manifest, index,
+        [&](const storage::ResidualBrick& brick) {
+            if (added.ok()) added = maker.add(vectorOf(brick.index), brick.values);
+        },
+        [&] { return !added.ok(); });
+    MOTE_RETURN_IF_ERROR(added);
+    MOTE_RETURN_IF_ERROR(read);
+    step.bricks = std::make_shared<const HybridBricks>(maker.make());
+    return success();
+}
+
+}  // namespace
+
+glm::dmat4 hybridBox(const proto::HybridManifest& hybrid) {
+    glm::dmat4 toWorld(1.0), toIndex(1.0);
+    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = hybrid.index_to_world(i);  // glm keeps columns
+    for (int axis = 0; axis < 3; ++axis) {
+        toIndex[axis][axis] = hybrid.source_size(axis);
+        toIndex[3][axis] = -0.5;
+    }
+    return toWorld * toIndex;
+}
+
+Bounds hybridBounds(const proto::HybridManifest& hybrid) {
+    return Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(hybridBox(hybrid));
+}
+
+Result<HybridRepresentation> hybridParts(const proto::HybridManifest& hybrid, HybridRepresentation asked) {
+    using enum HybridRepresentation;
+    const bool hasPoints = hybrid.point_bytes() != 0;
+    if (asked == best) return hybrid.residual() ? residual : hasPoints ? points : volume;
+    if ((asked == points && !hasPoints) || (asked == residual && !hybrid.residual())) {
+        return Error{ErrorCode::unsupported, "hybrid.representation",
+                     fmt::format("the dataset holds no {}", asked == points ? "points" : "residual")};
+    }
+    return asked;
+}
+
+std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
+                          HybridRepresentation representation) {
+    constexpr std::uint64_t perSample = sizeof(std::uint16_t) + sizeof(std::uint8_t);
+    if (step >= static_cast<std::uint32_t>(hybrid.steps_size())) return 0;
+    const auto& entry = hybrid.steps(static_cast<int>(step));
+    std::uint64_t bytes = storage::samplesOf(storage::gridSize(hybrid.low_size())) * perSample;
+    if (representation == HybridRepresentation::points) bytes += entry.points() * sizeof(HybridPoint);
+    if (representation == HybridRepresentation::residual) {
+        const auto bricks = storage::samplesOf(
+            storage::bricksOf(storage::gridSize(hybrid.error_size()), storage::residualBrickSide));
+        // Residuals at a brick's border correct the bricks beside it.
+        bytes += bricks * sizeof(std::int32_t) +
+                 std::min(bricks, 2 * entry.residual_bricks()) * HybridBricks::volume * perSample;
+    }
+    return bytes;
+}
+
+Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
+                                                     const proto::Manifest& manifest, std::uint32_t index,
+                                                     HybridRepresentation representation) {
+    const auto* const entry = storage::findHybridStep(manifest, index);
+    if (entry == nullptr) {
+        return Error{ErrorCode::notFound, "step",
+                     fmt::format("the dataset has {} steps", manifest.hybrid().steps_size())};
+    }
+    const auto file = storage::HybridStep::open(directory, manifest, index);
+    if (!file.ok()) return file.error();
+    auto step = std::make_shared<HybridStep>();
+    step->boxToLayer = hybridBox(manifest.hybrid());
+    step->range = rangeOf(manifest.hybrid());
+    step->histogram.assign(entry->histogram().begin(), entry->histogram().end());
+    fillLow(*file, *entry, *step);
+    if (representation == HybridRepresentation::points)
+        step->points = pointsOf(file->points(), entry->error_step());
+    MOTE_RETURN_IF_ERROR(file->check());
+    if (representation == HybridRepresentation::residual)
+        MOTE_RETURN_IF_ERROR(addBricks(directory, manifest, index, *step));
+    return std::shared_ptr<const HybridStep>(std::move(step));
+}
+
+}  // namespace mote::render

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/hybrid/hybrid_transfer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <numeric>
+
+namespace mote::render {
+namespace {
+
+/// From the least to the greatest knot; a small range where there is but one.
+ValueRange knotsOf(const Curve& curve, const ValueRange& all) {
+    const double low = curve.knots().front().x, high = curve.knots().back().x;
+    return {low, high > low ? high : low + (all.high - all.low) / 256.0};
+}
+
+/// With a margin, so that a step at a knot lies inside.
+ValueRange around(const ValueRange& range) {
+    const double margin = (range.high - range.low) / 64.0;
+    return {range.low - margin, range.high + margin};
+}
+
+/// The value below which a share of the source's values lie.
+double quantile(const HybridStep& step, double share) {
+    const double all = std::accumulate(step.histogram.begin(), step.histogram.end(), 0.0);
+    double below = 0.0;
+    for (std::size_t i = 0; i < step.histogram.size() && all > 0.0; ++i) {
+        below += step.histogram[i];
+        if (below < share * all) continue;
+        const double place = (static_cast<double>(i) + 1.0) / static_cast<double>(step.histogram.size());
+        return std::min(step.range.low + place * (step.range.high - step.range.low), step.range.high);
+    }
+    return step.range.low + share * (step.range.high - step.range.low);
+}
+
+}  // namespace
+
+Curve defaultOpacity(const HybridStep& step) {
+    return Curve::create(
+               {{quantile(step, 0.75), 0.0}, {quantile(step, 0.98), 0.1}, {quantile(step, 0.999), 0.5}},
+               step.range.low, step.range.high)
+        .value();
+}
+
+HybridRepresentation resolved(HybridRepresentation asked, const HybridStep& step) {
+    if (asked != HybridRepresentation::best) return asked;
+    if (step.bricks) return HybridRepresentation::residual;
+    return step.points ? HybridRepresentation::points : HybridRepresentation::volume;
+}
+
+HybridTransfer::HybridTransfer(const HybridStyle& style, const HybridStep& step)
+    : opacity_(style.opacity ? *style.opacity : defaultOpacity(step)),
+      colors_(style.colors),
+      colorMap_(style.colorMap),
+      colorRange_(style.colorRange ? *style.colorRange : knotsOf(opacity_, step.range)),
+      span_(around(knotsOf(opacity_, step.range))),
+      opacityLength_(HybridStyle::opacityShare * step.longestEdge()) {
+    if (!colors_.empty()) return;
+    span_ = {std::min(span_.low, colorRange_.low), std::max(span_.high, colorRange_.high)};
+}
+
+double HybridTransfer::extinction(double value) const {
+    return -std::log1p(-std::min(opacity_(value), HybridStyle::opacityLimit)) / opacityLength_;
+}
+
+glm::dvec3 HybridTransfer::color(double value) const {
+    if (colors_.empty()) return colorMap_((value - colorRange_.low) / (colorRange_.high - colorRange_.low));
+    const auto& knots = opacity_.knots();
+    const auto above = std::upper_bound(knots.begin(), knots.end(), value,
+                                        [](double v, const Curve::Knot& knot) { return v < knot.x; });
+    if (above == knots.begin()) return colors_.front();
+    if (above == knots.end()) return colors_.back();
+    const auto i = static_cast<std::size_t>(above - knots.begin());
+    return glm::mix(colors_[i - 1], colors_[i], (value - knots[i - 1].x) / (knots[i].x - knots[i - 1].x));
+}
+
+}  // namespace mote::render

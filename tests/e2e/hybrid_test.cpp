@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A hybrid volume from its dataset to picture files: each representation, and what is wrong in a script.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/e2e/station.h"
+#include "tests/support/image.h"
+#include "tests/unit/hybrid/small_hybrid.h"
+
+namespace mote::test {
+namespace {
+
+using testing::HasSubstr;
+
+/// The small volume is 140 x 80 x 66 units large, its values -10 to 245. Without a camera, the view fits it.
+std::string smallView(const std::string& style, int step = 0) {
+    return "{'width': 200, 'height': 120, 'layers': [{'dataset': 'data/small', 'step': " +
+           std::to_string(step) +
+           ", 'hybrid': {'curve': [{'value': -10, 'opacity': 0.001}, {'value': 245, 'opacity': 0.9}]" +
+           style + "}}]}";
+}
+
+class Hybrids : public testing::Test {
+  protected:
+    void SetUp() override {
+        writeSmallHybrid(station_.root() / "small.mote", smallPoints(5), smallManifest(5, 8));
+        station_.startServer();
+    }
+    Image picture(const std::string& name) const { return readPng(station_.out() / name).value(); }
+
+    Station station_;
+};
+
+std::size_t litPixels(const Image& image) {
+    std::size_t lit = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); i += 4) lit += image.pixels[i] > 0 ? 1 : 0;
+    return lit;
+}
+
+TEST_F(Hybrids, AreDrawnInEachRepresentation) {
+    const auto done = station_.frames(
+        scriptOf({smallView(""), smallView(", 'representation': 'residual'"),
+                  smallView(", 'representation': 'points'"), smallView(", 'representation': 'volume'")}));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto best = picture("frame-000000.png"), residual = picture("frame-000001.png");
+    const auto points = picture("frame-000002.png"), volume = picture("frame-000003.png");
+    // The fitted view is filled to a good part by a box of these proportions.
+    EXPECT_GT(litPixels(volume), volume.pixels.size() / 4 / 8);
+    EXPECT_EQ(best.pixels, residual.pixels);
+    EXPECT_NE(residual.pixels, volume.pixels);
+    EXPECT_NE(points.pixels, volume.pixels);
+}
+
+TEST_F(Hybrids, BadScriptsAreNamed) {
+    const auto bad = [&](const std::string& view) {
+        const auto done = station_.frames(scriptOf({view}));
+        EXPECT_NE(done.status, 0);
+        return done.errors;
+    };
+    EXPECT_THAT(bad(smallView(", 'pointShape': 'star'")), HasSubstr("layers[0].hybrid.pointShape"));
+    EXPECT_THAT(bad(smallView("", 3)), HasSubstr("layers[0].step"));
+    EXPECT_THAT(bad("{'width': 20, 'height': 20, 'layers': [{'dataset': 'data/small', 'particles': {}}]}"),
+                HasSubstr("hybrid"));
+}
+
+}  // namespace
+}  // namespace mote::test

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/reference/hybrid_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "storage/hybrid/normal_table.h"
+
+namespace mote::reference {
+namespace {
+
+using render::HybridBricks;
+
+/// The place in samples of a grid: sample i lies at (i + 1/2) / size of the box, the outermost ones hold
+/// beyond.
+glm::dvec3 placeIn(const glm::dvec3& inBox, const glm::uvec3& size) {
+    return glm::clamp(inBox * glm::dvec3(size) - 0.5, glm::dvec3(0.0), glm::dvec3(size) - 1.0);
+}
+
+double smoothStep(double x) {
+    const double held = std::clamp(x, 0.0, 1.0);
+    return held * held * (3.0 - 2.0 * held);
+}
+
+}  // namespace
+
+Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerToEye, const Camera& camera) {
+    static const storage::NormalTable table;
+    const glm::dvec3 inLayer(table.direction(normal));
+    if (inLayer == glm::dvec3(0.0)) return {std::min(1.0, light.ambient + light.diffuse), 0.0};
+    const glm::dvec3 n = glm::normalize(glm::inverse(glm::transpose(glm::dmat3(layerToEye))) * inLayer);
+    const glm::dmat3 worldToEye(camera.worldToEye());
+    const glm::dvec3 l = glm::normalize(light.fixed ? worldToEye * light.direction : light.direction);
+    const glm::dvec3 h = glm::normalize(l + glm::dvec3(0.0, 0.0, 1.0));
+    const double w = smoothStep((n.z + 0.25) / 0.5);
+    const auto power = [](double cosine) { return std::pow(std::max(0.0, cosine), 32.0); };
+    const double diffuse = w * std::max(0.0, glm::dot(n, l)) + (1.0 - w) * std::max(0.0, -glm::dot(n, l));
+    const double specular = w * power(glm::dot(n, h)) + (1.0 - w) * power(-glm::dot(n, h));
+    return {std::min(1.0, light.ambient + light.diffuse * diffuse), light.specular * specular};
+}
+
+HybridField::HybridField(const render::HybridStep& step, const Layer& layer, const Camera& camera)
+    : step_(step),
+      style_(*layer.hybrid()),
+      corrected_(step.bricks != nullptr &&
+                 render::resolved(style_.representation, step) == HybridRepresentation::residual),
+      transfer_(style_, step),
+      layerToBox_(glm::inverse(step.boxToLayer)) {
+    const glm::dmat4 layerToEye = camera.worldToEye() * layer.transform;
+    for (std::size_t code = 0; code < shades_.size(); ++code)
+        shades_[code] = shadeOf(static_cast<std::uint8_t>(code), style_.light, layerToEye, camera);
+}
+
+/// Trilinear between the samples around a place; `last`: the greatest index on each axis.
+template <class Index>
+HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, const std::uint8_t* normals,
+                                               const glm::dvec3& place, const glm::uvec3& last,
+                                               const Index& index) const {
+    const glm::uvec3 below(place);
+    const glm::dvec3 share = place - glm::dvec3(below);
+    Sampled sum;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        const glm::uvec3 ahead(corner & 1U, corner >> 1 & 1U, corner >> 2);
+        double weight = 1.0;
+        for (int axis = 0; axis < 3; ++axis) weight *= ahead[axis] != 0 ? share[axis] : 1.0 - share[axis];
+        const std::size_t at = index(glm::min(below + ahead, last));
+        sum.code += weight * values[at];
+        sum.shade.diffuse += weight * shades_[normals[at]].diffuse;
+        sum.shade.specular += weight * shades_[normals[at]].specular;
+    }
+    return sum;
+}
+
+HybridField::Sampled HybridField::sampledLow(const glm::dvec3& inBox) const {
+    const auto& low = step_.low;
+    return interpolated(low.values.data(), low.normals.data(), placeIn(inBox, low.size), low.size - 1U,
+                        [&](const glm::uvec3& at) { return low.index(at); });
+}
+
+HybridField::Sampled HybridField::sampled(const glm::dvec3& inLayer) const {
+    const glm::dvec3 inBox(layerToBox_ * glm::dvec4(inLayer, 1.0));
+    if (!corrected_) return sampledLow(inBox);
+    const HybridBricks& bricks = *step_.bricks;
+    const glm::dvec3 place = placeIn(inBox, bricks.size);
+    const glm::uvec3 brick = glm::uvec3(place) / HybridBricks::edge;
+    const std::int32_t number = bricks.numbers[bricks.index(brick)];
+    if (number == HybridBricks::none) return sampledLow(inBox);
+    const std::size_t begin = static_cast<std::size_t>(number) * HybridBricks::volume;
+    return interpolated(
+        bricks.values.data() + begin, bricks.normals.data() + begin,
+        place - glm::dvec3(brick * HybridBricks::edge), glm::uvec3(HybridBricks::edge),
+        [](const glm::uvec3& at) {
+            return (std::size_t{at.z} * HybridBricks::samples + at.y) * HybridBricks::samples + at.x;
+        });
+}
+
+double HybridField::value(const glm::dvec3& inLayer) const {
+    return step_.valueOf(sampled(inLayer).code);
+}
+
+VolumeMatter HybridField::at(const glm::dvec3& inLayer) const {
+    const Sampled here = sampled(inLayer);
+    const double v = step_.valueOf(here.code);
+    return {transfer_.extinction(v), transfer_.color(v) * here.shade.diffuse + here.shade.specular};
+}
+
+std::vector<HalfSpace> HybridField::within() const {
+    std::vector<HalfSpace> sides = style_.clipPlanes;
+    const glm::dmat4 rows = glm::transpose(layerToBox_);
+    for (int axis = 0; axis < 3; ++axis) {
+        const glm::dvec3 normal(rows[axis]);
+        sides.push_back({normal, -rows[axis].w});
+        sides.push_back({-normal, rows[axis].w - 1.0});
+        if (!style_.clipBox) continue;
+        glm::dvec3 along(0.0);
+        along[axis] = 1.0;
+        sides.push_back({along, style_.clipBox->min[axis]});
+        sides.push_back({-along, -style_.clipBox->max[axis]});
+    }
+    return sides;
+}
+
+double HybridField::cellEdge() const {
+    const glm::dvec3 size(corrected_ ? step_.bricks->size : step_.low.size);
+    double least = step_.longestEdge();
+    for (int axis = 0; axis < 3; ++axis)
+        least = std::min(least, glm::length(glm::dvec3(step_.boxToLayer[axis])) / size[axis]);
+    return least;
+}
+
+}  // namespace mote::reference

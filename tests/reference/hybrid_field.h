@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// HybridField: the field of a hybrid volume and its light, anywhere in layer space (docs/PICTURE.md, "Hybrid
+// volumes"). It shares its step's numbers, which must outlive it; safe on any number of threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "protocol/scene/view.h"
+#include "server/render/hybrid/hybrid_step.h"
+#include "server/render/hybrid/hybrid_transfer.h"
+#include "tests/reference/volume.h"
+
+namespace mote::reference {
+
+/// What light makes of a normal: the factor of a colour, and the white that is added.
+struct Shade {
+    double diffuse = 0.0, specular = 0.0;
+};
+
+/// `normal`: a code. `layerToEye`: of the layer.
+Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerToEye, const Camera& camera);
+
+class HybridField final : public Volume {
+  public:
+    HybridField(const render::HybridStep& step, const Layer& layer, const Camera& camera);
+
+    /// In the source's unit.
+    double value(const glm::dvec3& inLayer) const;
+    VolumeMatter at(const glm::dvec3& inLayer) const override;
+    std::vector<HalfSpace> within() const override;
+    double cellEdge() const override;
+
+  private:
+    struct Sampled {
+        double code = 0.0;
+        Shade shade;
+    };
+    Sampled sampled(const glm::dvec3& inLayer) const;
+    Sampled sampledLow(const glm::dvec3& inBox) const;
+    template <class Index>
+    Sampled interpolated(const std::uint16_t* values, const std::uint8_t* normals, const glm::dvec3& place,
+                         const glm::uvec3& last, const Index& index) const;
+
+    const render::HybridStep& step_;
+    HybridStyle style_;
+    bool corrected_;
+    render::HybridTransfer transfer_;
+    glm::dmat4 layerToBox_;
+    std::array<Shade, 256> shades_;
+};
+
+}  // namespace mote::reference

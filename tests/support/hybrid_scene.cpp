@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/support/hybrid_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
+#include <stdexcept>
+
+#include "server/render/hybrid/brick_maker.h"
+#include "storage/hybrid/grid_axis.h"
+#include "storage/hybrid/normal_table.h"
+
+namespace mote::test {
+namespace {
+
+using render::HybridBricks;
+using render::HybridStep;
+
+template <class Visit>
+void forEach(const glm::uvec3& size, const Visit& visit) {
+    for (std::uint32_t z = 0; z < size.z; ++z) {
+        for (std::uint32_t y = 0; y < size.y; ++y) {
+            for (std::uint32_t x = 0; x < size.x; ++x) visit(glm::uvec3(x, y, z));
+        }
+    }
+}
+
+glm::dvec3 placeOf(const glm::uvec3& sample, const glm::uvec3& size) {
+    return (glm::dvec3(sample) + 0.5) / glm::dvec3(size);
+}
+
+class Maker {
+  public:
+    Maker(const HybridShape& shape, const std::function<double(const glm::dvec3&)>& field)
+        : shape_(shape), field_(field) {}
+
+    /// Towards lower values, in layer space; by differences over a source voxel.
+    std::uint8_t normalAt(const glm::dvec3& inBox) const {
+        glm::dvec3 slope(0.0);
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::dvec3 step(0.0);
+            step[axis] = 1.0 / shape_.source[axis];
+            slope[axis] = (field_(inBox + step) - field_(inBox - step)) / (2.0 * step[axis]);
+        }
+        return normals_.code(-glm::vec3(glm::transpose(glm::inverse(glm::dmat3(shape_.boxToLayer))) * slope));
+    }
+    void addLow(HybridStep& step) const {
+        step.low.size = shape_.low;
+        forEach(shape_.low, [&](const glm::uvec3& at) {
+            const glm::dvec3 place = placeOf(at, shape_.low);
+            const double code = std::clamp(step.codeOf(field_(place)), 0.0, 65535.0);
+            step.low.values.push_back(static_cast<std::uint16_t>(std::lround(code)));
+            step.low.normals.push_back(normalAt(place));
+        });
+        step.low.values.resize(step.low.values.size() + 4);
+        step.low.normals.resize(step.low.normals.size() + 4);
+    }
+    /// The field minus the low volume at a sample of the error grid, where that is above the threshold.
+    double errorAt(const HybridStep& step, const glm::uvec3& at) const {
+        std::array<storage::Between, 3> along;
+        for (int axis = 0; axis < 3; ++axis) {
+            along[static_cast<std::size_t>(axis)] = storage::between(
+                storage::placeIn(at[axis], shape_.source[axis], shape_.low[axis]), shape_.low[axis]);
+        }
+        double low = 0.0;
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            glm::uvec3 sample;
+            double weight = 1.0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto& between = along[static_cast<std::size_t>(axis)];
+                const bool ahead = (corner >> axis & 1U) != 0;
+                sample[axis] = ahead ? between.second : between.first;
+                weight *= ahead ? double{between.fraction} : 1.0 - double{between.fraction};
+            }
+            low += weight * step.valueOf(step.low.values[step.low.index(sample)]);
+        }
+        const double error = field_(placeOf(at, shape_.source)) - low;
+        return std::abs(error) > shape_.threshold ? error : 0.0;
+    }
+    HybridBricks bricksOf(const HybridStep& step) const {
+        render::BrickMaker maker(step, shape_.source);
+        const glm::uvec3 count = (shape_.source + (HybridBricks::edge - 1)) / HybridBricks::edge;
+        forEach(count, [&](const glm::uvec3& brick) {
+            std::array<float, storage::residualBrickSamples> residual{};
+            std::size_t i = 0;
+            forEach(glm::uvec3(HybridBricks::edge), [&](const glm::uvec3& at) {
+                const glm::uvec3 sample = brick * HybridBricks::edge + at;
+                const bool inside = glm::all(glm::lessThan(sample, shape_.source));
+                residual[i++] = inside ? static_cast<float>(errorAt(step, sample)) : 0.0F;
+            });
+            if (!maker.add(brick, residual).ok()) throw std::runtime_error("too many bricks");
+        });
+        return maker.make();
+    }
+    render::HybridPoints pointsOf(const HybridStep& step) const {
+        const double most = step.range.high - step.range.low;
+        render::HybridPoints points{.size = shape_.source, .errorStep = most / 127.0, .points = {}};
+        forEach(shape_.source, [&](const glm::uvec3& at) {
+            const double error = errorAt(step, at);
+            if (error == 0.0) return;
+            const glm::dvec3 place = placeOf(at, shape_.source);
+            const double value = (field_(place) - step.range.low) / most;
+            points.points.push_back(
+                {static_cast<std::uint16_t>(at.x), static_cast<std::uint16_t>(at.y),
+                 static_cast<std::uint16_t>(at.z),
+                 static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0))),
+                 static_cast<std::uint8_t>(128 + std::lround(error / points.errorStep)), normalAt(place)});
+        });
+        return points;
+    }
+
+  private:
+    const HybridShape& shape_;
+    const std::function<double(const glm::dvec3&)>& field_;
+    storage::NormalTable normals_;
+};
+
+}  // namespace
+
+std::shared_ptr<const HybridStep> hybridOf(const HybridShape& shape,
+                                           const std::function<double(const glm::dvec3&)>& field) {
+    auto step = std::make_shared<HybridStep>();
+    step->boxToLayer = shape.boxToLayer;
+    step->range = shape.range;
+    const Maker maker(shape, field);
+    maker.addLow(*step);
+    if (shape.bricks) step->bricks = std::make_shared<const HybridBricks>(maker.bricksOf(*step));
+    if (shape.points) step->points = std::make_shared<const render::HybridPoints>(maker.pointsOf(*step));
+    return step;
+}
+
+double machineParts(const glm::dvec3& inBox) {
+    const auto within = [](double distance) { return std::clamp(0.5 - 24.0 * distance, 0.0, 1.0); };
+    const glm::dvec3 at = inBox - 0.5;
+    const double shell = 0.35 * within(std::abs(glm::length(at) - 0.4) - 0.03);
+    const double ball = 0.9 * within(glm::length(at - glm::dvec3(0.15, 0.05, 0.1)) - 0.12);
+    const double other = 0.6 * within(glm::length(at + glm::dvec3(0.16, 0.1, -0.05)) - 0.09);
+    const double rod = within(std::hypot(at.x + 0.05, at.y - 0.12) - 0.02);
+    const double ground = 0.1 * (1.0 + at.x);
+    return std::max({shell, ball, other, rod, ground});
+}
+
+}  // namespace mote::test
