@@ -79,10 +79,14 @@ const std::vector<GoldenScene>& goldenHybrids() {
     // The shares are about two thirds of what the scenes show.
     static const std::vector<GoldenScene> all{
         // Light bends within the cells of the low volume, which are a dozen pixels large here.
-        {"hybridVolume", 0.1, 0.0, 0.0, {50.0, 0.995, 12}},     {"hybridResidual", 0.2, 0.0, 0.1},
-        {"hybridSquares", 0.2, 0.0, 0.05},   {"hybridDiscs", 0.2, 0.0, 0.05},
-        {"hybridGaussians", 0.2, 0.0, 0.05}, {"hybridSmall", 0.2, 0.0, 0.05},
-        {"hybridCut", 0.1, 0.0, 0.05},       {"hybridUnlit", 0.2, 0.0, 0.1},
+        {"hybridVolume", 0.1, 0.0, 0.0, {50.0, 0.995, 12}},
+        {"hybridResidual", 0.2, 0.0, 0.1},
+        {"hybridSquares", 0.2, 0.0, 0.05},
+        {"hybridDiscs", 0.2, 0.0, 0.05},
+        {"hybridGaussians", 0.2, 0.0, 0.05},
+        {"hybridSmall", 0.2, 0.0, 0.05},
+        {"hybridCut", 0.1, 0.0, 0.05},
+        {"hybridUnlit", 0.2, 0.0, 0.1},
         {"hybridWithBeam", 0.2, 0.0, 0.03},
     };
     return all;
