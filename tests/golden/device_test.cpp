@@ -3,6 +3,8 @@
 // Each device against the reference on each golden scene.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/golden/device_pictures.h"
 #include "tests/golden/golden_files.h"
 #include "tests/golden/golden_scenes.h"
@@ -10,6 +12,17 @@
 
 namespace mote::test {
 namespace {
+
+/// The egl device mixes the points of a hybrid volume that lie in one pixel and slab, as docs/PICTURE.md lets
+/// it: where some stand behind each other there, more pixels are a little off.
+Limits limitsOf(const std::string& kind, const GoldenScene& golden, const View& view) {
+    const bool mixed =
+        kind == "egl" && std::any_of(view.layers.begin(), view.layers.end(), [](const Layer& layer) {
+            return layer.hybrid() != nullptr &&
+                   layer.hybrid()->representation == HybridRepresentation::points;
+        });
+    return mixed ? Limits{.psnr = golden.limits.psnr, .closeShare = 0.98, .worst = 24} : golden.limits;
+}
 
 class DeviceGoldenTest : public testing::TestWithParam<std::tuple<std::string, GoldenScene>> {};
 
@@ -22,7 +35,7 @@ TEST_P(DeviceGoldenTest, MeetsTheReference) {
     const auto actual = picture(*device, scene, render::Quality::exact());
     const auto result = compare(actual, expected, reference.ambiguous);
     RecordProperty("result", result.toString());
-    const bool good = result.within(golden.limits);
+    const bool good = result.within(limitsOf(kind, golden, scene.view));
     EXPECT_TRUE(good) << result.toString();
     if (good && !keepAll()) return;
     const auto name = golden.name + '-' + kind;
@@ -39,7 +52,8 @@ INSTANTIATE_TEST_SUITE_P(All, DeviceGoldenTest,
                          });
 
 INSTANTIATE_TEST_SUITE_P(Hybrids, DeviceGoldenTest,
-                         testing::Combine(testing::Values("cpu"), testing::ValuesIn(goldenHybrids())),
+                         testing::Combine(testing::ValuesIn(deviceKinds()),
+                                          testing::ValuesIn(goldenHybrids())),
                          [](const auto& both) {
                              return std::get<0>(both.param) + '_' + std::get<1>(both.param).name;
                          });

@@ -17,11 +17,15 @@ constexpr std::size_t mostLayers = 8;  // as in shaders/frame.glsl
 
 struct EglDevice::State {
     explicit State(EglOptions chosen)
-        : options(std::move(chosen)), shaders(options.shaderDirectory), steps(options.residentBytes) {}
+        : options(std::move(chosen)),
+          shaders(options.shaderDirectory),
+          steps(options.residentBytes),
+          hybridSteps(options.residentBytes) {}
 
     EglOptions options;
     ShaderLibrary shaders;
     ResidentSteps steps;
+    ResidentHybridSteps hybridSteps;
     TransferBuffers transfers;
     FrameBuffers buffers;
     StageTimes times;
@@ -48,14 +52,14 @@ DeviceCosts EglDevice::costs() {
 }
 
 std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= mostLayers);
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() + plan.hybrids.size() <= mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
     const EglContext::Current current(context_);
     state_->shaders.reloadChanged();
-    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->transfers,
-                 state_->buffers, std::move(stop));
+    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->hybridSteps,
+                 state_->transfers, state_->buffers, std::move(stop));
     auto picture = run.draw();
     state_->times = run.times();
     return picture;
@@ -64,6 +68,7 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
 void EglDevice::trim() {
     const EglContext::Current current(context_);
     state_->steps.dropExpired();
+    state_->hybridSteps.dropExpired();
 }
 
 const StageTimes& EglDevice::lastTimes() const {

@@ -5,12 +5,16 @@
 #include <cmath>
 #include <cstring>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
 
+#include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
+#include "server/render/egl/step_splats.h"
 #include "server/render/ray_map.h"
 #include "server/render/screen_map.h"
+#include "server/render/transfer_table.h"
 
 namespace mote::render {
 namespace {
@@ -29,6 +33,33 @@ std::uint32_t weightUnit(std::uint64_t points) {
     constexpr std::uint64_t most = 1U << 16;
     return static_cast<std::uint32_t>(
         std::clamp<std::uint64_t>(0xffffffffULL / std::max<std::uint64_t>(points, 1), 1, most));
+}
+
+/// The weight of an optical depth of 1. Of the grid's samples, so many have a pixel and a slab in common:
+/// those that the widest footprint covers, in the sheets that a slab holds; in any direction, and with
+/// different spacings on the axes, not more than the last factor times as many.
+float splatUnit(const FramePlan& plan, const HybridPlan& layer, double edge, double spacing) {
+    const double thickness = (plan.farDepth - plan.nearDepth) / plan.slabs;
+    const double farthest = plan.camera.perspective() ? plan.farDepth : 1.0;
+    const double least = std::max(spacing / farthest, 1e-6);  // pixels from point to point
+    const double width = std::max(3.0 * layer.style.pointSize * least, 3.0) + 1.0;
+    const double columns = width / least + 2.0;
+    const double among = columns * columns * (thickness / edge + 2.0) * 8.0;
+    const double points =
+        std::clamp(among, 1.0, static_cast<double>(layer.step->points->points.size()) + 1.0);
+    constexpr double deepest = 9.22;  // -ln(1 - HybridStyle::opacityLimit), with rounding
+    return static_cast<float>(std::clamp(4.0e9 / (points * deepest), 1.0, 1048576.0));
+}
+
+/// Into how many stretches the edge of a cell is cut: of exact pictures two, and up to eight where a cell is
+/// long against the length that opacities are told for, so that much may happen in it.
+float stretchesPerCell(const FramePlan& plan, const HybridStep& step, const glm::uvec3& grid) {
+    double cell = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        cell = std::max(cell, glm::length(glm::dvec3(step.boxToLayer[axis])) / grid[axis]);
+    const double lengths = cell / (HybridStyle::opacityShare * step.longestEdge());
+    return static_cast<float>(std::clamp(0.75 * lengths, 2.0, 8.0) *
+                              std::max(0.25 * plan.samplesPerCell, 0.5));
 }
 
 }  // namespace
@@ -54,6 +85,37 @@ PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
             .unit = weightUnit(layer.pointsDrawn)};
 }
 
+SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer) {
+    const HybridStep& step = *layer.step;
+    const glm::dvec3 size(step.points->size);
+    const glm::dmat4 toBox = glm::translate(glm::scale(glm::dmat4(1.0), 1.0 / size), glm::dvec3(0.5));
+    const glm::dmat3 layerToEye = glm::dmat3(layer.boxToEye) * glm::inverse(glm::dmat3(step.boxToLayer));
+    const double edge = pointSpacing(step) * std::cbrt(std::abs(glm::determinant(layerToEye)));
+    const double spacing = edge * plan.height / (2.0 * plan.camera.halfHeight());
+    return {.toScreen = glm::mat4(boxToScreen(plan, layer.boxToEye) * toBox),
+            .spacing = static_cast<float>(spacing),
+            .unit = splatUnit(plan, layer, edge, spacing)};
+}
+
+HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
+                        std::uint32_t firstBrick, std::uint32_t firstNormals) {
+    const HybridStep& step = *layer.step;
+    const ValueRange& span = layer.transfer.span();
+    const double scale = TransferTable::cells / (span.high - span.low);
+    HybridBlock block{};
+    block.grid = glm::vec4(grid, stretchesPerCell(plan, step, grid));
+    block.low = glm::vec4(step.low.size, stretchesPerCell(plan, step, step.low.size));
+    block.table = glm::vec4((step.valueOf(1.0) - step.valueOf(0.0)) * scale,
+                            (step.valueOf(0.0) - span.low) * scale, scale, 0.0);
+    block.place = glm::ivec4(firstBrick, layer.clips.size(), firstNormals, 0);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        block.toLayer[axis] = glm::vec4(step.boxToLayer[static_cast<int>(axis)]);
+    MOTE_CHECK(layer.clips.size() <= HybridBlock::mostClips);
+    for (std::size_t i = 0; i < layer.clips.size(); ++i)
+        block.clips[i] = glm::vec4(layer.clips[i].normal, layer.clips[i].distance);
+    return block;
+}
+
 FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
                       const std::array<std::uint32_t, 8>& volumeSizes) {
     const std::uint32_t tilesAcross = (plan.width + 7) / 8;
@@ -74,6 +136,15 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         setRays(result, RayMap(plan, layer));
         result.point = glm::vec4(layer.style.pointColor, numbers.tau);
         result.scale = glm::vec4(1.0 / numbers.unit, volumeSizes[i], 0.0, 0.0);
+    }
+    for (std::size_t i = 0; i < plan.hybrids.size(); ++i) {
+        const HybridPlan& layer = plan.hybrids[i];
+        LayerBlock& result = block.layers[plan.layers.size() + i];
+        result.boxToScreen = glm::mat4(boxToScreen(plan, layer.boxToEye));
+        setRays(result, RayMap(plan, layer.boxToEye));
+        // The weight of its points is optical depth.
+        result.point = glm::vec4(0.0, 0.0, 0.0, 1.0);
+        if (layer.hasPoints()) result.scale.x = 1.0F / splatNumbers(plan, layer).unit;
     }
     return block;
 }

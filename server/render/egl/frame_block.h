@@ -23,6 +23,19 @@ struct LayerBlock {
     glm::vec4 scale;
 };
 
+/// Of a hybrid layer, as shaders/hybrid.glsl declares it (std140).
+struct HybridBlock {
+    static constexpr std::size_t mostClips = 12;
+
+    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; stretches a cell
+    glm::vec4 low;     ///< samples of the low volume; unused
+    glm::vec4 table;   ///< code * x + y is a place in the transfer table, of which z make a unit of value
+    glm::ivec4 place;  ///< of its first brick among all hybrid layers'; clips; of the first normals
+    std::array<glm::vec4, 3> toLayer;        ///< the box's edges in layer space
+    std::array<glm::vec4, mostClips> clips;  ///< in the box: dot(xyz, place) >= w is drawn
+};
+static_assert(sizeof(HybridBlock) == 19 * 16);
+
 struct FrameBlock {
     glm::ivec4 picture;
     glm::ivec4 band;
@@ -47,8 +60,22 @@ struct PointNumbers {
 
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer);
 
+/// How the points of a hybrid layer are placed on the screen and weighted.
+struct SplatNumbers {
+    glm::mat4 toScreen;  ///< from samples of the error grid to (px * w, py * w, slab, w)
+    float spacing;       ///< of points, pixels at w = 1
+    float unit;          ///< weight of an optical depth of 1; the sums of a cell stay below 2^32
+};
+
+/// The layer must have points.
+SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer);
+
+/// `grid`: samples; `firstBrick`: of it among all hybrid layers'; `firstNormals`: among its samples' words.
+HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
+                        std::uint32_t firstBrick, std::uint32_t firstNormals);
+
 /// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side, 0 where nothing of it is
-/// visible.
+/// visible. Hybrid layers come after those of particles.
 FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
                       const std::array<std::uint32_t, 8>& volumeSizes);
 

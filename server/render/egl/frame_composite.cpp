@@ -44,17 +44,19 @@ bool FrameRun::drawFlat(const Band& band) {
 bool FrameRun::drawCells(const Band& band, const Counts& counts) {
     // A pixel belongs to the pass in which its first cell lies; its others may reach beyond by the margin.
     const std::uint64_t margin = layerCount() * plan_.slabs;
+    const std::uint64_t cellSize = cellWords() * sizeof(std::uint32_t);
     const std::uint64_t limit = pairLimit(options_.cellBytes) / cellSize;
     const std::uint64_t capacity = std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30);
     buffers_.cells.grow((std::min<std::uint64_t>(counts.cells, capacity) + margin) * cellSize);
     buffers_.cells.bindStorage(cells);
-    buffers_.cellsTexture = bufferTexture(buffers_.cells, GL_RG32UI);
+    buffers_.cellsTexture = bufferTexture(buffers_.cells, anySplats_ ? GL_R32UI : GL_RG32UI);
     for (std::uint64_t first = 0; first <= counts.cells; first += capacity) {
         const auto present = static_cast<std::uint32_t>(std::min(counts.cells - first, capacity) + margin);
         const auto firstCell = static_cast<std::uint32_t>(first);
         if (counts.cells > 0) {
             buffers_.cells.zero(present * cellSize);
-            if (!addPoints({firstCell, present})) return false;
+            const Pass cellsPresent{firstCell, present};
+            if (!addPoints(cellsPresent) || !addSplats(cellsPresent)) return false;
         }
         const Pass pass{firstCell, static_cast<std::uint32_t>(capacity)};
         if (!composite(compositeProgram(true, false, pass), 0, counts.tiles[0])) return false;
@@ -74,6 +76,12 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         const LayerWork& work = layers_[i];
         const auto unit = static_cast<GLuint>(i);
         glBindTextureUnit(unit, work.volume == nullptr ? 0 : work.volume->texture());
+    }
+    for (std::size_t i = 0; i < hybrids_.size(); ++i)
+        glBindTextureUnit(static_cast<GLuint>(layers_.size() + i), hybrids_[i].resident->volume.samples());
+    if (!hybrids_.empty()) {
+        glBindTextureUnit(hybridBrickUnit, buffers_.hybridBricksTexture.get());
+        glBindBufferBase(GL_UNIFORM_BUFFER, 1, buffers_.hybrids.get());
     }
     glBindTextureUnit(transferUnit, buffers_.transfersTexture.get());
     glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
@@ -98,7 +106,9 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
     const GLuint program = shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layerCount())},
+                                                          {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
                                                           {"WORDS", words_},
+                                                          {"CELL", cellWords()},
                                                           {"DOTS", dots_.empty() ? 0U : 1U},
                                                           {"POINTS", points ? 1U : 0U},
                                                           {"VOLUME", volume ? 1U : 0U},

@@ -28,11 +28,16 @@ enum Storage : GLuint {
 /// Texture units of points' programs and of cells_allocate.
 enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit, allocateDotsUnit };
 
-/// Texture units of composite.comp: eight volumes from 0, then these.
-enum CompositeUnit : GLuint { transferUnit = 8, maskUnit, cellUnit, volumeMaskUnit, dotUnit, dotListUnit };
-
-/// A cell holds the weight and the moment of its points.
-inline constexpr std::size_t cellSize = 2 * sizeof(std::uint32_t);
+/// Texture units of composite.comp: eight volumes or hybrid volumes' samples from 0, then these.
+enum CompositeUnit : GLuint {
+    transferUnit = 8,
+    maskUnit,
+    cellUnit,
+    volumeMaskUnit,
+    dotUnit,
+    dotListUnit,
+    hybridBrickUnit
+};
 
 /// What shaders wrote before is seen by whatever reads it after.
 inline void barrier() {

@@ -61,6 +61,8 @@ GLuint FrameRun::usePointsProgram(std::string_view name, std::size_t layer, Sele
                                                    {"WORDS", words_},
                                                    {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
                                                    {"FLAT", flat_ ? 1U : 0U},
+                                                   {"SPLATS", 0U},
+                                                   {"CELL", cellWords()},
                                                    {"SELECTION", static_cast<unsigned>(selection)}});
     setPointUniforms(program, layer, pass);
     glUseProgram(program);

@@ -9,13 +9,14 @@
 namespace mote::render {
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
-                   ShaderLibrary& shaders, ResidentSteps& steps, TransferBuffers& transfers,
-                   FrameBuffers& buffers, std::stop_token stop)
+                   ShaderLibrary& shaders, ResidentSteps& steps, ResidentHybridSteps& hybridSteps,
+                   TransferBuffers& transfers, FrameBuffers& buffers, std::stop_token stop)
     : plan_(plan),
       format_(format),
       options_(options),
       shaders_(shaders),
       steps_(steps),
+      hybridSteps_(hybridSteps),
       transfers_(transfers),
       buffers_(buffers),
       pacer_(std::move(stop)),
@@ -28,6 +29,8 @@ std::optional<Picture> FrameRun::draw() {
     Picture picture{.width = plan_.width, .height = plan_.height, .format = format_, .pixels = {}};
     picture.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(format_));
     for (const auto& layer : plan_.layers) picture.pointsDrawn += layer.pointsDrawn;
+    for (const auto& work : hybrids_)
+        picture.pointsDrawn += work.drawsPoints() ? work.resident->splats->count() : 0;
     // A pixel: its sum of weights, or for each layer pairs of slab bits and first cell.
     const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layerCount() * words_) * sizeof(std::uint32_t);
     const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * pixelBytes;
@@ -52,12 +55,14 @@ bool FrameRun::prepare() {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (!prepareVolume(layers_[i])) return false;
     }
+    if (!prepareHybrids()) return false;
     // Points of one colour with nothing between them look the same in any order.
-    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && !plan_.anyDots();
+    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && hybrids_.empty() && !plan_.anyDots();
     prepareDots();
     if (!flat_) gatherTransfers();
-    anyPoints_ =
-        std::any_of(layers_.begin(), layers_.end(), [](const LayerWork& work) { return work.drawsPoints(); });
+    const auto draws = [](const auto& work) { return work.drawsPoints(); };
+    anySplats_ = std::any_of(hybrids_.begin(), hybrids_.end(), draws);
+    anyPoints_ = anySplats_ || std::any_of(layers_.begin(), layers_.end(), draws);
     return true;
 }
 
@@ -82,6 +87,8 @@ void FrameRun::gatherTransfers() {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (layers_[i].volume != nullptr) buffers_.transfers.copy(i * size, layers_[i].transfer->buffer);
     }
+    for (std::size_t i = 0; i < hybrids_.size(); ++i)
+        buffers_.transfers.copy((layers_.size() + i) * size, hybrids_[i].transfer->buffer);
     buffers_.transfersTexture = bufferTexture(buffers_.transfers, GL_RGBA32F);
 }
 
@@ -94,7 +101,7 @@ bool FrameRun::drawBand(const Band& band, Picture& picture) {
 
 bool FrameRun::drawSlabs(const Band& band) {
     markVolumes();
-    return pacer_.next() && markPoints() && drawCells(band, allocateCells(band));
+    return pacer_.next() && markPoints() && markSplats() && drawCells(band, allocateCells(band));
 }
 
 void FrameRun::bindBand(const Band& band) {
@@ -130,16 +137,29 @@ void FrameRun::bindBand(const Band& band) {
 
 void FrameRun::markVolumes() {
     const Stage stage(*this, times_.volumeMark);
+    const GLuint mark = program("volume_mark");
+    glUseProgram(mark);
+    const auto dispatch = [](std::size_t layer, const GlBuffer& visible, std::uint32_t count,
+                             const glm::vec3& edge, const glm::vec3& shift) {
+        if (count == 0) return;
+        glUniform1ui(0, static_cast<GLuint>(layer));
+        glUniform1ui(1, count);
+        glUniform3fv(2, 1, &edge.x);
+        glUniform3fv(3, 1, &shift.x);
+        visible.bindStorage(bricks);
+        glDispatchCompute(groups(count, 64), 1, 1);
+    };
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerWork& work = layers_[i];
         if (work.volume == nullptr) continue;
-        const GLuint mark = program("volume_mark");
-        glUseProgram(mark);
-        glUniform1ui(0, static_cast<GLuint>(i));
-        glUniform1ui(1, work.brickCount);
-        glUniform1f(2, static_cast<float>(work.volume->brickEdge()));
-        work.bricks.bindStorage(bricks);
-        glDispatchCompute(groups(work.brickCount, 64), 1, 1);
+        dispatch(i, work.bricks, work.brickCount, glm::vec3(work.volume->brickEdge()), glm::vec3(0.0F));
+    }
+    for (std::size_t i = 0; i < hybrids_.size(); ++i) {
+        const HybridWork& work = hybrids_[i];
+        const glm::vec3 grid(work.resident->volume.grid());
+        // Samples lie at the centres of the grid's cells, bricks between samples.
+        dispatch(layers_.size() + i, work.visible, work.visibleCount, float{StepHybrid::brickEdge} / grid,
+                 0.5F / grid);
     }
 }
 

@@ -12,6 +12,7 @@
 #include "server/render/egl/egl_device.h"
 #include "server/render/egl/frame_block.h"
 #include "server/render/egl/pacer.h"
+#include "server/render/egl/resident_hybrid_steps.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
 #include "server/render/egl/transfer_buffers.h"
@@ -23,13 +24,16 @@ namespace mote::render {
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
     GlBuffer dots, dotLists;
+    GlBuffer hybrids, hybridBricks;
+    GlTexture hybridBricksTexture;
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture, dotsTexture, dotListsTexture;
 };
 
 class FrameRun {
   public:
     FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
-             ResidentSteps& steps, TransferBuffers& transfers, FrameBuffers& buffers, std::stop_token stop);
+             ResidentSteps& steps, ResidentHybridSteps& hybridSteps, TransferBuffers& transfers,
+             FrameBuffers& buffers, std::stop_token stop);
 
     /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
     std::optional<Picture> draw();
@@ -46,6 +50,17 @@ class FrameRun {
         std::uint32_t brickCount = 0;
 
         bool drawsPoints() const { return plan->pointsDrawn > 0 && numbers.tau > 0.0F; }
+    };
+    struct HybridWork {
+        const HybridPlan* plan;
+        ResidentHybrid* resident;
+        const TransferBuffer* transfer;
+        SplatNumbers numbers;
+        GlBuffer visible;  ///< bricks in which something is seen
+        std::uint32_t visibleCount;
+        std::uint32_t firstBrick;  ///< among those of all hybrid layers
+
+        bool drawsPoints() const { return plan->hasPoints() && plan->style.pointOpacity > 0.0; }
     };
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
@@ -67,6 +82,11 @@ class FrameRun {
     bool prepare();
     bool prepareVolume(LayerWork& work);
     void gatherTransfers();
+    bool prepareHybrids();
+    void gatherBricks();
+    bool markSplats();
+    bool addSplats(const Pass& pass);
+    bool dispatchSplats(std::string_view name, std::size_t hybrid, const Pass& pass);
     void prepareDots();
     void bindDots(const Band& band);
     bool drawBand(const Band& band, Picture& picture);
@@ -85,8 +105,10 @@ class FrameRun {
     void setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const;
     bool composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount);
     void readBack(const Band& band, Picture& picture);
-    /// That the shaders are compiled for: they know no picture without any.
-    std::size_t layerCount() const { return std::max<std::size_t>(layers_.size(), 1); }
+    /// That the shaders are compiled for: they know no picture without any. Hybrid layers come last.
+    std::size_t layerCount() const { return std::max<std::size_t>(layers_.size() + hybrids_.size(), 1); }
+    /// A cell holds the weight and the moment of its points; where some are a hybrid volume's, colours too.
+    std::uint32_t cellWords() const { return anySplats_ ? 5 : 2; }
     GLuint program(std::string_view name) const;
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
     GLuint allocateProgram() const;
@@ -96,13 +118,16 @@ class FrameRun {
     const EglOptions& options_;
     ShaderLibrary& shaders_;
     ResidentSteps& steps_;
+    ResidentHybridSteps& hybridSteps_;
     TransferBuffers& transfers_;
     FrameBuffers& buffers_;
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;
+    std::vector<HybridWork> hybrids_;
     std::vector<ScreenDot> dots_;  ///< front to back
     bool anyPoints_ = false;
+    bool anySplats_ = false;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;

@@ -5,19 +5,31 @@
 
 namespace mote::render {
 
-const TransferBuffer& TransferBuffers::of(const ParticlesStyle& style) {
-    const auto found = std::find_if(buffers_.begin(), buffers_.end(), [&](const TransferBuffer& one) {
-        return one.volumeOpacity == style.volumeOpacity && one.colorMap == style.colorMap;
-    });
-    if (found != buffers_.end()) {
-        buffers_.splice(buffers_.begin(), buffers_, found);
-        return buffers_.front();
+template <class Make>
+const TransferBuffer& TransferBuffers::of(Key key, const Make& make) {
+    const auto found =
+        std::find_if(entries_.begin(), entries_.end(), [&](const Entry& one) { return one.key == key; });
+    if (found != entries_.end()) {
+        entries_.splice(entries_.begin(), entries_, found);
+        return entries_.front().made;
     }
-    TransferBuffer made{style.volumeOpacity, style.colorMap, TransferTable(style), {}};
+    TransferBuffer made{make(), {}};
     made.buffer = GlBuffer::of(std::span<const glm::vec4>(made.table.integrals()));
-    buffers_.push_front(std::move(made));
-    if (buffers_.size() > kept) buffers_.pop_back();
-    return buffers_.front();
+    entries_.push_front({std::move(key), std::move(made)});
+    if (entries_.size() > kept) entries_.pop_back();
+    return entries_.front().made;
+}
+
+const TransferBuffer& TransferBuffers::of(const ParticlesStyle& style) {
+    return of(std::pair(style.volumeOpacity, style.colorMap), [&] { return TransferTable(style); });
+}
+
+const TransferBuffer& TransferBuffers::of(const HybridTransfer& transfer) {
+    return of(transfer, [&] {
+        return TransferTable(
+            transfer.span().low, transfer.span().high, [&](double v) { return transfer.extinction(v); },
+            [&](double v) { return transfer.color(v); });
+    });
 }
 
 }  // namespace mote::render

@@ -6,10 +6,12 @@
 #include "pixel.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 0) uniform sampler3D volumes[layerCount];             // scaled log density
+#if LAYERS > HYBRIDS
+layout(binding = 0) uniform sampler3D volumes[LAYERS - HYBRIDS];           // scaled log density
+#endif
 layout(binding = 8) uniform samplerBuffer transfers;                       // integrals of (sigma * color, sigma) over t: [layer][cell]
 layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
-layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment
+layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment; CELL 5: word by word, and half of weight * color
 layout(binding = 11) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
 #if DOTS
 layout(binding = 12) uniform samplerBuffer dotData;                        // x, y, reach, slab; color, opacity
@@ -27,6 +29,7 @@ const float fade = 0.125;       // LogDensity::fade
 const float tableCells = 4096.0;
 const float tableScale = tableCells / (1.0 + fade);
 const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread over at least
+const uint plots = layerCount - uint(HYBRIDS);   // the layers of particles; those after them are hybrid volumes
 
 vec3 light = vec3(0.0);
 float transmittance = 1.0;
@@ -41,6 +44,7 @@ float sampledTo = -1.0;   // where the front was sampled
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
 float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
+vec3 pointColor[LAYERS];
 // The slabs of the current word that are still ahead.
 uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
 
@@ -89,7 +93,11 @@ void aimDots(uint tile, vec2 centre) {
 }
 #endif
 
-#if VOLUME
+#if HYBRIDS
+#include "hybrid.glsl"
+#endif
+
+#if VOLUME && LAYERS > HYBRIDS
 vec4 integralTo(uint l, float t, out vec4 slope) {
     float x = clamp((t + fade) * tableScale, 0.0, tableCells);
     float cell = min(floor(x), tableCells - 1.0);
@@ -101,7 +109,34 @@ vec4 integralTo(uint l, float t, out vec4 slope) {
 }
 
 float volumeAt(uint l, float slab) {
-    return textureLod(volumes[l], entry[l] + slab * advance[l], 0.0).r;
+    vec3 place = entry[l] + slab * advance[l];
+#if HYBRIDS == 0
+    return textureLod(volumes[l], place, 0.0).r;
+#else
+    // By constant numbers, see wordAt() of hybrid.glsl.
+    float t = 0.0;
+#define VOLUME_OF(i) if (l == uint(i)) t = textureLod(volumes[i], place, 0.0).r;
+    VOLUME_OF(0)
+#if LAYERS - HYBRIDS > 1
+    VOLUME_OF(1)
+#endif
+#if LAYERS - HYBRIDS > 2
+    VOLUME_OF(2)
+#endif
+#if LAYERS - HYBRIDS > 3
+    VOLUME_OF(3)
+#endif
+#if LAYERS - HYBRIDS > 4
+    VOLUME_OF(4)
+#endif
+#if LAYERS - HYBRIDS > 5
+    VOLUME_OF(5)
+#endif
+#if LAYERS - HYBRIDS > 6
+    VOLUME_OF(6)
+#endif
+    return t;
+#endif
 }
 
 // The mean of the transfer function over a stretch in which t goes evenly from one value to another.
@@ -151,14 +186,23 @@ void readPoints(uint l, float slab, bool present) {
     pointsDensity[l] = pointTau[l] = 0.0;
     pointsFrom[l] = pointsTo[l] = -1.0;
     if (!present) return;
+#if CELL == 5
+    int first = 5 * int(nextCell[l]);
+    vec2 cell = vec2(texelFetch(cells, first).x, texelFetch(cells, first + 1).x);
+    vec3 colors = vec3(texelFetch(cells, first + 2).x, texelFetch(cells, first + 3).x, texelFetch(cells, first + 4).x);
+    pointColor[l] = l < plots ? frame.layers[l].point.rgb : 2.0 * colors / max(cell.x, 1.0);
+#else
     vec2 cell = vec2(texelFetch(cells, int(nextCell[l])).xy);
+    pointColor[l] = frame.layers[l].point.rgb;
+#endif
     ++nextCell[l];
     float weight = cell.x;
     float moment = cell.y;
     float count = weight * frame.layers[l].scale.x;
     float tau = count * frame.layers[l].point.w;
     float middle = clamp(moment / max(weight, 1.0), narrowest, 1.0);
-    float spread = count < 1.5 ? 0.0 : (count - 1.0) / (count + 1.0);
+    // How many points there are in a cell of a hybrid volume is not known: they stand together.
+    float spread = count < 1.5 || l >= plots ? 0.0 : (count - 1.0) / (count + 1.0);
     float from = clamp(middle - 0.5 * spread, 0.0, 1.0);
     float to = clamp(middle + 0.5 * spread, from, 1.0);
     pointsFrom[l] = slab + from;
@@ -180,12 +224,19 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
 #if VOLUME
         next = min(next, enters[l] > at ? enters[l] : end);
         next = min(next, leaves[l] > at ? leaves[l] : end);
-#if EXACT
+#if HYBRIDS
+        if (l >= plots) {
+            bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
+            next = min(next, inside ? at + enterBrick(l, at) : end);
+            continue;
+        }
+#endif
+#if EXACT && LAYERS > HYBRIDS
         next = min(next, volume[l] ? at + nextKink(l, at) : end);
 #endif
 #endif
     }
-#if VOLUME
+#if VOLUME && LAYERS > HYBRIDS
     next = min(next, at + stretch);
 #endif
 #if DOTS
@@ -207,6 +258,14 @@ float aim(uint l, vec2 at) {
     vec3 high = max(a, b);
     enters[l] = max(max(low.x, low.y), max(low.z, 0.0));
     leaves[l] = min(min(high.x, high.y), min(high.z, float(frame.band.y)));
+#if HYBRIDS
+    if (l >= plots) {
+        clipWay(l);
+        unitLength[l] = hybridLength(l);
+        brickBase[l - plots] = -1;
+        return 1e-3;
+    }
+#endif
     unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
     return length(advance[l]) * frame.layers[l].scale.y * frame.window.z * (EXACT == 1 ? 0.5 : 1.0);
 }
@@ -214,7 +273,7 @@ float aim(uint l, vec2 at) {
 // From one depth to the next cut; returns it.
 float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
     float next = nextCut(at, end, stretch, volume);
-#if VOLUME && EXACT
+#if VOLUME && EXACT && LAYERS > HYBRIDS
     // After a gap the front must be sampled first: by a stretch of no length.
     next = sampledTo == at ? next : at;
     sampledTo = next;
@@ -223,14 +282,26 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
     vec4 single = vec4(0.0);
     for (uint l = 0u; l < layerCount; ++l) {
 #if POINTS
-        vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
+        vec4 color = vec4(pointColor[l], 1.0);
         matter += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
         // A single point ends the stretch before it.
         single += (pointsFrom[l] > at && pointsFrom[l] <= next ? pointTau[l] : 0.0) * color;
 #endif
 #if VOLUME
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
+#if HYBRIDS && LAYERS == 1
+        gatherBrick(at, inside && brickSeen[0] ? next : at);
+#elif HYBRIDS
+        if (l >= plots) {
+            // A loop and not a condition, whose body a software rasteriser would run all the same.
+            for (int turn = inside && brickSeen[l - plots] ? 1 : 0; turn > 0; --turn)
+                matter += hybridBetween(l, at, next);
+            continue;
+        }
+#endif
+#if LAYERS > HYBRIDS
         matter += volumeBetween(l, at, next) * (inside ? unitLength[l] : 0.0);
+#endif
 #endif
     }
     gather(matter * (next - at));

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// First pass over the points: which slabs of which pixels hold points at all.
+// First pass over the points: which slabs of which pixels hold points at all. SPLATS: of a hybrid volume.
 #include "frame.glsl"
+#if SPLATS
+#include "splats.glsl"
+#else
 #include "points.glsl"
+#endif
 
 layout(std430, binding = 0) buffer Masks { uint masks[]; };   // [layer][pixel][word][slab bits, first cell]
 

@@ -9,7 +9,8 @@ layout(std430, binding = 3) readonly buffer Bricks { uint bricks[]; };    // x |
 
 layout(location = 0) uniform uint layer;
 layout(location = 1) uniform uint brickCount;
-layout(location = 2) uniform float brickEdge;   // of the box
+layout(location = 2) uniform vec3 brickEdge;   // of the box
+layout(location = 3) uniform vec3 brickShift;  // of all bricks' borders; the first brick reaches to the box's face
 
 void mark(uint at, uint first, uint last) {   // slabs first to last, both included
     for (uint word = first >> 5; word <= last >> 5; ++word) {
@@ -23,12 +24,15 @@ void mark(uint at, uint first, uint last) {   // slabs first to last, both inclu
 void main() {
     if (gl_GlobalInvocationID.x >= brickCount) return;
     uint brick = bricks[gl_GlobalInvocationID.x];
-    vec3 corner = vec3(uvec3(brick, brick >> 10, brick >> 20) & 1023u) * brickEdge;
+    vec3 number = vec3(uvec3(brick, brick >> 10, brick >> 20) & 1023u);
+    vec3 corner = number * brickEdge + brickShift;
+    vec3 near = mix(corner, vec3(0.0), equal(number, vec3(0.0)));
+    vec3 far = min(corner + brickEdge, vec3(1.0));
     vec2 low = vec2(1e30), high = vec2(-1e30);
     float front = 1e30, back = -1e30;
     bool across = false;   // reaches behind the eye: its projection is unbounded
     for (uint i = 0u; i < 8u; ++i) {
-        vec3 at = min(corner + vec3(uvec3(i, i >> 1, i >> 2) & 1u) * brickEdge, vec3(1.0));
+        vec3 at = mix(near, far, bvec3(uvec3(i, i >> 1, i >> 2) & 1u));
         vec4 screen = frame.layers[layer].boxToScreen * vec4(at, 1.0);
         front = min(front, screen.z);
         back = max(back, screen.z);
