@@ -60,12 +60,38 @@ void printMesh(const proto::MeshManifest& mesh) {
                fmt::join(mesh.bounds_max(), ", "));
 }
 
+std::string sizeText(const google::protobuf::RepeatedField<std::uint32_t>& size) {
+    return fmt::format("{} x {} x {}", size.at(0), size.at(1), size.at(2));
+}
+
+void printHybrid(const proto::HybridManifest& hybrid) {
+    fmt::print("source   {} of {}, values from {:.6g} to {:.6g}{}{}\n", sizeText(hybrid.source_size()),
+               hybrid.scalar_type(), hybrid.value_min(), hybrid.value_max(),
+               hybrid.value_unit().empty() ? "" : " ", hybrid.value_unit());
+    fmt::print("volume   {}, {} bits, {}\n", sizeText(hybrid.low_size()), hybrid.value_bits(),
+               hybrid.filter());
+    fmt::print("errors   on {}", sizeText(hybrid.error_size()));
+    if (hybrid.point_bytes() > 0) fmt::print(", as points of {} bytes", hybrid.point_bytes());
+    fmt::print("{}\n\n", hybrid.residual() ? ", as residuals" : "");
+    fmt::print("{:>6} {:>10} {:>12} {:>12} {:>12} {:>10} {:>9}\n", "step", "time", "threshold", "points",
+               "residuals", "in bricks", "invalid");
+    for (int i = 0; i < hybrid.steps_size(); ++i) {
+        const auto& step = hybrid.steps(i);
+        fmt::print("{:>6} {:>10.5g} {:>12.5g} {:>12} {:>12} {:>10} {:>9}\n", i, step.time(), step.threshold(),
+                   step.points(), step.residual_samples(), step.residual_bricks(), step.invalid());
+    }
+}
+
 void printText(const proto::Manifest& manifest) {
     fmt::print("title    {}\nkind     {}\nwriter   {}\n", manifest.title(), manifest.kind(),
                manifest.writer());
     if (manifest.has_particles()) printParticles(manifest);
     if (manifest.has_stipple()) printStipple(manifest);
     if (manifest.has_image()) printImage(manifest);
+    if (manifest.has_hybrid()) {
+        for (const auto& input : manifest.request().volume().inputs()) fmt::print("input    {}\n", input);
+        printHybrid(manifest.hybrid());
+    }
     if (manifest.kind() == "mesh") fmt::print("mesh     {}\n", manifest.request().mesh().input());
     if (manifest.has_mesh()) printMesh(manifest.mesh());
 }

@@ -37,6 +37,24 @@ void addParticles(const proto::ParticlesManifest& particles, JsonObject& object)
         .add("outside", totals.outside);
 }
 
+struct HybridTotals {
+    std::uint64_t points = 0, residuals = 0;
+};
+
+HybridTotals totalsOf(const proto::HybridManifest& hybrid) {
+    HybridTotals totals;
+    for (const auto& step : hybrid.steps()) {
+        totals.points += step.points();
+        totals.residuals += step.residual_samples();
+    }
+    return totals;
+}
+
+void addHybrid(const proto::HybridManifest& hybrid, JsonObject& object) {
+    const auto totals = totalsOf(hybrid);
+    object.add("steps", hybrid.steps_size()).add("points", totals.points).add("residuals", totals.residuals);
+}
+
 void addStipple(const proto::StippleManifest& stipple, JsonObject& object) {
     object.add("points", stipple.points()).add("moves", stipple.moves()).add("locked", stipple.locked());
 }
@@ -48,6 +66,7 @@ void printJson(const JobOutcome& outcome, double seconds) {
         const auto& manifest = *outcome.manifest;
         object.add("kind", manifest.kind());
         if (manifest.has_particles()) addParticles(manifest.particles(), object);
+        if (manifest.has_hybrid()) addHybrid(manifest.hybrid(), object);
         if (manifest.has_image()) {
             object.add("width", manifest.image().width()).add("height", manifest.image().height());
         }
@@ -74,6 +93,11 @@ std::string describe(const proto::Manifest& manifest) {
     if (manifest.has_mesh()) {
         return fmt::format("{} vertices, {} triangles, ", manifest.mesh().vertices(),
                            manifest.mesh().triangles());
+    }
+    if (manifest.has_hybrid()) {
+        const auto totals = totalsOf(manifest.hybrid());
+        return fmt::format("{} step{}, {} points, {} residuals, ", manifest.hybrid().steps_size(),
+                           manifest.hybrid().steps_size() == 1 ? "" : "s", totals.points, totals.residuals);
     }
     const auto& particles = manifest.particles();
     return fmt::format("{} step{}, {} particles in leaves, ", particles.steps_size(),

@@ -31,6 +31,7 @@ void addParticlesCommand(CLI::App& program, CommandLine& line);
 void addImageCommand(CLI::App& program, CommandLine& line);
 void addMeshCommand(CLI::App& program, CommandLine& line);
 void addStippleCommand(CLI::App& program, CommandLine& line);
+void addVolumeCommand(CLI::App& program, CommandLine& line);
 void addInfoCommand(CLI::App& program, CommandLine& line);
 void addVerifyCommand(CLI::App& program, CommandLine& line);
 void addExportCommand(CLI::App& program, CommandLine& line);

@@ -48,7 +48,8 @@ int main(int argc, char** argv) {
     keepFreedMemory();
     const prep::CancelSignal signal;
     prep::CommandLine line{signal};
-    CLI::App program("Prepares particle runs for viewing: makes, checks and exports datasets.", "mote-prep");
+    CLI::App program("Prepares particle runs and volumes for viewing: makes, checks and exports datasets.",
+                     "mote-prep");
     program.set_version_flag("--version", "mote-prep " MOTE_VERSION);
     program.require_subcommand(1);
     program.footer(examples);
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
     prep::addImageCommand(program, line);
     prep::addMeshCommand(program, line);
     prep::addStippleCommand(program, line);
+    prep::addVolumeCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
     prep::addExportCommand(program, line);

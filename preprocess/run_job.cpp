@@ -7,6 +7,8 @@
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/stipple/stipple_job.h"
 #include "preprocess/stipple/surface/surface_job.h"
+#include "preprocess/volume/volume_job.h"
+#include "preprocess/volume/volume_plan.h"
 
 #ifdef MOTE_HAVE_SYNTH
 #include "preprocess/synth/beam.h"
@@ -37,10 +39,11 @@ Result<fs::path> inputPath(const std::string& name, const storage::Roots& roots,
     return path.ok() ? path : inField(path.error(), field);
 }
 
-Result<std::vector<fs::path>> inputPaths(const proto::ParticlesJob& job, const storage::Roots& roots) {
+Result<std::vector<fs::path>> inputPaths(const google::protobuf::RepeatedPtrField<std::string>& inputs,
+                                         const storage::Roots& roots, std::string_view kind) {
     std::vector<fs::path> paths;
-    for (int i = 0; i < job.inputs_size(); ++i) {
-        auto path = inputPath(job.inputs(i), roots, fmt::format("particles.inputs[{}]", i));
+    for (int i = 0; i < inputs.size(); ++i) {
+        auto path = inputPath(inputs.at(i), roots, fmt::format("{}.inputs[{}]", kind, i));
         if (!path.ok()) return path.error();
         paths.push_back(*std::move(path));
     }
@@ -51,7 +54,7 @@ Result<JobOutcome> runParticles(const proto::JobRequest& request, const storage:
                                 fs::path output, const ParticlesJobOptions& options, Progress& progress) {
     const auto checked = checkParticlesJob(request.particles());
     if (!checked.ok()) return checked.error().within("particles");
-    const auto inputs = inputPaths(request.particles(), roots);
+    const auto inputs = inputPaths(request.particles().inputs(), roots, "particles");
     if (!inputs.ok()) return inputs.error();
     auto manifest = runParticlesJob(request, *inputs, output, options, progress);
     if (!manifest.ok()) return manifest.error();
@@ -72,6 +75,17 @@ Result<JobOutcome> runMesh(const proto::JobRequest& request, const storage::Root
     const auto input = inputPath(request.mesh().input(), roots, "mesh.input");
     if (!input.ok()) return input.error();
     auto manifest = runMeshJob(request, *input, output, options.memory, progress);
+    if (!manifest.ok()) return manifest.error();
+    return JobOutcome{std::move(output), *std::move(manifest)};
+}
+
+Result<JobOutcome> runVolume(const proto::JobRequest& request, const storage::Roots& roots, fs::path output,
+                             const ParticlesJobOptions& options, Progress& progress) {
+    const auto checked = checkVolumeJob(request.volume());
+    if (!checked.ok()) return checked.error().within("volume");
+    const auto inputs = inputPaths(request.volume().inputs(), roots, "volume");
+    if (!inputs.ok()) return inputs.error();
+    auto manifest = runVolumeJob(request, *inputs, output, {options.threads, options.memory}, progress);
     if (!manifest.ok()) return manifest.error();
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
@@ -110,6 +124,8 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
             return runImage(request, roots, *std::move(output), options, progress);
         case proto::JobRequest::kMesh:
             return runMesh(request, roots, *std::move(output), options, progress);
+        case proto::JobRequest::kVolume:
+            return runVolume(request, roots, *std::move(output), options, progress);
         case proto::JobRequest::kStipple:
             return runStipple(request, roots, *std::move(output), options, progress);
 #ifdef MOTE_HAVE_SYNTH

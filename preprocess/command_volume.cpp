@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "preprocess/command_line.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr const char* examples = R"(Examples:
+  mote-prep volume chest.nrrd --low 128 --threshold 0.02 --out chest.mote
+  mote-prep volume bubble-*.raw --dimensions 640 256 256 --type u8 --threshold 0.05 --out bubble.mote
+  mote-prep volume engine.nrrd --max-points 1000000 --representation both --filter under:0.1 --out engine.mote
+
+Thresholds and P are fractions of the range of values. Several inputs are the steps of a time series.)";
+
+/// As the command line gives it.
+struct Options {
+    std::vector<std::string> inputs;
+    std::string out, title, filter, representation;
+    std::optional<std::uint32_t> low, errorGrid, pointBytes, valueBits;
+    std::optional<double> threshold;
+    std::optional<std::uint64_t> maxPoints;
+    std::string format, type, field;
+    std::vector<std::uint32_t> dimensions;
+    std::vector<double> spacing, origin;
+    bool bigEndian = false;
+    std::uint64_t headerBytes = 0;
+    ParticlesJobOptions job;
+};
+
+void setSource(const Options& options, proto::VolumeSourceOptions& source) {
+    source.set_format(options.format == "auto" ? "" : options.format);
+    source.mutable_dimensions()->Assign(options.dimensions.begin(), options.dimensions.end());
+    source.set_type(options.type);
+    source.set_big_endian(options.bigEndian);
+    source.set_header_bytes(options.headerBytes);
+    source.mutable_spacing()->Assign(options.spacing.begin(), options.spacing.end());
+    source.mutable_origin()->Assign(options.origin.begin(), options.origin.end());
+    source.set_field(options.field);
+}
+
+proto::JobRequest toRequest(const Options& options) {
+    proto::JobRequest request;
+    request.set_title(options.title);
+    request.set_output(options.out);
+    auto& job = *request.mutable_volume();
+    for (const auto& input : options.inputs) job.add_inputs(input);
+    setSource(options, *job.mutable_source());
+    if (options.low) job.set_low(*options.low);
+    if (options.errorGrid) job.set_error_grid(*options.errorGrid);
+    if (options.threshold) job.set_threshold(*options.threshold);
+    if (options.maxPoints) job.set_max_points(*options.maxPoints);
+    job.set_filter(options.filter);
+    job.set_representation(options.representation);
+    if (options.pointBytes) job.set_point_bytes(*options.pointBytes);
+    if (options.valueBits) job.set_value_bits(*options.valueBits);
+    return request;
+}
+
+void addSourceOptions(CLI::App& command, Options& options) {
+    command.add_option("INPUT", options.inputs, "A volume; several: one a step of a time series")->required();
+    command.add_option("--format", options.format, "The inputs' format; told by their content unless given")
+        ->type_name("NAME");
+    command.add_option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
+        ->expected(3)
+        ->type_name("NX NY NZ");
+    command.add_option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f32 or f64")
+        ->type_name("TYPE");
+    command.add_flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
+    command.add_option("--header-bytes", options.headerBytes, "Raw: before the first value")->type_name("N");
+    command.add_option("--spacing", options.spacing, "Of voxels, instead of what the file says")
+        ->expected(3)
+        ->type_name("SX SY SZ");
+    command.add_option("--origin", options.origin, "World position of the first voxel's centre")
+        ->expected(3)
+        ->type_name("X Y Z");
+    command.add_option("--field", options.field, "VTI array or OpenVDB grid")->type_name("NAME");
+}
+
+void addResultOptions(CLI::App& command, Options& options) {
+    command.add_option("--out", options.out, "The dataset to make, which must not exist")
+        ->required()
+        ->type_name("DIR/NAME.mote");
+    command.add_option("--title", options.title, "What viewers call it")->type_name("TEXT");
+    command.add_option("--low", options.low, "Samples of the low volume along its longest axis; default 128")
+        ->type_name("N");
+    command
+        .add_option("--error-grid", options.errorGrid, "The same of the error grid; default: the source's")
+        ->type_name("N");
+    auto* threshold =
+        command.add_option("--threshold", options.threshold, "Take errors above T of the range of values")
+            ->type_name("T");
+    command.add_option("--max-points", options.maxPoints, "Take the M greatest errors")
+        ->excludes(threshold)
+        ->type_name("M");
+    command
+        .add_option("--filter", options.filter,
+                    "cubic (the default), box or under:P: never above by more than P")
+        ->type_name("NAME");
+    command.add_option("--representation", options.representation, "points, residual (the default) or both")
+        ->type_name("NAME");
+    command.add_option("--point-bytes", options.pointBytes, "Of a point: 5 (the default), 6 or 9")
+        ->type_name("N");
+    command
+        .add_option("--value-bits", options.valueBits,
+                    "Of a sample of the low volume: 8 (the default for u8 and i8) or 16")
+        ->type_name("N");
+}
+
+}  // namespace
+
+void addVolumeCommand(CLI::App& program, CommandLine& line) {
+    auto& command = *program.add_subcommand("volume", "Make a hybrid volume of a scalar volume");
+    const auto options = std::make_shared<Options>();
+    addSourceOptions(command, *options);
+    addResultOptions(command, *options);
+    addResourceOptions(command, options->job);
+    addOutputFlags(command, line);
+    command.footer(examples);
+    command.callback([options, &line] {
+        line.command = [options, &line] { return runAndPrint(line, toRequest(*options), {}, options->job); };
+    });
+}
+
+}  // namespace mote::prep

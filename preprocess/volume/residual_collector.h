@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Residual bricks from an error pass: errors as multiples of a step. Functions on the caller's oneTBB
+// threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "preprocess/volume/error_pass.h"
+#include "preprocess/volume/error_selection.h"
+#include "preprocess/volume/value_range.h"
+
+namespace mote::prep {
+
+struct CollectedBrick {
+    storage::GridSize index{};
+    std::array<std::int32_t, storage::residualBrickSamples> multiples{};
+};
+
+/// The step for errors above `threshold`, in the source's unit: what is left of an error is half a step at
+/// most, and that shall be no more than the threshold below which errors are left as they are. So it is the
+/// greatest power of two up to twice the threshold (as a half, a multiple then has few bits, which compress
+/// well), but no less than the source's own quantum: 1 where all of its values are integers, else 2^-16 of
+/// its span.
+double residualStep(const ValueRange& range, double threshold);
+
+/// The bricks of a slab that begins at a multiple of their side and ends at one, or at the grid's end; in
+/// ascending z, y, x.
+std::vector<CollectedBrick> residualBricks(const ErrorSlab& slab, const ErrorSelection& selection,
+                                           double step);
+
+}  // namespace mote::prep

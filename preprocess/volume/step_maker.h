@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// One step of a hybrid volume: its files from its source. Called from one thread; works on the caller's
+// oneTBB threads. The same source gives the same bytes for any number of threads and any memory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string_view>
+
+#include "preprocess/volume/source/volume_source.h"
+#include "preprocess/volume/value_range.h"
+#include "preprocess/volume/volume_memory.h"
+#include "preprocess/volume/volume_plan.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct StepTask {
+    const VolumePlan& plan;
+    const ValueRange& range;  ///< of all steps
+    const VolumeMemory& memory;
+    std::filesystem::path directory;  ///< of the dataset while it is made
+    std::uint32_t step = 0;
+    /// Takes the done share of this step, 0 to 1, and what is done; an error ends the step.
+    std::function<Status(double, std::string_view)> report;
+};
+
+/// Makes step-%06d.h5, .digest and residual-%06d.vdb; returns their entry, but for time and invalid samples.
+/// Errors: the source's, resourceExhausted (memory, disk), cancelled.
+Result<proto::HybridStepEntry> makeHybridStep(VolumeSource& source, const StepTask& task);
+
+}  // namespace mote::prep
