@@ -11,6 +11,7 @@
 #include "tests/e2e/station.h"
 #include "tests/support/ball_surface.h"
 #include "tests/support/image.h"
+#include "tests/unit/hybrid/small_hybrid.h"
 
 namespace mote::test {
 namespace {
@@ -96,6 +97,19 @@ TEST_F(View, ShowsAStippledSurfaceAndItsControls) {
     ASSERT_TRUE(image.ok()) << image.error().toString();
     const auto seen = seenIn(*image, 1000 - 340);
     EXPECT_GT(seen.picture, 5000);  // framed: dots on a disc of some 400 pixels
+    EXPECT_GT(seen.panel, 2000);
+}
+
+TEST_F(View, ShowsAVolumeAndItsControls) {
+    writeSmallHybrid(station_.root() / "a-volume.mote", smallPoints(5), smallManifest(5, 8));
+    station_.startServer();
+    const auto picture = station_.root() / "window.png";
+    const auto done = view({"--screenshot", picture.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto image = readPng(picture);
+    ASSERT_TRUE(image.ok()) << image.error().toString();
+    const auto seen = seenIn(*image, 1000 - 340);
+    EXPECT_GT(seen.picture, 5000);  // framed: some of its 4 x 3 x 2 samples fill a good part of it
     EXPECT_GT(seen.panel, 2000);
 }
 
