@@ -25,7 +25,13 @@ namespace {
 
 constexpr std::size_t headBytes = 4096;
 
-/// A volume whose place in the world the job says.
+/// Messages may quote the file, which need not be text.
+Error quotable(Error error) {
+    error.message = printableText(error.message);
+    return error;
+}
+
+/// A volume as the job sees it: in the place that the options say, with messages that can be shown.
 class PlacedVolume : public VolumeSource {
   public:
     PlacedVolume(std::unique_ptr<VolumeSource> source, VolumeShape shape)
@@ -34,7 +40,8 @@ class PlacedVolume : public VolumeSource {
     const VolumeShape& shape() const override { return shape_; }
     bool sequential() const override { return source_->sequential(); }
     Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
-        return source_->read(z0, z1, values);
+        auto status = source_->read(z0, z1, values);
+        return status ? std::move(status) : Status(quotable(status.error()));
     }
 
   private:
@@ -118,7 +125,7 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
     const auto format = formatOf(options, input);
     if (!format) return format.error();
     auto source = openAs(*format, options, input, progress);
-    if (!source || (options.spacing_size() == 0 && options.origin_size() == 0)) return source;
+    if (!source) return quotable(source.error());
     VolumeShape shape = (*source)->shape();
     MOTE_RETURN_IF_ERROR(place(shape, options));
     return std::unique_ptr<VolumeSource>(

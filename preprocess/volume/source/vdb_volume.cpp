@@ -100,7 +100,7 @@ class VdbVolume : public VolumeSource {
             const auto index = choose(reader, field);
             if (!index) return index.error();
             index_ = *index;
-            grid_ = reader.descriptor().gridName();
+            grid_ = printableText(reader.descriptor().gridName());
             if (reader.descriptor().isInstance()) return unsupported("shares its voxels with another one");
             return setShape(*reader.grid());
         });
@@ -156,7 +156,7 @@ class VdbVolume : public VolumeSource {
             if (!field.empty() && reader.descriptor().gridName() != field) continue;
             if (typeOf(*reader.grid())) return index;
             if (refused) continue;
-            grid_ = reader.descriptor().gridName();
+            grid_ = printableText(reader.descriptor().gridName());
             refused =
                 unsupported(fmt::format("holds values of type {}; only float, double and int32 are drawn",
                                         reader.grid()->valueType()));

@@ -57,9 +57,15 @@ Status setPlacement(VolumeShape& shape, const glm::dmat3& axes, const glm::dvec3
     return success();
 }
 
+std::string printableText(std::string_view text) {
+    std::string printable(text);
+    std::replace_if(
+        printable.begin(), printable.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return printable;
+}
+
 std::string unitText(std::string_view text) {
-    const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
-    return printable && text.size() <= maxUnit ? std::string(text) : std::string();
+    return printableText(text) == text && text.size() <= maxUnit ? std::string(text) : std::string();
 }
 
 }  // namespace mote::prep

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <string>
+#include <string_view>
 
 #include "preprocess/volume/source/scalar_type.h"
 #include "protocol/scene/error.h"
@@ -39,5 +40,8 @@ Status setPlacement(VolumeShape& shape, const glm::dmat3& axes, const glm::dvec3
 
 /// `text` where it may be a unit: at most 16 printable characters; else "".
 std::string unitText(std::string_view text);
+
+/// Text of a file as it may stand in a message: what is not printable ASCII becomes '?'.
+std::string printableText(std::string_view text);
 
 }  // namespace mote::prep

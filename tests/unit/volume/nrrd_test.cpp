@@ -200,6 +200,7 @@ TEST_F(Nrrd, ContradictionsAreRefused) {
     EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0)"), HasSubstr("three numbers in brackets"));
     EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) (0,0,x)"), HasSubstr("something else than numbers"));
     EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) none"), HasSubstr("says 5 values for each voxel"));
+    EXPECT_THAT(errorOf("type: \xff\x01 y\n" + dimension + sizes + raw), HasSubstr("\"?? y\" is no integer"));
     EXPECT_THAT(error("NRRD0004\n" + std::string(2 << 20, 'x')), HasSubstr("header: has no end"));
 }
 
