@@ -135,6 +135,25 @@ void addResourceOptions(CLI::App& command, ParticlesJobOptions& options) {
         ->type_name("BYTES");
 }
 
+void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_ptr<DatasetOptions>& options,
+                       std::function<void(proto::JobRequest&)> complete) {
+    command.add_option("--out", options->out, "The dataset to make, which must not exist")
+        ->required()
+        ->type_name("DIR/NAME.mote");
+    command.add_option("--title", options->title, "What viewers call it")->type_name("TEXT");
+    addResourceOptions(command, options->job);
+    addOutputFlags(command, line);
+    command.callback([options, &line, complete = std::move(complete)] {
+        line.command = [options, &line, complete] {
+            proto::JobRequest request;
+            request.set_title(options->title);
+            request.set_output(options->out);
+            complete(request);
+            return runAndPrint(line, request, {}, options->job);
+        };
+    });
+}
+
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
                 const ParticlesJobOptions& options, int progressDescriptor) {
     const auto begin = std::chrono::steady_clock::now();

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "preprocess/cancel_signal.h"
@@ -41,6 +42,19 @@ void addJobCommand(CLI::App& program, CommandLine& line);
 void addOutputFlags(CLI::App& command, CommandLine& line);
 /// --threads and --memory.
 void addResourceOptions(CLI::App& command, ParticlesJobOptions& options);
+
+/// What a command that makes a dataset is told.
+struct DatasetOptions {
+    std::string input;  ///< its first argument: what the dataset is made from
+    std::string out;
+    std::string title;
+    ParticlesJobOptions job;
+};
+
+/// Adds --out, --title, --threads, --memory and the flags, and has the command run the request to which
+/// `complete` has added what is the command's own. Keeps `options`.
+void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_ptr<DatasetOptions>& options,
+                       std::function<void(proto::JobRequest&)> complete);
 
 /// Runs a job with a progress bar, then prints what it made.
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,

@@ -6,18 +6,13 @@
 
 #include "preprocess/stipple/area_queue.h"
 #include "preprocess/stipple/periodic_triangulation.h"
+#include "preprocess/stipple/recorded_moves.h"
 
 namespace mote::prep {
 namespace {
 
 /// Over the moving points at a removal: one leaves second moments 1 % above those of two, three gain little.
 constexpr int sweeps = 2;
-
-struct Move {
-    std::uint32_t point;
-    std::uint32_t neighbour;
-    glm::vec3 position;
-};
 
 glm::vec3 onPlane(glm::dvec2 position) {
     return {static_cast<float>(position.x), static_cast<float>(position.y), 0.0F};
@@ -77,19 +72,8 @@ class Thinning {
     }
 
     storage::StippleHierarchy take() && {
-        auto& h = hierarchy_;
-        h.movesBegin.assign(h.size() + 1, 0);
-        for (const auto& move : moves_) ++h.movesBegin[move.point + 1];
-        for (std::size_t i = 0; i < h.size(); ++i) h.movesBegin[i + 1] += h.movesBegin[i];
-        auto next = h.movesBegin;
-        h.moveNeighbour.resize(moves_.size());
-        h.movePosition.resize(moves_.size());
-        for (const auto& move : moves_) {
-            const auto at = next[move.point]++;
-            h.moveNeighbour[at] = move.neighbour;
-            h.movePosition[at] = move.position;
-        }
-        return std::move(h);
+        storeMoves(moves_, hierarchy_);
+        return std::move(hierarchy_);
     }
 
   private:
@@ -155,7 +139,7 @@ class Thinning {
     PeriodicTriangulation triangulation_;
     AreaQueue queue_;
     storage::StippleHierarchy hierarchy_;
-    std::vector<Move> moves_;
+    RecordedMoves moves_;
     PointSet movers_;
     PointSet changed_;
     std::vector<std::uint32_t> neighbours_;

@@ -20,7 +20,7 @@ struct StippleHierarchy {
     std::vector<glm::vec3> normals;    ///< [P] of the surface there, unit length; the plane: 0, 0, 1
     std::vector<std::uint32_t> rank;   ///< [P] 0 is removed first
     std::vector<float> deathArea;      ///< [P] the largest cell that the point ever had, square world units
-    std::vector<std::uint8_t> locked;  ///< [P] 1: never moves, as in a static hierarchy
+    std::vector<std::uint8_t> locked;  ///< [P] 1: could not move at some removal
 
     /// [P + 1] the moves of point p are movesBegin[p] to movesBegin[p + 1], in the order in which they were
     /// made: by ascending rank of the neighbour, which is below the point's own.

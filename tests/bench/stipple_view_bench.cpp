@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What a new view of a stippled surface costs, step by step, and what becomes of its dots when it is turned
-// by one degree.
+// by one degree: how many appear and vanish, and how far those that stay move over the surface, in distances
+// of neighbours at the wanted density. The jitter allows for half of one.
 //   bench-stipple-view NAME.mote [SPACING] [WIDTH HEIGHT]
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 #include <vector>
@@ -52,8 +54,14 @@ struct Times {
     std::vector<double> choose, hide, project;  ///< ms
 };
 
-std::map<std::uint32_t, render::Dot> draw(const render::StippleSurface& surface, View view, double degrees,
-                                          Times& times) {
+struct SeenDot {
+    render::Dot dot;
+    glm::vec3 position;  ///< on the surface, without jitter
+    double spacing;      ///< of neighbours at the wanted density, world units
+};
+
+std::map<std::uint32_t, SeenDot> draw(const render::StippleSurface& surface, View view, double degrees,
+                                      Times& times) {
     const glm::dvec3 centre = surface.bounds().center();
     glm::dmat4 turn = glm::translate(glm::dmat4(1.0), centre);
     turn = glm::rotate(turn, glm::radians(degrees), glm::dvec3(0.0, 1.0, 0.0));
@@ -71,8 +79,14 @@ std::map<std::uint32_t, render::Dot> draw(const render::StippleSurface& surface,
     times.choose.push_back(ms(begun, placed));
     times.hide.push_back(ms(placed, hidden));
     times.project.push_back(ms(hidden, Clock::now()));
-    std::map<std::uint32_t, render::Dot> result;
-    for (std::size_t i = 0; i < dots.size(); ++i) result.emplace(seen[i].point, dots[i]);
+    std::map<std::uint32_t, SeenDot> result;
+    const render::SurfaceView screen(view, turn);
+    const render::WantedDensity wanted(surface, *view.layers[0].stipple(), screen);
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        const double share = std::min<double>(wanted.at(seen[i].point).share, 1.0);
+        const double spacing = std::sqrt(2.0 / (std::sqrt(3.0) * share * surface.density()));
+        result.emplace(seen[i].point, SeenDot{dots[i], seen[i].position, spacing});
+    }
     return result;
 }
 
@@ -80,7 +94,8 @@ void run(const render::StippleSurface& surface, const View& view) {
     Times times;
     std::size_t dots = 0, born = 0, gone = 0;
     double farthest = 0.0;
-    std::map<std::uint32_t, render::Dot> before;
+    std::vector<double> ways;
+    std::map<std::uint32_t, SeenDot> before;
     constexpr int views = 120;
     for (int i = 0; i < views; ++i) {
         auto now = draw(surface, view, i, times);
@@ -90,8 +105,10 @@ void run(const render::StippleSurface& surface, const View& view) {
             if (found == before.end()) {
                 ++born;
             } else {
+                const auto& old = found->second;
                 farthest =
-                    std::max<double>(farthest, std::hypot(dot.x - found->second.x, dot.y - found->second.y));
+                    std::max<double>(farthest, std::hypot(dot.dot.x - old.dot.x, dot.dot.y - old.dot.y));
+                ways.push_back(glm::distance(dot.position, old.position) / dot.spacing);
             }
         }
         for (const auto& [point, dot] : before) gone += now.contains(point) ? 0 : 1;
@@ -104,6 +121,10 @@ void run(const render::StippleSurface& surface, const View& view) {
     fmt::print("a degree: {:.2f}% appear, {:.2f}% vanish; the farthest way of a dot that stays {:.1f} px\n",
                100.0 * static_cast<double>(born) / static_cast<double>(dots),
                100.0 * static_cast<double>(gone) / static_cast<double>(dots), farthest);
+    std::sort(ways.begin(), ways.end());
+    const auto beyond = ways.end() - std::upper_bound(ways.begin(), ways.end(), 0.5);
+    fmt::print("over the surface, in spacings: 99% below {:.3f}, the longest {:.2f}; {} of {} above 0.5\n",
+               ways[ways.size() * 99 / 100], ways.back(), beyond, ways.size());
 }
 
 }  // namespace

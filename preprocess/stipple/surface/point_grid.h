@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointGrid: which points are near a place: a hash of cubes, each with a list of the points in it. Reading is
-// for any thread while nobody writes.
+// PointGrid: which points are near a place: a hash of blocks of cubes, each cube with a list of the points in
+// it. Reading is for any thread while nobody writes.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,8 @@ class PointGrid {
     /// units.
     PointGrid(std::size_t points, std::size_t expected, double cell)
         : cell_(cell),
-          mask_(std::bit_ceil(std::max<std::size_t>(expected, 16)) - 1),
-          heads_(mask_ + 1, none),
+          mask_(std::bit_ceil(std::max<std::size_t>(expected / 4, 16)) - 1),
+          heads_(cubesInBlock * (mask_ + 1), none),
           next_(points, none),
           previous_(points, none) {}
 
@@ -56,9 +56,11 @@ class PointGrid {
             const double offZ = off(place.z, z);
             for (auto y = low.y; y <= high.y; ++y) {
                 const double offY = off(place.y, y);
-                for (auto x = low.x; x <= high.x; ++x) {
-                    const double offX = off(place.x, x);
-                    if (offX * offX + offY * offY + offZ * offZ > radius * radius) continue;
+                const double left = radius * radius - offY * offY - offZ * offZ;
+                if (left < 0.0) continue;
+                const double half = std::sqrt(left);
+                const auto last = indexOf(place.x + half);
+                for (auto x = indexOf(place.x - half); x <= last; ++x) {
                     for (auto p = heads_[slot({x, y, z})]; p != none; p = next_[p]) visit(p);
                 }
             }
@@ -75,17 +77,23 @@ class PointGrid {
         const double low = static_cast<double>(index) * cell_;
         return std::max({low - coordinate, coordinate - low - cell_, 0.0});
     }
+    std::int64_t indexOf(double coordinate) const {
+        return static_cast<std::int64_t>(std::floor(coordinate / cell_));
+    }
     Cube cubeOf(const glm::dvec3& position) const {
-        return {static_cast<std::int64_t>(std::floor(position.x / cell_)),
-                static_cast<std::int64_t>(std::floor(position.y / cell_)),
-                static_cast<std::int64_t>(std::floor(position.z / cell_))};
+        return {indexOf(position.x), indexOf(position.y), indexOf(position.z)};
     }
     std::size_t slot(const Cube& cube) const {
-        auto hash = static_cast<std::uint64_t>(cube.x) * 0x9e3779b97f4a7c15ULL;
-        hash = (hash ^ static_cast<std::uint64_t>(cube.y)) * 0xbf58476d1ce4e5b9ULL;
-        hash = (hash ^ static_cast<std::uint64_t>(cube.z)) * 0x94d049bb133111ebULL;
-        return static_cast<std::size_t>(hash >> 32) & mask_;
+        auto hash = static_cast<std::uint64_t>(cube.z >> 1) * 0x9e3779b97f4a7c15ULL;
+        hash = (hash ^ static_cast<std::uint64_t>(cube.y >> 1)) * 0xbf58476d1ce4e5b9ULL;
+        hash = (hash ^ static_cast<std::uint64_t>(cube.x >> 2)) * 0x94d049bb133111ebULL;
+        const auto within = (cube.x & 3) | (cube.y & 1) << 2 | (cube.z & 1) << 3;
+        return cubesInBlock * (static_cast<std::size_t>(hash >> 32) & mask_) +
+               static_cast<std::size_t>(within);
     }
+
+    /// Four by two by two, which is one cache line.
+    static constexpr std::size_t cubesInBlock = 16;
 
     double cell_;
     std::size_t mask_;

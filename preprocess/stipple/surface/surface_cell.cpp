@@ -6,7 +6,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numbers>
 
 namespace mote::prep {
 namespace {
@@ -14,12 +13,15 @@ namespace {
 constexpr std::uint32_t openEdge = UINT32_MAX;        // of the polygon that a cell is cut from
 constexpr std::uint32_t borderEdge = UINT32_MAX - 1;  // on a border of the surface
 
-/// How far around a point is looked, in spacings, one after the other. A cell of a good distribution
-/// needs 1.2.
-constexpr std::array<double, 3> radii{1.9, 3.1, 5.0};
+/// How far around a point is looked, in spacings, one after the other. Of the cells of a good distribution
+/// six in seven need no more than the first.
+constexpr std::array<double, 3> radii{1.5, 2.1, 3.2};
 
-/// The polygon's sides lie at half the radius: what is further off than the radius cannot cut it there.
-constexpr int firstSides = 8;
+/// What a cell is cut from, an octagon around a circle of radius 1. Its sides lie at half the radius that is
+/// looked around: what is further off than the radius cannot cut it there.
+constexpr double near = 0.41421356237309503;  // tan(pi / 8)
+constexpr std::array<glm::dvec2, 8> octagon{
+    {{1, -near}, {1, near}, {near, 1}, {-near, 1}, {-1, near}, {-1, -near}, {-near, -1}, {near, -1}}};
 
 /// Arc over chord where the normal turns by an angle of this cosine: (a/2) / sin(a/2).
 double arcOverChord(double cosine) {
@@ -32,27 +34,27 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
 }
 
 /// Keeps the part of a convex polygon where dot(place, normal) <= offset; the new side has the mark `edge`.
+/// Returns how far its furthest corner lies off.
 template <class Corner>
-void cut(std::vector<Corner>& polygon, std::vector<Corner>& kept, const glm::dvec2& normal, double offset,
-         std::uint32_t edge) {
+double cut(std::vector<Corner>& polygon, std::vector<Corner>& kept, const glm::dvec2& normal, double offset,
+           std::uint32_t edge) {
     kept.clear();
+    double most = 0.0;
+    const auto keep = [&](const Corner& corner) {
+        most = std::max(most, glm::dot(corner.place, corner.place));
+        kept.push_back(corner);
+    };
     for (std::size_t i = 0; i < polygon.size(); ++i) {
         const auto& a = polygon[i];
         const auto& b = polygon[i + 1 < polygon.size() ? i + 1 : 0];
         const double atA = glm::dot(a.place, normal) - offset;
         const double atB = glm::dot(b.place, normal) - offset;
-        if (atA <= 0.0) kept.push_back(a);
+        if (atA <= 0.0) keep(a);
         if ((atA <= 0.0) == (atB <= 0.0)) continue;
         const auto crossing = a.place + (atA / (atA - atB)) * (b.place - a.place);
-        kept.push_back({crossing, atA <= 0.0 ? edge : a.edge});
+        keep({crossing, atA <= 0.0 ? edge : a.edge});
     }
     polygon.swap(kept);
-}
-
-template <class Corner>
-double reach(const std::vector<Corner>& polygon) {
-    double most = 0.0;
-    for (const auto& corner : polygon) most = std::max(most, glm::dot(corner.place, corner.place));
     return std::sqrt(most);
 }
 
@@ -70,8 +72,7 @@ void CellScratch::suppose(std::uint32_t point, const SurfacePoint& place, const 
     supposed_.push_back({point, place, normal});
 }
 
-const CellScratch::Supposed* CellScratch::supposed(std::uint32_t point) const {
-    if (supposedIn_[point] != supposition_) return nullptr;
+const CellScratch::Supposed* CellScratch::findSupposed(std::uint32_t point) const {
     const auto found = std::find_if(supposed_.rbegin(), supposed_.rend(),
                                     [&](const auto& one) { return one.point == point; });
     return &*found;
@@ -86,46 +87,75 @@ SurfaceCells::Frame SurfaceCells::frameAt(std::uint32_t point, const CellScratch
     return {place.position, normal, x, glm::cross(normal, x), place.triangle};
 }
 
-/// Marks the triangles that the surface leads to from the point's own, within the radius and before it has
-/// turned out of sight, and notes the borders among them.
-void SurfaceCells::walkAround(const Frame& frame, double radius, CellScratch& scratch) const {
-    if (++scratch.round_ == 0) {
+void SurfaceCells::beginWalk(const Frame& frame, CellScratch& scratch) {
+    scratch.round_ += 2;
+    if (scratch.round_ == 0) {
         std::fill(scratch.visited_.begin(), scratch.visited_.end(), 0U);
-        scratch.round_ = 1;
+        scratch.round_ = 2;
     }
     scratch.borders_.clear();
+    scratch.beyond_.clear();
     scratch.front_.assign(1, frame.triangle);
     scratch.visited_[frame.triangle] = scratch.round_;
-    const auto flat = [&](const glm::dvec3& place) {
-        const auto d = place - frame.origin;
-        return glm::dvec2(glm::dot(d, frame.x), glm::dot(d, frame.y));
+}
+
+/// Marks the triangles that the surface leads to from the point's own, within the radius and before it has
+/// turned out of sight, and notes the borders among them. Goes on from where the last radius ended.
+void SurfaceCells::walkAround(const Frame& frame, double radius, CellScratch& scratch) const {
+    const glm::vec3 origin(frame.origin);
+    const auto reaches = [&](const WalkMesh::Facet& facet) {
+        const auto off = facet.center - origin;
+        const float reachable = static_cast<float>(radius) + facet.radius;
+        return glm::dot(off, off) <= reachable * reachable;
     };
+    auto* const visited = scratch.visited_.data();
+    const auto round = scratch.round_;
+    std::erase_if(scratch.beyond_, [&](std::uint32_t t) {
+        if (!reaches(mesh_.facet(t))) return false;
+        visited[t] = round;
+        scratch.front_.push_back(t);
+        return true;
+    });
+    const glm::vec3 normal(frame.normal);
+    const auto leastCosine = static_cast<float>(borderCosine);
     while (!scratch.front_.empty()) {
         const auto t = scratch.front_.back();
         scratch.front_.pop_back();
+        const auto& neighbours = mesh_.facet(t).neighbours;
         for (std::uint32_t side = 0; side < 3; ++side) {
-            const auto next = mesh_.neighbour(t, side);
+            const auto next = neighbours[side];
             if (next == WalkMesh::none) {
-                const auto a = flat(mesh_.corner(t, side));
-                const auto b = flat(mesh_.corner(t, (side + 1) % 3));
-                const auto along = b - a;
-                const double length = std::max(glm::dot(along, along), 1e-300);
-                const double share = std::clamp(-glm::dot(a, along) / length, 0.0, 1.0);
-                const double distance = glm::length(a + share * along);
-                if (distance < radius) scratch.borders_.push_back({a, b, distance});
+                noteBorder(frame, t, side, scratch);
                 continue;
             }
-            if (scratch.visited_[next] == scratch.round_) continue;
-            if (glm::dot(frame.normal, glm::dvec3(mesh_.normal(next))) < borderCosine) continue;
-            const auto off = glm::dvec3(mesh_.center(next)) - frame.origin;
-            const double reachable = radius + mesh_.radius(next);
-            if (glm::dot(off, off) > reachable * reachable) continue;
-            scratch.visited_[next] = scratch.round_;
-            scratch.front_.push_back(next);
+            if (visited[next] >= round) continue;
+            const auto& facet = mesh_.facet(next);
+            visited[next] = round + 1;  // seen, but not within
+            if (glm::dot(normal, facet.normal) < leastCosine) continue;
+            if (reaches(facet)) {
+                visited[next] = round;
+                scratch.front_.push_back(next);
+            } else {
+                scratch.beyond_.push_back(next);
+            }
         }
     }
     std::sort(scratch.borders_.begin(), scratch.borders_.end(),
               [](const auto& a, const auto& b) { return a.distance < b.distance; });
+}
+
+void SurfaceCells::noteBorder(const Frame& frame, std::uint32_t triangle, std::uint32_t side,
+                              CellScratch& scratch) const {
+    const auto flat = [&](const glm::dvec3& place) {
+        const auto d = place - frame.origin;
+        return glm::dvec2(glm::dot(d, frame.x), glm::dot(d, frame.y));
+    };
+    const auto a = flat(mesh_.corner(triangle, side));
+    const auto b = flat(mesh_.corner(triangle, (side + 1) % 3));
+    const auto along = b - a;
+    const double length = std::max(glm::dot(along, along), 1e-300);
+    const double share = std::clamp(-glm::dot(a, along) / length, 0.0, 1.0);
+    scratch.borders_.push_back({a, b, glm::length(a + share * along)});
 }
 
 /// Brings the points on the marked triangles into the plane, the nearest first.
@@ -161,19 +191,14 @@ void SurfaceCells::look(const Frame& frame, std::uint32_t point, std::uint32_t w
 bool SurfaceCells::clip(double radius, CellScratch& scratch) const {
     auto& polygon = scratch.polygon_;
     polygon.clear();
-    const double outer = 0.5 * radius / std::cos(std::numbers::pi / firstSides);
-    for (int i = 0; i < firstSides; ++i) {
-        const double angle = 2.0 * std::numbers::pi * i / firstSides;
-        polygon.push_back({outer * glm::dvec2(std::cos(angle), std::sin(angle)), openEdge});
-    }
-    double most = outer;
+    for (const auto& corner : octagon) polygon.push_back({0.5 * radius * corner, openEdge});
+    double most = 0.5 * radius * glm::length(octagon[0]);
     for (std::size_t i = 0; i < scratch.seen_.size(); ++i) {
         const auto& seen = scratch.seen_[i];
         if (seen.distance > 2.0 * most) break;
         const bool again = i > 0 && scratch.seen_[i - 1].point == seen.point;
         if (again || seen.distance <= 0.0) continue;
-        cut(polygon, scratch.clipped_, seen.place / seen.distance, 0.5 * seen.distance, seen.point);
-        most = reach(polygon);
+        most = cut(polygon, scratch.clipped_, seen.place / seen.distance, 0.5 * seen.distance, seen.point);
     }
     for (const auto& border : scratch.borders_) {
         if (border.distance > most || polygon.size() < 3) break;
@@ -192,8 +217,7 @@ bool SurfaceCells::clip(double radius, CellScratch& scratch) const {
         const double nearest = std::clamp(0.0, std::min(from, to), std::max(from, to));
         const double limit = most * most - offset * offset;
         if (nearest * nearest > limit) continue;
-        cut(polygon, scratch.clipped_, outward, offset, borderEdge);
-        most = reach(polygon);
+        most = cut(polygon, scratch.clipped_, outward, offset, borderEdge);
     }
     const bool open = std::any_of(polygon.begin(), polygon.end(),
                                   [](const auto& corner) { return corner.edge == openEdge; });
@@ -233,6 +257,7 @@ void SurfaceCells::find(std::uint32_t point, std::uint32_t without, CellScratch&
                         SurfaceCell& cell) const {
     const auto frame = frameAt(point, scratch);
     bool closed = false;
+    beginWalk(frame, scratch);
     for (std::size_t i = 0; i < radii.size() && !closed; ++i) {
         const double radius = radii[i] * set_.spacing;
         walkAround(frame, radius, scratch);

@@ -32,7 +32,7 @@ struct SurfaceCell {
     double moment = 0.0;                    ///< second moment of the area about the point
     double nearest = 0.0;  ///< distance in the plane of the nearest point; infinite without one
     std::uint32_t nearestPoint = UINT32_MAX;
-    bool closed = false;    ///< by neighbours and borders, within five spacings
+    bool closed = false;    ///< by neighbours and borders, within 3.2 spacings
     bool flat = false;      ///< closed, and the plane stands for the surface: see flatEnough
     bool atBorder = false;  ///< an edge of the cell lies on a border
 };
@@ -75,14 +75,18 @@ class CellScratch {
         SurfacePoint place;
         glm::vec3 normal;
     };
-    const Supposed* supposed(std::uint32_t point) const;
+    const Supposed* supposed(std::uint32_t point) const {
+        return supposedIn_[point] == supposition_ ? findSupposed(point) : nullptr;
+    }
+    const Supposed* findSupposed(std::uint32_t point) const;
 
-    std::vector<std::uint32_t> visited_;     ///< by triangle, the round in which it was
+    std::vector<std::uint32_t> visited_;     ///< by triangle: round_ is within reach, one more seen only
     std::vector<std::uint32_t> supposedIn_;  ///< by point, the supposition in which it was moved
     std::uint32_t supposition_ = 1;
     std::vector<Supposed> supposed_;
     std::uint32_t round_ = 0;
     std::vector<std::uint32_t> front_;
+    std::vector<std::uint32_t> beyond_;  ///< triangles beyond the radius, next to those within
     std::vector<Seen> seen_;
     std::vector<Border> borders_;
     std::vector<Corner> polygon_;
@@ -105,7 +109,10 @@ class SurfaceCells {
     };
 
     Frame frameAt(std::uint32_t point, const CellScratch& scratch) const;
+    static void beginWalk(const Frame& frame, CellScratch& scratch);
     void walkAround(const Frame& frame, double radius, CellScratch& scratch) const;
+    void noteBorder(const Frame& frame, std::uint32_t triangle, std::uint32_t side,
+                    CellScratch& scratch) const;
     void look(const Frame& frame, std::uint32_t point, std::uint32_t without, double radius,
               CellScratch& scratch) const;
     bool clip(double radius, CellScratch& scratch) const;

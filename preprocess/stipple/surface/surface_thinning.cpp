@@ -6,9 +6,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <deque>
 #include <utility>
 
+#include "preprocess/stipple/recorded_moves.h"
 #include "preprocess/stipple/surface/removal_queue.h"
 #include "preprocess/stipple/surface/surface_start.h"
 
@@ -19,13 +19,6 @@ namespace {
 constexpr std::size_t together = 1000;
 constexpr std::size_t mostTogether = 256;
 
-/// A move, as the hierarchy records it.
-struct Move {
-    std::uint32_t point;
-    std::uint32_t neighbour;
-    glm::vec3 position;
-};
-
 /// What one removal would do.
 struct Removal {
     struct Mover {
@@ -34,7 +27,7 @@ struct Removal {
         glm::vec3 normal;
     };
     std::uint32_t point = 0;
-    std::vector<Mover> movers;             ///< its rings, without those that are locked
+    std::vector<Mover> movers;             ///< its rings, without those that stand still
     std::vector<std::uint32_t> concerned;  ///< whose cells change: the rings and what they touch
     bool accepted = false;
 };
@@ -65,19 +58,8 @@ class Thinning {
     }
 
     storage::StippleHierarchy take() && {
-        auto& h = hierarchy_;
-        h.movesBegin.assign(h.size() + 1, 0);
-        for (const auto& move : moves_) ++h.movesBegin[move.point + 1];
-        for (std::size_t i = 0; i < h.size(); ++i) h.movesBegin[i + 1] += h.movesBegin[i];
-        auto next = h.movesBegin;
-        h.moveNeighbour.resize(moves_.size());
-        h.movePosition.resize(moves_.size());
-        for (const auto& move : moves_) {
-            const auto at = next[move.point]++;
-            h.moveNeighbour[at] = move.neighbour;
-            h.movePosition[at] = move.position;
-        }
-        return std::move(h);
+        storeMoves(moves_, hierarchy_);
+        return std::move(hierarchy_);
     }
 
   private:
@@ -103,8 +85,8 @@ class Thinning {
         return areas;
     }
 
-    /// A point's area, noted as death area, and whether it is locked now. Different points on different
-    /// threads.
+    /// A point's area, noted as death area, and whether it is one that stands still. Different points on
+    /// different threads.
     float measure(std::uint32_t point) {
         auto& scratch = scratches_.local();
         scratch.cells.supposeNothing();
@@ -132,7 +114,7 @@ class Thinning {
     }
 
     /// What the removal would do, everything else where it is; each point from the cells that those before it
-    /// left.
+    /// left, over all of them twice.
     void plan(Removal& removal) {
         auto& [scratch, cell] = scratches_.local();
         removal.movers.clear();
@@ -148,13 +130,22 @@ class Thinning {
                 const auto mover = rings[i];
                 cells_.find(mover, removal.point, scratch, cell);
                 for (const auto neighbour : cell.neighbours) add(rings, neighbour, removal.point);
-                if (hierarchy_.locked[mover] == 1 || !cell.flat) continue;
-                const auto to = mesh_.walk(set_.points[mover], options_.relaxation * cell.toCentroid);
-                removal.movers.push_back({mover, to, glm::vec3(mesh_.normalAt(to))});
-                scratch.suppose(mover, to, removal.movers.back().normal);
+                if (!cell.flat) continue;
+                removal.movers.push_back({mover, set_.points[mover], {}});
+                move(removal.movers.back(), cell, scratch);
             }
             begin = end;
         }
+        for (auto& mover : removal.movers) {
+            cells_.find(mover.point, removal.point, scratch, cell);
+            if (cell.flat) move(mover, cell, scratch);
+        }
+    }
+
+    void move(Removal::Mover& mover, const SurfaceCell& cell, CellScratch& scratch) const {
+        mover.to = mesh_.walk(mover.to, options_.relaxation * cell.toCentroid);
+        mover.normal = glm::vec3(mesh_.normalAt(mover.to));
+        scratch.suppose(mover.point, mover.to, mover.normal);
     }
 
     static void add(std::vector<std::uint32_t>& points, std::uint32_t point, std::uint32_t but) {
@@ -222,7 +213,7 @@ class Thinning {
     std::vector<Removal> batch_;
     std::vector<std::uint32_t> changed_;
     std::vector<float> areas_;
-    std::deque<Move> moves_;  ///< in the order in which they were made; grows without being copied
+    RecordedMoves moves_;
 };
 
 }  // namespace

@@ -14,8 +14,8 @@
 
 namespace mote::prep {
 
-/// A point is locked from when on its neighbourhood cannot be flattened (flatEnough): it never moves again.
-/// Reports progress from `begin` to 1. Errors: cancelled.
+/// A point is locked, and does not move, while its neighbourhood cannot be flattened (flatEnough); the
+/// hierarchy says of each whether it ever was. Reports progress from `begin` to 1. Errors: cancelled.
 Result<storage::StippleHierarchy> thinSurface(const WalkMesh& mesh, PointSet set,
                                               const ThinningOptions& options, double begin,
                                               Progress& progress);

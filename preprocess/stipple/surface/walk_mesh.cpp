@@ -45,12 +45,9 @@ glm::dvec3 turnedInto(const glm::dvec3& vector, const glm::dvec3& normal) {
 
 }  // namespace
 
-WalkMesh::WalkMesh(const storage::SurfaceMesh& mesh, TriangleNeighbours neighbours)
-    : mesh_(mesh), neighbours_(std::move(neighbours)) {
+WalkMesh::WalkMesh(const storage::SurfaceMesh& mesh, const TriangleNeighbours& neighbours) : mesh_(mesh) {
     const auto count = mesh.triangles.size();
-    normals_.reserve(count);
-    centers_.reserve(count);
-    radii_.reserve(count);
+    facets_.reserve(count);
     areas_.reserve(count);
     for (std::uint32_t t = 0; t < count; ++t) {
         const auto a = corner(t, 0);
@@ -58,25 +55,25 @@ WalkMesh::WalkMesh(const storage::SurfaceMesh& mesh, TriangleNeighbours neighbou
         const auto c = corner(t, 2);
         const auto cross = glm::cross(b - a, c - a);
         const auto center = (a + b + c) / 3.0;
-        normals_.emplace_back(glm::normalize(cross));
-        centers_.emplace_back(center);
+        const double radius =
+            std::max({glm::distance(center, a), glm::distance(center, b), glm::distance(center, c)});
         // A little more, for the centre and the radius are rounded.
-        radii_.push_back(static_cast<float>(
-            1.0001 *
-            std::max({glm::distance(center, a), glm::distance(center, b), glm::distance(center, c)})));
+        facets_.push_back({glm::vec3(glm::normalize(cross)), glm::vec3(center),
+                           static_cast<float>(1.0001 * radius), neighbours[t]});
         areas_.push_back(0.5 * glm::length(cross));
         area_ += areas_.back();
     }
-    for (std::uint32_t t = 0; t < count; ++t) {
-        for (auto& other : neighbours_[t]) {
-            if (other != none && glm::dot(normals_[t], normals_[other]) < borderCosine) other = none;
+    for (auto& facet : facets_) {
+        for (auto& other : facet.neighbours) {
+            const bool border = other != none && glm::dot(facet.normal, facets_[other].normal) < borderCosine;
+            if (border) other = none;
         }
     }
 }
 
 glm::dvec3 WalkMesh::normalAt(const SurfacePoint& point) const {
     const auto t = point.triangle;
-    const glm::dvec3 face(normals_[t]);
+    const glm::dvec3 face(facets_[t].normal);
     glm::dvec3 sum(0.0);
     for (std::uint32_t i = 0; i < 3; ++i) {
         const auto a = corner(t, (i + 1) % 3);
@@ -89,21 +86,21 @@ glm::dvec3 WalkMesh::normalAt(const SurfacePoint& point) const {
 }
 
 SurfacePoint WalkMesh::walk(SurfacePoint point, const glm::dvec3& wanted) const {
-    auto step = turnedInto(wanted, glm::dvec3(normals_[point.triangle]));
+    auto step = turnedInto(wanted, glm::dvec3(facets_[point.triangle].normal));
     std::uint32_t entered = 3;
     for (int i = 0; i < mostTriangles; ++i) {
         const Corners corners{corner(point.triangle, 0), corner(point.triangle, 1),
                               corner(point.triangle, 2)};
         const auto exit =
-            findExit(corners, glm::dvec3(normals_[point.triangle]), point.position, step, entered);
+            findExit(corners, glm::dvec3(facets_[point.triangle].normal), point.position, step, entered);
         if (!exit) {
             point.position += step;
             return point;
         }
         point.position += exit->share * step;
-        const auto next = neighbours_[point.triangle][exit->side];
+        const auto next = facets_[point.triangle].neighbours[exit->side];
         if (next == none) return point;
-        const auto& back = neighbours_[next];
+        const auto& back = facets_[next].neighbours;
         entered =
             static_cast<std::uint32_t>(std::find(back.begin(), back.end(), point.triangle) - back.begin());
         // Unfolded around the edge: what goes along it stays, what goes across it turns into the next plane.

@@ -4,6 +4,7 @@
 // thread. It refers to the mesh that it was made from, which must outlive it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <vector>
@@ -26,7 +27,16 @@ class WalkMesh {
   public:
     static constexpr std::uint32_t none = storage::MeshEdge::none;
 
-    WalkMesh(const storage::SurfaceMesh& mesh, TriangleNeighbours neighbours);
+    /// What is asked of a triangle again and again, side by side in memory.
+    struct Facet {
+        glm::vec3 normal;
+        glm::vec3 center;  ///< of a ball around the triangle
+        float radius;      ///< its radius
+        /// Across the edge from corner i on; none at a border.
+        std::array<std::uint32_t, 3> neighbours;
+    };
+
+    WalkMesh(const storage::SurfaceMesh& mesh, const TriangleNeighbours& neighbours);
 
     const storage::SurfaceMesh& mesh() const { return mesh_; }
     std::size_t triangles() const { return mesh_.triangles.size(); }
@@ -35,14 +45,7 @@ class WalkMesh {
     glm::dvec3 corner(std::uint32_t triangle, std::uint32_t corner) const {
         return glm::dvec3(mesh_.positions[mesh_.triangles[triangle][corner]]);
     }
-    /// Across the edge from corner `side` on; none at a border.
-    std::uint32_t neighbour(std::uint32_t triangle, std::uint32_t side) const {
-        return neighbours_[triangle][side];
-    }
-    const glm::vec3& normal(std::uint32_t triangle) const { return normals_[triangle]; }
-    /// Of a ball around the triangle.
-    const glm::vec3& center(std::uint32_t triangle) const { return centers_[triangle]; }
-    float radius(std::uint32_t triangle) const { return radii_[triangle]; }
+    const Facet& facet(std::uint32_t triangle) const { return facets_[triangle]; }
 
     /// The surface's normal at a place, smooth across edges that are no creases; unit length.
     glm::dvec3 normalAt(const SurfacePoint& point) const;
@@ -54,10 +57,7 @@ class WalkMesh {
 
   private:
     const storage::SurfaceMesh& mesh_;
-    TriangleNeighbours neighbours_;  ///< borders have none
-    std::vector<glm::vec3> normals_;
-    std::vector<glm::vec3> centers_;
-    std::vector<float> radii_;
+    std::vector<Facet> facets_;
     std::vector<double> areas_;
     double area_ = 0.0;
 };
