@@ -30,9 +30,9 @@ class BlockBudget {
     Turn turn() const { return turn_.load(std::memory_order_relaxed); }
     Turn beginTurn() { return turn_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
-    /// Counts so many bytes as in memory, after giving up blocks that were last used before `turn` where there
-    /// is no room for them. False where that is not enough: nothing is counted then, though blocks that are
-    /// older may be gone. Counting is part of finding the room, so that two threads do not find the same.
+    /// Counts so many bytes as in memory, after giving up blocks that were last used before `turn` where
+    /// there is no room for them. False where that is not enough: nothing is counted then, though blocks that
+    /// are older may be gone. Counting is part of finding the room, so that two threads do not find the same.
     bool take(std::uint64_t bytes, Turn turn);
     /// Counts them whatever there is room for.
     void takeAnyway(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
