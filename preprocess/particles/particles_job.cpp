@@ -2,7 +2,6 @@
 #include "preprocess/particles/particles_job.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -13,6 +12,7 @@
 #include <optional>
 
 #include "preprocess/machine_memory.h"
+#include "preprocess/on_threads.h"
 #include "preprocess/particles/density_histogram.h"
 #include "preprocess/particles/memory_plan.h"
 #include "preprocess/particles/plot_manifest.h"
@@ -380,17 +380,11 @@ class Job {
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<fs::path>& inputs, const fs::path& output,
                                         const ParticlesJobOptions& options, Progress& progress) {
-    const int threads = options.threads > 0 ? options.threads : tbb::task_arena::automatic;
-    std::optional<tbb::global_control> more;
-    // More threads than cores only where asked for: the library stops at the cores otherwise.
-    if (options.threads > 0) {
-        more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(options.threads));
-    }
-    tbb::task_arena arena(threads);
     const auto alone = singleProcess();
     ParticlesJobOptions all = options;
     if (!all.ranks) all.ranks = alone.get();
-    return arena.execute([&] { return Job(request, source, inputs, output, all, progress).run(); });
+    return onThreads(options.threads,
+                     [&] { return Job(request, source, inputs, output, all, progress).run(); });
 }
 
 }  // namespace mote::prep

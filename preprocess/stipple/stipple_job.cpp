@@ -2,15 +2,13 @@
 #include "preprocess/stipple/stipple_job.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "preprocess/machine_memory.h"
+#include "preprocess/on_threads.h"
 #include "preprocess/stipple/plane_start.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"
@@ -40,13 +38,7 @@ Result<storage::StippleHierarchy> buildPlane(const proto::StippleJob& job, Progr
 
 Result<storage::StippleHierarchy> buildPlaneOn(int threads, const proto::StippleJob& job,
                                                Progress& progress) {
-    std::optional<tbb::global_control> more;
-    // More threads than cores only where asked for: the library stops at the cores otherwise.
-    if (threads > 0) {
-        more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-    }
-    tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-    return arena.execute([&] { return buildPlane(job, progress); });
+    return onThreads(threads, [&] { return buildPlane(job, progress); });
 }
 
 }  // namespace

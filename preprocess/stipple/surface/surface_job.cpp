@@ -2,15 +2,12 @@
 #include "preprocess/stipple/surface/surface_job.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
-#include <optional>
 
 #include "preprocess/machine_memory.h"
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/spatial_order.h"
+#include "preprocess/on_threads.h"
 #include "preprocess/stipple/surface/surface_start.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
 #include "storage/dataset_writer.h"
@@ -37,13 +34,7 @@ Result<storage::StippleHierarchy> build(const WalkMesh& mesh, const proto::Stipp
 
 Result<storage::StippleHierarchy> buildOn(int threads, const WalkMesh& mesh, const proto::StippleJob& job,
                                           Progress& progress) {
-    std::optional<tbb::global_control> more;
-    // More threads than cores only where asked for: the library stops at the cores otherwise.
-    if (threads > 0) {
-        more.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
-    }
-    tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-    return arena.execute([&] { return build(mesh, job, progress); });
+    return onThreads(threads, [&] { return build(mesh, job, progress); });
 }
 
 Status writeFiles(storage::DatasetWriter& writer, const storage::SurfaceMesh& mesh,
