@@ -118,7 +118,8 @@ proto::Catalogue Catalogue::summary() const {
         dataset.set_kind(entry.manifest->kind());
         dataset.set_title(entry.manifest->title());
         const auto& steps = entry.manifest->particles().steps();
-        dataset.set_steps(static_cast<std::uint32_t>(steps.size()));
+        dataset.set_steps(static_cast<std::uint32_t>(
+            entry.manifest->has_hybrid() ? entry.manifest->hybrid().steps_size() : steps.size()));
         std::uint64_t most = 0;
         for (const auto& step : steps) most = std::max(most, step.particles());
         dataset.set_particles(most);

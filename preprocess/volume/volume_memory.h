@@ -16,7 +16,7 @@ struct VolumeMemory {
 };
 
 /// `limit` is this process', 0 for three quarters of the machine's memory. Errors: resourceExhausted, where
-/// not even a few slices fit, with what is missing. Figures measured: docs/HYBRID_VOLUMES.md.
+/// not even a few slices fit, with what is missing. What each takes: docs/HYBRID_VOLUMES.md.
 Result<VolumeMemory> planMemory(const VolumePlan& plan, std::uint64_t limit);
 
 }  // namespace mote::prep
