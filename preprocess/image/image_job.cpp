@@ -6,6 +6,7 @@
 #include <string>
 
 #include "preprocess/image/read_picture.h"
+#include "preprocess/portable_input.h"
 #include "storage/dataset_writer.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
@@ -20,10 +21,7 @@ proto::JobRequest portableRequest(const proto::JobRequest& request, const fs::pa
                                   const fs::path& output) {
     proto::JobRequest portable = request;
     portable.clear_output();
-    std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
-    portable.mutable_image()->set_input(
-        fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string());
+    portable.mutable_image()->set_input(portableInput(input, output));
     return portable;
 }
 

@@ -4,6 +4,7 @@
 #include "preprocess/machine_memory.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
+#include "preprocess/portable_input.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
@@ -28,12 +29,6 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
 }
 
 }  // namespace
-
-std::string portableInput(const fs::path& input, const fs::path& output) {
-    std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
-    return fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string();
-}
 
 std::uint64_t meshFileLimit(std::uint64_t memory) {
     return memory / 12;

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
@@ -17,9 +16,6 @@ namespace mote::prep {
 /// Bytes that a mesh file may have, inflated, for a job of so much memory: in memory it takes up to twelve
 /// times as much (a PLY file of one-byte coordinates).
 std::uint64_t meshFileLimit(std::uint64_t memory);
-
-/// The input as seen from the folder that holds the dataset, for its manifest.
-std::string portableInput(const std::filesystem::path& input, const std::filesystem::path& output);
 
 /// Makes `output`, which appears by one rename, from `input`. `memory`: bytes that the job may take, 0 for
 /// three quarters of the machine's. Returns its manifest. Errors: those of readMesh (read_mesh.h),

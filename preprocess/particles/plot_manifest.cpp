@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "preprocess/portable_input.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
@@ -18,12 +19,7 @@ proto::JobRequest portableRequest(const proto::JobRequest& request, const std::v
     portable.clear_output();
     auto& job = *portable.mutable_particles();
     job.clear_inputs();
-    std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
-    for (const auto& input : inputs) {
-        job.add_inputs(
-            fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string());
-    }
+    for (const auto& input : inputs) job.add_inputs(portableInput(input, output));
     return portable;
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "preprocess/portable_input.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
@@ -16,12 +17,7 @@ proto::JobRequest portableRequest(const proto::JobRequest& request, const std::v
     proto::JobRequest portable = request;
     portable.clear_output();
     portable.mutable_volume()->clear_inputs();
-    std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
-    for (const auto& input : inputs) {
-        portable.mutable_volume()->add_inputs(
-            fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string());
-    }
+    for (const auto& input : inputs) portable.mutable_volume()->add_inputs(portableInput(input, output));
     return portable;
 }
 

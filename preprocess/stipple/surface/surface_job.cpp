@@ -8,6 +8,7 @@
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/spatial_order.h"
 #include "preprocess/on_threads.h"
+#include "preprocess/portable_input.h"
 #include "preprocess/stipple/surface/surface_start.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
 #include "storage/dataset_writer.h"
