@@ -77,6 +77,28 @@ TEST(TwoStages, NoMoreAreUnderWayThanAllowed) {
     }
 }
 
+TEST(TwoStages, WhatWasUnderWayAtAnErrorIsNotTaken) {
+    std::latch begun(1);
+    std::vector<std::size_t> taken;
+    const tbb::global_control two(tbb::global_control::max_allowed_parallelism, 2);  // also on one core
+    tbb::task_arena arena(2);
+    arena.execute([&] {
+        const auto status = inTwoStages(
+            3, 2,
+            [&](std::size_t i) {
+                if (i == 1) begun.count_down();
+                return Result<int>(0);
+            },
+            [&](std::size_t i, int) -> Status {
+                taken.push_back(i);
+                begun.wait();
+                return failure();
+            });
+        EXPECT_FALSE(status.ok());
+    });
+    EXPECT_EQ(taken, std::vector<std::size_t>{0});
+}
+
 TEST(TwoStages, TheFirstErrorEndsIt) {
     for (const bool inFirst : {true, false}) {
         std::vector<std::size_t> taken;

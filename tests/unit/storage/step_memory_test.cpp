@@ -80,6 +80,15 @@ class StepMemory : public testing::Test {
     std::unique_ptr<StepLoader> loader_;
 };
 
+TEST(BlockBudgetTest, RoomThatWasFoundIsTaken) {
+    BlockBudget budget(mib);
+    EXPECT_TRUE(budget.take(mib, budget.turn()));
+    EXPECT_FALSE(budget.take(mib, budget.turn())) << "before anything came in";
+    EXPECT_EQ(budget.resident(), mib);
+    budget.giveBack(mib);
+    EXPECT_TRUE(budget.take(mib, budget.turn()));
+}
+
 TEST(BlockBudgetTest, ThreadsNeverFindTheSameRoom) {
     BlockBudget budget(3 * mib);
     std::atomic<bool> beyond = false;
