@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long ParaView takes for the volume that `bench-device --export FOLDER` wrote; run by tests/bench/compare.
+"""How long ParaView takes for a volume of bytes; run by tests/bench/compare and tests/bench/hybrid/against_paraview.
 
     pvbatch draw_volume.py FOLDER MODE [--frames N] [--png FILE]
 
-MODE is 'GPU Based' or 'Ray Cast Only'. The mapper behind these two modes is put into ParaView's view directly: its
-representation gives no access to the distance between samples, which is held at a cell's edge.
+FOLDER holds scene.json and volume.u8, as `bench-device --export` writes them. Where the scene says so, samples lie
+`spacing` apart from `origin` on and the volume is lit; else it fills [-1, 1]^3 and is not. MODE is 'GPU Based' or 'Ray
+Cast Only'. The mapper behind these two modes is put into ParaView's view directly: its representation gives no access
+to the distance between samples, which is held at a cell's edge.
 """
 import argparse
 import pathlib
@@ -19,13 +21,17 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 STEPS = 255.0  # the volume holds t in this many steps, so that bytes say the same as our floats
 
 
-def image_of(folder, cells):
+def spacing_of(scene):
+    return scene.get("spacing", 2.0 / scene["cells"])
+
+
+def image_of(folder, scene):
     values = np.fromfile(pathlib.Path(folder) / "volume.u8", dtype=np.uint8)
     image = vtkImageData()
-    image.SetDimensions(cells, cells, cells)
-    spacing = 2.0 / cells
-    image.SetSpacing(spacing, spacing, spacing)
-    image.SetOrigin(*[-1.0 + spacing / 2.0] * 3)  # samples lie at the centres of our cells
+    image.SetDimensions(*[scene["cells"]] * 3)
+    spacing = spacing_of(scene)
+    image.SetSpacing(*[spacing] * 3)
+    image.SetOrigin(*[scene.get("origin", -1.0 + spacing / 2.0)] * 3)  # samples lie at the centres of our cells
     image.GetPointData().SetScalars(numpy_to_vtk(values, deep=1))
     return image
 
@@ -43,7 +49,13 @@ def property_of(scene):
     look.SetColor(color)
     look.SetScalarOpacityUnitDistance(scene["opacityLength"])
     look.SetInterpolationTypeToLinear()
-    look.ShadeOff()
+    light = scene.get("light")
+    look.SetShade(light is not None)
+    if light:
+        look.SetAmbient(light["ambient"])
+        look.SetDiffuse(light["diffuse"])
+        look.SetSpecular(light["specular"])
+        look.SetSpecularPower(32.0)
     return look
 
 
@@ -70,13 +82,12 @@ def main():
     scene = scene_of(options.folder)
     view = make_view(scene)
     volume = vtkVolume()
-    distance = 2.0 / scene["cells"]
-    volume.SetMapper(mapper_of(image_of(options.folder, scene["cells"]), options.mode, distance))
+    volume.SetMapper(mapper_of(image_of(options.folder, scene), options.mode, spacing_of(scene)))
     volume.SetProperty(property_of(scene))
     view.GetRenderer().AddVolume(volume)
     view.CameraPosition = scene["eyes"][0]
-    view.StillRender()
-    view.GetRenderer().ResetCameraClippingRange()  # the view knows only of its own representations
+    # The view knows only of its own representations.
+    view.GetRenderer().ResetCameraClippingRange(volume.GetBounds())
     times = measure(view, scene, options.frames)
     picture = keep_picture(view, scene["eyes"][0], options.png)
     report(view, mode=options.mode, **times, **picture)
