@@ -27,7 +27,8 @@ int run(const CommandLine& line, const Options& options) {
         JsonObject object;
         fmt::print("{}\n", object.add("output", options.file).add("step", options.step).text());
     } else if (!line.quiet) {
-        fmt::print("{}: density of step {}\n", options.file, options.step);
+        fmt::print("{}: {} of step {}\n", options.file, manifest->has_hybrid() ? "volume" : "density",
+                   options.step);
     }
     return 0;
 }
@@ -35,7 +36,7 @@ int run(const CommandLine& line, const Options& options) {
 }  // namespace
 
 void addExportCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("export", "Write a step's density volume for other tools");
+    auto& command = *program.add_subcommand("export", "Write a step's volume for other tools");
     const auto options = std::make_shared<Options>();
     command.add_option("DATASET", options->dataset, "NAME.mote")->required();
     command.add_option("--vdb", options->file, "The OpenVDB file to make, which must not exist")
@@ -43,7 +44,10 @@ void addExportCommand(CLI::App& program, CommandLine& line) {
         ->type_name("FILE");
     command.add_option("--step", options->step, "Index of the step")->capture_default_str()->type_name("N");
     addOutputFlags(command, line);
-    command.footer("Example:\n  mote-prep export beam.mote --step 3 --vdb beam-3.vdb");
+    command.footer(
+        "Example:\n  mote-prep export beam.mote --step 3 --vdb beam-3.vdb\n\nOf particles: a grid "
+        "\"density\". Of a "
+        "hybrid volume: the low-resolution \"volume\" and the \"residual\" to add to it.");
     command.callback([options, &line] { line.command = [options, &line] { return run(line, *options); }; });
 }
 

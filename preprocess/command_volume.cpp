@@ -17,9 +17,9 @@ constexpr const char* examples = R"(Examples:
 Thresholds and P are fractions of the range of values. Several inputs are the steps of a time series.)";
 
 /// As the command line gives it.
-struct Options {
+struct Options : DatasetOptions {
     std::vector<std::string> inputs;
-    std::string out, title, filter, representation;
+    std::string filter, representation;
     std::optional<std::uint32_t> low, errorGrid, pointBytes, valueBits;
     std::optional<double> threshold;
     std::optional<std::uint64_t> maxPoints;
@@ -28,7 +28,6 @@ struct Options {
     std::vector<double> spacing, origin;
     bool bigEndian = false;
     std::uint64_t headerBytes = 0;
-    ParticlesJobOptions job;
 };
 
 void setSource(const Options& options, proto::VolumeSourceOptions& source) {
@@ -42,11 +41,7 @@ void setSource(const Options& options, proto::VolumeSourceOptions& source) {
     source.set_field(options.field);
 }
 
-proto::JobRequest toRequest(const Options& options) {
-    proto::JobRequest request;
-    request.set_title(options.title);
-    request.set_output(options.out);
-    auto& job = *request.mutable_volume();
+void complete(const Options& options, proto::VolumeJob& job) {
     for (const auto& input : options.inputs) job.add_inputs(input);
     setSource(options, *job.mutable_source());
     if (options.low) job.set_low(*options.low);
@@ -57,7 +52,6 @@ proto::JobRequest toRequest(const Options& options) {
     job.set_representation(options.representation);
     if (options.pointBytes) job.set_point_bytes(*options.pointBytes);
     if (options.valueBits) job.set_value_bits(*options.valueBits);
-    return request;
 }
 
 void addSourceOptions(CLI::App& command, Options& options) {
@@ -81,10 +75,6 @@ void addSourceOptions(CLI::App& command, Options& options) {
 }
 
 void addResultOptions(CLI::App& command, Options& options) {
-    command.add_option("--out", options.out, "The dataset to make, which must not exist")
-        ->required()
-        ->type_name("DIR/NAME.mote");
-    command.add_option("--title", options.title, "What viewers call it")->type_name("TEXT");
     command.add_option("--low", options.low, "Samples of the low volume along its longest axis; default 128")
         ->type_name("N");
     command
@@ -117,12 +107,9 @@ void addVolumeCommand(CLI::App& program, CommandLine& line) {
     const auto options = std::make_shared<Options>();
     addSourceOptions(command, *options);
     addResultOptions(command, *options);
-    addResourceOptions(command, options->job);
-    addOutputFlags(command, line);
+    addDatasetOptions(command, line, options,
+                      [options](auto& request) { complete(*options, *request.mutable_volume()); });
     command.footer(examples);
-    command.callback([options, &line] {
-        line.command = [options, &line] { return runAndPrint(line, toRequest(*options), {}, options->job); };
-    });
 }
 
 }  // namespace mote::prep

@@ -85,7 +85,8 @@ Result<JobOutcome> runVolume(const proto::JobRequest& request, const storage::Ro
     if (!checked.ok()) return checked.error().within("volume");
     const auto inputs = inputPaths(request.volume().inputs(), roots, "volume");
     if (!inputs.ok()) return inputs.error();
-    auto manifest = runVolumeJob(request, *inputs, output, {options.threads, options.memory}, progress);
+    auto manifest =
+        runVolumeJob(request, *inputs, output, {options.threads, options.memory, options.ranks}, progress);
     if (!manifest.ok()) return manifest.error();
     return JobOutcome{std::move(output), *std::move(manifest)};
 }
@@ -114,10 +115,11 @@ Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots
     auto output = outputPath(request, roots);
     if (!output.ok()) return output.error();
     const bool together = options.ranks && options.ranks->size() > 1;
-    if (together && request.kind_case() != proto::JobRequest::kParticles) {
+    const auto kind = request.kind_case();
+    if (together && kind != proto::JobRequest::kParticles && kind != proto::JobRequest::kVolume) {
         return Error{ErrorCode::unsupported, "", "this kind of job runs in one process, not under MPI"};
     }
-    switch (request.kind_case()) {
+    switch (kind) {
         case proto::JobRequest::kParticles:
             return runParticles(request, roots, *std::move(output), options, progress);
         case proto::JobRequest::kImage:

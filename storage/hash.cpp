@@ -9,6 +9,7 @@
 
 #include <cerrno>
 #include <memory>
+#include <vector>
 
 #include "storage/file_descriptor.h"
 #include "storage/system_error.h"
@@ -28,15 +29,6 @@ struct FreeState {
 
 std::uint64_t hashBlock(std::span<const std::byte> bytes) {
     return XXH3_64bits(bytes.data(), bytes.size());
-}
-
-std::vector<std::uint64_t> hashBlocks(std::span<const std::byte> bytes) {
-    std::vector<std::uint64_t> hashes;
-    hashes.reserve((bytes.size() + blockBytes - 1) / blockBytes);
-    for (std::size_t at = 0; at < bytes.size(); at += blockBytes) {
-        hashes.push_back(hashBlock(bytes.subspan(at, std::min<std::size_t>(blockBytes, bytes.size() - at))));
-    }
-    return hashes;
 }
 
 std::string hash128(std::span<const std::byte> bytes) {

@@ -10,7 +10,6 @@
 #include <functional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "protocol/scene/error.h"
 
@@ -20,9 +19,6 @@ namespace mote::storage {
 inline constexpr std::uint64_t blockBytes = 1ULL << 20;
 
 std::uint64_t hashBlock(std::span<const std::byte> bytes);
-
-/// One hash for each MiB, the last block shorter; none for no bytes.
-std::vector<std::uint64_t> hashBlocks(std::span<const std::byte> bytes);
 
 /// XXH3-128 as 32 hexadecimal digits, in canonical (big-endian) order, as `xxhsum -H2` prints it.
 std::string hash128(std::span<const std::byte> bytes);

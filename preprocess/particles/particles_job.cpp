@@ -13,6 +13,7 @@
 
 #include "preprocess/machine_memory.h"
 #include "preprocess/on_threads.h"
+#include "preprocess/parallel/shared_dataset.h"
 #include "preprocess/particles/density_histogram.h"
 #include "preprocess/particles/memory_plan.h"
 #include "preprocess/particles/plot_manifest.h"
@@ -21,7 +22,6 @@
 #include "preprocess/particles/step_output.h"
 #include "preprocess/particles/step_selection.h"
 #include "preprocess/particles/two_stages.h"
-#include "storage/dataset_writer.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_writer.h"
 #include "storage/write_file.h"
@@ -51,24 +51,20 @@ class Job {
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
-        auto made = make();
-        // Of rank 0 the writer does so, unless it was this rank that was killed.
-        if (!made.ok() && !ranks_.first() && !directory_.empty()) removeUnfinished();
-        return made;
-    }
-
-  private:
-    Result<proto::Manifest> make() {
         MOTE_RETURN_IF_ERROR(agree(ranks_, prepare()));
-        MOTE_RETURN_IF_ERROR(begin());
+        auto dataset = SharedDataset::create(ranks_, output_);
+        if (!dataset.ok()) return dataset.error();
+        dataset_.emplace(*std::move(dataset));
         MOTE_RETURN_IF_ERROR(findBounds());
         manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
         MOTE_RETURN_IF_ERROR(makeSteps());
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
+        dataset_->finish();
         report(1.0, "done");
         return std::move(manifest_);
     }
 
+  private:
     Status prepare() {
         MOTE_RETURN_IF_ERROR(checkParticlesJob(job_));
         for (int i = 0; i < 3; ++i) {
@@ -125,35 +121,6 @@ class Job {
                             static_cast<double>(options_.memory) / gigabyte)};
         }
         return success();
-    }
-
-    /// Rank 0 makes the folder. The others know its name before: whoever is left removes it.
-    Status begin() {
-        std::string name;
-        Status status = success();
-        if (ranks_.first()) {
-            const auto chosen = storage::DatasetWriter::choose(output_);
-            if (!chosen.ok()) status = chosen.error();
-            if (chosen.ok()) name = chosen->string();
-        }
-        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
-        const auto shared = fromFirst(ranks_, name);
-        if (!shared.ok()) return shared.error();
-        directory_ = *shared;
-        if (ranks_.first()) {
-            auto writer = storage::DatasetWriter::create(output_, directory_);
-            if (!writer.ok()) status = writer.error();
-            if (writer.ok()) writer_.emplace(*std::move(writer));
-        }
-        return agree(ranks_, status);
-    }
-
-    /// Several ranks may do so at once, each meeting what another has removed.
-    void removeUnfinished() const {
-        std::error_code code;
-        for (int attempt = 0; attempt < 100 && fs::exists(directory_, code); ++attempt) {
-            fs::remove_all(directory_, code);
-        }
     }
 
     void report(double fraction, std::string_view phase) {
@@ -253,13 +220,13 @@ class Job {
             readers_[index].emplace(*std::move(reader));
         }
         const StepResources resources{&ranks_, [this] { return progress_.cancelled(); },
-                                      memoryFor(steps_[index], together_).particles, directory_};
+                                      memoryFor(steps_[index], together_).particles, dataset_->directory()};
         return buildStep(*readers_[index], bounds_, stepOptions_, resources);
     }
 
     Status write(const BuiltStep& built, std::uint32_t index, proto::ParticleStepEntry& entry) {
         StepOutput output;
-        output.directory = directory_;
+        output.directory = dataset_->directory();
         output.name = storage::stepName(index);
         entry.set_file(output.name + ".h5");
         entry.set_digest(output.name + ".digest");
@@ -275,15 +242,16 @@ class Job {
         const auto places = writeBuiltStep(built, output);
         if (!places.ok()) return places.error();
         places_.push_back(*places);
-        return ranks_.first() ? writer_->add(entry.digest(), output.cancelled) : success();
+        return ranks_.first() ? dataset_->writer().add(entry.digest(), output.cancelled) : success();
     }
 
     /// Hashes the file; the disk gets it meanwhile, so that publishing need not wait.
     Status takeFile(const std::string& name) {
         Status added = success();
         Status synced = success();
-        tbb::parallel_invoke([&] { synced = storage::syncPath(directory_ / name); },
-                             [&] { added = writer_->add(name, [this] { return progress_.cancelled(); }); });
+        tbb::parallel_invoke(
+            [&] { synced = storage::syncPath(dataset_->directory() / name); },
+            [&] { added = dataset_->writer().add(name, [this] { return progress_.cancelled(); }); });
         MOTE_RETURN_IF_ERROR(synced);
         return added;
     }
@@ -304,15 +272,16 @@ class Job {
         for (std::size_t i = 0; i < places_.size(); ++i) MOTE_RETURN_IF_ERROR(addHistogram(i));
         noteLeftOut();
         if (progress_.cancelled()) return cancelledError();
-        MOTE_RETURN_IF_ERROR(writer_->publish(manifest_));
-        manifest_.mutable_files()->Assign(writer_->files().begin(), writer_->files().end());
+        MOTE_RETURN_IF_ERROR(dataset_->writer().publish(manifest_));
+        manifest_.mutable_files()->Assign(dataset_->writer().files().begin(),
+                                          dataset_->writer().files().end());
         return success();
     }
 
     Status addHistogram(std::size_t index) {
         constexpr std::uint64_t together = std::uint64_t{1} << 20;
         auto& entry = *manifest_.mutable_particles()->mutable_steps(static_cast<int>(index));
-        const auto file = storage::StepFile::open(directory_ / entry.file(), places_[index]);
+        const auto file = storage::StepFile::open(dataset_->directory() / entry.file(), places_[index]);
         if (!file.ok()) return file.error();
         std::vector<std::uint64_t> bins;
         for (std::uint64_t leaf = 0; leaf < leaves_[index]; leaf += together) {
@@ -366,8 +335,7 @@ class Job {
     std::size_t together_ = 1;                        ///< steps that are under way at once
     std::uint64_t mayKeep_ = 0;                       ///< bytes of what is read, for its next use
     std::vector<std::optional<StepReader>> readers_;  ///< by selected step, from the pass over the bounds
-    std::optional<storage::DatasetWriter> writer_;    ///< on rank 0
-    fs::path directory_;                              ///< of the dataset while it is made
+    std::optional<SharedDataset> dataset_;            ///< while it is made
     std::vector<storage::StepFile::Places> places_;   ///< by selected step
     std::vector<std::uint64_t> leaves_;               ///< by selected step
     std::array<Range, 3> bounds_;

@@ -1,31 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/volume/point_collector.h"
 
+#include <oneapi/tbb/concurrent_vector.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+
+#include "preprocess/first_error.h"
 
 namespace mote::prep {
 namespace {
 
 constexpr std::uint32_t side = storage::pointBrickSide;
-
-template <class T>
-void appendTo(std::vector<T>& to, const std::vector<T>& from) {
-    to.insert(to.end(), from.begin(), from.end());
-}
-
-/// Keeps the elements whose `keep` is not zero.
-template <class T>
-void filter(std::vector<T>& values, const std::vector<std::uint8_t>& keep) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        if (keep[i]) values[kept++] = values[i];
-    }
-    values.resize(kept);
-}
 
 }  // namespace
 
@@ -41,56 +28,44 @@ std::uint8_t PointCoding::errorCode(float error) const {
     return static_cast<std::uint8_t>(std::clamp(code, 0.0, 255.0));
 }
 
-void CollectedPoints::append(const CollectedPoints& next) {
-    appendTo(brickCount, next.brickCount);
-    appendTo(place, next.place);
-    appendTo(value, next.value);
-    appendTo(error, next.error);
-    appendTo(normal, next.normal);
-    appendTo(least, next.least);
-}
-
-void CollectedPoints::limitLeast(std::uint64_t most) {
-    std::vector<std::uint8_t> keep(least.size(), 1);
-    std::size_t point = 0;
-    for (auto& count : brickCount) {
-        const auto end = point + count;
-        for (; point < end; ++point) {
-            if (least[point] == 0) continue;
-            keep[point] = most > 0 ? 1 : 0;
-            if (most > 0) --most;
-            count -= keep[point] ? 0 : 1;
-        }
-    }
-    filter(place, keep);
-    filter(value, keep);
-    filter(error, keep);
-    filter(normal, keep);
-    filter(least, keep);
-}
-
 PointCollector::PointCollector(const VolumePlan& plan, const PointCoding& coding,
-                               const ErrorSelection& selection)
+                               const ErrorSelection& selection, storage::ScratchFile& scratch)
     : plan_(plan),
       bricks_(storage::bricksOf(plan.error, side)),
       coding_(coding),
       selection_(selection),
-      normals_(plan.error, gridToWorld(plan, plan.error)),
-      layer_(std::size_t{bricks_[0]} * bricks_[1]) {}
+      scratch_(scratch),
+      normals_(plan.error, gridToWorld(plan, plan.error)) {}
 
-void PointCollector::add(const ErrorSlab& slab) {
-    // A slab of several layers would not keep the order.
+Status PointCollector::add(const ErrorSlab& slab) {
     MOTE_CHECK(slab.z0 / side == (slab.z1 - 1) / side);
-    tbb::parallel_for(std::uint32_t{0}, bricks_[1], [&](std::uint32_t by) {
-        for (std::uint32_t bx = 0; bx < bricks_[0]; ++bx) addTo(bx, by, slab);
+    FirstError failure;
+    tbb::concurrent_vector<PointPiece> pieces;
+    tbb::parallel_for(std::uint32_t{0}, bricks_[1], [&](std::uint32_t row) {
+        const auto points = collect(row, slab);
+        if (points.place.empty()) return;
+        auto piece = points.store(scratch_);
+        if (!piece.ok()) return failure.set(piece.error());
+        piece->layer = slab.z0 / side;
+        piece->row = row;
+        piece->z = slab.z0;
+        pieces.push_back(*piece);
     });
-    pending_ = 0;
-    for (const auto& brick : layer_) pending_ += brick.size();
-    if (slab.z1 % side == 0 || slab.z1 == plan_.error[2]) finishLayer();
+    pieces_.insert(pieces_.end(), pieces.begin(), pieces.end());
+    return failure.status();
 }
 
-void PointCollector::addTo(std::uint32_t bx, std::uint32_t by, const ErrorSlab& slab) {
-    auto& brick = layer_[std::size_t{by} * bricks_[0] + bx];
+PointRow PointCollector::collect(std::uint32_t row, const ErrorSlab& slab) const {
+    PointRow points;
+    for (std::uint32_t bx = 0; bx < bricks_[0]; ++bx) {
+        points.brickCount.push_back(addBrick(bx, row, slab, points));
+    }
+    return points;
+}
+
+std::uint32_t PointCollector::addBrick(std::uint32_t bx, std::uint32_t by, const ErrorSlab& slab,
+                                       PointRow& to) const {
+    const auto before = to.place.size();
     const auto right = std::min(plan_.error[0], (bx + 1) * side);
     const auto back = std::min(plan_.error[1], (by + 1) * side);
     for (auto z = slab.z0; z < slab.z1; ++z) {
@@ -101,29 +76,16 @@ void PointCollector::addTo(std::uint32_t bx, std::uint32_t by, const ErrorSlab& 
             for (auto x = bx * side; x < right; ++x) {
                 const float error = errors[x];
                 if (!selection_.takes(error)) continue;
-                brick.place.push_back(
+                to.place.push_back(
                     static_cast<std::uint16_t>(x % side + side * (y % side) + side * side * (z % side)));
-                brick.value.push_back(coding_.valueCode(values[1][row + x]));
-                brick.error.push_back(coding_.errorCode(error));
-                brick.normal.push_back(normals_.code(values, {x, y, z}));
-                brick.least.push_back(std::abs(error) == selection_.least ? 1 : 0);
+                to.value.push_back(coding_.valueCode(values[1][row + x]));
+                to.error.push_back(coding_.errorCode(error));
+                to.normal.push_back(normals_.code(values, {x, y, z}));
+                to.least.push_back(std::abs(error) == selection_.least ? 1 : 0);
             }
         }
     }
-}
-
-void PointCollector::finishLayer() {
-    for (auto& brick : layer_) {
-        brick.brickCount.assign(1, brick.size());
-        done_.append(brick);
-        brick = {};
-    }
-    pending_ = 0;
-}
-
-CollectedPoints PointCollector::take() {
-    MOTE_CHECK(pending_ == 0);
-    return std::exchange(done_, {});
+    return static_cast<std::uint32_t>(to.place.size() - before);
 }
 
 }  // namespace mote::prep

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointCollector: the points of a hybrid volume, brick by brick, while an error pass goes by. One owner;
-// works on the caller's oneTBB threads.
+// PointCollector: the points of a hybrid volume, put aside row of bricks by row while an error pass goes by.
+// One owner; works on the caller's oneTBB threads.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include "preprocess/volume/error_pass.h"
 #include "preprocess/volume/error_selection.h"
 #include "preprocess/volume/gradient.h"
+#include "preprocess/volume/point_row.h"
 #include "storage/hybrid/hybrid_points.h"
 
 namespace mote::prep {
@@ -23,42 +24,28 @@ struct PointCoding {
     std::uint8_t errorCode(float error) const;
 };
 
-/// Points by their bricks, x fastest, in ascending order of their places in each.
-struct CollectedPoints {
-    std::vector<std::uint64_t> brickCount;
-    std::vector<std::uint16_t> place;  ///< in its brick
-    std::vector<std::uint8_t> value, error, normal;
-    std::vector<std::uint8_t> least;  ///< 1: its error is the least that counts, so it may be one too many
-
-    std::uint64_t size() const { return place.size(); }
-    void append(const CollectedPoints& next);
-    /// Leaves out those of least error but for the first `most` of them.
-    void limitLeast(std::uint64_t most);
-};
-
 class PointCollector {
   public:
-    /// `plan` must outlive this.
-    PointCollector(const VolumePlan& plan, const PointCoding& coding, const ErrorSelection& selection);
+    /// `plan` and `scratch` must outlive this.
+    PointCollector(const VolumePlan& plan, const PointCoding& coding, const ErrorSelection& selection,
+                   storage::ScratchFile& scratch);
 
-    /// The next slab, in ascending order; it need not end where bricks do.
-    void add(const ErrorSlab& slab);
-    /// All points, once whole layers of bricks came, or the last one. The collector is empty then.
-    CollectedPoints take();
-    std::uint64_t size() const { return done_.size() + pending_; }
+    /// A slab that lies in one layer of bricks. Errors: as ScratchFile::append.
+    Status add(const ErrorSlab& slab);
+    /// What was put aside so far; in no order.
+    const std::vector<PointPiece>& pieces() const { return pieces_; }
 
   private:
-    void addTo(std::uint32_t bx, std::uint32_t by, const ErrorSlab& slab);
-    void finishLayer();
+    PointRow collect(std::uint32_t row, const ErrorSlab& slab) const;
+    std::uint32_t addBrick(std::uint32_t bx, std::uint32_t by, const ErrorSlab& slab, PointRow& to) const;
 
     const VolumePlan& plan_;
     storage::GridSize bricks_;
     PointCoding coding_;
     ErrorSelection selection_;
+    storage::ScratchFile& scratch_;
     GradientNormals normals_;
-    std::vector<CollectedPoints> layer_;  ///< bricks of the present layer, x fastest
-    std::uint64_t pending_ = 0;           ///< points in the layer
-    CollectedPoints done_;
+    std::vector<PointPiece> pieces_;
 };
 
 }  // namespace mote::prep

@@ -1,34 +1,60 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/volume/residual_collector.h"
 
+#include <oneapi/tbb/concurrent_vector.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
+
+#include "preprocess/first_error.h"
 
 namespace mote::prep {
 namespace {
 
+using storage::GridSize;
+
 constexpr std::uint32_t side = storage::residualBrickSide;
 
-/// Whether any sample of the brick is corrected.
-bool fill(const ErrorSlab& slab, const ErrorSelection& selection, double step, CollectedBrick& brick) {
-    storage::GridSize end{};
-    for (std::size_t a = 0; a < 3; ++a) end[a] = std::min(slab.grid[a], (brick.index[a] + 1) * side);
+/// A part of a node that one thread encodes: so wide along x, in bricks.
+constexpr std::uint32_t partBricks = 4;
+
+using Multiples = std::array<std::int32_t, storage::residualBrickSamples>;
+
+/// Whether any sample of the brick with this index is corrected.
+bool fill(const ErrorSlab& slab, const ErrorSelection& selection, double step, const GridSize& brick,
+          Multiples& multiples) {
+    GridSize end{};
+    for (std::size_t a = 0; a < 3; ++a) end[a] = std::min(slab.grid[a], (brick[a] + 1) * side);
     bool any = false;
-    for (auto z = brick.index[2] * side; z < end[2]; ++z) {
-        for (auto y = brick.index[1] * side; y < end[1]; ++y) {
+    for (auto z = brick[2] * side; z < end[2]; ++z) {
+        for (auto y = brick[1] * side; y < end[1]; ++y) {
             const auto* errors = slab.error(z) + std::size_t{y} * slab.grid[0];
-            for (auto x = brick.index[0] * side; x < end[0]; ++x) {
+            for (auto x = brick[0] * side; x < end[0]; ++x) {
                 if (!selection.takes(errors[x])) continue;
                 const auto multiple = static_cast<std::int32_t>(std::floor(errors[x] / step + 0.5));
-                brick.multiples[x % side + side * (y % side) + side * side * (z % side)] = multiple;
+                multiples[x % side + side * (y % side) + side * side * (z % side)] = multiple;
                 any = any || multiple != 0;
             }
         }
     }
     return any;
+}
+
+/// All bricks of the slab with indices from `begin` to `end` along x and y, which are in one node.
+void encode(const ErrorSlab& slab, const ErrorSelection& selection, const GridSize& begin,
+            const GridSize& end, double step, storage::ResidualEncoder& encoder) {
+    Multiples multiples{};
+    for (auto bx = begin[0]; bx < end[0]; ++bx) {
+        for (auto by = begin[1]; by < end[1]; ++by) {
+            for (auto bz = begin[2]; bz < end[2]; ++bz) {
+                if (!fill(slab, selection, step, {bx, by, bz}, multiples)) continue;
+                encoder.add({bx, by, bz}, multiples);
+                multiples = {};
+            }
+        }
+    }
 }
 
 }  // namespace
@@ -40,26 +66,32 @@ double residualStep(const ValueRange& range, double threshold) {
     return std::exp2(std::floor(std::log2(2.0 * threshold)));
 }
 
-std::vector<CollectedBrick> residualBricks(const ErrorSlab& slab, const ErrorSelection& selection,
-                                           double step) {
-    const auto counts = storage::bricksOf(slab.grid, side);
+Result<std::vector<storage::ResidualPart>> residualParts(const ErrorSlab& slab,
+                                                         const ErrorSelection& selection,
+                                                         const storage::ResidualCoding& coding,
+                                                         storage::ScratchFile& scratch) {
+    constexpr auto nodeSide = storage::residualNodeBricks;
+    const auto bricks = storage::bricksOf(slab.grid, side);
     const auto first = slab.z0 / side;
-    const auto layers = (slab.z1 - slab.z0 + side - 1) / side;
-    std::vector<std::vector<CollectedBrick>> rows(std::size_t{layers} * counts[1]);
-    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t row) {
-        const auto by = static_cast<std::uint32_t>(row % counts[1]);
-        const auto bz = static_cast<std::uint32_t>(row / counts[1]);
-        CollectedBrick brick;
-        for (std::uint32_t bx = 0; bx < counts[0]; ++bx) {
-            brick.index = {bx, by, first + bz};
-            if (!fill(slab, selection, step, brick)) continue;
-            rows[row].push_back(brick);
-            brick.multiples = {};
-        }
+    const auto last = (slab.z1 + side - 1) / side;
+    MOTE_CHECK(slab.z0 % side == 0 && first / nodeSide == (last - 1) / nodeSide);
+    const auto columns = (bricks[0] + partBricks - 1) / partBricks;
+    const auto rows = (bricks[1] + nodeSide - 1) / nodeSide;
+    FirstError failure;
+    tbb::concurrent_vector<storage::ResidualPart> parts;
+    tbb::parallel_for(0U, columns * rows, [&](std::uint32_t task) {
+        const GridSize begin{task % columns * partBricks, task / columns * nodeSide, first};
+        const GridSize end{std::min(bricks[0], begin[0] + partBricks),
+                           std::min(bricks[1], begin[1] + nodeSide), last};
+        storage::ResidualEncoder encoder(coding,
+                                         {begin[0] / nodeSide, begin[1] / nodeSide, begin[2] / nodeSide});
+        encode(slab, selection, begin, end, coding.step, encoder);
+        const auto part = encoder.store(scratch);
+        if (!part.ok()) return failure.set(part.error());
+        if (*part) parts.push_back(**part);
     });
-    std::vector<CollectedBrick> bricks;
-    for (auto& row : rows) std::move(row.begin(), row.end(), std::back_inserter(bricks));
-    return bricks;
+    MOTE_RETURN_IF_ERROR(failure.status());
+    return std::vector<storage::ResidualPart>(parts.begin(), parts.end());
 }
 
 }  // namespace mote::prep

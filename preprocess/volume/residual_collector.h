@@ -1,23 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Residual bricks from an error pass: errors as multiples of a step. Functions on the caller's oneTBB
-// threads.
+// Residual bricks from an error pass: errors as multiples of a step, encoded. Functions on the caller's
+// oneTBB threads.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "preprocess/volume/error_pass.h"
 #include "preprocess/volume/error_selection.h"
 #include "preprocess/volume/value_range.h"
+#include "storage/hybrid/residual_encoder.h"
 
 namespace mote::prep {
-
-struct CollectedBrick {
-    storage::GridSize index{};
-    std::array<std::int32_t, storage::residualBrickSamples> multiples{};
-};
 
 /// The step for errors above `threshold`, in the source's unit: what is left of an error is half a step at
 /// most, and that shall be no more than the threshold below which errors are left as they are. So it is the
@@ -26,9 +21,11 @@ struct CollectedBrick {
 /// its span.
 double residualStep(const ValueRange& range, double threshold);
 
-/// The bricks of a slab that begins at a multiple of their side and ends at one, or at the grid's end; in
-/// ascending z, y, x.
-std::vector<CollectedBrick> residualBricks(const ErrorSlab& slab, const ErrorSelection& selection,
-                                           double step);
+/// The bricks of a slab that begins at a multiple of their side, and lies in one layer of OpenVDB's nodes,
+/// put aside; in no order. Errors: as ScratchFile::append.
+Result<std::vector<storage::ResidualPart>> residualParts(const ErrorSlab& slab,
+                                                         const ErrorSelection& selection,
+                                                         const storage::ResidualCoding& coding,
+                                                         storage::ScratchFile& scratch);
 
 }  // namespace mote::prep

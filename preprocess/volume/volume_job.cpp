@@ -2,14 +2,16 @@
 #include "preprocess/volume/volume_job.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "preprocess/on_threads.h"
+#include "preprocess/parallel/shared_dataset.h"
+#include "preprocess/volume/rank_part.h"
 #include "preprocess/volume/step_maker.h"
 #include "preprocess/volume/volume_manifest.h"
-#include "storage/dataset_writer.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
@@ -31,24 +33,26 @@ class Job {
           inputs_(inputs),
           output_(output),
           options_(options),
+          ranks_(*options.ranks),
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
-        MOTE_RETURN_IF_ERROR(check());
+        MOTE_RETURN_IF_ERROR(agree(ranks_, check()));
         // Before the work: a place that cannot be had is said at once.
-        auto writer = storage::DatasetWriter::create(output_);
-        if (!writer.ok()) return writer.error();
+        auto dataset = SharedDataset::create(ranks_, output_);
+        if (!dataset.ok()) return dataset.error();
         MOTE_RETURN_IF_ERROR(findRanges());
         auto manifest = describeVolume(request_, inputs_, output_, shape_, plan_, range_);
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
-            auto entry = makeStep(step, writer->directory());
+            auto entry = makeStep(step, dataset->directory());
             if (!entry.ok()) return inInput(step, entry.error());
-            MOTE_RETURN_IF_ERROR(addFiles(*entry, *writer));
+            MOTE_RETURN_IF_ERROR(
+                agree(ranks_, ranks_.first() ? addFiles(*entry, dataset->writer()) : success()));
             *manifest.mutable_hybrid()->add_steps() = *std::move(entry);
         }
-        if (progress_.cancelled()) return cancelled();
-        MOTE_RETURN_IF_ERROR(writer->publish(manifest));
-        manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+        MOTE_RETURN_IF_ERROR(
+            agree(ranks_, ranks_.first() ? publish(dataset->writer(), manifest) : success()));
+        dataset->finish();
         progress_.report(1.0, "done");
         return manifest;
     }
@@ -75,7 +79,7 @@ class Job {
         auto plan = planVolume(request_.volume(), shape);
         if (!plan.ok()) return plan.error();
         plan_ = *std::move(plan);
-        const auto memory = planMemory(plan_, options_.memory);
+        const auto memory = planMemory(plan_, options_.memory, tbb::this_task_arena::max_concurrency());
         if (!memory.ok()) return memory.error();
         memory_ = *memory;
         return success();
@@ -93,23 +97,33 @@ class Job {
 
     Status findRanges() {
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
-            auto source = open_(step);
-            if (!source.ok()) return source.error();
-            const auto& shape = (*source)->shape();
-            const auto fits = step == 0 ? planFrom(shape) : checkLikeFirst(step, shape);
-            if (!fits.ok()) return inInput(step, fits.error());
-            progress_.report(rangeShare * static_cast<double>(step) / static_cast<double>(inputs_.size()),
-                             phase("looking for the range of", step));
-            const auto range =
-                findRange(**source, 0, shape.nz, memory_.slices, [this] { return progress_.cancelled(); });
-            if (!range.ok()) return inInput(step, range.error());
-            ranges_.push_back(*range);
-            range_ = range_.united(*range);
-            if (inputs_.size() == 1) only_ = *std::move(source);
+            const auto range = rangeOf(step);
+            MOTE_RETURN_IF_ERROR(agree(ranks_, range.ok() ? success() : inInput(step, range.error())));
+            const auto all = shareValues<ValueRange>(ranks_, std::span(&*range, 1));
+            if (!all.ok()) return all.error();
+            auto& united = ranges_.emplace_back();
+            for (const auto& of : *all) united = united.united(of.front());
+            range_ = range_.united(united);
         }
         noteInvalid();
         if (range_.span() <= greatestSpan) return success();
         return Error{ErrorCode::unsupported, inputs_.front().string(), "has values further apart than 1e37"};
+    }
+
+    /// Of this rank's slices.
+    Result<ValueRange> rangeOf(std::size_t step) {
+        auto source = open_(step);
+        if (!source.ok()) return source.error();
+        const auto& shape = (*source)->shape();
+        const auto fits = step == 0 ? planFrom(shape) : checkLikeFirst(step, shape);
+        if (!fits.ok()) return fits.error();
+        progress_.report(rangeShare * static_cast<double>(step) / static_cast<double>(inputs_.size()),
+                         phase("looking for the range of", step));
+        const auto own = partOf(plan_, ranks_.rank(), ranks_.size()).source;
+        auto range =
+            findRange(**source, own.begin, own.end, memory_.slices, [this] { return progress_.cancelled(); });
+        if (inputs_.size() == 1) only_ = *std::move(source);
+        return range;
     }
 
     void noteInvalid() {
@@ -125,8 +139,8 @@ class Job {
 
     Result<proto::HybridStepEntry> makeStep(std::size_t step, const fs::path& directory) {
         auto source = only_ ? Result(std::move(only_)) : open_(step);
-        if (!source.ok()) return source.error();
-        StepTask task{plan_, range_, memory_, directory, static_cast<std::uint32_t>(step), {}};
+        MOTE_RETURN_IF_ERROR(agree(ranks_, source.ok() ? success() : Status(source.error())));
+        StepTask task{ranks_, plan_, range_, memory_, directory, static_cast<std::uint32_t>(step), {}};
         task.report = [&](double done, std::string_view what) -> Status {
             if (progress_.cancelled()) return cancelled();
             const double all = (static_cast<double>(step) + done) / static_cast<double>(inputs_.size());
@@ -147,11 +161,19 @@ class Job {
         return entry.residual_file().empty() ? success() : writer.add(entry.residual_file(), stop);
     }
 
+    Status publish(storage::DatasetWriter& writer, proto::Manifest& manifest) {
+        if (progress_.cancelled()) return cancelled();
+        MOTE_RETURN_IF_ERROR(writer.publish(manifest));
+        manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
+        return success();
+    }
+
     const proto::JobRequest& request_;
     const OpenVolume& open_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
     VolumeJobOptions options_;
+    Communicator& ranks_;
     Progress& progress_;
 
     VolumeShape shape_;
@@ -167,8 +189,11 @@ class Job {
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const OpenVolume& open,
                                      const std::vector<fs::path>& inputs, const fs::path& output,
                                      const VolumeJobOptions& options, Progress& progress) {
+    const auto alone = singleProcess();
+    VolumeJobOptions all = options;
+    if (!all.ranks) all.ranks = alone.get();
     return onThreads(options.threads,
-                     [&] { return Job(request, open, inputs, output, options, progress).run(); });
+                     [&] { return Job(request, open, inputs, output, all, progress).run(); });
 }
 
 }  // namespace mote::prep

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The volume job: from scalar volumes, one a step, to a dataset of kind "hybrid" (section 3.2 of the
-// dissertation; docs/HYBRID_VOLUMES.md). Called from one thread; works on as many as it is given. The same
-// request and inputs give the same bytes, whatever the threads and the memory.
+// dissertation; docs/HYBRID_VOLUMES.md). Called from one thread on every rank; works on as many as it is
+// given. The same request and inputs give the same bytes, whatever the ranks, the threads and the memory.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +12,7 @@
 #include <memory>
 #include <vector>
 
+#include "preprocess/parallel/communicator.h"
 #include "preprocess/progress.h"
 #include "preprocess/volume/source/volume_source.h"
 #include "protocol/mote.pb.h"
@@ -21,8 +22,9 @@ namespace mote::prep {
 
 /// What changes how the job works, and not what it makes.
 struct VolumeJobOptions {
-    int threads = 0;           ///< 0: as many as there are cores
-    std::uint64_t memory = 0;  ///< bytes that it may take; 0: three quarters of the machine's
+    int threads = 0;                ///< 0: as many as there are cores
+    std::uint64_t memory = 0;       ///< bytes that this process may take; 0: three quarters of the machine's
+    Communicator* ranks = nullptr;  ///< those who work on it, null: this process alone
 };
 
 /// Opens the volume of an input, by its index.

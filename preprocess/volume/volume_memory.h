@@ -11,12 +11,12 @@
 namespace mote::prep {
 
 struct VolumeMemory {
-    std::uint32_t slices = 0;   ///< of the source or the error grid, worked on at once
-    std::uint64_t results = 0;  ///< bytes left for points and residuals
+    std::uint32_t slices = 0;  ///< of the source or the error grid, worked on at once
 };
 
-/// `limit` is this process', 0 for three quarters of the machine's memory. Errors: resourceExhausted, where
-/// not even a few slices fit, with what is missing. What each takes: docs/HYBRID_VOLUMES.md.
-Result<VolumeMemory> planMemory(const VolumePlan& plan, std::uint64_t limit);
+/// `limit` is this process', 0 for three quarters of the machine's memory; on `threads` threads. Errors:
+/// resourceExhausted, where not even a few slices fit, with what is missing. What each takes:
+/// docs/HYBRID_VOLUMES.md.
+Result<VolumeMemory> planMemory(const VolumePlan& plan, std::uint64_t limit, int threads);
 
 }  // namespace mote::prep

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <glm/gtc/matrix_transform.hpp>
 
 #include "storage/hybrid/grid_axis.h"
 
@@ -79,7 +78,9 @@ Status checkVolumeJob(const proto::VolumeJob& job) {
         return invalid("threshold", "either a threshold or a number of points is needed");
     }
     if (job.has_threshold() && !isFraction(job.threshold())) return invalid("threshold", "must be 0 to 1");
-    if (job.has_max_points() && job.max_points() < 1) return invalid("maxPoints", "must be at least 1");
+    if (job.has_max_points() && (job.max_points() < 1 || job.max_points() > storage::maxGridSamples)) {
+        return invalid("maxPoints", fmt::format("must be 1 to {}", storage::maxGridSamples));
+    }
     const auto& filter = job.filter();
     if (!filter.empty() && filter != "cubic" && filter != "box" && !allowanceOf(filter)) {
         return invalid("filter", "must be cubic, box or under:P with P from 0 to 1");
@@ -121,14 +122,7 @@ Result<VolumePlan> planVolume(const proto::VolumeJob& job, const VolumeShape& sh
 }
 
 glm::dmat4 gridToWorld(const VolumePlan& plan, const GridSize& grid) {
-    glm::dvec3 first(0.0);
-    glm::dvec3 spacing(1.0);
-    for (int a = 0; a < 3; ++a) {
-        const auto at = static_cast<std::size_t>(a);
-        first[a] = storage::placeIn(0, grid[at], plan.source[at]);
-        spacing[a] = static_cast<double>(plan.source[at]) / grid[at];
-    }
-    return plan.indexToWorld * glm::scale(glm::translate(glm::dmat4(1.0), first), spacing);
+    return storage::gridToWorld(plan.indexToWorld, plan.source, grid);
 }
 
 }  // namespace mote::prep

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/arrays/array_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 
 #include "protocol/scene/json.h"
-#include "storage/arrays/hdf5_layout.h"
+#include "storage/arrays/array_file_writer.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/read_file.h"
 #include "storage/storage_error.h"
-#include "storage/system_error.h"
-#include "storage/write_file.h"
 
 namespace mote::storage {
 namespace {
@@ -30,30 +26,6 @@ FileLayout layoutOf(const ArrayFileContent& content) {
         layout.arrays.push_back(array.layout);
     }
     return layout;
-}
-
-Status writeBytes(const fs::path& path, const ArrayFileContent& content,
-                  const std::vector<ArrayPlace>& places) {
-    const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-    if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        MOTE_RETURN_IF_ERROR(writeAt(file.get(), places[i].offset, content.arrays[i].bytes, path));
-    }
-    return success();
-}
-
-proto::Digest digestOf(const ArrayFileContent& content, const std::vector<ArrayPlace>& places) {
-    proto::Digest digest;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        const auto& [layout, bytes] = content.arrays[i];
-        auto& array = *digest.add_arrays();
-        array.set_name(layout.name);
-        array.set_type(layout.type);
-        for (const auto extent : layout.shape) array.add_shape(extent);
-        array.set_offset(places[i].offset);
-        for (const auto hash : hashBlocks(bytes)) array.add_blocks(hash);
-    }
-    return digest;
 }
 
 bool matches(const std::vector<std::uint64_t>& shape, const std::vector<std::uint64_t>& expected) {
@@ -74,12 +46,12 @@ std::string describe(const std::vector<std::uint64_t>& shape) {
 }  // namespace
 
 Status writeArrayFile(const fs::path& directory, const std::string& name, const ArrayFileContent& content) {
-    const auto path = directory / (name + ".h5");
-    const auto places = layOutFile(path, layoutOf(content));
-    if (!places.ok()) return places.error();
-    MOTE_RETURN_IF_ERROR(writeBytes(path, content, *places));
-    MOTE_RETURN_IF_ERROR(syncPath(path));
-    return writeNewFile(directory / (name + ".digest"), toJson(digestOf(content, *places)));
+    const auto writer = ArrayFileWriter::create(directory, name, layoutOf(content));
+    if (!writer.ok()) return writer.error();
+    for (std::size_t i = 0; i < content.arrays.size(); ++i) {
+        MOTE_RETURN_IF_ERROR(writer->write(i, 0, content.arrays[i].bytes));
+    }
+    return writer->finish();
 }
 
 Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& entry) {

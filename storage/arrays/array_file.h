@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A dataset's file of a few arrays that are written at once and read whole: NAME.h5 and NAME.digest, laid out
-// as docs/FORMAT.md says. (Files that are larger than memory, or written in parts, are a StepFile's and a
-// MappedStep's.) ArrayFile is move-only and may be read from any thread; writing has one thread.
+// as docs/FORMAT.md says. (One that is written in parts is an ArrayFileWriter's; steps of particles are a
+// StepFile's and a MappedStep's.) ArrayFile is move-only and may be read from any thread; writing has one
+// thread.
 #pragma once
 
 #include <filesystem>

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <numeric>
 
@@ -37,8 +36,7 @@ Status checkSizes(const proto::HybridManifest& hybrid) {
 
 Status checkPlacing(const proto::HybridManifest& hybrid) {
     if (hybrid.index_to_world_size() != 16) return corrupt("indexToWorld", "must be 16 numbers");
-    glm::dmat4 matrix(1.0);
-    for (int i = 0; i < 16; ++i) matrix[i % 4][i / 4] = hybrid.index_to_world(i);
+    const auto matrix = indexToWorld(hybrid);
     const double determinant = glm::determinant(glm::dmat3(matrix));
     bool finite = true;
     for (const auto number : hybrid.index_to_world()) finite = finite && std::isfinite(number);
@@ -112,6 +110,12 @@ Status checkStep(const proto::HybridManifest& hybrid, const proto::HybridStepEnt
 
 GridSize gridSize(const google::protobuf::RepeatedField<std::uint32_t>& size) {
     return {size.at(0), size.at(1), size.at(2)};
+}
+
+glm::dmat4 indexToWorld(const proto::HybridManifest& hybrid) {
+    glm::dmat4 matrix;
+    for (int i = 0; i < 16; ++i) matrix[i % 4][i / 4] = hybrid.index_to_world(i);  // glm keeps columns
+    return matrix;
 }
 
 const proto::HybridStepEntry* findHybridStep(const proto::Manifest& manifest, std::uint32_t step) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/mat4x4.hpp>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -17,6 +18,9 @@ Status checkHybrid(const proto::Manifest& manifest);
 
 /// Of a manifest that was checked: three numbers.
 GridSize gridSize(const google::protobuf::RepeatedField<std::uint32_t>& size);
+
+/// Of a manifest that was checked: from indices of the source's samples to the world.
+glm::dmat4 indexToWorld(const proto::HybridManifest& hybrid);
 
 /// nullptr where the dataset is of another kind or has no such step.
 const proto::HybridStepEntry* findHybridStep(const proto::Manifest& manifest, std::uint32_t step);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Where the samples of one grid lie in another that covers the same box, along one axis. Values lie at cell
+// Where the samples of one grid lie in another that covers the same box, and in the world. Values lie at cell
 // centres; beyond the first and the last a grid is constant. Pure functions, shared by the job, the renderers
 // and the tests.
 #pragma once
@@ -8,6 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/mat4x4.hpp>
+
+#include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {
 
@@ -28,6 +32,18 @@ inline Between between(double place, std::uint32_t samples) {
     const double below = std::floor(inside);
     const auto first = static_cast<std::uint32_t>(below);
     return {first, std::min(first + 1, samples - 1), static_cast<float>(inside - below)};
+}
+
+/// From indices of `grid` to the world, where `source` covers the same box and has `indexToWorld`.
+inline glm::dmat4 gridToWorld(const glm::dmat4& indexToWorld, const GridSize& source, const GridSize& grid) {
+    glm::dvec3 first(0.0);
+    glm::dvec3 spacing(1.0);
+    for (int a = 0; a < 3; ++a) {
+        const auto at = static_cast<std::size_t>(a);
+        first[a] = placeIn(0, grid[at], source[at]);
+        spacing[a] = static_cast<double>(source[at]) / grid[at];
+    }
+    return indexToWorld * glm::scale(glm::translate(glm::dmat4(1.0), first), spacing);
 }
 
 }  // namespace mote::storage

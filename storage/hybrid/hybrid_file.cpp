@@ -10,26 +10,27 @@
 namespace mote::storage {
 namespace {
 
-std::uint64_t brickCount(const HybridPoints& points) {
-    return samplesOf(points.bricks());
+std::uint64_t brickCount(const GridSize& errorSize) {
+    return samplesOf(bricksOf(errorSize, pointBrickSide));
 }
 
-void addPoints(const HybridPoints& points, ArrayFileContent& content) {
-    const auto count = points.size();
-    auto& arrays = content.arrays;
-    content.groups.emplace_back("/points");
-    if (!points.brickBegin.empty()) {
-        content.groups.emplace_back("/bricks");
-        arrays.push_back(arrayContent("/bricks/begin", {brickCount(points) + 1}, points.brickBegin));
-        arrays.push_back(arrayContent("/points/place", {count}, points.placeInBrick));
-    } else if (!points.place8.empty()) {
-        arrays.push_back(arrayContent("/points/place", {count, 3}, points.place8));
+/// Arrays of a step's file by their index; those of points begin one later where there are bricks.
+constexpr std::size_t lowArray = 0, normalArray = 1, bricksArray = 2, pointsArray = 2;
+
+void addPoints(const HybridStepShape& shape, FileLayout& layout) {
+    const auto count = shape.points;
+    auto& arrays = layout.arrays;
+    layout.groups.emplace_back("/points");
+    if (shape.pointBytes == 5) {
+        layout.groups.emplace_back("/bricks");
+        arrays.push_back({"/bricks/begin", "u64", {brickCount(shape.errorSize) + 1}});
+        arrays.push_back({"/points/place", "u16", {count}});
     } else {
-        arrays.push_back(arrayContent("/points/place", {count, 3}, points.place16));
+        arrays.push_back({"/points/place", shape.pointBytes == 6 ? "u8" : "u16", {count, 3}});
     }
-    arrays.push_back(arrayContent("/points/value", {count}, points.value));
-    arrays.push_back(arrayContent("/points/error", {count}, points.error));
-    arrays.push_back(arrayContent("/points/normal", {count}, points.normal));
+    for (const auto* name : {"/points/value", "/points/error", "/points/normal"}) {
+        arrays.push_back({name, "u8", {count}});
+    }
 }
 
 Status damaged(const ArrayFile& file, const char* array, std::string message) {
@@ -46,16 +47,36 @@ bool anyBeyond(std::span<const T> places, const GridSize& grid) {
 
 }  // namespace
 
-Status writeHybridStep(const std::filesystem::path& directory, const std::string& name,
-                       const HybridStepContent& content) {
-    const auto& size = content.lowSize;
-    const std::vector<std::uint64_t> shape{size[2], size[1], size[0]};
-    ArrayFileContent file{{"/volume"}, {}, {}};
-    std::visit([&](auto codes) { file.arrays.push_back(arrayContent("/volume/value", shape, codes)); },
-               content.low);
-    file.arrays.push_back(arrayContent("/volume/normal", shape, content.lowNormal));
-    if (content.points) addPoints(*content.points, file);
-    return writeArrayFile(directory, name, file);
+Result<HybridStepWriter> HybridStepWriter::create(const std::filesystem::path& directory,
+                                                  const std::string& name, const HybridStepShape& shape) {
+    const auto& size = shape.lowSize;
+    const std::vector<std::uint64_t> extents{size[2], size[1], size[0]};
+    FileLayout layout{{"/volume"}, {}, {}};
+    layout.arrays.push_back({"/volume/value", shape.valueBits == 8 ? "u8" : "u16", extents});
+    layout.arrays.push_back({"/volume/normal", "u8", extents});
+    if (shape.pointBytes > 0) addPoints(shape, layout);
+    auto file = ArrayFileWriter::create(directory, name, std::move(layout));
+    if (!file.ok()) return file.error();
+    return HybridStepWriter(*std::move(file), shape.pointBytes);
+}
+
+Status HybridStepWriter::writeLow(const LowCodes& codes, std::span<const std::uint8_t> normals) const {
+    MOTE_RETURN_IF_ERROR(std::visit([&](auto values) { return put(lowArray, 0, values); }, codes));
+    return put(normalArray, 0, normals);
+}
+
+Status HybridStepWriter::writePoints(std::uint64_t first, const HybridPoints& some) const {
+    const auto place = pointsArray + (pointBytes_ == 5 ? 1 : 0);
+    if (pointBytes_ == 5) MOTE_RETURN_IF_ERROR(put(place, first, some.placeInBrick));
+    if (pointBytes_ == 6) MOTE_RETURN_IF_ERROR(put(place, 3 * first, some.place8));
+    if (pointBytes_ == 9) MOTE_RETURN_IF_ERROR(put(place, 3 * first, some.place16));
+    MOTE_RETURN_IF_ERROR(put(place + 1, first, some.value));
+    MOTE_RETURN_IF_ERROR(put(place + 2, first, some.error));
+    return put(place + 3, first, some.normal);
+}
+
+Status HybridStepWriter::writeBricks(std::span<const std::uint64_t> begin) const {
+    return put(bricksArray, 0, begin);
 }
 
 Result<HybridStep> HybridStep::open(const std::filesystem::path& directory, const proto::Manifest& manifest,
@@ -104,7 +125,7 @@ Status HybridStep::readPoints(std::uint32_t bytes, std::uint64_t count) {
         return success();
     };
     if (bytes == 5) {
-        MOTE_RETURN_IF_ERROR(take("/bricks/begin", points_.brickBegin, {brickCount(points_) + 1}));
+        MOTE_RETURN_IF_ERROR(take("/bricks/begin", points_.brickBegin, {brickCount(points_.grid) + 1}));
         MOTE_RETURN_IF_ERROR(take("/points/place", points_.placeInBrick, {count}));
     } else if (bytes == 6) {
         MOTE_RETURN_IF_ERROR(take("/points/place", points_.place8, {count, 3}));

@@ -14,6 +14,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "storage/arrays/array_file.h"
+#include "storage/arrays/array_file_writer.h"
 #include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/hybrid_points.h"
 
@@ -22,16 +23,42 @@ namespace mote::storage {
 /// Samples of the low-resolution volume, x fastest: value = valueMin + code * valueStep of the step's entry.
 using LowCodes = std::variant<std::span<const std::uint8_t>, std::span<const std::uint16_t>>;
 
-struct HybridStepContent {
+/// What a step's file has room for.
+struct HybridStepShape {
     GridSize lowSize{};
-    LowCodes low;
-    std::span<const std::uint8_t> lowNormal;  ///< NormalTable; towards lower values, in the world
-    const HybridPoints* points = nullptr;     ///< null: the dataset has none
+    std::uint32_t valueBits = 8;   ///< of a sample of the low-resolution volume, 8 or 16
+    std::uint32_t pointBytes = 0;  ///< of a point, 5, 6 or 9; 0: there are none
+    GridSize errorSize{};
+    std::uint64_t points = 0;
 };
 
-/// Makes `directory`/NAME.h5 and .digest. Errors: as writeArrayFile.
-Status writeHybridStep(const std::filesystem::path& directory, const std::string& name,
-                       const HybridStepContent& content);
+/// A step's file while it is written: every array whole before finish(). Move-only; one owner, one thread.
+class HybridStepWriter {
+  public:
+    /// Makes `directory`/NAME.h5. Errors: as ArrayFileWriter.
+    static Result<HybridStepWriter> create(const std::filesystem::path& directory, const std::string& name,
+                                           const HybridStepShape& shape);
+
+    /// `normals` (NormalTable) point towards lower values, in the world. Errors: as ArrayFileWriter::write.
+    Status writeLow(const LowCodes& codes, std::span<const std::uint8_t> normals) const;
+    /// Some points, in the form that the shape says, from the `first` on. Errors: as above.
+    Status writePoints(std::uint64_t first, const HybridPoints& some) const;
+    /// Of 5 bytes a point: where those of each brick begin, and the last ones end. Errors: as above.
+    Status writeBricks(std::span<const std::uint64_t> begin) const;
+    /// Makes the digest. Errors: as ArrayFileWriter.
+    Status finish() const { return file_.finish(); }
+
+  private:
+    HybridStepWriter(ArrayFileWriter file, std::uint32_t pointBytes)
+        : file_(std::move(file)), pointBytes_(pointBytes) {}
+    template <class T>
+    Status put(std::size_t array, std::uint64_t first, std::span<const T> values) const {
+        return file_.write(array, first * sizeof(T), std::as_bytes(values));
+    }
+
+    ArrayFileWriter file_;
+    std::uint32_t pointBytes_;
+};
 
 class HybridStep {
   public:

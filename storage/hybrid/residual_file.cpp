@@ -12,37 +12,16 @@
 
 #include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
+#include "storage/hybrid/residual_encoder.h"
 #include "storage/manifest.h"
-#include "storage/vdb/vdb_file.h"
 
 namespace mote::storage {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* gridName = "residual";
-constexpr const char* stepName = "mote_step";
 using Leaf = openvdb::FloatTree::LeafNodeType;
 static_assert(Leaf::DIM == residualBrickSide);
-
-/// OpenVDB's offset of a brick's sample i, which has x fastest where OpenVDB has z.
-constexpr openvdb::Index offsetOf(std::uint32_t i) {
-    return (i & 7U) << 6U | (i & 56U) | i >> 6U;
-}
-
-/// Whether multiples up to `greatest` survive as halves: these have 11 bits, so a value is off by at most
-/// greatest * step / 2048, less than half a step, and must be a normal number.
-bool fitsHalf(std::int32_t greatest, double step) {
-    return greatest < 1000 && greatest * step <= 65504.0 && step >= 0x1p-14;
-}
-
-openvdb::math::Transform::Ptr transformOf(const glm::dmat4& matrix) {
-    openvdb::math::Mat4d rows;  // OpenVDB multiplies from the left: its rows are our columns
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 4; ++row) rows[column][row] = matrix[column][row];
-    }
-    return openvdb::math::Transform::createLinearTransform(rows);
-}
 
 Status damaged(const fs::path& path, std::string message) {
     return Error{ErrorCode::corrupt, path.string(), std::move(message)};
@@ -53,7 +32,7 @@ Result<openvdb::FloatGrid::Ptr> readGrid(const fs::path& path) {
         openvdb::initialize();
         openvdb::io::File file(path.string());
         file.open(false);
-        auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(gridName));
+        auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(residualGridName));
         if (grid) return grid;
     } catch (const std::exception& error) {
         return Error{ErrorCode::corrupt, path.string(),
@@ -88,55 +67,15 @@ using Values = std::array<float, residualBrickSamples>;
 bool takeValues(const Leaf& leaf, double step, Values& values) {
     bool good = true;
     for (std::uint32_t i = 0; i < residualBrickSamples; ++i) {
-        const auto at = offsetOf(i);
+        const auto at = offsetInBrick(i);
         const double multiple = leaf.isValueOn(at) ? std::round(leaf.getValue(at) / step) : 0.0;
-        good = good && std::abs(multiple) <= ResidualGrid::maxMultiple;
+        good = good && std::abs(multiple) <= maxResidualMultiple;
         values[i] = static_cast<float>(multiple * step);
     }
     return good;
 }
 
 }  // namespace
-
-struct ResidualGrid::Tree {
-    openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(0.0F);
-};
-
-ResidualGrid::ResidualGrid(const GridSize& size, double step, const glm::dmat4& errorToWorld)
-    : tree_(std::make_unique<Tree>()), size_(size), step_(step) {
-    MOTE_CHECK(step > 0.0);
-    auto& grid = *tree_->grid;
-    grid.setName(gridName);
-    grid.setTransform(transformOf(errorToWorld));
-    grid.insertMeta(stepName, openvdb::DoubleMetadata(step));
-}
-
-ResidualGrid::ResidualGrid(ResidualGrid&&) noexcept = default;
-ResidualGrid::~ResidualGrid() = default;
-
-void ResidualGrid::add(const GridSize& brick, std::span<const std::int32_t, residualBrickSamples> multiples) {
-    std::uint64_t active = 0;
-    auto leaf = std::make_unique<Leaf>(openvdb::Coord(static_cast<int>(brick[0] * residualBrickSide),
-                                                      static_cast<int>(brick[1] * residualBrickSide),
-                                                      static_cast<int>(brick[2] * residualBrickSide)),
-                                       0.0F);
-    for (std::uint32_t i = 0; i < residualBrickSamples; ++i) {
-        if (multiples[i] == 0) continue;
-        greatest_ = std::max(greatest_, std::abs(multiples[i]));
-        leaf->setValueOn(offsetOf(i), static_cast<float>(multiples[i] * step_));
-        ++active;
-    }
-    MOTE_CHECK(greatest_ <= maxMultiple);
-    if (active == 0) return;
-    samples_ += active;
-    ++bricks_;
-    tree_->grid->tree().addLeaf(leaf.release());
-}
-
-Status ResidualGrid::write(const fs::path& path) const {
-    tree_->grid->setSaveFloatAsHalf(fitsHalf(greatest_, step_));
-    return writeVdbFile(path, {tree_->grid});
-}
 
 Status readResidual(const fs::path& directory, const proto::Manifest& manifest, std::uint32_t step,
                     const std::function<void(const ResidualBrick&)>& visit,

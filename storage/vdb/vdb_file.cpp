@@ -3,24 +3,50 @@
 
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/openvdb.h>
 
 #include <fstream>
 #include <string>
 
 #include "storage/hash.h"
+#include "storage/storage_error.h"
 
 namespace mote::storage {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// io::File writes where it likes and looks at no stream's state.
+/// io::File writes where it likes and looks at no stream's state; io::Archive looks into the trees of grids,
+/// which need not have one in memory.
 class Writer : public openvdb::io::Archive {
   public:
     void writeTo(std::ostream& out, const openvdb::GridPtrVec& grids) {
-        setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
-        write(out, grids, true);
+        setCompression(vdbCompression());
+        writeHeader(out, true);
+        openvdb::MetaMap().writeMeta(out);
+        const auto count = static_cast<std::int32_t>(grids.size());
+        out.write(reinterpret_cast<const char*>(&count), sizeof(count));
+        for (const auto& grid : grids) writeOne(out, *grid);
+    }
+
+  private:
+    void writeOne(std::ostream& out, const openvdb::GridBase& grid) const {
+        openvdb::io::GridDescriptor descriptor(grid.getName(), grid.type(), grid.saveFloatAsHalf());
+        descriptor.writeHeader(out);
+        const auto places = out.tellp();
+        descriptor.writeStreamPos(out);
+        descriptor.setGridPos(out.tellp());
+        setGridCompression(out, grid);
+        grid.writeMeta(out);
+        grid.writeTransform(out);
+        grid.writeTopology(out);
+        descriptor.setBlockPos(out.tellp());
+        grid.writeBuffers(out);
+        descriptor.setEndPos(out.tellp());
+        out.seekp(places);
+        descriptor.writeStreamPos(out);
+        out.seekp(descriptor.getEndPos());
     }
 };
 
@@ -37,6 +63,18 @@ bool writeIdentity(std::fstream& file, std::string_view identity) {
 
 }  // namespace
 
+std::shared_ptr<openvdb::math::Transform> vdbTransform(const glm::dmat4& indexToWorld) {
+    openvdb::math::Mat4d rows;  // OpenVDB multiplies from the left: its rows are our columns
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) rows[column][row] = indexToWorld[column][row];
+    }
+    return openvdb::math::Transform::createLinearTransform(rows);
+}
+
+std::uint32_t vdbCompression() {
+    return openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK;
+}
+
 Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<openvdb::GridBase>>& grids) {
     const Error full{ErrorCode::resourceExhausted, path.string(),
                      "cannot be written whole: is the folder there and writable, and the disk not full?"};
@@ -44,6 +82,8 @@ Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<open
     if (!file.good()) return full;
     try {
         Writer().writeTo(file, grids);
+    } catch (const StorageError& error) {
+        return error.error();
     } catch (const std::exception& error) {
         return file.good() ? Error{ErrorCode::internal, path.string(), error.what()} : full;
     }

@@ -6,7 +6,9 @@
 
 #include <openvdb/version.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <memory>
 #include <vector>
 
@@ -16,14 +18,24 @@ namespace openvdb {
 OPENVDB_USE_VERSION_NAMESPACE
 namespace OPENVDB_VERSION_NAME {
 class GridBase;
+namespace math {
+class Transform;
 }
+}  // namespace OPENVDB_VERSION_NAME
 }  // namespace openvdb
 
 namespace mote::storage {
 
-/// Writes `path`, which is replaced: zip, active values alone, and an identity made from the bytes, where
-/// OpenVDB takes a random one. The file is not synced. Errors: resourceExhausted (it cannot be written
-/// whole), internal (OpenVDB's own).
+/// From a grid's indices to the world.
+std::shared_ptr<openvdb::math::Transform> vdbTransform(const glm::dmat4& indexToWorld);
+
+/// How values are compressed, as OpenVDB says it: zip, active values alone.
+std::uint32_t vdbCompression();
+
+/// Writes `path`, which is replaced, with an identity made from the bytes, where OpenVDB takes a random one.
+/// Grids have names of their own; their statistics (addStatsMetadata) are the caller's to add. The file is
+/// not synced. Errors: resourceExhausted (it cannot be written whole), internal (OpenVDB's own), those of a
+/// StorageError that a grid throws.
 Status writeVdbFile(const std::filesystem::path& path,
                     const std::vector<std::shared_ptr<openvdb::GridBase>>& grids);
 

@@ -5,6 +5,8 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <system_error>
 
@@ -33,6 +35,45 @@ bool isPictureName(const fs::path& path) {
     std::string ending = path.extension().string();
     for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     return ending == ".png" || ending == ".tif" || ending == ".tiff";
+}
+
+/// A name by its last number.
+struct Numbered {
+    std::uint64_t number = 0;
+    std::string around;  ///< the rest of it
+};
+
+std::optional<Numbered> numbered(const std::string& name) {
+    const auto end = name.find_last_of("0123456789") + 1;  // npos + 1 is 0
+    auto begin = end;
+    while (begin > 0 && isDigit(name[begin - 1])) --begin;
+    constexpr std::size_t mostDigits = 18;
+    if (begin == end || end - begin > mostDigits) return std::nullopt;
+    return Numbered{std::stoull(name.substr(begin, end - begin)),
+                    name.substr(0, begin) + '#' + name.substr(end)};
+}
+
+/// Names that differ by a number alone, which rises by even steps but for a place where it leaves some out:
+/// a slice is missing, and what follows it would lie in the wrong place.
+Status checkNoneMissing(const std::vector<fs::path>& files) {
+    std::vector<std::uint64_t> numbers;
+    std::string around;
+    for (const auto& file : files) {
+        const auto name = numbered(file.filename().string());
+        if (!name || (!numbers.empty() && name->around != around)) return success();
+        numbers.push_back(name->number);
+        around = name->around;
+    }
+    std::adjacent_difference(numbers.begin(), numbers.end(), numbers.begin());
+    if (numbers.size() < 2) return success();
+    const auto step = *std::min_element(numbers.begin() + 1, numbers.end());
+    for (std::size_t i = 1; i < numbers.size() && step > 0; ++i) {
+        if (numbers[i] == step) continue;
+        return Error{ErrorCode::corrupt, files[i].filename().string(),
+                     fmt::format("follows {}, where the others' numbers rise by {}: a slice is missing",
+                                 files[i - 1].filename().string(), step)};
+    }
+    return success();
 }
 
 }  // namespace
@@ -88,6 +129,7 @@ Result<std::vector<fs::path>> pictureFiles(const fs::path& input) {
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
         return naturallyLess(a.filename().string(), b.filename().string());
     });
+    MOTE_RETURN_IF_ERROR(checkNoneMissing(files));
     return files;
 }
 

@@ -15,7 +15,8 @@ namespace mote::prep {
 bool namesPictures(const std::filesystem::path& input);
 
 /// Its PNG and TIFF files, by their endings, or all files of such names, in natural order. Errors: notFound
-/// (none), resourceExhausted (more than VolumeShape::maxDimension), permissionDenied, internal.
+/// (none), corrupt (numbers leave one out), resourceExhausted (more than VolumeShape::maxDimension),
+/// permissionDenied, internal.
 Result<std::vector<std::filesystem::path>> pictureFiles(const std::filesystem::path& input);
 
 /// By names in which numbers count as numbers: slice2 before slice10.

@@ -75,13 +75,12 @@ Status addBricks(const std::filesystem::path& directory, const proto::Manifest& 
 }  // namespace
 
 glm::dmat4 hybridBox(const proto::HybridManifest& hybrid) {
-    glm::dmat4 toWorld(1.0), toIndex(1.0);
-    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = hybrid.index_to_world(i);  // glm keeps columns
+    glm::dmat4 toIndex(1.0);
     for (int axis = 0; axis < 3; ++axis) {
         toIndex[axis][axis] = hybrid.source_size(axis);
         toIndex[3][axis] = -0.5;
     }
-    return toWorld * toIndex;
+    return storage::indexToWorld(hybrid) * toIndex;
 }
 
 Bounds hybridBounds(const proto::HybridManifest& hybrid) {

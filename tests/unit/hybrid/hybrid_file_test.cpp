@@ -89,9 +89,12 @@ TEST(HybridFile, AnyOpenVdbToolReadsTheResidual) {
     writeSmallHybrid(dir / "a.mote", smallPoints(5), smallManifest(5, 8));
     openvdb::initialize();
     openvdb::io::File file((dir / "a.mote/residual-000000.vdb").string());
-    file.open(false);
+    file.open(true);  // voxels are read when they are used
     const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("residual"));
     ASSERT_TRUE(grid);
+    EXPECT_EQ(grid->metaValue<openvdb::Vec3i>("file_bbox_min"), openvdb::Vec3i(0, 0, 16));
+    EXPECT_EQ(grid->metaValue<openvdb::Vec3i>("file_bbox_max"), openvdb::Vec3i(69, 13, 32));
+    EXPECT_EQ(grid->metaValue<openvdb::Int64>("file_voxel_count"), 3);
     // Brick (0, 1, 2) begins at (0, 8, 16); its sample 490 is 2 + 8 * 5 + 64 * 7.
     EXPECT_EQ(grid->tree().getValue({2, 13, 23}), 136.0F);
     EXPECT_EQ(grid->activeVoxelCount(), 3U);
@@ -113,9 +116,9 @@ TEST(HybridFile, ResidualStepsOfAllSizes) {
                 multiples[static_cast<std::size_t>(i)] = i % 2 ? greatest - i / 2 : -1 - i;
                 if (multiples[static_cast<std::size_t>(i)] == 0) multiples[static_cast<std::size_t>(i)] = 7;
             }
-            ResidualGrid grid(test::smallErrorGrid, step, glm::dmat4(1.0));
-            grid.add({1, 1, 1}, multiples);
-            ASSERT_TRUE(grid.write(dir / "residual-000000.vdb").ok());
+            const ResidualCoding coding{test::smallErrorGrid, step, glm::dmat4(1.0),
+                                        fitHalves(std::max(greatest, 512), step)};
+            test::writeBricks({{{1, 1, 1}, multiples}}, coding, dir / "residual-000000.vdb");
             const auto hash = hashFile(dir / "residual-000000.vdb");
             auto& file = *manifest.add_files();
             file.set_name("residual-000000.vdb");

@@ -5,11 +5,13 @@
 
 #include <array>
 #include <glm/gtc/matrix_transform.hpp>
+#include <memory>
 #include <numeric>
 
 #include "storage/dataset_writer.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_file.h"
+#include "storage/hybrid/residual_writer.h"
 #include "storage/manifest.h"
 
 namespace mote::test {
@@ -82,6 +84,25 @@ proto::Manifest smallManifest(int pointBytes, int valueBits) {
     return manifest;
 }
 
+void writeBricks(const std::vector<std::pair<GridSize, std::array<std::int32_t, 512>>>& bricks,
+                 const storage::ResidualCoding& coding, const std::filesystem::path& path) {
+    std::vector<std::unique_ptr<storage::ScratchFile>> scratches;
+    auto scratch = storage::ScratchFile::create(path.parent_path() / "scratch");
+    ASSERT_TRUE(scratch.ok()) << scratch.error().toString();
+    scratches.push_back(*std::move(scratch));
+    std::vector<storage::ResidualPart> parts;
+    for (const auto& [index, multiples] : bricks) {
+        constexpr auto side = storage::residualNodeBricks;
+        storage::ResidualEncoder encoder(coding, {index[0] / side, index[1] / side, index[2] / side});
+        encoder.add(index, multiples);
+        const auto part = encoder.store(*scratches[0]);
+        ASSERT_TRUE(part.ok() && part->has_value());
+        parts.push_back(**part);
+    }
+    const auto written = storage::writeResidual(path, coding, parts, scratches);
+    ASSERT_TRUE(written.ok()) << written.error().toString();
+}
+
 void writeSmallHybrid(const std::filesystem::path& directory, const SmallPoints& points,
                       const proto::Manifest& manifest) {
     auto writer = storage::DatasetWriter::create(directory);
@@ -90,22 +111,26 @@ void writeSmallHybrid(const std::filesystem::path& directory, const SmallPoints&
     std::iota(bytes.begin(), bytes.end(), std::uint8_t{3});
     std::vector<std::uint16_t> words(bytes.begin(), bytes.end());
     const auto view = points.view();
-    storage::HybridStepContent content;
-    content.lowSize = {4, 3, 2};
-    content.lowNormal = bytes;
-    if (manifest.hybrid().value_bits() == 8) content.low = std::span<const std::uint8_t>(bytes);
-    if (manifest.hybrid().value_bits() == 16) content.low = std::span<const std::uint16_t>(words);
-    content.points = &view;
-    ASSERT_TRUE(storage::writeHybridStep(writer->directory(), "step-000000", content).ok());
-    storage::ResidualGrid residual(smallErrorGrid, 8.0, glm::scale(glm::dmat4(1.0), glm::dvec3(2.0)));
-    std::array<std::int32_t, 512> multiples{};
-    multiples[0] = -3;
-    multiples[8 * 8 * 7 + 8 * 5 + 2] = 17;
-    residual.add({0, 1, 2}, multiples);
-    multiples = {};
-    multiples[5] = 1;
-    residual.add({8, 0, 4}, multiples);
-    ASSERT_TRUE(residual.write(writer->directory() / storage::residualName(0)).ok());
+    const auto& hybrid = manifest.hybrid();
+    const auto file = storage::HybridStepWriter::create(
+        writer->directory(), "step-000000",
+        {{4, 3, 2}, hybrid.value_bits(), hybrid.point_bytes(), smallErrorGrid, view.size()});
+    ASSERT_TRUE(file.ok()) << file.error().toString();
+    storage::LowCodes low = std::span<const std::uint8_t>(bytes);
+    if (hybrid.value_bits() == 16) low = std::span<const std::uint16_t>(words);
+    ASSERT_TRUE(file->writeLow(low, bytes).ok());
+    ASSERT_TRUE(hybrid.point_bytes() == 0 || file->writePoints(0, view).ok());
+    ASSERT_TRUE(hybrid.point_bytes() != 5 || file->writeBricks(view.brickBegin).ok());
+    ASSERT_TRUE(file->finish().ok());
+    std::array<std::int32_t, 512> first{};
+    first[0] = -3;
+    first[8 * 8 * 7 + 8 * 5 + 2] = 17;
+    std::array<std::int32_t, 512> second{};
+    second[5] = 1;
+    const storage::ResidualCoding coding{smallErrorGrid, 8.0, glm::scale(glm::dmat4(1.0), glm::dvec3(2.0)),
+                                         true};
+    writeBricks({{{0, 1, 2}, first}, {{8, 0, 4}, second}}, coding,
+                writer->directory() / storage::residualName(0));
     for (const auto* name : {"step-000000.h5", "step-000000.digest", "residual-000000.vdb"}) {
         ASSERT_TRUE(writer->add(name).ok());
     }

@@ -4,12 +4,15 @@
 // and two residual bricks.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "protocol/mote.pb.h"
 #include "storage/hybrid/hybrid_points.h"
+#include "storage/hybrid/residual_encoder.h"
 
 namespace mote::test {
 
@@ -31,6 +34,10 @@ SmallPoints smallPoints(int bytes);
 
 /// The manifest, but for the files, of one step.
 proto::Manifest smallManifest(int pointBytes, int valueBits);
+
+/// Makes a residual's file of these bricks, by their indices.
+void writeBricks(const std::vector<std::pair<storage::GridSize, std::array<std::int32_t, 512>>>& bricks,
+                 const storage::ResidualCoding& coding, const std::filesystem::path& path);
 
 /// Publishes `directory`, changed as `change` says.
 void writeSmallHybrid(const std::filesystem::path& directory, const SmallPoints& points,

@@ -5,11 +5,10 @@
 
 #include <chrono>
 #include <csignal>
-#include <fstream>
 #include <memory>
 
 #include "storage/hash.h"
-#include "tests/e2e/process.h"
+#include "tests/e2e/mpi_launch.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::test {
@@ -31,16 +30,7 @@ class Mpi : public testing::Test {
 
     static std::string path(const std::string& name) { return (folder_->path() / name).string(); }
 
-    /// mpirun refuses root, and more ranks than cores, unless told: tests run in both.
-    static ProcessOptions environment() {
-        ProcessOptions options;
-        options.environment = {{"OMPI_ALLOW_RUN_AS_ROOT", "1"},
-                               {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
-                               {"OMPI_MCA_rmaps_base_oversubscribe", "1"},
-                               {"OMPI_MCA_btl_vader_single_copy_mechanism", "none"},
-                               {"TMPDIR", folder_->path().string()}};
-        return options;
-    }
+    static ProcessOptions environment() { return mpiEnvironment(folder_->path()); }
     static std::vector<std::string> job(int ranks, const std::string& out,
                                         const std::vector<std::string>& more = {}) {
         std::vector<std::string> arguments{"-n",
@@ -111,17 +101,6 @@ TEST_F(Mpi, OtherJobsRunInOneProcess) {
     EXPECT_NE(refused.status, 0);
     EXPECT_THAT(refused.errors, HasSubstr("one process"));
     EXPECT_FALSE(fs::exists(folder_->path() / "b.h5"));
-}
-
-/// The processes that a process has started.
-std::vector<pid_t> childrenOf(pid_t process) {
-    std::vector<pid_t> children;
-    std::error_code ignored;
-    for (const auto& thread : fs::directory_iterator("/proc/" + std::to_string(process) + "/task", ignored)) {
-        std::ifstream file(thread.path() / "children");
-        for (pid_t child = 0; file >> child;) children.push_back(child);
-    }
-    return children;
 }
 
 class MpiKilled : public Mpi, public testing::WithParamInterface<std::size_t> {};

@@ -79,7 +79,6 @@ TEST(Hash, AgreesWithPublishedVectors) {
     // xxhsum -H2 and -H3 of nothing (XXH3 specification, seed 0).
     EXPECT_EQ(hash128({}), "99aa06d3014798d86001c324468d497f");
     EXPECT_EQ(hashBlock({}), 0x2d06800538d394c2ULL);
-    EXPECT_TRUE(hashBlocks({}).empty());
 }
 
 TEST(Manifest, RoundTrip) {

@@ -119,6 +119,19 @@ TEST(PictureStack, NumbersInNamesCount) {
     }
 }
 
+TEST(PictureStack, AMissingSliceIsSaid) {
+    const TempDir folder;
+    for (const char* name : {"cut_008.png", "cut_010.png", "cut_012.png", "cut_016.png"}) {
+        writePicture(folder / name, countedNumbers(12));
+    }
+    EXPECT_THAT(volumeError(folder.path()), HasSubstr("corrupt: cut_016.png: follows cut_012.png, where the "
+                                                      "others' numbers rise by 2: a slice is missing"));
+    EXPECT_EQ(volumeError(folder / "cut_0?[028].png"), "");
+    writePicture(folder / "overview.png",
+                 countedNumbers(12));  // names that are no series are taken as they are
+    EXPECT_EQ(volumeError(folder.path()), "");
+}
+
 TEST(PictureStack, PagesOfOneFileAreSlices) {
     const TempDir folder;
     const auto numbers = countedNumbers(60);

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ResidualEncoder: bricks of a residual as they will lie in its OpenVDB file, compressed, a part of them at a
+// time. Parts of one residual may be made by several threads and processes; residual_writer.h joins them.
+// OpenVDB stays behind this header. One owner, one thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "protocol/scene/error.h"
+#include "storage/hybrid/hybrid_limits.h"
+#include "storage/scratch_file.h"
+
+namespace mote::storage {
+
+/// The greatest multiple of the step, by magnitude, that a file keeps.
+inline constexpr std::int32_t maxResidualMultiple = 1 << 22;
+/// A node of OpenVDB's tree, in bricks a side.
+inline constexpr std::uint32_t residualNodeBricks = 16;
+
+/// OpenVDB's offset of a brick's sample i, which has x fastest where OpenVDB has z.
+constexpr std::uint32_t offsetInBrick(std::uint32_t i) {
+    return (i & 7U) << 6U | (i & 56U) | i >> 6U;
+}
+
+/// How all bricks of a residual are kept.
+struct ResidualCoding {
+    GridSize size{};               ///< of the error grid
+    double step = 0.0;             ///< positive, in the source's unit
+    glm::dmat4 errorToWorld{1.0};  ///< from indices of the error grid's samples
+    bool halves = false;           ///< values are stored as halves, else as floats
+};
+
+/// Whether multiples up to `greatest`, by magnitude, survive as halves.
+bool fitHalves(double greatest, double step);
+
+/// Some bricks of one node, in a scratch file. Trivially copyable, so that processes can exchange it.
+struct ResidualPart {
+    GridSize node{};                      ///< index of the node along x, y, z
+    std::uint32_t scratch = 0;            ///< which file; the caller's to set
+    std::uint64_t offset = 0, bytes = 0;  ///< where in it
+    std::uint64_t bricks = 0, samples = 0;
+    GridSize begin{}, end{};  ///< the box of its samples
+};
+
+/// A brick's place among those of its node, in the order of the file, and what follows it in the part.
+struct EncodedBrick {
+    std::uint32_t place = 0;
+    std::uint32_t bytes = 0;  ///< its mask, then its compressed values
+};
+
+class ResidualEncoder {
+  public:
+    /// Of the node with this index. `coding` must outlive this.
+    ResidualEncoder(const ResidualCoding& coding, const GridSize& node);
+    ~ResidualEncoder();
+    ResidualEncoder(const ResidualEncoder&) = delete;
+    ResidualEncoder& operator=(const ResidualEncoder&) = delete;
+
+    /// A brick of this node, by its index in the grid, each once; multiples of the step, x fastest, zero
+    /// where nothing is added.
+    void add(const GridSize& brick, std::span<const std::int32_t, residualBrickSamples> multiples);
+
+    /// All of them, or nothing where there is no sample. Errors: as ScratchFile::append.
+    Result<std::optional<ResidualPart>> store(ScratchFile& scratch) const;
+
+  private:
+    struct Stream;
+    const ResidualCoding& coding_;
+    ResidualPart part_;
+    std::vector<EncodedBrick> bricks_;
+    std::vector<char> bytes_;
+    std::unique_ptr<Stream> stream_;
+};
+
+}  // namespace mote::storage
