@@ -21,7 +21,7 @@ Limits limitsOf(const std::string& kind, const GoldenScene& golden, const View& 
             return layer.hybrid() != nullptr &&
                    layer.hybrid()->representation == HybridRepresentation::points;
         });
-    return mixed ? Limits{.psnr = golden.limits.psnr, .closeShare = 0.98, .worst = 24} : golden.limits;
+    return mixed ? Limits{.psnr = golden.limits.psnr, .closeShare = 0.99, .worst = 20} : golden.limits;
 }
 
 class DeviceGoldenTest : public testing::TestWithParam<std::tuple<std::string, GoldenScene>> {};

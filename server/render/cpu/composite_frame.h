@@ -31,6 +31,7 @@ struct VisibleVolume {
 struct VisibleHybrid {
     const VolumeTable* table = nullptr;
     const VisibleBlocks* blocks = nullptr;  ///< null: nothing of its volume is seen
+    const BlockRanges* ranges = nullptr;    ///< of the same blocks; null with them
 };
 
 /// Pixels, from the picture's upper left corner; may reach beyond it.

@@ -62,7 +62,7 @@ BlockRanges hybridRanges(const HybridStep& step, bool corrected) {
 
 VisibleHybrid ResidentHybrids::of(const HybridPlan& plan) {
     const VolumeTable& transfer = table(plan.transfer);
-    if (!(plan.transfer.opacity().maximum() > 0.0)) return {&transfer, nullptr};
+    if (!(plan.transfer.opacity().maximum() > 0.0)) return {&transfer, nullptr, nullptr};
     Resident& kin = resident(plan.step, plan.corrected());
     const Visible& visible = latest(
         kin.visible, kept,
@@ -70,7 +70,8 @@ VisibleHybrid ResidentHybrids::of(const HybridPlan& plan) {
         [&] {
             return Visible{plan.transfer, VisibleBlocks(kin.ranges, transfer)};
         });
-    return {&transfer, visible.blocks.any() ? &visible.blocks : nullptr};
+    if (!visible.blocks.any()) return {&transfer, nullptr, nullptr};
+    return {&transfer, &visible.blocks, &kin.ranges};
 }
 
 void ResidentHybrids::dropExpired() {

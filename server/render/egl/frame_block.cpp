@@ -51,15 +51,9 @@ float splatUnit(const FramePlan& plan, const HybridPlan& layer, double edge, dou
     return static_cast<float>(std::clamp(4.0e9 / (points * deepest), 1.0, 1048576.0));
 }
 
-/// Into how many stretches the edge of a cell is cut: of exact pictures two, and up to eight where a cell is
-/// long against the length that opacities are told for, so that much may happen in it.
-float stretchesPerCell(const FramePlan& plan, const HybridStep& step, const glm::uvec3& grid) {
-    double cell = 0.0;
-    for (int axis = 0; axis < 3; ++axis)
-        cell = std::max(cell, glm::length(glm::dvec3(step.boxToLayer[axis])) / grid[axis]);
-    const double lengths = cell / (HybridStyle::opacityShare * step.longestEdge());
-    return static_cast<float>(std::clamp(0.75 * lengths, 2.0, 8.0) *
-                              std::max(0.25 * plan.samplesPerCell, 0.5));
+/// Into how many stretches the edge of a cell is cut that is cut into so many in exact pictures.
+float stretchesPerCell(const FramePlan& plan, double exact) {
+    return static_cast<float>(exact * std::max(0.25 * plan.samplesPerCell, 0.25));
 }
 
 }  // namespace
@@ -98,16 +92,16 @@ SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer) {
 }
 
 HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
-                        std::uint32_t firstBrick, std::uint32_t firstNormals) {
+                        std::uint32_t firstBrick) {
     const HybridStep& step = *layer.step;
     const ValueRange& span = layer.transfer.span();
     const double scale = TransferTable::cells / (span.high - span.low);
     HybridBlock block{};
-    block.grid = glm::vec4(grid, stretchesPerCell(plan, step, grid));
-    block.low = glm::vec4(step.low.size, stretchesPerCell(plan, step, step.low.size));
+    block.grid = glm::vec4(grid, stretchesPerCell(plan, HybridBlock::fineStretches));
+    block.low = glm::vec4(step.low.size, stretchesPerCell(plan, HybridBlock::lowStretches));
     block.table = glm::vec4((step.valueOf(1.0) - step.valueOf(0.0)) * scale,
-                            (step.valueOf(0.0) - span.low) * scale, scale, 0.0);
-    block.place = glm::ivec4(firstBrick, layer.clips.size(), firstNormals, 0);
+                            (step.valueOf(0.0) - span.low) * scale + 1.0, 0.0, 0.0);
+    block.place = glm::ivec4(firstBrick, layer.clips.size(), 0, 0);
     for (std::size_t axis = 0; axis < 3; ++axis)
         block.toLayer[axis] = glm::vec4(step.boxToLayer[static_cast<int>(axis)]);
     MOTE_CHECK(layer.clips.size() <= HybridBlock::mostClips);

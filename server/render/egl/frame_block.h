@@ -26,12 +26,14 @@ struct LayerBlock {
 /// Of a hybrid layer, as shaders/hybrid.glsl declares it (std140).
 struct HybridBlock {
     static constexpr std::size_t mostClips = 12;
+    /// Of exact pictures, stretches that a cell's edge is cut into, where they absorb much.
+    static constexpr double fineStretches = 2.0, lowStretches = 4.0;
 
-    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; stretches a cell
-    glm::vec4 low;     ///< samples of the low volume; unused
-    glm::vec4 table;   ///< code * x + y is a place in the transfer table, of which z make a unit of value
-    glm::ivec4 place;  ///< of its first brick among all hybrid layers'; clips; of the first normals
-    std::array<glm::vec4, 3> toLayer;        ///< the box's edges in layer space
+    glm::vec4 grid;                    ///< samples of the grid that is cut into bricks; stretches a cell
+    glm::vec4 low;                     ///< samples of the low volume; stretches a cell
+    glm::vec4 table;                   ///< code * x + y is a place in the transfer table (VolumeTable)
+    glm::ivec4 place;                  ///< of its first brick among all hybrid layers'; clips; unused
+    std::array<glm::vec4, 3> toLayer;  ///< the box's edges in layer space
     std::array<glm::vec4, mostClips> clips;  ///< in the box: dot(xyz, place) >= w is drawn
 };
 static_assert(sizeof(HybridBlock) == 19 * 16);
@@ -70,9 +72,9 @@ struct SplatNumbers {
 /// The layer must have points.
 SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer);
 
-/// `grid`: samples; `firstBrick`: of it among all hybrid layers'; `firstNormals`: among its samples' words.
+/// `grid`: samples; `firstBrick`: of it among all hybrid layers'.
 HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
-                        std::uint32_t firstBrick, std::uint32_t firstNormals);
+                        std::uint32_t firstBrick);
 
 /// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side, 0 where nothing of it is
 /// visible. Hybrid layers come after those of particles.

@@ -81,6 +81,7 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         glBindTextureUnit(static_cast<GLuint>(layers_.size() + i), hybrids_[i].resident->volume.samples());
     if (!hybrids_.empty()) {
         glBindTextureUnit(hybridBrickUnit, buffers_.hybridBricksTexture.get());
+        glBindTextureUnit(hybridTableUnit, buffers_.hybridTablesTexture.get());
         glBindBufferBase(GL_UNIFORM_BUFFER, 1, buffers_.hybrids.get());
     }
     glBindTextureUnit(transferUnit, buffers_.transfersTexture.get());
@@ -105,14 +106,18 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 }
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
-    const GLuint program = shaders_.program("composite", {{"LAYERS", static_cast<unsigned>(layerCount())},
-                                                          {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
-                                                          {"WORDS", words_},
-                                                          {"CELL", cellWords()},
-                                                          {"DOTS", dots_.empty() ? 0U : 1U},
-                                                          {"POINTS", points ? 1U : 0U},
-                                                          {"VOLUME", volume ? 1U : 0U},
-                                                          {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
+    const bool oneHybrid = layers_.empty() && hybrids_.size() == 1 && dots_.empty();
+    ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
+                                   {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
+                                   {"WORDS", words_},
+                                   {"POINTS", points ? 1U : 0U}};
+    if (!oneHybrid) {
+        defines.insert(defines.end(), {{"CELL", cellWords()},
+                                       {"DOTS", dots_.empty() ? 0U : 1U},
+                                       {"VOLUME", volume ? 1U : 0U},
+                                       {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
+    }
+    const GLuint program = shaders_.program(oneHybrid ? "composite_hybrid" : "composite", defines);
     glProgramUniform2ui(program, glGetUniformLocation(program, "pass"), pass.firstCell, pass.cells);
     return program;
 }

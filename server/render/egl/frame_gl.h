@@ -36,7 +36,8 @@ enum CompositeUnit : GLuint {
     volumeMaskUnit,
     dotUnit,
     dotListUnit,
-    hybridBrickUnit
+    hybridBrickUnit,
+    hybridTableUnit
 };
 
 /// What shaders wrote before is seen by whatever reads it after.

@@ -16,17 +16,16 @@ bool FrameRun::prepareHybrids() {
     // The shades of all layers' normals come first.
     auto bricks = static_cast<std::uint32_t>(256 * plan_.hybrids.size());
     for (const auto& layer : plan_.hybrids) {
-        const TransferBuffer& transfer = transfers_.of(layer.transfer);
-        ResidentHybrid* const resident = hybridSteps_.of(layer, transfer.table, pacer_);
-        if (resident == nullptr) return false;
+        const auto parts = hybridSteps_.of(layer, pacer_);
+        if (!parts) return false;
         hybrids_.push_back({.plan = &layer,
-                            .resident = resident,
-                            .transfer = &transfer,
+                            .resident = parts->resident,
+                            .bricks = parts->bricks,
                             .numbers = layer.hasPoints() ? splatNumbers(plan_, layer) : SplatNumbers{},
-                            .visible = GlBuffer::of(std::span<const std::uint32_t>(resident->visible)),
-                            .visibleCount = static_cast<std::uint32_t>(resident->visible.size()),
+                            .visible = GlBuffer::of(std::span<const std::uint32_t>(parts->bricks->visible)),
+                            .visibleCount = static_cast<std::uint32_t>(parts->bricks->visible.size()),
                             .firstBrick = bricks});
-        bricks += static_cast<std::uint32_t>(resident->brickWords.size());
+        bricks += static_cast<std::uint32_t>(parts->bricks->words.size());
     }
     if (!hybrids_.empty()) gatherBricks();
     return pacer_.next();
@@ -39,15 +38,20 @@ void FrameRun::gatherBricks() {
         for (const auto& shade : work.plan->light.shades())
             words.push_back(glm::packUnorm2x16({shade.diffuse, shade.specular}));
     }
+    std::vector<TableEntry> tables;
     std::array<HybridBlock, 8> blocks{};
     for (std::size_t i = 0; i < hybrids_.size(); ++i) {
         const HybridWork& work = hybrids_[i];
-        words.insert(words.end(), work.resident->brickWords.begin(), work.resident->brickWords.end());
+        const BrickLooks& bricks = *work.bricks;
+        words.insert(words.end(), bricks.words.begin(), bricks.words.end());
+        tables.insert(tables.end(), bricks.table.begin(), bricks.table.end());
         const StepHybrid& volume = work.resident->volume;
-        blocks[i] = hybridBlock(plan_, *work.plan, volume.grid(), work.firstBrick, volume.firstNormals());
+        blocks[i] = hybridBlock(plan_, *work.plan, volume.grid(), work.firstBrick);
     }
     buffers_.hybridBricks = GlBuffer::of(std::span<const std::uint32_t>(words));
     buffers_.hybridBricksTexture = bufferTexture(buffers_.hybridBricks, GL_R32UI);
+    buffers_.hybridTables = GlBuffer::of(std::span<const TableEntry>(tables));
+    buffers_.hybridTablesTexture = bufferTexture(buffers_.hybridTables, GL_RGBA32UI);
     buffers_.hybrids = GlBuffer(sizeof(blocks), blocks.data());
 }
 
@@ -81,7 +85,7 @@ bool FrameRun::dispatchSplats(std::string_view name, std::size_t hybrid, const P
                                                    {"SHAPE", static_cast<unsigned>(plan.style.pointShape)}});
     // Not every variant has every uniform; GL ignores what has no place (-1).
     const auto place = [program](const char* uniform) { return glGetUniformLocation(program, uniform); };
-    const HybridBlock block = hybridBlock(plan_, plan, plan.step->points->size, 0, 0);
+    const HybridBlock block = hybridBlock(plan_, plan, plan.step->points->size, 0);
     glUseProgram(program);
     glUniformMatrix4fv(place("toScreen"), 1, GL_FALSE, glm::value_ptr(work.numbers.toScreen));
     glUniform1ui(place("layer"), static_cast<GLuint>(layers_.size() + hybrid));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <glm/gtc/type_ptr.hpp>
+#include <numeric>
 
 #include "server/render/egl/frame_gl.h"
 #include "server/render/egl/frame_stage.h"
@@ -95,6 +96,7 @@ FrameRun::Counts FrameRun::allocateCells(const Band& band) {
     Counts counts;
     buffers_.counters.read(0, sizeof(counts), &counts);
     times_.cells += counts.cells;
+    splatsDrawn_ = std::accumulate(counts.splats.begin(), counts.splats.end(), splatsDrawn_);
     return counts;
 }
 

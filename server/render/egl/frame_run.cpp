@@ -29,8 +29,6 @@ std::optional<Picture> FrameRun::draw() {
     Picture picture{.width = plan_.width, .height = plan_.height, .format = format_, .pixels = {}};
     picture.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(format_));
     for (const auto& layer : plan_.layers) picture.pointsDrawn += layer.pointsDrawn;
-    for (const auto& work : hybrids_)
-        picture.pointsDrawn += work.drawsPoints() ? work.resident->splats->count() : 0;
     // A pixel: its sum of weights, or for each layer pairs of slab bits and first cell.
     const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layerCount() * words_) * sizeof(std::uint32_t);
     const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * pixelBytes;
@@ -40,6 +38,7 @@ std::optional<Picture> FrameRun::draw() {
         if (!drawBand({row, count, count * tilesAcross_}, picture)) return std::nullopt;
         ++times_.bands;
     }
+    picture.pointsDrawn += splatsDrawn_;
     checkGl("a picture");
     return picture;
 }
@@ -87,8 +86,6 @@ void FrameRun::gatherTransfers() {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (layers_[i].volume != nullptr) buffers_.transfers.copy(i * size, layers_[i].transfer->buffer);
     }
-    for (std::size_t i = 0; i < hybrids_.size(); ++i)
-        buffers_.transfers.copy((layers_.size() + i) * size, hybrids_[i].transfer->buffer);
     buffers_.transfersTexture = bufferTexture(buffers_.transfers, GL_RGBA32F);
 }
 

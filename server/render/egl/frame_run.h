@@ -24,8 +24,8 @@ namespace mote::render {
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
     GlBuffer dots, dotLists;
-    GlBuffer hybrids, hybridBricks;
-    GlTexture hybridBricksTexture;
+    GlBuffer hybrids, hybridBricks, hybridTables;
+    GlTexture hybridBricksTexture, hybridTablesTexture;
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture, dotsTexture, dotListsTexture;
 };
 
@@ -54,7 +54,7 @@ class FrameRun {
     struct HybridWork {
         const HybridPlan* plan;
         ResidentHybrid* resident;
-        const TransferBuffer* transfer;
+        const BrickLooks* bricks;
         SplatNumbers numbers;
         GlBuffer visible;  ///< bricks in which something is seen
         std::uint32_t visibleCount;
@@ -70,6 +70,8 @@ class FrameRun {
     struct Counts {
         std::uint32_t cells = 0;
         std::array<std::uint32_t, 3> tiles{};
+        std::array<std::uint32_t, 256>
+            splats{};  ///< points of hybrid volumes, in parts, as points_mark.comp counts
     };
     /// The pixels whose first cell is one of these.
     struct Pass {
@@ -128,6 +130,7 @@ class FrameRun {
     std::vector<ScreenDot> dots_;  ///< front to back
     bool anyPoints_ = false;
     bool anySplats_ = false;
+    std::uint64_t splatsDrawn_ = 0;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;

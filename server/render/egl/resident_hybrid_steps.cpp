@@ -4,34 +4,20 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/render/cpu/latest.h"
+
 namespace mote::render {
-namespace {
-
-std::vector<std::uint32_t> visibleOf(const glm::uvec3& count, const std::vector<std::uint32_t>& words) {
-    std::vector<std::uint32_t> visible;
-    std::size_t i = 0;
-    for (std::uint32_t z = 0; z < count.z; ++z) {
-        for (std::uint32_t y = 0; y < count.y; ++y) {
-            for (std::uint32_t x = 0; x < count.x; ++x, ++i) {
-                if ((words[i] & 0x80000000U) != 0) visible.push_back(x | y << 10 | z << 20);
-            }
-        }
-    }
-    return visible;
-}
-
-}  // namespace
-
-ResidentHybrid* ResidentHybridSteps::of(const HybridPlan& plan, const TransferTable& table,
-                                        const Pacer& pacer) {
+std::optional<HybridParts> ResidentHybridSteps::of(const HybridPlan& plan, const Pacer& pacer) {
     ResidentHybrid* const resident = find(plan, pacer);
-    if (resident == nullptr) return nullptr;
+    if (resident == nullptr) return std::nullopt;
     if (plan.hasPoints() && !resident->splats) resident->splats.emplace(*plan.step);
-    if (resident->transfer == plan.transfer) return resident;
-    resident->brickWords = resident->volume.brickWords(table);
-    resident->visible = visibleOf(resident->volume.brickCount(), resident->brickWords);
-    resident->transfer = plan.transfer;
-    return resident;
+    const auto& looks = latest(
+        resident->looks, keptLooks,
+        [&](const ResidentHybrid::Looks& one) { return one.transfer == plan.transfer; },
+        [&] {
+            return ResidentHybrid::Looks{plan.transfer, BrickLooks(plan, looks_.of(plan))};
+        });
+    return HybridParts{resident, &looks.bricks};
 }
 
 ResidentHybrid* ResidentHybridSteps::find(const HybridPlan& plan, const Pacer& pacer) {
@@ -49,13 +35,13 @@ ResidentHybrid* ResidentHybridSteps::find(const HybridPlan& plan, const Pacer& p
                                        .key = plan.step.get(),
                                        .corrected = plan.corrected(),
                                        .volume = *std::move(volume),
-                                       .splats = std::nullopt,
-                                       .transfer = std::nullopt});
+                                       .splats = std::nullopt});
     return &hybrids_.front();
 }
 
 void ResidentHybridSteps::dropExpired() {
     hybrids_.remove_if([](const ResidentHybrid& one) { return one.step.expired(); });
+    looks_.dropExpired();
     std::uint64_t kept = 0;
     // What was drawn last stays whatever it takes.
     for (auto one = hybrids_.begin(); one != hybrids_.end();) {

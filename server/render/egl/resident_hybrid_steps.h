@@ -9,39 +9,52 @@
 #include <memory>
 #include <optional>
 
+#include "server/render/cpu/resident_hybrids.h"
+#include "server/render/egl/brick_looks.h"
 #include "server/render/egl/step_hybrid.h"
 #include "server/render/egl/step_splats.h"
 #include "server/render/hybrid/hybrid_plan.h"
 
 namespace mote::render {
 
-/// A step and what the last picture drew of it.
+/// A step, and what pictures drew of it.
 struct ResidentHybrid {
     std::weak_ptr<const HybridStep> step;
     const HybridStep* key;
     bool corrected;  ///< with bricks
     StepHybrid volume;
     std::optional<StepSplats> splats;
-    std::optional<HybridTransfer> transfer;  ///< for which all below is
-    std::vector<std::uint32_t> brickWords = {};
-    std::vector<std::uint32_t> visible = {};  ///< bricks in which something is seen, x | y << 10 | z << 20
+    struct Looks {
+        HybridTransfer transfer;
+        BrickLooks bricks;
+    };
+    std::list<Looks> looks = {};  ///< used last first
 
     std::size_t bytes() const { return volume.bytes() + (splats ? splats->bytes() : 0); }
+};
+
+/// What a layer draws: two may draw the same step.
+struct HybridParts {
+    ResidentHybrid* resident;
+    const BrickLooks* bricks;
 };
 
 class ResidentHybridSteps {
   public:
     explicit ResidentHybridSteps(std::uint64_t budget) : budget_(budget) {}
 
-    /// What the plan draws, ready but for light; null where the frame is given up meanwhile. It stays valid
-    /// until dropExpired(). Throws DeviceError.
-    ResidentHybrid* of(const HybridPlan& plan, const TransferTable& table, const Pacer& pacer);
+    /// What the plan draws, ready but for light; empty where the frame is given up meanwhile. It stays valid
+    /// for the next 15 calls, until dropExpired(). Throws DeviceError.
+    std::optional<HybridParts> of(const HybridPlan& plan, const Pacer& pacer);
     void dropExpired();
 
   private:
     ResidentHybrid* find(const HybridPlan& plan, const Pacer& pacer);
 
+    static constexpr std::size_t keptLooks = 16;  ///< more than a picture has layers
+
     std::uint64_t budget_;
+    ResidentHybrids looks_;              // tables, and where the volumes are seen
     std::list<ResidentHybrid> hybrids_;  // drawn last first
 };
 

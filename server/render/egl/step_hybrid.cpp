@@ -4,61 +4,68 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <vector>
 
-#include "server/render/cpu/resident_hybrids.h"
 #include "server/render/device.h"
 
 namespace mote::render {
 namespace {
 
-/// Neighbours along x lie side by side.
-struct Samples {
+/// As shaders/hybrid.glsl reads it: five neighbours along x, the last of which is the next one's first.
+using Texel = std::array<std::uint32_t, 4>;
+
+constexpr std::size_t piece = std::size_t{1} << 18;  // texels that are packed at once, about
+
+/// Rows of samples along x, which lie side by side.
+struct Rows {
     const std::uint16_t* codes;
     const std::uint8_t* normals;
-    std::size_t count;
+    std::size_t samples, count;  ///< of a row; rows
+
+    std::size_t texels() const { return std::max<std::size_t>((samples + 2) / 4, 1); }  ///< of a row
 };
 
-constexpr std::size_t piece = std::size_t{1} << 20;  // samples that are packed at once, even
-
-/// How many the device can hold as texels.
-std::size_t mostWords() {
-    GLint texels = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
-    return static_cast<std::size_t>(std::max(texels, 0));
-}
-
-void checkSize(const glm::uvec3& grid, std::size_t words) {
+void checkSize(const glm::uvec3& grid, std::size_t texels) {
     const std::uint32_t longest = std::max({grid.x, grid.y, grid.z});
     // volume_mark.comp numbers bricks in ten bits.
     if (longest > 1024 * StepHybrid::brickEdge)
         throw DeviceError(fmt::format("the device draws hybrid volumes of {} samples along an edge at most",
                                       1024 * StepHybrid::brickEdge));
-    if (words > mostWords())
+    GLint held = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &held);
+    // Some drivers count a texel's place in bytes, in 31 bits.
+    const std::size_t most = std::min<std::size_t>(std::max(held, 0), (1U << 31) / sizeof(Texel) - 1);
+    if (texels > most)
         throw DeviceError(
-            fmt::format("this hybrid volume needs {} words of the device's memory in one piece, and it "
-                        "gives {}; a greater threshold leaves fewer corrections",
-                        words, mostWords()));
+            fmt::format("this hybrid volume takes {} MiB of the device's memory in one piece, "
+                        "and it gives {}; a greater threshold leaves fewer corrections",
+                        texels * sizeof(Texel) >> 20, most * sizeof(Texel) >> 20));
 }
 
-/// Packs and writes samples from the even place `begin` of the buffer on. One more can be read. False where
-/// the frame is given up.
-bool write(GlBuffer& buffer, std::size_t begin, std::size_t normalsBegin, const Samples& samples,
-           const Pacer& pacer) {
-    constexpr std::size_t word = sizeof(std::uint32_t);
-    std::vector<std::uint32_t> codes, normals;
-    for (std::size_t first = 0; first < samples.count; first += piece) {
+/// Of the samples from `i` on; those beyond the row are read with a weight of 0.
+Texel packed(const std::uint16_t* code, const std::uint8_t* normal) {
+    const auto word = [](std::uint32_t low, std::uint32_t high) { return low | high << 16; };
+    const auto normals = [&](int i) { return normal[i] | std::uint32_t{normal[i + 1]} << 8; };
+    return {word(code[0], code[1]), word(code[2], code[3]), word(code[4], normals(0)),
+            word(normals(2), normal[4])};
+}
+
+/// Packs and writes rows from the texel `begin` on. Four samples beyond the last can be read. False where the
+/// frame is given up.
+bool write(GlBuffer& buffer, std::size_t begin, const Rows& rows, const Pacer& pacer) {
+    const std::size_t across = rows.texels(), atOnce = std::max<std::size_t>(piece / across, 1);
+    std::vector<Texel> texels;
+    for (std::size_t first = 0; first < rows.count; first += atOnce) {
         if (pacer.stopped()) return false;
-        const std::size_t count = std::min(piece, samples.count - first);
-        codes.resize(count);
-        normals.assign((count + 1) / 2, 0);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::uint16_t* const code = samples.codes + first + i;
-            const std::uint8_t* const normal = samples.normals + first + i;
-            codes[i] = code[0] | std::uint32_t{code[1]} << 16;
-            normals[i / 2] |= (normal[0] | std::uint32_t{normal[1]} << 8) << 16 * (i % 2);
+        texels.clear();
+        for (std::size_t row = first; row < std::min(rows.count, first + atOnce); ++row) {
+            for (std::size_t i = 0; i < across; ++i) {
+                const std::size_t sample = row * rows.samples + 4 * i;
+                texels.push_back(packed(rows.codes + sample, rows.normals + sample));
+            }
         }
-        buffer.write((begin + first) * word, codes.size() * word, codes.data());
-        buffer.write((normalsBegin + (begin + first) / 2) * word, normals.size() * word, normals.data());
+        buffer.write((begin + first * across) * sizeof(Texel), texels.size() * sizeof(Texel), texels.data());
     }
     return true;
 }
@@ -73,36 +80,25 @@ std::optional<StepHybrid> StepHybrid::load(const HybridStep& step, bool correcte
 }
 
 StepHybrid::StepHybrid(const HybridStep& step, const HybridBricks* bricks)
-    : grid_(bricks == nullptr ? step.low.size : bricks->size),
-      ranges_(hybridRanges(step, bricks != nullptr)) {
-    if (bricks != nullptr) numbers_ = bricks->numbers;
-}
+    : grid_(bricks == nullptr ? step.low.size : bricks->size) {}
 
 bool StepHybrid::upload(const HybridStep& step, const HybridBricks* bricks, const Pacer& pacer) {
-    // Bricks begin at an even place; a sample's neighbours are read with a weight of 0 where the grid ends.
-    const auto even = [](std::size_t count) { return (count + 1) / 2 * 2; };
-    const std::size_t low = std::size_t{step.low.size.x} * step.low.size.y * step.low.size.z;
-    const std::size_t fine = bricks == nullptr ? 0 : bricks->corrected() * HybridBricks::volume;
-    const std::size_t beyond = std::size_t{step.low.size.x} * (step.low.size.y + 1) + 2;
-    const std::size_t all = even(even(low) + fine + beyond);
-    checkSize(grid_, all + all / 2);
-    samplesCount_ = static_cast<std::uint32_t>(all);
-    samples_ = GlBuffer((all + all / 2) * sizeof(std::uint32_t));
-    samplesTexture_ = bufferTexture(samples_, GL_R32UI);
-    const Samples lows{step.low.values.data(), step.low.normals.data(), low};
-    if (!write(samples_, 0, all, lows, pacer)) return false;
-    if (bricks == nullptr) return true;
-    return write(samples_, even(low), all, {bricks->values.data(), bricks->normals.data(), fine}, pacer);
-}
-
-std::vector<std::uint32_t> StepHybrid::brickWords(const TransferTable& table) const {
-    std::vector<std::uint32_t> words(ranges_.ranges().size());
-    for (std::size_t i = 0; i < words.size(); ++i) {
-        words[i] = numbers_.empty() ? 0U : static_cast<std::uint32_t>(numbers_[i] + 1);
-        const auto& range = ranges_.ranges()[i];
-        if (table.visible(range.low, range.high)) words[i] |= 0x80000000U;
+    const glm::uvec3& size = step.low.size;
+    const Rows low{step.low.values.data(), step.low.normals.data(), size.x, std::size_t{size.y} * size.z};
+    const std::size_t lowTexels = low.texels() * low.count;
+    Rows fine{nullptr, nullptr, HybridBricks::samples, 0};
+    if (bricks != nullptr) {
+        fine.codes = bricks->values.data();
+        fine.normals = bricks->normals.data();
+        fine.count = bricks->corrected() * HybridBricks::samples * HybridBricks::samples;
     }
-    return words;
+    // Where a grid ends, neighbours beyond are read with a weight of 0.
+    const std::size_t beyond = low.texels() * (size.y + 1) + 1;
+    const std::size_t all = lowTexels + fine.texels() * fine.count + beyond;
+    checkSize(grid_, all);
+    samples_ = GlBuffer(all * sizeof(Texel));
+    samplesTexture_ = bufferTexture(samples_, GL_RGBA32UI);
+    return write(samples_, 0, low, pacer) && write(samples_, lowTexels, fine, pacer);
 }
 
 }  // namespace mote::render

@@ -4,6 +4,7 @@
 // pictures are right, tests/golden shows.
 #include <gtest/gtest.h>
 
+#include "server/render/cpu/cpu_device.h"
 #include "server/render/egl/egl_device.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/view_text.h"
@@ -110,6 +111,38 @@ TEST(EglHybrid, GridsOfOneSampleAndInvisibleCurvesAreDrawn) {
         const auto nothing = picture(device, sceneOf(layer(representation, "'curve': [{'value': 0}]"), flat));
         for (std::size_t i = 0; i < nothing.pixels.size(); ++i)
             ASSERT_EQ(nothing.pixels[i], i % 4 == 3 ? 255 : 0);
+    }
+}
+
+bool black(const Picture& picture) {
+    for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+        if (i % 4 != 3 && picture.pixels[i] != 0) return false;
+    }
+    return true;
+}
+
+TEST(EglHybrid, PointsShowWhereTheirVolumeDoesNot) {
+    EglDevice device;
+    const std::string sharp = "'curve': [{'value': 0.7, 'opacity': 0}, {'value': 0.9, 'opacity': 0.9}]";
+    ASSERT_TRUE(black(picture(device, sceneOf(layer("volume", sharp)))));
+    EXPECT_FALSE(black(picture(device, sceneOf(layer("points", sharp)))));
+}
+
+TEST(EglHybrid, PointsThatAreDrawnAreCounted) {
+    EglOptions small;
+    small.maskBytes = 1;  // in many bands
+    small.cellBytes = 1;  // and passes
+    EglDevice device, pieces(small);
+    CpuDevice cpu;
+    for (const auto& look : {curve, otherCurve}) {
+        auto scene = sceneOf(layer("points", look));
+        // All of the box is in view: which points lie beyond its border would be a matter of rounding.
+        scene.view.camera.eye = {4.0, 3.0, 6.0};
+        const auto counted = picture(device, scene).pointsDrawn;
+        EXPECT_LT(counted, machine()->points->points.size());
+        EXPECT_EQ(counted, picture(pieces, scene).pointsDrawn);
+        const auto plan = makeFramePlan(scene, Quality::exact());
+        EXPECT_EQ(counted, cpu.render(plan, PixelFormat::srgb8, {})->pointsDrawn);
     }
 }
 

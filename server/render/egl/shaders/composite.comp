@@ -4,6 +4,7 @@
 // for a picture that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
 #include "frame.glsl"
 #include "pixel.glsl"
+#include "ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #if LAYERS > HYBRIDS
@@ -24,19 +25,10 @@ layout(std430, binding = 6) readonly buffer Tiles { uint tiles[]; };   // to be 
 layout(location = 0) uniform uint firstTile;   // of this dispatch, in `tiles`
 layout(location = 1) uniform uvec2 pass;   // cells [x, x + y) are present; pixels that start there are drawn
 
-const float opaque = 5e-5;      // a transmittance that no 8-bit picture shows
 const float fade = 0.125;       // LogDensity::fade
 const float tableCells = 4096.0;
 const float tableScale = tableCells / (1.0 + fade);
 const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread over at least
-const uint plots = layerCount - uint(HYBRIDS);   // the layers of particles; those after them are hybrid volumes
-
-vec3 light = vec3(0.0);
-float transmittance = 1.0;
-
-// The pixel's ray through each layer's box, in slabs.
-vec3 entry[LAYERS], advance[LAYERS];
-float enters[LAYERS], leaves[LAYERS], unitLength[LAYERS];
 // Scaled log density at the front of the current stretch, and the transfer integral up to it.
 float frontT[LAYERS];
 vec4 frontIntegral[LAYERS];
@@ -47,14 +39,6 @@ float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYE
 vec3 pointColor[LAYERS];
 // The slabs of the current word that are still ahead.
 uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
-
-// `matter`: optical depth times color; optical depth.
-void gather(vec4 matter) {
-    float passed = exp(-matter.w);
-    float share = matter.w < 1e-3 ? 1.0 - 0.5 * matter.w : (1.0 - passed) / matter.w;
-    light += transmittance * share * matter.rgb;
-    transmittance *= passed;
-}
 
 #if DOTS
 const float beyond = 1e30;   // slabs; of a pixel without further dots
@@ -227,7 +211,10 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
 #if HYBRIDS
         if (l >= plots) {
             bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-            next = min(next, inside ? at + enterBrick(l, at) : end);
+            float leaving = enterBrick(l, at);
+            // Where there is something to mix with, only as far as the value is taken as linear.
+            leaving = brickSeen[l - plots] && layerCount > 1u ? min(leaving, brickStep[l - plots]) : leaving;
+            next = min(next, inside ? at + leaving : end);
             continue;
         }
 #endif
@@ -248,21 +235,11 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
 
 // Where the ray is inside the layer's box, and into how many stretches its slabs are to be cut. At least 1.
 float aim(uint l, vec2 at) {
-    entry[l] = frame.layers[l].entry[0].xyz + at.x * frame.layers[l].entry[1].xyz + at.y * frame.layers[l].entry[2].xyz;
-    advance[l] = frame.layers[l].advance[0].xyz + at.x * frame.layers[l].advance[1].xyz +
-                 at.y * frame.layers[l].advance[2].xyz;
-    vec3 safe = mix(advance[l], vec3(1e-30), lessThan(abs(advance[l]), vec3(1e-30)));
-    vec3 a = -entry[l] / safe;
-    vec3 b = (vec3(1.0) - entry[l]) / safe;
-    vec3 low = min(a, b);
-    vec3 high = max(a, b);
-    enters[l] = max(max(low.x, low.y), max(low.z, 0.0));
-    leaves[l] = min(min(high.x, high.y), min(high.z, float(frame.band.y)));
+    aimBox(l, at);
 #if HYBRIDS
     if (l >= plots) {
         clipWay(l);
         unitLength[l] = hybridLength(l);
-        brickBase[l - plots] = -1;
         return 1e-3;
     }
 #endif
@@ -289,13 +266,9 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
 #endif
 #if VOLUME
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-#if HYBRIDS && LAYERS == 1
-        gatherBrick(at, inside && brickSeen[0] ? next : at);
-#elif HYBRIDS
+#if HYBRIDS
         if (l >= plots) {
-            // A loop and not a condition, whose body a software rasteriser would run all the same.
-            for (int turn = inside && brickSeen[l - plots] ? 1 : 0; turn > 0; --turn)
-                matter += hybridBetween(l, at, next);
+            matter += hybridBetween(l, at, inside && brickSeen[l - plots] ? next : at);
             continue;
         }
 #endif

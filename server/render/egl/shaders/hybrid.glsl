@@ -1,42 +1,47 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Hybrid volumes along a ray, for composite.comp: which brick of the grid a depth lies in, and what is seen between two
-// depths of one brick. Layers from `plots` on are hybrid. Mirrors HybridBlock of egl/frame_block.h.
+// Hybrid volumes along a ray, for composite.comp and composite_hybrid.comp: which brick of the grid a depth lies in, and
+// what is seen between two depths of one brick. Layers from `plots` on are hybrid. Mirrors HybridBlock of
+// egl/frame_block.h.
 
 struct Hybrid {
     vec4 grid;          // samples of the grid that is cut into bricks; stretches a cell
     vec4 low;           // samples of the low volume; stretches a cell
-    vec4 table;         // code * x + y is a place in the transfer table, of which z make a unit of value
-    ivec4 place;        // of its first brick in hybridBricks; clips; of the first normals in hybridSamples
+    vec4 table;         // code * x + y is a place in the transfer table
+    ivec4 place;        // of its first brick in hybridBricks; clips
     vec4 toLayer[3];    // the box's edges in layer space
     vec4 clips[12];     // in the box: dot(xyz, place) >= w is drawn
 };
 layout(std140, binding = 1) uniform Hybrids { Hybrid hybrids[8]; };
-// Of each sample its code and the next one's along x, 16 bits each; from place.z on their normals, four a word: those of
-// sample 2 i and the next one, of sample 2 i + 1 and the next one.
+// Five neighbours along x: their codes of 16 bits, then their normals of 8; the fifth is the next one's first. First the
+// low volume, row after row, then brick after brick.
 layout(binding = LAYERS - HYBRIDS) uniform usamplerBuffer hybridSamples[HYBRIDS];
-// Of each brick: its number among the corrected ones plus 1, or 0; the highest bit: something is seen in it. At the
+// Of each brick: its number among the corrected ones plus 1, or 0, in 21 bits; in 3 how much longer than usual a stretch
+// may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where something is seen in it. At the
 // beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer hybridBricks;
+// [layer][x], VolumeTable: the integral of extinction up to x and its slope, as floats; color.
+layout(binding = 15) uniform usamplerBuffer hybridTables;
 
-const int brickSamples = 9;
+const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
+const float tableEntries = 4098.0;
+// A stretch is cut where it absorbs more or where the value changes by more places in the table; into so many parts.
+const float deepest = 0.4, steepest = 0.03 * 4096.0, mostParts = 8.0;
+const float shown = 1e-6;   // optical depth that is worth its light
+const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
 // The brick of the current stretch: where its samples begin, how far it is to the next row and sheet; a place of the
 // box is place * scale - shift in its samples, held within 0 and `most`.
 bool brickSeen[HYBRIDS];
-float brickStep[HYBRIDS];   // slabs
+float brickStep[HYBRIDS];   // slabs, of a stretch
 int brickBase[HYBRIDS];
 ivec2 brickStride[HYBRIDS];
 vec3 brickScale[HYBRIDS], brickShift[HYBRIDS], brickMost[HYBRIDS];
-// What was found at the end of the stretch before: place in the transfer table, the integral there and its slope.
-float brickSampledTo[HYBRIDS], backX[HYBRIDS];
-vec4 backIntegral[HYBRIDS], backSlope[HYBRIDS];
 
 vec3 placeAt(uint l, float slab) {
     return entry[l] + slab * advance[l];
 }
 
-// How far a stretch may go that begins at `at`: to the border of its brick, and within it one step of sampling; where
-// there is no other layer to mix with, gatherBrick() takes the steps.
+// How far it is from `at` to the border of its brick or, where nothing is seen, of all around in which nothing is.
 float enterBrick(uint l, float at) {
     uint h = l - plots;
     vec3 size = hybrids[h].grid.xyz;
@@ -46,43 +51,48 @@ float enterBrick(uint l, float at) {
     ivec3 count = (ivec3(size) + 7) / 8;
     // A border less than a thousandth of a cell ahead counts as passed, or rounding would find it again.
     ivec3 brick = clamp(ivec3(floor((place + 1e-3 * way) * 0.125)), ivec3(0), count - 1);
+    uint word = texelFetch(hybridBricks, hybrids[h].place.x + (brick.z * count.y + brick.y) * count.x + brick.x).x;
+    int number = int(word & 0x1fffffu) - 1;
+    brickSeen[h] = (word >> 30) != 0u;
+    int around = brickSeen[h] ? 1 : int(word >> 24) & 63;
     bvec3 ahead = greaterThan(way, vec3(0.0));
-    vec3 border = 8.0 * vec3(brick + ivec3(ahead));
+    ivec3 past = brick + mix(ivec3(1 - around), ivec3(around), ahead);
     // The outermost bricks reach to the box's faces and beyond.
     bvec3 open = bvec3(ivec3(lessThan(abs(speed), vec3(1e-20))) |
-                       (ivec3(not(ahead)) & ivec3(equal(brick, ivec3(0)))));
-    vec3 distance = mix((border - place) / mix(speed, vec3(1.0), open), vec3(1e30), open);
-    float leaving = min(distance.x, min(distance.y, distance.z));
-    uint word = texelFetch(hybridBricks, hybrids[h].place.x + (brick.z * count.y + brick.y) * count.x + brick.x).x;
-    int number = int(word & 0x7fffffffu) - 1;
+                       (ivec3(not(ahead)) & ivec3(lessThanEqual(past, ivec3(0)))));
+    vec3 distance = mix((8.0 * vec3(past) - place) / mix(speed, vec3(1.0), open), vec3(1e30), open);
     bool fine = number >= 0;
     ivec3 low = ivec3(hybrids[h].low.xyz);
-    int base = fine ? (low.x * low.y * low.z + 1) / 2 * 2 + number * (brickSamples * brickSamples * brickSamples) : 0;
-    brickSampledTo[h] = base == brickBase[h] ? brickSampledTo[h] : -1.0;
-    brickSeen[h] = (word >> 31) != 0u;
-    brickBase[h] = base;
-    brickStride[h] = fine ? ivec2(brickSamples, brickSamples * brickSamples) : ivec2(low.x, low.x * low.y);
+    int lowRow = max((low.x + 2) / 4, 1);
+    brickBase[h] = fine ? lowRow * low.y * low.z + number * brickTexels : 0;
+    brickStride[h] = fine ? ivec2(brickRow, brickSheet) : ivec2(lowRow, lowRow * low.y);
     brickScale[h] = fine ? size : vec3(low);
     brickShift[h] = fine ? 0.5 + 8.0 * vec3(brick) : vec3(0.5);
     brickMost[h] = fine ? vec3(8.0) : vec3(low - 1);
     float stretches = fine ? hybrids[h].grid.w : hybrids[h].low.w;
-    brickStep[h] = 1.0 / max(length(advance[l] * brickScale[h]) * stretches, 1e-20);
-    return brickSeen[h] && layerCount > 1u ? min(leaving, brickStep[h]) : leaving;
+    float longer = float(1u << ((word >> 21) & 7u));
+    brickStep[h] = longer / max(length(advance[l] * brickScale[h]) * stretches, 1e-20);
+    return min(distance.x, min(distance.y, distance.z));
 }
 
-// The first of the eight samples around, and how far it is to the others.
-int samplesAt(uint l, float slab, out vec3 far) {
+// Where the eight samples around are: the texel of the first, and which of its samples; how far it is to the others.
+struct Corner {
+    int texel, inTexel;
+    vec3 far;
+};
+
+Corner cornerAt(uint l, float slab) {
     uint h = l - plots;
     vec3 place = clamp(placeAt(l, slab) * brickScale[h] - brickShift[h], vec3(0.0), brickMost[h]);
-    vec3 cell = min(floor(place), max(brickMost[h] - 1.0, vec3(0.0)));
-    far = place - cell;
-    return brickBase[h] + int(cell.x) + int(cell.y) * brickStride[h].x + int(cell.z) * brickStride[h].y;
+    ivec3 cell = ivec3(min(place, max(brickMost[h] - 1.0, vec3(0.0))));
+    int texel = brickBase[h] + (cell.x >> 2) + cell.y * brickStride[h].x + cell.z * brickStride[h].y;
+    return Corner(texel, cell.x & 3, place - vec3(cell));
 }
 
 // By constant numbers: where some of its pixels are done with a loop, llvmpipe takes a sampler's number from one of them.
-uint wordAt(uint h, int index) {
-    uint word = 0u;
-#define FROM(i) if (h == uint(i)) word = texelFetch(hybridSamples[i], index).x;
+uvec4 texelAt(uint h, int index) {
+    uvec4 texel = uvec4(0u);
+#define FROM(i) if (h == uint(i)) texel = texelFetch(hybridSamples[i], index);
     FROM(0)
 #if HYBRIDS > 1
     FROM(1)
@@ -105,106 +115,118 @@ uint wordAt(uint h, int index) {
 #if HYBRIDS > 7
     FROM(7)
 #endif
-    return word;
+    return texel;
 }
 
-float codeAt(uint h, int index, float far) {
-    uint word = wordAt(h, index);
-    return mix(float(word & 0xffffu), float(word >> 16), far);
+// Of a sample and the next one along x.
+float codeAt(uint h, int index, Corner corner) {
+    uvec4 texel = texelAt(h, index);
+    bool later = corner.inTexel >= 2;
+    uint first = later ? texel.y : texel.x, next = later ? texel.z : texel.y;
+    uint pair = (corner.inTexel & 1) == 0 ? first : first >> 16 | next << 16;
+    return mix(float(pair & 0xffffu), float(pair >> 16), corner.far.x);
 }
 
-// Place in the transfer table.
-float hybridAt(uint l, float slab) {
+// What is found at a depth: place in the table, the integral up to it and its slope, color.
+struct Found {
+    float x, integral, slope;
+    vec3 color;
+};
+
+Found foundAt(uint l, float slab) {
     uint h = l - plots;
-    vec3 far;
-    int index = samplesAt(l, slab, far);
-    int next = index + brickStride[h].y;
-    float front = mix(codeAt(h, index, far.x), codeAt(h, index + brickStride[h].x, far.x), far.y);
-    float back = mix(codeAt(h, next, far.x), codeAt(h, next + brickStride[h].x, far.x), far.y);
-    return mix(front, back, far.z) * hybrids[h].table.x + hybrids[h].table.y;
+    Corner corner = cornerAt(l, slab);
+    int index = corner.texel, next = index + brickStride[h].y;
+    float front = mix(codeAt(h, index, corner), codeAt(h, index + brickStride[h].x, corner), corner.far.y);
+    float back = mix(codeAt(h, next, corner), codeAt(h, next + brickStride[h].x, corner), corner.far.y);
+    float x = mix(front, back, corner.far.z) * hybrids[h].table.x + hybrids[h].table.y;
+    float cell = clamp(floor(x), 0.0, tableEntries - 1.0);   // beyond the table's ends it goes on as there
+    uvec4 row = texelFetch(hybridTables, int(h) * int(tableEntries) + int(cell));
+    Found found;
+    found.x = x;
+    found.slope = uintBitsToFloat(row.y);
+    found.integral = uintBitsToFloat(row.x) + (x - cell) * found.slope;
+    vec3 root = vec3(row.z & 1023u, (row.z >> 10) & 1023u, row.z >> 20) * (1.0 / 1023.0);
+    found.color = root * root;
+    return found;
 }
 
-vec2 shadeOf(uint h, int index, float far) {
-    uint pair = wordAt(h, hybrids[h].place.z + (index >> 1)) >> (16 * (index & 1));
-    vec2 near = unpackUnorm2x16(texelFetch(hybridBricks, int(h * 256u + (pair & 255u))).x);
-    return mix(near, unpackUnorm2x16(texelFetch(hybridBricks, int(h * 256u + ((pair >> 8) & 255u))).x), far);
+// Likewise.
+vec2 shadeOf(uint h, int index, Corner corner) {
+    uvec4 texel = texelAt(h, index);
+    uint normals = (corner.inTexel >= 2 ? texel.w : texel.z >> 16 | texel.w << 16) >> (8 * (corner.inTexel & 1));
+    vec2 near = unpackUnorm2x16(texelFetch(hybridBricks, int(h * 256u + (normals & 255u))).x);
+    vec2 next = unpackUnorm2x16(texelFetch(hybridBricks, int(h * 256u + ((normals >> 8) & 255u))).x);
+    return mix(near, next, corner.far.x);
 }
 
 vec2 hybridShade(uint l, float slab) {
     uint h = l - plots;
-    vec3 far;
-    int index = samplesAt(l, slab, far);
-    int next = index + brickStride[h].y;
-    vec2 front = mix(shadeOf(h, index, far.x), shadeOf(h, index + brickStride[h].x, far.x), far.y);
-    vec2 back = mix(shadeOf(h, next, far.x), shadeOf(h, next + brickStride[h].x, far.x), far.y);
-    return mix(front, back, far.z);
+    Corner corner = cornerAt(l, slab);
+    int index = corner.texel, next = index + brickStride[h].y;
+    vec2 front = mix(shadeOf(h, index, corner), shadeOf(h, index + brickStride[h].x, corner), corner.far.y);
+    vec2 back = mix(shadeOf(h, next, corner), shadeOf(h, next + brickStride[h].x, corner), corner.far.y);
+    return mix(front, back, corner.far.z);
 }
 
-vec4 hybridIntegral(uint l, float x, out vec4 slope) {
-    float cell = clamp(floor(x), 0.0, tableCells - 1.0);   // beyond the table's ends it goes on as there
-    int index = int(l) * (int(tableCells) + 1) + int(cell);
-    vec4 low = texelFetch(transfers, index);
-    slope = texelFetch(transfers, index + 1) - low;
-    return low + (x - cell) * slope;
+// A way through a layer, and what was gathered since its light was looked up.
+struct Way {
+    float at, stretch;   // slabs
+    Found front;         // at `at`
+    float tau, moment;   // optical depth; times its place
+    vec3 color;          // times optical depth, without light
+};
+
+Way wayFrom(uint l, float slab) {
+    return Way(slab, brickStep[l - plots], foundAt(l, slab), 0.0, 0.0, vec3(0.0));
 }
 
-// What a stretch gathers on its own: its parts one after the other, since the color of what is dense is that of its
-// front. Light, and optical depth.
-vec4 gatherParts(uint l, float frontX, vec4 integral, vec4 slope, float x, float span, float parts, vec2 shade) {
-    vec3 color = vec3(0.0);
-    float left = 1.0, tau = 0.0;
-    for (float part = 1.0; part <= parts; part += 1.0) {
-        vec4 aheadSlope;
-        vec4 ahead = hybridIntegral(l, mix(frontX, x, part / parts), aheadSlope);
-        vec4 mean = abs(x - frontX) > parts ? (ahead - integral) * (parts / (x - frontX)) : 0.5 * (slope + aheadSlope);
-        mean = max(mean, vec4(0.0));
-        float depth = mean.w * span / parts;
-        float absorbed = depth < 1e-3 ? depth - 0.5 * depth * depth : 1.0 - exp(-depth);
-        color += left * absorbed * (mean.rgb * (shade.x / max(mean.w, 1e-30)) + shade.y);
-        left *= 1.0 - absorbed;
-        tau += depth;
-        integral = ahead;
-        slope = aheadSlope;
+// One stretch further, the value taken as linear in it; where that says too little, a shorter one comes first.
+void goOn(uint l, float to, inout Way way) {
+    float next = min(way.at + way.stretch, to);
+    Found back = foundAt(l, next);
+    float change = abs(back.x - way.front.x);
+    float slopes = way.front.slope + back.slope;
+    float mean = change > 1.0 ? (back.integral - way.front.integral) / (back.x - way.front.x) : 0.5 * slopes;
+    float depth = max(mean, 0.0) * (next - way.at) * unitLength[l];
+    float parts = depth > shown ? min(ceil(max(depth * (1.0 / deepest), change * (1.0 / steepest))), mostParts) : 1.0;
+    if (parts > 1.0 && way.stretch * mostParts > brickStep[l - plots] * 1.001) {
+        way.stretch = max((next - way.at) / parts, brickStep[l - plots] / mostParts);
+    } else {
+        float share = (way.front.slope + 2.0 * back.slope) / max(3.0 * slopes, 1e-30);
+        way.tau += depth;
+        way.moment += depth * mix(way.at, next, clamp(share, 0.0, 1.0));
+        way.color += depth * mix(way.front.color, back.color, clamp(share, 0.0, 1.0));
+        way.stretch = min(2.0 * way.stretch, brickStep[l - plots]);
+        way.at = next;
+        way.front = back;
     }
-    // So that what the stretch gathers as a whole is what its parts did.
-    return vec4(color * (tau < 1e-3 ? 1.0 + 0.5 * tau : tau / (1.0 - left)), tau);
 }
 
-// Mean of (extinction * lit color, extinction) per slab over a stretch within one brick; the value taken as linear, the
-// light as it is where the middle of its extinction is.
-vec4 hybridBetween(uint l, float from, float to) {
-    uint h = l - plots;
-    for (int turn = brickSampledTo[h] == from ? 0 : 1; turn > 0; --turn) {
-        backX[h] = hybridAt(l, from);
-        backIntegral[h] = hybridIntegral(l, backX[h], backSlope[h]);
-    }
-    float frontX = backX[h];
-    vec4 integral = backIntegral[h], slope = backSlope[h];
-    float x = hybridAt(l, to);
-    backX[h] = x;
-    backIntegral[h] = hybridIntegral(l, x, backSlope[h]);
-    brickSampledTo[h] = to;
-    float span = (to - from) * unitLength[l] * hybrids[h].table.z;
-    float change = x - frontX;
-    float mean = abs(change) > 1.0 ? (backIntegral[h].w - integral.w) / change : 0.5 * (slope.w + backSlope[h].w);
-    vec4 matter = vec4(0.0);
-    // A loop and not a condition: most stretches in visible bricks show nothing.
-    for (int turn = mean * span > 1e-6 ? 1 : 0; turn > 0; --turn) {
-        float share = (slope.w + 2.0 * backSlope[h].w) / max(3.0 * (slope.w + backSlope[h].w), 1e-30);
-        vec2 shade = hybridShade(l, mix(from, to, clamp(share, 0.0, 1.0)));
-        float parts = clamp(ceil(2.0 * mean * span), 1.0, 6.0);
-        matter = gatherParts(l, frontX, integral, slope, x, span, parts, shade) / (to - from);
-    }
+// What was gathered, in its light: optical depth times color; optical depth.
+vec4 litMatter(uint l, inout Way way) {
+    vec2 shade = hybridShade(l, way.tau > 0.0 ? way.moment / way.tau : way.at);
+    vec4 matter = vec4(way.color * shade.x + way.tau * shade.y, way.tau);
+    way.tau = way.moment = 0.0;
+    way.color = vec3(0.0);
     return matter;
 }
 
-// All that a brick of the only layer shows between two depths.
-void gatherBrick(float from, float to) {
-    while (from < to && transmittance > opaque) {
-        float next = min(from + brickStep[0], to);
-        gather(hybridBetween(0u, from, next) * (next - from));
-        from = next;
+// Mean of (extinction * lit color, extinction) per slab over a stretch within one brick, among other layers'.
+vec4 hybridBetween(uint l, float from, float to) {
+    Way way = wayFrom(l, from);
+    float left = 1.0, tau = 0.0;
+    vec3 color = vec3(0.0);
+    while (way.at < to) {
+        while (way.at < to && way.tau < lightEvery) goOn(l, to, way);
+        vec4 matter = litMatter(l, way);
+        float passed = exp(-matter.w);
+        color += left * (matter.w < 1e-3 ? 1.0 - 0.5 * matter.w : (1.0 - passed) / matter.w) * matter.rgb;
+        left *= passed;
+        tau += matter.w;
     }
+    // So that what the stretch gathers as a whole is what its parts did: the color of what is dense is that of its front.
+    return vec4(color * (tau < 1e-3 ? 1.0 + 0.5 * tau : tau / (1.0 - left)), tau) / max(to - from, 1e-20);
 }
 
 // Cuts the ray's way through the layer where the clips do.

@@ -9,6 +9,15 @@
 
 layout(std430, binding = 0) buffer Masks { uint masks[]; };   // [layer][pixel][word][slab bits, first cell]
 
+#if SPLATS
+// Points are counted in several places, so that few meet in one.
+layout(std430, binding = 4) buffer Counters { uint cellCount, tileCounts[3], splatCounts[256]; };
+
+void count() {   // each band of the picture goes through all points
+    if (frame.picture.w == 0) atomicAdd(splatCounts[16u * (gl_WorkGroupID.x & 15u)], 1u);
+}
+#endif
+
 void touch(uint pixel, uint slab, float fraction, float coverage) {
     uint at = 2u * ((layer * uint(frame.band.x) * 64u + pixel) * wordCount + (slab >> 5));
     uint bit = 1u << (slab & 31u);

@@ -18,11 +18,13 @@ uniform int clips;
 uniform vec4 clip[12];     // in the box: dot(xyz, place) >= w is drawn
 
 const float pi = 3.14159265358979;
+const float least = 1e-5;   // opacity: a hundred such points show in no picture of 8 bits
 const int colorsBegin = 65536, shadesBegin = colorsBegin + 3 * 256;
 
 vec3 splatColor;
 
 void touch(uint pixel, uint slab, float fraction, float opacity);
+void count();   // a point that is drawn
 
 // `at`: pixels. `p`, `w`: spacing and size in pixels; `a`: the point's opacity.
 void draw(vec2 at, float p, float w, float a, uint slab, float fraction) {
@@ -70,7 +72,7 @@ void main() {
     uvec3 point = texelFetch(points, int(index)).xyz;
     uint value = (point.y >> 16) & 255u;
     float a = opacity * texelFetch(look, int(value | (point.y >> 24) << 8)).x;
-    if (a <= 0.0) return;
+    if (a < least) return;
     vec3 place = vec3(point.x & 0xffffu, point.x >> 16, point.y & 0xffffu);
     for (int i = 0; i < clips; ++i) {
         if (dot(clip[i].xyz, (place + 0.5) / gridSize) < clip[i].w) return;
@@ -82,6 +84,7 @@ void main() {
     precise float w = size * p;
     vec2 margin = vec2(1.5 * max(w, 1.0) + 1.0);
     if (any(lessThan(at, -margin)) || any(greaterThan(at, vec2(frame.picture.xy) + margin))) return;
+    count();
     int shade = shadesBegin + 2 * int(point.z);
     int color = colorsBegin + 3 * int(value);
     splatColor = vec3(texelFetch(look, color).x, texelFetch(look, color + 1).x, texelFetch(look, color + 2).x) *

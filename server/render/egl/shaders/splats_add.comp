@@ -11,6 +11,8 @@ layout(std430, binding = 2) buffer Cells { uint cells[]; };   // [cell][weight, 
 uniform float unit;          // the weight of an optical depth of 1
 uniform uvec2 pass;          // cells [x, x + y) are present
 
+void count() {}
+
 void touch(uint pixel, uint slab, float fraction, float opacity) {
     float weight = -log(1.0 - min(opacity, 0.9999)) * unit;
     uint word = (layer * uint(frame.band.x) * 64u + pixel) * wordCount + (slab >> 5);

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A pixel's ray through the layers' boxes, and what it has gathered; for composite.comp and composite_hybrid.comp.
+
+const float opaque = 5e-5;      // a transmittance that no 8-bit picture shows
+const uint plots = layerCount - uint(HYBRIDS);   // the layers of particles; those after them are hybrid volumes
+
+vec3 light = vec3(0.0);
+float transmittance = 1.0;
+
+// In slabs; unitLength: of a slab, in layer space.
+vec3 entry[LAYERS], advance[LAYERS];
+float enters[LAYERS], leaves[LAYERS], unitLength[LAYERS];
+
+// `matter`: optical depth times color; optical depth.
+void gather(vec4 matter) {
+    float passed = exp(-matter.w);
+    float share = matter.w < 1e-3 ? 1.0 - 0.5 * matter.w : (1.0 - passed) / matter.w;
+    light += transmittance * share * matter.rgb;
+    transmittance *= passed;
+}
+
+// Where the ray is inside the layer's box.
+void aimBox(uint l, vec2 at) {
+    entry[l] = frame.layers[l].entry[0].xyz + at.x * frame.layers[l].entry[1].xyz + at.y * frame.layers[l].entry[2].xyz;
+    advance[l] = frame.layers[l].advance[0].xyz + at.x * frame.layers[l].advance[1].xyz +
+                 at.y * frame.layers[l].advance[2].xyz;
+    vec3 safe = mix(advance[l], vec3(1e-30), lessThan(abs(advance[l]), vec3(1e-30)));
+    vec3 a = -entry[l] / safe;
+    vec3 b = (vec3(1.0) - entry[l]) / safe;
+    vec3 low = min(a, b);
+    vec3 high = max(a, b);
+    enters[l] = max(max(low.x, low.y), max(low.z, 0.0));
+    leaves[l] = min(min(high.x, high.y), min(high.z, float(frame.band.y)));
+}
