@@ -49,8 +49,7 @@ def measure(view, scene, frames):
 def keep_picture(view, eye, path):
     """Saves the picture from `eye`; how much of it is lit and how bright it is, to be held against ours."""
     view.CameraPosition = eye
-    view.StillRender()
-    image = view.CaptureWindow(1)
+    image = view.CaptureWindow(1)  # renders once more
     if path:
         writer = vtkPNGWriter()
         writer.SetFileName(path)
