@@ -59,11 +59,12 @@ void encode(const ErrorSlab& slab, const ErrorSelection& selection, const GridSi
 
 }  // namespace
 
-double residualStep(const ValueRange& range, double threshold) {
-    const double span = range.span() > 0.0 ? range.span() : 1.0;
-    const double quantum = range.integers ? 1.0 : std::exp2(std::floor(std::log2(span)) - 16.0);
-    if (2.0 * threshold <= quantum) return quantum;
-    return std::exp2(std::floor(std::log2(2.0 * threshold)));
+double residualStep(const ValueRange& range, double valueStep, double threshold) {
+    const auto powerUpTo = [](double number) { return std::exp2(std::floor(std::log2(number))); };
+    const double span = powerUpTo(range.span() > 0.0 ? range.span() : 1.0);
+    const double known = valueStep > 0.0 ? powerUpTo(valueStep) : range.integers ? 1.0 : 0.0;
+    const double quantum = known > 0.0 ? std::max(known, span * 0x1p-19) : span * 0x1p-16;
+    return 2.0 * threshold <= quantum ? quantum : powerUpTo(2.0 * threshold);
 }
 
 Result<std::vector<storage::ResidualPart>> residualParts(const ErrorSlab& slab,

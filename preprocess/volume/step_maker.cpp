@@ -179,7 +179,7 @@ class StepMaker {
                            scratch);
         }
         if (plan_.residual) {
-            entry_.set_residual_step(residualStep(range, selection_.threshold));
+            entry_.set_residual_step(residualStep(range, source_.shape().valueStep, selection_.threshold));
             coding_ = {plan_.error, entry_.residual_step(), gridToWorld(plan_, plan_.error),
                        storage::fitHalves(greatest / entry_.residual_step() + 1.0, entry_.residual_step())};
         }

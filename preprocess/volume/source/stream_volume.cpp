@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace mote::prep {
 namespace {
@@ -19,7 +20,10 @@ StreamVolume::StreamVolume(std::string format, VolumeShape shape, const SampleFo
       shape_(std::move(shape)),
       samples_(samples),
       stream_(std::move(stream)),
-      ending_(ending) {}
+      ending_(ending) {
+    const bool integers = samples.type != ScalarType::f32 && samples.type != ScalarType::f64;
+    if (integers) shape_.valueStep = std::abs(samples.slope);
+}
 
 Result<std::unique_ptr<VolumeSource>> StreamVolume::make(std::string format, VolumeShape shape,
                                                          const SampleFormat& samples, ByteStreamPtr stream,

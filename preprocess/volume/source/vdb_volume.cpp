@@ -12,8 +12,10 @@
 #include <array>
 #include <fstream>
 #include <optional>
+#include <stdexcept>
 
 #include "preprocess/volume/source/byte_stream.h"
+#include "preprocess/volume/source/data_limit.h"
 
 namespace mote::prep {
 namespace {
@@ -23,6 +25,14 @@ namespace fs = std::filesystem;
 // Its voxels are held between reads; a thinner window reads the grid's nodes more often.
 constexpr std::uint64_t windowBytes = 1u << 28;
 constexpr std::uint32_t leafSize = 8;
+
+/// What reading takes at most: a window and its nodes, and the nodes of the whole grid without their voxels,
+/// which take less memory than their masks and values take in the file.
+std::uint64_t mostMemory(const fs::path& path) {
+    std::error_code code;
+    const auto size = fs::file_size(path, code);
+    return 4 * windowBytes + (code ? 0 : 4 * size);
+}
 
 std::optional<ScalarType> typeOf(const openvdb::GridBase& grid) {
     if (grid.isType<openvdb::FloatGrid>()) return ScalarType::f32;
@@ -134,9 +144,13 @@ class VdbVolume : public VolumeSource {
     template <class Work>
     Status guarded(Work work) const {
         try {
+            const DataLimit limit(mostMemory(path_));
             return work();
         } catch (const std::bad_alloc&) {
-            return Error{ErrorCode::resourceExhausted, name_, "is too large for the memory there is"};
+            return Error{ErrorCode::resourceExhausted, name_,
+                         "asks for more memory than there is, or than a file of its size can need"};
+        } catch (const std::length_error&) {
+            return Error{ErrorCode::corrupt, name_, "says a length that nothing can have"};
         } catch (const std::ios_base::failure&) {
             return Error{ErrorCode::corrupt, name_, "ends before its grids do, or cannot be read"};
         } catch (const std::exception& error) {

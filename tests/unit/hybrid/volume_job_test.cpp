@@ -51,6 +51,31 @@ TEST(VolumeJob, AResidualOfThresholdZeroOfFloats) {
     expectWithin(volume, made, made.entry().residual_step() / 2);
 }
 
+/// 8-bit numbers with a slope: a step of a sixteenth, the power of two below it, tells them all apart.
+TEST(VolumeJob, AResidualOfThresholdZeroOfNumbersWithASlope) {
+    const test::TempDir dir;
+    auto volume = sample(45, 38, 41);
+    for (auto& value : volume.values) value = 0.1F * value - 3.0F;
+    volume.shape.valueStep = 0.1;
+    make({volume}, jobOf(0.0, 12, "residual"), dir / "a.mote");
+    const Reconstruction made(dir / "a.mote", 0);
+    EXPECT_EQ(made.entry().residual_step(), 1.0 / 16);
+    expectWithin(volume, made, 1.0 / 32);
+}
+
+/// Their span is too wide for a step of 1.
+TEST(VolumeJob, AResidualOfThresholdZeroOfWideIntegers) {
+    const test::TempDir dir;
+    std::mt19937 random(5);
+    const auto volume = makeVolume(20, 30, 17, ScalarType::i32, [&](int, int, int) {
+        return std::floor(static_cast<double>(random()) - 2147483648.0);
+    });
+    make({volume}, jobOf(0.0, 8, "both"), dir / "a.mote");
+    const Reconstruction made(dir / "a.mote", 0);
+    expectWithin(volume, made, made.entry().residual_step() / 2);
+    EXPECT_LE(made.entry().residual_step(), 4294967296.0 / (1 << 19));
+}
+
 TEST(VolumeJob, NoErrorIsLeftAboveTheThreshold) {
     for (const auto* filter : {"cubic", "box", "under:0.1"}) {
         for (const double threshold : {0.02, 0.11}) {

@@ -111,7 +111,9 @@ TEST_P(Nifti, SlopeAndInterceptAreApplied) {
     const auto first = [&](double slope, double intercept) {
         Header header(GetParam());
         header.slope(slope, intercept);
-        return read(header.bytes() + std::string(60, '\x04'))->values.front();
+        const auto volume = read(header.bytes() + std::string(60, '\x04'));
+        EXPECT_EQ(volume->shape.valueStep, slope == 2.5 ? 2.5 : 1.0);
+        return volume->values.front();
     };
     EXPECT_EQ(first(2.5, -1024), -1014.0F);
     EXPECT_EQ(first(0, 7), 4.0F);  // no slope: neither

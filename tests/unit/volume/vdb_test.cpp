@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <openvdb/openvdb.h>
 
+#include <fstream>
+
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"
 #include "tests/unit/volume/volume_files.h"
@@ -146,6 +148,22 @@ TEST_F(Vdb, FilesWithoutAGridToReadAreRefused) {
     frustum->setTransform(openvdb::math::Transform::createFrustumTransform(
         openvdb::BBoxd({-10, -10, -10}, {10, 10, 10}), 0.5, 1.0));
     EXPECT_THAT(volumeError(write({frustum})), HasSubstr("has a transform that is not linear"));
+}
+
+/// OpenVDB takes memory for any length that a file says.
+TEST_F(Vdb, LengthsThatAFileCannotHaveAreRefused) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "the sanitizers end a program that gets no memory";
+#endif
+    const auto path = write({counted<openvdb::FloatGrid>(2, 2, 2, "f")});
+    // Behind the header (57 bytes), no metadata and the count of grids: the first grid's name.
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(65);
+    file.write("\xff\xff\xff\x7f", 4);
+    file.close();
+    EXPECT_THAT(volumeError(path), HasSubstr("resource_exhausted: a.vdb: asks for more memory"));
+    write({counted<openvdb::FloatGrid>(2, 2, 2, "f")});
+    EXPECT_EQ(volumeError(path), "");
 }
 
 TEST_F(Vdb, CutFilesAreRefused) {
