@@ -11,6 +11,7 @@
 
 #include "client/frames/private_server.h"
 #include "protocol/wire/connection_file.h"
+#include "server/render/hybrid/hybrid_load.h"
 #include "storage/manifest.h"
 #include "tests/bench/orbit/orbit_client.h"
 #include "tests/bench/orbit/page_cache.h"
@@ -23,7 +24,7 @@ struct Options {
     OrbitSettings orbit;
     std::filesystem::path dataset;
     std::optional<std::filesystem::path> connection;
-    std::string device = "cpu";
+    std::string device = "cpu", representation;
     double seconds = 5.0;
     bool cold = false, play = false;
 };
@@ -81,6 +82,15 @@ void printRest(OrbitClient& client, pid_t server) {
                100.0 * (processorTime(server) - before) / std::chrono::duration<double>(resting));
 }
 
+/// The whole of a dataset, in the style that was asked for.
+OrbitSettings settingsOf(const Options& options, const proto::Manifest& manifest) {
+    OrbitSettings settings = options.orbit;
+    if (!manifest.has_hybrid()) return settings;
+    settings.bounds = render::hybridBounds(manifest.hybrid());
+    settings.hybrid.emplace().set_representation(options.representation);
+    return settings;
+}
+
 /// Throws std::runtime_error.
 int measure(const Options& options, const std::filesystem::path& connection) {
     const auto file = wire::readConnectionFile(connection);
@@ -88,7 +98,7 @@ int measure(const Options& options, const std::filesystem::path& connection) {
     const auto server = static_cast<pid_t>(file->pid());
     const auto manifest = storage::readManifest(options.dataset);
     if (!manifest.ok()) throw std::runtime_error(manifest.error().toString());
-    OrbitClient client(connection, options.orbit);
+    OrbitClient client(connection, settingsOf(options, *manifest));
     if (options.cold) evict(options.dataset);
     fmt::print("{} x {}, {}; {:.0f}% of it in the page cache\n", options.orbit.width, options.orbit.height,
                options.dataset.filename().string(), 100.0 * cachedShare(options.dataset));
@@ -96,7 +106,9 @@ int measure(const Options& options, const std::filesystem::path& connection) {
     fmt::print("first picture after {:.0f} ms, the exact one after {:.0f} ms\n", first.anyMs, first.finalMs);
     const OrbitClient::Seconds duration(options.seconds);
     if (options.play) {
-        const auto steps = static_cast<std::uint32_t>(manifest->particles().steps_size());
+        const int ofHybrid = manifest->hybrid().steps_size();
+        const auto steps =
+            static_cast<std::uint32_t>(ofHybrid > 0 ? ofHybrid : manifest->particles().steps_size());
         client.play(steps, settling);
         print("steps played", client.play(steps, duration));
     } else {
@@ -132,8 +144,10 @@ void addOptions(CLI::App& app, Options& options) {
     app.add_option("--height", options.orbit.height, "pixels")->check(CLI::Range(16, 4096));
     app.add_option("--degrees", options.orbit.degreesPerSecond, "a second, of the hand")
         ->check(CLI::Range(0.0, 720.0));
+    app.add_option("--representation", options.representation,
+                   "of a hybrid volume: points, residual or volume; else the best that it has");
     app.add_flag("--all-points", options.orbit.allPoints,
-                 "every point and no volume; else the default style");
+                 "of particles: every point and no volume; else the default style");
     app.add_flag("--cold", options.cold, "take the dataset out of the page cache first");
     app.add_flag("--play", options.play, "play the dataset's steps instead");
 }

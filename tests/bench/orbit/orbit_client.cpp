@@ -66,8 +66,7 @@ std::uint64_t OrbitClient::show(std::uint32_t step, bool moving) {
     proto::View view;
     view.set_width(settings_.width);
     view.set_height(settings_.height);
-    Camera camera =
-        fitCamera({glm::dvec3(-1.0), glm::dvec3(1.0)}, double{1.0} * settings_.width / settings_.height);
+    Camera camera = fitCamera(settings_.bounds, double{1.0} * settings_.width / settings_.height);
     const glm::dvec3 arm = camera.eye - camera.target;
     camera.eye = camera.target + glm::dvec3(std::cos(angle) * arm.x + std::sin(angle) * arm.z, arm.y,
                                             std::cos(angle) * arm.z - std::sin(angle) * arm.x);
@@ -75,13 +74,21 @@ std::uint64_t OrbitClient::show(std::uint32_t step, bool moving) {
     auto& layer = *view.add_layers();
     layer.set_dataset(settings_.dataset);
     layer.set_step(step);
+    setStyle(layer);
+    return connection_.setView(view, {.moving = moving});
+}
+
+void OrbitClient::setStyle(proto::Layer& layer) const {
+    if (settings_.hybrid) {
+        *layer.mutable_hybrid() = *settings_.hybrid;
+        return;
+    }
     auto& particles = *layer.mutable_particles();
     if (settings_.allPoints) {
         particles.mutable_volume()->add_curve()->set_opacity(0.0);
         particles.mutable_points()->set_linked(false);
         particles.mutable_points()->add_curve()->set_fraction(1.0);
     }
-    return connection_.setView(view, {.moving = moving});
 }
 
 std::optional<client::ReceivedFrame> OrbitClient::next(Clock::time_point until) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client/shared/connection.h"
+#include "protocol/scene/bounds.h"
 
 namespace mote::bench {
 
@@ -18,7 +19,9 @@ struct OrbitSettings {
     std::string dataset;  ///< "ROOT/NAME"
     std::uint32_t width = 1280;
     std::uint32_t height = 720;
-    bool allPoints = false;        ///< no volume, every point; else the default style
+    Bounds bounds{glm::dvec3(-1.0), glm::dvec3(1.0)};  ///< of the dataset, layer space
+    std::optional<proto::HybridStyle> hybrid;          ///< of a hybrid volume; absent: of particles
+    bool allPoints = false;        ///< of particles: no volume, every point; else the default style
     double degreesPerSecond = 30;  ///< of the hand
     std::optional<double> rate;    ///< views a second; absent: a new view for each frame that came
 };
@@ -66,6 +69,7 @@ class OrbitClient {
     using Clock = std::chrono::steady_clock;
 
     std::uint64_t show(std::uint32_t step, bool moving);
+    void setStyle(proto::Layer& layer) const;
     std::optional<client::ReceivedFrame> next(Clock::time_point until);
     /// Waits for a frame of this view or a later one, an exact one if asked for.
     client::ReceivedFrame need(std::uint64_t view, bool final, std::vector<Seen>* seen);
