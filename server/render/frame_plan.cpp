@@ -213,7 +213,8 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
         if (view.layers[i].hybrid() != nullptr) {
             MOTE_CHECK(i < scene.hybrids.size());
-            plan.hybrids.push_back(planHybrid(view.layers[i], scene.hybrids[i], plan.camera));
+            plan.hybrids.push_back(
+                planHybrid(view.layers[i], scene.hybrids[i], plan.camera, quality.pointFraction));
         }
         const ParticlesStyle* const style = view.layers[i].particles();
         if (style == nullptr) continue;

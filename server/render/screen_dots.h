@@ -10,14 +10,16 @@
 #include <vector>
 
 #include "server/render/frame_plan.h"
+#include "server/render/hybrid/point_looks.h"
 
 namespace mote::render {
 
 struct ScreenDot {
-    float x, y;        ///< pixels
-    DotFootprint ink;  ///< with the dot's opacity in `most`; of another shape, as coverage() takes it
-    float place;       ///< slabs from the plan's nearDepth, 0 to the number of slabs
-    glm::vec3 color;   ///< linear RGB
+    float x = 0.0F, y = 0.0F;  ///< pixels
+    DotFootprint ink{0.0F,
+                     0.0F};  ///< with the dot's opacity in `most`; of another shape, as coverage() takes it
+    float place = 0.0F;      ///< slabs from the plan's nearDepth, 0 to the number of slabs
+    glm::vec3 color{0.0F};   ///< linear RGB
     PointShape shape = PointShape::disc;
     float peak = 1.0F;  ///< of a gaussian, its coverage in the middle, were it not held to 1
 
@@ -28,8 +30,9 @@ struct ScreenDot {
 /// Front to back; of equal depth in their order.
 std::vector<ScreenDot> screenDots(const FramePlan& plan);
 
-/// The points of all hybrid volumes that may be seen, in their order, not sorted by depth. Works in parallel.
-std::vector<ScreenDot> screenSplats(const FramePlan& plan);
+/// Adds the points of all hybrid volumes that may be seen, in their order, not sorted by depth. `looks`: of
+/// the picture before, one a layer. Works in parallel.
+void addScreenSplats(const FramePlan& plan, std::vector<KeptPointLooks>& looks, std::vector<ScreenDot>& dots);
 
 inline float ScreenDot::opacity(float dx, float dy) const {
     if (shape == PointShape::square) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <numbers>
+#include <numeric>
 
 #include "server/render/screen_dots.h"
 #include "server/render/screen_map.h"
@@ -14,39 +15,8 @@
 namespace mote::render {
 namespace {
 
-constexpr std::size_t chunkPoints = 16384;
+constexpr std::uint32_t chunkPoints = 16384;
 constexpr double least = 1e-5;  // opacity: a hundred such points show in no picture of 8 bits
-
-/// What the points of a plan have by their codes (docs/PICTURE.md, "Hybrid volumes").
-class PointLooks {
-  public:
-    explicit PointLooks(const HybridPlan& plan, double cell) : opacities_(65536), light_(plan.light) {
-        const HybridStep& step = *plan.step;
-        for (std::size_t v = 0; v < 256; ++v) {
-            const double value =
-                step.range.low + static_cast<double>(v) / 255.0 * (step.range.high - step.range.low);
-            const double own = plan.transfer.extinction(value);
-            colors_[v] = glm::vec3(plan.transfer.color(value));
-            for (std::size_t e = 0; e < 256 && own > 0.0; ++e) {
-                const double error = (static_cast<double>(e) - 128.0) * step.points->errorStep;
-                const double lack = own - plan.transfer.extinction(value - error);
-                if (lack > 0.0) opacities_[v * 256 + e] = plan.style.pointOpacity * -std::expm1(-lack * cell);
-            }
-        }
-    }
-    double opacity(const HybridPoint& point) const {
-        return opacities_[std::size_t{point.value} * 256 + point.error];
-    }
-    glm::vec3 color(const HybridPoint& point) const {
-        const auto& shade = light_.of(point.normal);
-        return colors_[point.value] * shade.diffuse + shade.specular;
-    }
-
-  private:
-    std::vector<double> opacities_;
-    std::array<glm::vec3, 256> colors_{};
-    const HybridLight& light_;
-};
 
 /// Footprints by the spacing of points on the screen; `opacity`: of the point.
 void setFootprint(ScreenDot& dot, double spacing, double pointSize, double opacity) {
@@ -67,18 +37,18 @@ void setFootprint(ScreenDot& dot, double spacing, double pointSize, double opaci
 
 class SplatMaker {
   public:
-    SplatMaker(const FramePlan& frame, const HybridPlan& plan)
-        : frame_(frame), plan_(plan), toScreen_(boxToScreen(frame, plan.boxToEye)), looks_(plan, cellEdge()) {
+    SplatMaker(const FramePlan& frame, const HybridPlan& plan, const PointLooks& looks)
+        : frame_(frame), plan_(plan), looks_(looks), toScreen_(boxToScreen(frame, plan.boxToEye)) {
         const glm::dmat3 boxToEye(plan.boxToEye);
         const double inEye = std::cbrt(std::abs(glm::determinant(boxToEye)) / samples());
-        spacing_ = inEye * frame.height / (2.0 * frame.camera.halfHeight());
+        spacing_ = plan.pointGrowth() * inEye * frame.height / (2.0 * frame.camera.halfHeight());
     }
 
-    void make(std::size_t begin, std::size_t end, std::vector<ScreenDot>& out) const {
-        const HybridPoints& points = *plan_.step->points;
-        for (std::size_t i = begin; i < end; ++i) {
-            const double opacity = looks_.opacity(points.points[i]);
-            if (opacity >= least) add(points.points[i], opacity, out);
+    void make(std::uint32_t begin, std::uint32_t end, std::vector<ScreenDot>& out) const {
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const HybridPoint& point = plan_.step->points->points[plan_.point(i)];
+            const double opacity = plan_.style.pointOpacity * looks_.opacity(point);
+            if (opacity >= least) add(point, opacity, out);
         }
     }
 
@@ -86,10 +56,6 @@ class SplatMaker {
     double samples() const {
         const glm::dvec3 size(plan_.step->points->size);
         return size.x * size.y * size.z;
-    }
-    /// Of the cube with the volume of a cell of the error grid, layer units.
-    double cellEdge() const {
-        return std::cbrt(std::abs(glm::determinant(glm::dmat3(plan_.step->boxToLayer))) / samples());
     }
     bool cut(const glm::dvec3& inBox) const {
         return std::any_of(plan_.clips.begin(), plan_.clips.end(), [&](const HalfSpace& side) {
@@ -114,32 +80,47 @@ class SplatMaker {
                           dot.x < static_cast<float>(frame_.width) + reach &&
                           dot.y < static_cast<float>(frame_.height) + reach;
         if (!seen || cut(inBox)) return;
-        dot.color = looks_.color(point);
+        const auto& shade = plan_.light.of(point.normal);
+        dot.color = looks_.color(point) * shade.diffuse + shade.specular;
         out.push_back(dot);
     }
 
     const FramePlan& frame_;
     const HybridPlan& plan_;
+    const PointLooks& looks_;
     glm::dmat4 toScreen_;
-    PointLooks looks_;
     double spacing_ = 0.0;  // of points, in pixels at depth 1 (perspective) or anywhere
 };
 
 }  // namespace
 
-std::vector<ScreenDot> screenSplats(const FramePlan& plan) {
-    std::vector<ScreenDot> all;
-    for (const auto& hybrid : plan.hybrids) {
-        if (!hybrid.hasPoints()) continue;
-        const SplatMaker maker(plan, hybrid);
-        const std::size_t points = hybrid.step->points->points.size();
-        std::vector<std::vector<ScreenDot>> parts((points + chunkPoints - 1) / chunkPoints);
-        tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
-            maker.make(part * chunkPoints, std::min(points, (part + 1) * chunkPoints), parts[part]);
+void addScreenSplats(const FramePlan& plan, std::vector<KeptPointLooks>& looks,
+                     std::vector<ScreenDot>& dots) {
+    looks.resize(plan.hybrids.size());
+    for (std::size_t layer = 0; layer < plan.hybrids.size(); ++layer) {
+        const HybridPlan& hybrid = plan.hybrids[layer];
+        if (hybrid.pointCount() == 0) continue;
+        const SplatMaker maker(plan, hybrid, looks[layer].of(hybrid));
+        const std::uint32_t points = hybrid.pointCount();
+        const std::uint32_t chunks = (points + chunkPoints - 1) / chunkPoints;
+        tbb::enumerable_thread_specific<std::vector<ScreenDot>> seen;
+        // Twice, to count and to place: keeping them in between takes longer, and as much memory again.
+        const auto forChunks = [&](auto visit) {
+            tbb::parallel_for(0U, chunks, [&](std::uint32_t chunk) {
+                auto& some = seen.local();
+                some.clear();
+                maker.make(chunk * chunkPoints, std::min(points, (chunk + 1) * chunkPoints), some);
+                visit(chunk, some);
+            });
+        };
+        std::vector<std::size_t> begin(chunks + 1, dots.size());
+        forChunks([&](std::uint32_t chunk, const auto& some) { begin[chunk + 1] = some.size(); });
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        dots.resize(begin.back());
+        forChunks([&](std::uint32_t chunk, const auto& some) {
+            std::copy(some.begin(), some.end(), dots.begin() + static_cast<std::ptrdiff_t>(begin[chunk]));
         });
-        for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
     }
-    return all;
 }
 
 }  // namespace mote::render

@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "server/render/calibration.h"
 #include "server/render/frame_plan.h"
 #include "server/session/layer_place.h"
 #include "storage/storage_error.h"
@@ -26,6 +27,12 @@ void check(const render::Scene& scene) {
     }
 }
 
+std::vector<const render::HybridStep*> hybridsOf(const render::Scene& scene) {
+    std::vector<const render::HybridStep*> hybrids;
+    for (const auto& step : scene.hybrids) hybrids.push_back(step.get());
+    return hybrids;
+}
+
 /// How many points an exact picture draws depends on the view, and the latest picture of the same data tells
 /// it best: views of one hand follow each other closely. It is taken with care (a view that saw nothing is
 /// followed by one that does), and of new data all points are expected.
@@ -38,7 +45,12 @@ ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
         load.previewShare = load.points == 0.0 ? share : std::min(load.previewShare, share);
         load.points += static_cast<double>(step->pointCount());
     }
-    if (scene.steps == history.steps) load.points = std::max(history.exactPoints, 0.01 * load.points);
+    for (const auto& step : scene.hybrids) {
+        if (step != nullptr && step->points)
+            load.points += render::splatWork * static_cast<double>(step->points->points.size());
+    }
+    if (scene.steps == history.steps && hybridsOf(scene) == history.hybrids)
+        load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
 }
 
@@ -63,6 +75,7 @@ Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controll
 double shareOf(const render::FramePlan& plan, const Quality& quality) {
     double share = quality.pointFraction;
     for (const auto& layer : plan.layers) share = std::min(share, layer.share);
+    for (const auto& layer : plan.hybrids) share = std::min(share, 1.0 / layer.pointStride);
     return share;
 }
 
@@ -79,9 +92,11 @@ void describe(MadePicture& made, const RenderJob& job, const std::string& device
 
 void learn(PictureHistory& history, const render::Scene& scene, const render::Picture& picture,
            const Quality& quality, double share, double ms) {
-    const auto points = static_cast<double>(picture.pointsDrawn);
+    const double points = static_cast<double>(picture.pointsDrawn) +
+                          (render::splatWork - 1.0) * static_cast<double>(picture.splatsDrawn);
     history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
     history.steps = scene.steps;
+    history.hybrids = hybridsOf(scene);
     history.exactPoints = points / share;
 }
 

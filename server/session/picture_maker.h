@@ -30,7 +30,8 @@ using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
 struct PictureHistory {
     QualityController quality;
     std::vector<std::shared_ptr<const storage::ParticleStep>> steps = {};  ///< of the latest picture
-    double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn
+    std::vector<const render::HybridStep*> hybrids = {};  ///< likewise; not held, only told apart
+    double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
     DotHistory dots = {};
 };
 

@@ -62,6 +62,16 @@ double QualityController::steadyShare(double wanted, double previewShare) {
     return lastShare_;
 }
 
+/// Half the resolution where the pixels alone would take most of the time, a third where those of half would
+/// take more than all of it; back only where they clearly would not, or the picture would flicker.
+std::uint32_t QualityController::steadyDivisor(double pixelMs) const {
+    constexpr double mostOfWhole = 0.65, mostOfHalf = 1.1, back = 0.6;
+    const auto fits = [&](std::uint32_t divisor, double most) {
+        return pixelMs / (divisor * divisor) <= most * (divisor_ > divisor ? back : 1.0) * budgetMs_;
+    };
+    return fits(1, mostOfWhole) ? 1 : fits(2, mostOfHalf) ? 2 : 3;
+}
+
 Quality QualityController::quick(const ViewLoad& load) {
     // A cost that was measured wrongly shall not freeze the hand: the points grow step by step.
     const double affordable = 0.5 * budgetMs_ / perPoint_ * million;
@@ -71,11 +81,8 @@ Quality QualityController::quick(const ViewLoad& load) {
         return Quality::exact();
     }
     Quality quality = quickQuality();
-    // Half the resolution where the pixels alone would take most of the time; back only where they clearly
-    // would not, or the picture would flicker between the two.
-    const double pixelMs = perPixel_ * millionPixels(load.pixels, quality);
-    halfSize_ = pixelMs > (halfSize_ ? 0.4 : 0.65) * budgetMs_;
-    if (halfSize_) quality.resolutionScale = 0.5;
+    divisor_ = steadyDivisor(perPixel_ * millionPixels(load.pixels, quality));
+    quality.resolutionScale = 1.0 / divisor_;
     quality.pointFraction = fractionWithin(load, quality, budgetMs_);
     if (load.points > mostPoints) {
         quality.pointFraction = std::min(quality.pointFraction, mostPoints / load.points);

@@ -21,7 +21,7 @@ namespace mote::server {
 /// What the exact picture of a view would take.
 struct ViewLoad {
     double pixels = 0.0;
-    double points = 0.0;
+    double points = 0.0;  ///< of particles; one of a hybrid volume counts as render::splatWork
     double previewShare =
         0.0;  ///< of the points that comes from previews, at far less than its part of the cost
 };
@@ -51,12 +51,13 @@ class QualityController {
   private:
     double fractionWithin(const ViewLoad& load, const render::Quality& quality, double budgetMs) const;
     double steadyShare(double wanted, double previewShare);
+    std::uint32_t steadyDivisor(double pixelMs) const;
     void solve();
 
     double budgetMs_;
-    bool halfSize_ = false;    // of the last quick picture
-    double lastPoints_ = 0.0;  // that were drawn
-    double lastShare_ = 0.0;   // of the last quick picture with fewer points; 0: there was none
+    std::uint32_t divisor_ = 1;  // of the last quick picture's width and height
+    double lastPoints_ = 0.0;    // that were drawn
+    double lastShare_ = 0.0;     // of the last quick picture with fewer points; 0: there was none
     bool learned_ = false;
     double perPoint_ = 25.0;  // ms a million points
     double perPixel_ = 40.0;  // ms a million pixels of exact work

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 
 #include "server/render/blank_picture.h"
@@ -38,11 +39,24 @@ std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
     return packed;
 }
 
+/// The edge of the cube with the volume of a cell, in pixels of the picture, in the middle of the box; at
+/// most 1 where the eye is within.
+double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
+    const double volume = std::abs(glm::determinant(glm::dmat3(hybrid.boxToEye)));
+    const double edge = std::cbrt(volume / (cells.x * cells.y * cells.z));
+    const double depth = -(hybrid.boxToEye * glm::dvec4(0.5, 0.5, 0.5, 1.0)).z;
+    const double away = plan.camera.perspective() ? std::max(depth, 0.5 * std::cbrt(volume)) : 1.0;
+    return edge / away * plan.height / (2.0 * plan.camera.halfHeight());
+}
+
 /// Of a hybrid volume, stretches a cell's edge: a trilinear field bends within a cell, and light in it does.
-/// Cells of the low volume are large on the screen, and few.
-double hybridSamples(const FramePlan& plan, bool corrected) {
-    const double most = corrected ? 2.0 : 6.0;
-    return plan.exact ? most : std::clamp(plan.samplesPerCell, 0.5, most);
+/// Cells of the low volume are large on the screen, and few. In motion a stretch is no shorter than a pixel
+/// is wide, and a cell long where that is longer: what is finer, no pixel shows either.
+double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
+    constexpr double least = 0.25;
+    const double most = hybrid.corrected() ? 2.0 : 6.0;
+    if (plan.exact) return most;
+    return std::clamp(plan.samplesPerCell * std::min(1.0, pixelsPerCell(plan, hybrid, cells)), least, most);
 }
 
 HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const VisibleHybrid& visible) {
@@ -57,7 +71,7 @@ HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const V
         .screen = screenOf(boxToScreen(plan, hybrid.boxToEye)),
         .space = {.cells = cells,
                   .shift = -0.5,
-                  .samples = hybridSamples(plan, bricks != nullptr),
+                  .samples = hybridSamples(plan, hybrid, cells),
                   .toLayer = glm::dmat3(step.boxToLayer),
                   .clips = hybrid.clips},
         .blocks = visible.blocks,

@@ -31,8 +31,10 @@ class FrameDots {
     std::uint32_t columns_ = 0;    // of tiles
     std::vector<ScreenDot> dots_;  // front to back, then the points
     std::uint64_t splats_ = 0;
-    TileLists<std::uint32_t> tiles_;  // indices into them
+    std::vector<KeptPointLooks> looks_;  // of the hybrid layers
+    TileLists<std::uint32_t> tiles_;     // indices into them
     struct Local {
+        std::vector<std::uint64_t> keys;
         std::vector<std::uint32_t> own;  // front to back
         TileDots dots;
     };

@@ -12,6 +12,7 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/egl/step_splats.h"
+#include "server/render/hybrid/point_looks.h"
 #include "server/render/ray_map.h"
 #include "server/render/screen_map.h"
 #include "server/render/transfer_table.h"
@@ -42,9 +43,9 @@ float splatUnit(const FramePlan& plan, const HybridPlan& layer, double edge, dou
     const double thickness = (plan.farDepth - plan.nearDepth) / plan.slabs;
     const double farthest = plan.camera.perspective() ? plan.farDepth : 1.0;
     const double least = std::max(spacing / farthest, 1e-6);  // pixels from point to point
-    const double width = std::max(3.0 * layer.style.pointSize * least, 3.0) + 1.0;
+    const double width = std::max(3.0 * layer.style.pointSize * layer.pointGrowth() * least, 3.0) + 1.0;
     const double columns = width / least + 2.0;
-    const double among = columns * columns * (thickness / edge + 2.0) * 8.0;
+    const double among = columns * columns * (thickness / edge + 2.0) * 8.0 / layer.pointStride;
     const double points =
         std::clamp(among, 1.0, static_cast<double>(layer.step->points->points.size()) + 1.0);
     constexpr double deepest = 9.22;  // -ln(1 - HybridStyle::opacityLimit), with rounding
@@ -87,7 +88,7 @@ SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer) {
     const double edge = pointSpacing(step) * std::cbrt(std::abs(glm::determinant(layerToEye)));
     const double spacing = edge * plan.height / (2.0 * plan.camera.halfHeight());
     return {.toScreen = glm::mat4(boxToScreen(plan, layer.boxToEye) * toBox),
-            .spacing = static_cast<float>(spacing),
+            .spacing = static_cast<float>(layer.pointGrowth() * spacing),
             .unit = splatUnit(plan, layer, edge, spacing)};
 }
 

@@ -77,7 +77,7 @@ bool FrameRun::dispatchSplats(std::string_view name, std::size_t hybrid, const P
     if (!work.drawsPoints()) return true;
     const HybridPlan& plan = *work.plan;
     StepSplats& splats = *work.resident->splats;
-    splats.setLook(*plan.step, plan.transfer, plan.light);
+    splats.setLook(plan);
     const GLuint program = shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layerCount())},
                                                    {"WORDS", words_},
                                                    {"SPLATS", 1U},
@@ -101,8 +101,10 @@ bool FrameRun::dispatchSplats(std::string_view name, std::size_t hybrid, const P
     glBindTextureUnit(selectedUnit, splats.look());
     glBindTextureUnit(slabBitsUnit, buffers_.masksTexture.get());
     constexpr std::uint32_t piece = 1U << 20;  // points at once: few milliseconds' work
-    for (std::uint32_t first = 0; first < splats.count(); first += piece) {
-        const std::uint32_t end = std::min(splats.count(), first + piece);
+    const std::uint32_t count = plan.pointCount();
+    glUniform2ui(place("stride"), plan.pointStride, splats.count());
+    for (std::uint32_t first = 0; first < count; first += piece) {
+        const std::uint32_t end = std::min(count, first + piece);
         glUniform2ui(place("range"), first, end);
         glDispatchCompute(groups(end - first, 256), 1, 1);
         if (!pacer_.next()) return false;

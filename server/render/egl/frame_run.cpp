@@ -38,6 +38,7 @@ std::optional<Picture> FrameRun::draw() {
         if (!drawBand({row, count, count * tilesAcross_}, picture)) return std::nullopt;
         ++times_.bands;
     }
+    picture.splatsDrawn = splatsDrawn_;
     picture.pointsDrawn += splatsDrawn_;
     checkGl("a picture");
     return picture;

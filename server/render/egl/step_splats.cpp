@@ -5,16 +5,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <glm/matrix.hpp>
 #include <vector>
 
 #include "server/render/device.h"
+#include "server/render/hybrid/point_looks.h"
 
 namespace mote::render {
 namespace {
 
-constexpr std::size_t codes = 256;
+constexpr std::size_t codes = PointLooks::codes;
 constexpr std::size_t opacities = codes * codes, colors = 3 * codes, shades = 2 * codes;
 
 using PackedPoint = std::array<std::uint32_t, 3>;
@@ -25,11 +24,6 @@ PackedPoint packed(const HybridPoint& point) {
 }
 
 }  // namespace
-
-double pointSpacing(const HybridStep& step) {
-    const glm::dvec3 size(step.points->size);
-    return std::cbrt(std::abs(glm::determinant(glm::dmat3(step.boxToLayer))) / (size.x * size.y * size.z));
-}
 
 StepSplats::StepSplats(const HybridStep& step)
     : count_(static_cast<std::uint32_t>(step.points->points.size())) {
@@ -47,29 +41,20 @@ StepSplats::StepSplats(const HybridStep& step)
     lookTexture_ = bufferTexture(look_, GL_R32F);
 }
 
-void StepSplats::setTransfer(const HybridStep& step, const HybridTransfer& transfer) {
-    const double spacing = pointSpacing(step);
-    std::vector<float> values(opacities + colors);
-    for (std::size_t value = 0; value < codes; ++value) {
-        const double v = std::lerp(step.range.low, step.range.high, static_cast<double>(value) / 255.0);
-        const double whole = transfer.extinction(v);
-        for (std::size_t error = 0; error < codes; ++error) {
-            const double e = (static_cast<double>(error) - 128.0) * step.points->errorStep;
-            const double lack = whole > 0.0 ? std::max(0.0, whole - transfer.extinction(v - e)) : 0.0;
-            values[value | error << 8] = static_cast<float>(-std::expm1(-lack * spacing));
-        }
-        const glm::dvec3 color = transfer.color(v);
-        for (int part = 0; part < 3; ++part)
-            values[opacities + 3 * value + static_cast<std::size_t>(part)] = static_cast<float>(color[part]);
-    }
-    look_.write(0, values.size() * sizeof(float), values.data());
+void StepSplats::setTransfer(const HybridPlan& plan) {
+    static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
+    const PointLooks looks(*plan.step, plan.transfer, plan.pointStrength());
+    look_.write(0, opacities * sizeof(float), looks.opacities().data());
+    look_.write(opacities * sizeof(float), colors * sizeof(float), looks.colors().data());
 }
 
-void StepSplats::setLook(const HybridStep& step, const HybridTransfer& transfer, const HybridLight& light) {
+void StepSplats::setLook(const HybridPlan& plan) {
     static_assert(sizeof(HybridLight::Shade) == 2 * sizeof(float));
-    if (transfer_ != transfer) setTransfer(step, transfer);
-    transfer_ = transfer;
-    look_.write((opacities + colors) * sizeof(float), sizeof(light.shades()), light.shades().data());
+    if (transfer_ != plan.transfer || strength_ != plan.pointStrength()) setTransfer(plan);
+    transfer_ = plan.transfer;
+    strength_ = plan.pointStrength();
+    const auto& shades = plan.light.shades();
+    look_.write((opacities + colors) * sizeof(float), sizeof(shades), shades.data());
 }
 
 }  // namespace mote::render

@@ -9,14 +9,9 @@
 #include <optional>
 
 #include "server/render/egl/gl_objects.h"
-#include "server/render/hybrid/hybrid_light.h"
-#include "server/render/hybrid/hybrid_step.h"
-#include "server/render/hybrid/hybrid_transfer.h"
+#include "server/render/hybrid/hybrid_plan.h"
 
 namespace mote::render {
-
-/// The edge of the cube that a point stands for, layer units. The step must have points.
-double pointSpacing(const HybridStep& step);
 
 class StepSplats {
   public:
@@ -29,18 +24,19 @@ class StepSplats {
     std::size_t bytes() const { return points_.bytes() + look_.bytes(); }
 
     /// What points look like from now on.
-    void setLook(const HybridStep& step, const HybridTransfer& transfer, const HybridLight& light);
+    void setLook(const HybridPlan& plan);
     /// As splats.glsl reads it: of value | error << 8 the opacity; of each value red, green and blue before
     /// light; of each normal the shade.
     GLuint look() const { return lookTexture_.get(); }
 
   private:
-    void setTransfer(const HybridStep& step, const HybridTransfer& transfer);
+    void setTransfer(const HybridPlan& plan);
 
     GlBuffer points_, look_;
     GlTexture pointsTexture_, lookTexture_;
     std::uint32_t count_;
     std::optional<HybridTransfer> transfer_;  ///< of which the look is
+    double strength_ = 0.0;                   ///< likewise
 };
 
 }  // namespace mote::render

@@ -94,6 +94,14 @@ TEST(QualityController, ScaleDoesNotFlicker) {
     EXPECT_EQ(changes, 0);
 }
 
+TEST(QualityController, AThirdOfTheResolutionWhereHalfTakesTooLong) {
+    const SimulatedDevice device{1.0, 5e-6, 8e-6, 3e-6};  // half takes more than all of the time
+    const ViewLoad volume{hd.pixels, 0.0};
+    QualityController controller(30.0);
+    for (int i = 0; i < 30; ++i) device.render(controller, volume, controller.quick(volume));
+    EXPECT_EQ(controller.quick(volume).resolutionScale, 1.0 / 3.0);
+}
+
 TEST(QualityController, ACalibratedDeviceIsTrustedFromTheFirstPicture) {
     const SimulatedDevice device{0.5, 4e-6, 1e-8, 1e-6};
     QualityController controller(30.0);

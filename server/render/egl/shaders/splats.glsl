@@ -9,7 +9,8 @@ layout(binding = 1) uniform samplerBuffer look;      // [value | error << 8] opa
 
 uniform mat4 toScreen;     // from samples of the error grid
 uniform uint layer;
-uniform uvec2 range;       // points [x, y) are drawn
+uniform uvec2 range;       // points of numbers [x, y) among those that are drawn
+uniform uvec2 stride;      // of x points that follow each other one is drawn (HybridPlan::point); of y in all
 uniform float spacing;     // of points, pixels at w = 1
 uniform float size;        // over spacing
 uniform float opacity;     // times a point's own
@@ -69,6 +70,7 @@ void draw(vec2 at, float p, float w, float a, uint slab, float fraction) {
 void main() {
     uint index = range.x + gl_GlobalInvocationID.x;
     if (index >= range.y) return;
+    index = min(index * stride.x + (index * 2654435761u >> 16) % stride.x, stride.y - 1u);
     uvec3 point = texelFetch(points, int(index)).xyz;
     uint value = (point.y >> 16) & 255u;
     float a = opacity * texelFetch(look, int(value | (point.y >> 24) << 8)).x;
