@@ -6,13 +6,17 @@
 #include <sys/mman.h>
 
 #include <cerrno>
+#include <vector>
 
+#include "storage/packed_file.h"
 #include "storage/read_file.h"
 #include "storage/system_error.h"
+#include "storage/write_file.h"
 
 namespace mote::storage {
 namespace {
 
+constexpr std::streamsize unpackedPiece = std::streamsize{1} << 20;  // bytes
 constexpr std::uint64_t pageBytes = 4096;  // a wish for less than the kernel's page is refused, and no harm
 
 bool same(const timespec& a, const timespec& b) {
@@ -34,14 +38,43 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint
     }
     MappedFile mapped(path.string(), *std::move(file));
     mapped.changed_ = status.st_mtim;
-    if (size == 0) return mapped;
-    void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, mapped.file_.get(), 0);
-    if (address == MAP_FAILED) return systemError(errno, path.string(), "cannot be mapped");
-    mapped.bytes_ = {static_cast<const std::byte*>(address), size};
-    auto guard = MappingGuard::make(mapped.bytes_);
-    if (!guard.ok()) return guard.error().within(path.string());
-    mapped.guard_ = *std::move(guard);
+    MOTE_RETURN_IF_ERROR(mapped.map(size));
     return mapped;
+}
+
+Result<MappedFile> MappedFile::unpack(const std::filesystem::path& path, std::uint64_t most) {
+    auto source = PackedSource::open(path);
+    if (!source.ok()) return source.error();
+    MappedFile memory(path.string(), FileDescriptor(::memfd_create("mote-unpacked", MFD_CLOEXEC)));
+    if (!memory.file_.valid()) return systemError(errno, path.string(), "cannot be unpacked");
+    std::vector<char> piece(unpackedPiece);
+    std::uint64_t size = 0;
+    for (auto got = (*source)->sgetn(piece.data(), unpackedPiece); got > 0;
+         got = (*source)->sgetn(piece.data(), unpackedPiece)) {
+        const std::span some(piece.data(), static_cast<std::size_t>(got));
+        if (some.size() > most - size) {
+            return Error{ErrorCode::corrupt, path.string(), fmt::format("holds more than {} bytes", most)};
+        }
+        MOTE_RETURN_IF_ERROR(writeAt(memory.file_.get(), size, std::as_bytes(some), path));
+        size += some.size();
+    }
+    struct stat status {};
+    if (::fstat(memory.file_.get(), &status) != 0)
+        return systemError(errno, path.string(), "cannot be unpacked");
+    memory.changed_ = status.st_mtim;
+    MOTE_RETURN_IF_ERROR(memory.map(size));
+    return memory;
+}
+
+Status MappedFile::map(std::uint64_t size) {
+    if (size == 0) return success();
+    void* address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file_.get(), 0);
+    if (address == MAP_FAILED) return systemError(errno, path_, "cannot be mapped");
+    bytes_ = {static_cast<const std::byte*>(address), size};
+    auto guard = MappingGuard::make(bytes_);
+    if (!guard.ok()) return guard.error().within(path_);
+    guard_ = *std::move(guard);
+    return success();
 }
 
 MappedFile::~MappedFile() {

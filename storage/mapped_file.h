@@ -26,6 +26,10 @@ class MappedFile {
     /// Errors: as openRegular, corrupt (its size is not `expectedSize`), resourceExhausted.
     static Result<MappedFile> open(const std::filesystem::path& path, std::uint64_t expectedSize);
 
+    /// What a packed file (packed_file.h) holds, in memory of its own, for which `most` bytes are taken at
+    /// most. Errors: as openRegular, corrupt (it holds more), resourceExhausted.
+    static Result<MappedFile> unpack(const std::filesystem::path& path, std::uint64_t most);
+
     MappedFile(MappedFile&& other) noexcept
         : path_(std::move(other.path_)),
           file_(std::move(other.file_)),
@@ -53,6 +57,7 @@ class MappedFile {
 
   private:
     MappedFile(std::string path, FileDescriptor file) : path_(std::move(path)), file_(std::move(file)) {}
+    Status map(std::uint64_t size);
     void advise(std::uint64_t first, std::uint64_t last, int advice) const;
 
     std::string path_;

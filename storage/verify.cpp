@@ -12,6 +12,7 @@
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
+#include "storage/packed_file.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/read_file.h"
 #include "storage/stipple/hierarchy_file.h"
@@ -115,7 +116,10 @@ class Verifier {
 
     void checkHybridStep(std::uint32_t step) {
         const auto& entry = manifest_.hybrid().steps(static_cast<int>(step));
-        if (checkArrayFile(fs::path(entry.file()).stem().string())) {
+        const fs::path file = entry.file();
+        const bool packed = file.extension() == packedSuffix;
+        if (packed ? checkFiles({entry.digest(), entry.file()}).value_or(false)
+                   : checkArrayFile(file.stem().string())) {
             const auto opened = HybridStep::open(directory_, manifest_, step);
             if (!opened.ok()) add({opened.error()});
         }

@@ -25,7 +25,10 @@ class StoredRow {
         const std::array<std::uint32_t, 3> grid{brick * side + place % side,
                                                 row_ * side + place / side % side,
                                                 layer_ * side + place / side / side};
-        if (bytes_ == 5) place16_.push_back(from.place[i]);
+        if (bytes_ == 5)
+            place16_.push_back(static_cast<std::uint16_t>(place - (brick == brick_ ? before_ : 0)));
+        brick_ = brick;
+        before_ = place;
         for (const auto coordinate : grid) {
             if (bytes_ == 6) place8_.push_back(static_cast<std::uint8_t>(coordinate));
             if (bytes_ == 9) place16_.push_back(static_cast<std::uint16_t>(coordinate));
@@ -37,7 +40,7 @@ class StoredRow {
     std::uint64_t size() const { return value_.size(); }
     storage::HybridPoints view() const {
         storage::HybridPoints points;
-        (bytes_ == 5 ? points.placeInBrick : points.place16) = place16_;
+        (bytes_ == 5 ? points.advance : points.place16) = place16_;
         points.place8 = place8_;
         points.value = value_;
         points.error = error_;
@@ -47,6 +50,7 @@ class StoredRow {
 
   private:
     std::uint32_t row_, layer_, bytes_;
+    std::uint32_t brick_ = ~0U, before_ = 0;  ///< of the point before
     std::vector<std::uint8_t> place8_;
     std::vector<std::uint16_t> place16_;
     std::vector<std::uint8_t> value_, error_, normal_;

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <string>
 
 #include "preprocess/volume/point_output.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/hybrid/residual_writer.h"
+#include "storage/packed_file.h"
 #include "storage/particles/step_writer.h"
 
 namespace mote::prep {
@@ -49,7 +51,6 @@ class StepOutput {
         MOTE_RETURN_IF_ERROR(writeArrays());
         if (!plan_.residual) return success();
         MOTE_RETURN_IF_ERROR(task_.report(residualsBegin, "writing residuals"));
-        entry_.set_residual_file(storage::residualName(task_.step));
         std::uint64_t samples = 0;
         std::uint64_t bricks = 0;
         for (const auto& part : all_.residuals) {
@@ -58,8 +59,10 @@ class StepOutput {
         }
         entry_.set_residual_samples(samples);
         entry_.set_residual_bricks(bricks);
-        return storage::writeResidual(task_.directory / entry_.residual_file(), content_.coding,
-                                      all_.residuals, scratches_);
+        const auto name = storage::residualName(task_.step);
+        MOTE_RETURN_IF_ERROR(
+            storage::writeResidual(task_.directory / name, content_.coding, all_.residuals, scratches_));
+        return pack(name, *entry_.mutable_residual_file());
     }
 
   private:
@@ -71,7 +74,6 @@ class StepOutput {
             task_.directory, name,
             {plan_.low, plan_.valueBits, plan_.pointBytes, plan_.error, entry_.points()});
         if (!file.ok()) return file.error();
-        entry_.set_file(name + ".h5");
         entry_.set_digest(name + ".digest");
         const auto normals = lowNormals(content_.low, gridToWorld(plan_, plan_.low));
         MOTE_RETURN_IF_ERROR(file->writeLow(content_.low.codes(), normals));
@@ -79,7 +81,14 @@ class StepOutput {
         if (plan_.pointBytes > 0) {
             MOTE_RETURN_IF_ERROR(writePoints(points, plan_.error, plan_.pointBytes, progress, *file));
         }
-        return file->finish();
+        MOTE_RETURN_IF_ERROR(file->finish());
+        return pack(name + ".h5", *entry_.mutable_file());
+    }
+
+    /// `packed`: the name that the file has then.
+    Status pack(const std::string& name, std::string& packed) const {
+        packed = name + std::string(storage::packedSuffix);
+        return storage::packFile(task_.directory / name);
     }
 
     const StepTask& task_;

@@ -67,20 +67,39 @@ Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& e
     return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
 }
 
+namespace {
+
+/// Of a file of arrays whose name ends with `suffix`.
+Result<proto::Digest> findDigest(const fs::path& directory, const proto::Manifest& manifest,
+                                 const std::string& name, std::string_view suffix) {
+    const auto* digest = findFile(manifest, name + ".digest");
+    if (digest && findFile(manifest, name + std::string(suffix)))
+        return readDigest(directory / digest->name(), *digest);
+    return Error{ErrorCode::corrupt, (directory / manifestName).string(),
+                 fmt::format("names no {0}{1} with {0}.digest", name, suffix)};
+}
+
+}  // namespace
+
 Result<ArrayFile> ArrayFile::open(const fs::path& directory, const proto::Manifest& manifest,
                                   const std::string& name) {
-    const auto* entry = findFile(manifest, name + ".h5");
-    const auto* digestEntry = findFile(manifest, name + ".digest");
-    if (!entry || !digestEntry) {
-        return Error{ErrorCode::corrupt, (directory / manifestName).string(),
-                     fmt::format("names no {0}.h5 with {0}.digest", name)};
-    }
-    const auto digest = readDigest(directory / digestEntry->name(), *digestEntry);
+    const auto digest = findDigest(directory, manifest, name, ".h5");
     if (!digest.ok()) return digest.error();
-    auto mapped = MappedFile::open(directory / entry->name(), entry->size());
+    const auto& entry = *findFile(manifest, name + ".h5");
+    return of(MappedFile::open(directory / entry.name(), entry.size()), *digest);
+}
+
+Result<ArrayFile> ArrayFile::openPacked(const fs::path& directory, const proto::Manifest& manifest,
+                                        const std::string& name, std::uint64_t most) {
+    const auto digest = findDigest(directory, manifest, name, ".h5.zst");
+    if (!digest.ok()) return digest.error();
+    return of(MappedFile::unpack(directory / (name + ".h5.zst"), most), *digest);
+}
+
+Result<ArrayFile> ArrayFile::of(Result<MappedFile> mapped, const proto::Digest& digest) {
     if (!mapped.ok()) return mapped.error();
     ArrayFile file(*std::move(mapped));
-    for (const auto& described : digest->arrays()) {
+    for (const auto& described : digest.arrays()) {
         auto array = VerifiedArray::make(*file.file_, described, nullptr);
         if (!array.ok()) return array.error();
         file.arrays_.push_back({described.name(), *std::move(array)});

@@ -66,6 +66,12 @@ class ArrayFile {
     static Result<ArrayFile> open(const std::filesystem::path& directory, const proto::Manifest& manifest,
                                   const std::string& name);
 
+    /// The same of NAME.h5.zst (packed_file.h), which holds `most` bytes at most. All is unpacked into
+    /// memory.
+    static Result<ArrayFile> openPacked(const std::filesystem::path& directory,
+                                        const proto::Manifest& manifest, const std::string& name,
+                                        std::uint64_t most);
+
     /// A whole array, every block verified. An extent of the shape that is `any` may be anything. Errors:
     /// corrupt (missing, another type or shape, a block that differs; with file, array and offset).
     template <class T>
@@ -91,6 +97,7 @@ class ArrayFile {
         std::string name;
         VerifiedArray array;
     };
+    static Result<ArrayFile> of(Result<MappedFile> mapped, const proto::Digest& digest);
     explicit ArrayFile(MappedFile file) : file_(std::make_unique<MappedFile>(std::move(file))) {}
     Result<std::span<const std::byte>> verified(const std::string& name, const char* type,
                                                 const std::vector<std::uint64_t>& shape) const;

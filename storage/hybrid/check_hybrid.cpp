@@ -65,10 +65,12 @@ Status checkFilesOf(const proto::Manifest& manifest, const proto::HybridStepEntr
     const auto stem = [](const std::string& name, std::string_view suffix) {
         return name.ends_with(suffix) ? name.substr(0, name.size() - suffix.size()) : std::string();
     };
-    if (!findFile(manifest, step.file()) || !step.file().ends_with(".h5")) {
+    auto name = stem(step.file(), ".h5");
+    if (name.empty()) name = stem(step.file(), ".h5.zst");
+    if (!findFile(manifest, step.file()) || name.empty()) {
         return corrupt("file", "is not among the dataset's files");
     }
-    if (!findFile(manifest, step.digest()) || stem(step.digest(), ".digest") != stem(step.file(), ".h5")) {
+    if (!findFile(manifest, step.digest()) || stem(step.digest(), ".digest") != name) {
         return corrupt("digest", "is not the digest of the step's file");
     }
     if (residual ? !findFile(manifest, step.residual_file()) : !step.residual_file().empty()) {

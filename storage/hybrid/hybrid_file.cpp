@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "storage/hybrid/check_hybrid.h"
+#include "storage/packed_file.h"
 
 namespace mote::storage {
 namespace {
@@ -24,7 +25,7 @@ void addPoints(const HybridStepShape& shape, FileLayout& layout) {
     if (shape.pointBytes == 5) {
         layout.groups.emplace_back("/bricks");
         arrays.push_back({"/bricks/begin", "u64", {brickCount(shape.errorSize) + 1}});
-        arrays.push_back({"/points/place", "u16", {count}});
+        arrays.push_back({"/points/advance", "u16", {count}});
     } else {
         arrays.push_back({"/points/place", shape.pointBytes == 6 ? "u8" : "u16", {count, 3}});
     }
@@ -43,6 +44,14 @@ bool anyBeyond(std::span<const T> places, const GridSize& grid) {
         if (places[i] >= grid[i % 3]) return true;
     }
     return false;
+}
+
+/// Of a step's file that holds what the manifest says.
+std::uint64_t mostBytes(const proto::HybridManifest& hybrid, const proto::HybridStepEntry& entry) {
+    constexpr std::uint64_t besideArrays = 1 << 20;  // HDF5's own, some kB
+    return samplesOf(gridSize(hybrid.low_size())) * (hybrid.value_bits() / 8 + 1) +
+           entry.points() * hybrid.point_bytes() + (brickCount(gridSize(hybrid.error_size())) + 1) * 8 +
+           besideArrays;
 }
 
 }  // namespace
@@ -67,7 +76,7 @@ Status HybridStepWriter::writeLow(const LowCodes& codes, std::span<const std::ui
 
 Status HybridStepWriter::writePoints(std::uint64_t first, const HybridPoints& some) const {
     const auto place = pointsArray + (pointBytes_ == 5 ? 1 : 0);
-    if (pointBytes_ == 5) MOTE_RETURN_IF_ERROR(put(place, first, some.placeInBrick));
+    if (pointBytes_ == 5) MOTE_RETURN_IF_ERROR(put(place, first, some.advance));
     if (pointBytes_ == 6) MOTE_RETURN_IF_ERROR(put(place, 3 * first, some.place8));
     if (pointBytes_ == 9) MOTE_RETURN_IF_ERROR(put(place, 3 * first, some.place16));
     MOTE_RETURN_IF_ERROR(put(place + 1, first, some.value));
@@ -87,7 +96,11 @@ Result<HybridStep> HybridStep::open(const std::filesystem::path& directory, cons
                      fmt::format("has no step {} of a hybrid volume", step)};
     }
     const auto& hybrid = manifest.hybrid();
-    auto file = ArrayFile::open(directory, manifest, std::filesystem::path(entry->file()).stem().string());
+    const std::filesystem::path name = entry->file();
+    auto file = name.extension() == packedSuffix
+                    ? ArrayFile::openPacked(directory, manifest, name.stem().stem().string(),
+                                            mostBytes(hybrid, *entry))
+                    : ArrayFile::open(directory, manifest, name.stem().string());
     if (!file.ok()) return file.error();
     HybridStep opened(*std::move(file));
     opened.lowSize_ = gridSize(hybrid.low_size());
@@ -126,7 +139,7 @@ Status HybridStep::readPoints(std::uint32_t bytes, std::uint64_t count) {
     };
     if (bytes == 5) {
         MOTE_RETURN_IF_ERROR(take("/bricks/begin", points_.brickBegin, {brickCount(points_.grid) + 1}));
-        MOTE_RETURN_IF_ERROR(take("/points/place", points_.placeInBrick, {count}));
+        MOTE_RETURN_IF_ERROR(take("/points/advance", points_.advance, {count}));
     } else if (bytes == 6) {
         MOTE_RETURN_IF_ERROR(take("/points/place", points_.place8, {count, 3}));
     } else {
@@ -155,7 +168,7 @@ Status HybridStep::checkPoints() const {
         for (std::size_t a = 0; a < 3; ++a) inside = inside && point.place[a] < points_.grid[a];
     });
     if (inside) return success();
-    return damaged(file_, "/points/place", "holds a place outside of the error grid");
+    return damaged(file_, "/points/advance", "holds a place outside of the error grid");
 }
 
 }  // namespace mote::storage

@@ -25,8 +25,9 @@ struct HybridPoints {
     /// Points of brick b are brickBegin[b] to brickBegin[b + 1]; bricks x fastest, then y, then z. Empty:
     /// flat.
     std::span<const std::uint64_t> brickBegin;
-    std::span<const std::uint16_t>
-        placeInBrick;                        ///< x + 32 y + 1024 z, ascending in a brick: 5 bytes a point
+    /// How far a point's place x + 32 y + 1024 z in its brick is from the one before it there, of the first
+    /// from 0: 5 bytes a point.
+    std::span<const std::uint16_t> advance;
     std::span<const std::uint8_t> place8;    ///< x, y, z of each: 6 bytes a point
     std::span<const std::uint16_t> place16;  ///< x, y, z of each: 9 bytes a point
     std::span<const std::uint8_t> value, error, normal;
@@ -53,8 +54,10 @@ struct HybridPoints {
     template <class Visit>
     void forEachIn(const GridSize& at, std::uint64_t begin, std::uint64_t end, const Visit& visit) const {
         constexpr std::uint32_t side = pointBrickSide;
+        std::uint32_t p = 0;
         for (auto i = begin; i < end; ++i) {
-            const std::uint32_t p = placeInBrick[i];
+            // Where a file made to harm leads out of the brick, it leads back into it.
+            p = (p + advance[i]) % (side * side * side);
             visit(HybridPoint{
                 {at[0] * side + p % side, at[1] * side + p / side % side, at[2] * side + p / side / side},
                 value[i],

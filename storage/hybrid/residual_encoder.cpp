@@ -24,7 +24,7 @@ static_assert(Mask::SIZE == residualBrickSamples);
 struct ResidualEncoder::Stream {
     std::ostringstream text;
     Stream() {
-        openvdb::io::setDataCompression(text, vdbCompression());
+        openvdb::io::setDataCompression(text, vdbCompression(VdbValues::plain));
         openvdb::io::setGridBackgroundValuePtr(text, &background);
     }
     float background = 0.0F;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ResidualEncoder: bricks of a residual as they will lie in its OpenVDB file, compressed, a part of them at a
-// time. Parts of one residual may be made by several threads and processes; residual_writer.h joins them.
-// OpenVDB stays behind this header. One owner, one thread.
+// ResidualEncoder: bricks of a residual as they will lie in its OpenVDB file, a part of them at a time. Parts
+// of one residual may be made by several threads and processes; residual_writer.h joins them. OpenVDB stays
+// behind this header. One owner, one thread.
 #pragma once
 
 #include <cstdint>
@@ -51,7 +51,7 @@ struct ResidualPart {
 /// A brick's place among those of its node, in the order of the file, and what follows it in the part.
 struct EncodedBrick {
     std::uint32_t place = 0;
-    std::uint32_t bytes = 0;  ///< its mask, then its compressed values
+    std::uint32_t bytes = 0;  ///< its mask, then its values
 };
 
 class ResidualEncoder {

@@ -2,18 +2,21 @@
 #include "storage/hybrid/residual_file.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
+#include <fstream>
+#include <istream>
+#include <memory>
 
 #include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/residual_encoder.h"
 #include "storage/manifest.h"
+#include "storage/packed_file.h"
 
 namespace mote::storage {
 namespace {
@@ -27,12 +30,28 @@ Status damaged(const fs::path& path, std::string message) {
     return Error{ErrorCode::corrupt, path.string(), std::move(message)};
 }
 
+/// Of a file that may be packed.
+Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
+    if (path.extension() == packedSuffix) {
+        auto packed = PackedSource::open(path);
+        if (!packed.ok()) return packed.error();
+        return std::unique_ptr<std::streambuf>(*std::move(packed));
+    }
+    auto plain = std::make_unique<std::filebuf>();
+    if (plain->open(path, std::ios::in | std::ios::binary))
+        return std::unique_ptr<std::streambuf>(std::move(plain));
+    return Error{ErrorCode::notFound, path.string(), "cannot be opened"};
+}
+
 Result<openvdb::FloatGrid::Ptr> readGrid(const fs::path& path) {
     try {
         openvdb::initialize();
-        openvdb::io::File file(path.string());
-        file.open(false);
-        auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(residualGridName));
+        const auto bytes = openBytes(path);
+        if (!bytes.ok()) return bytes.error();
+        std::istream in(bytes->get());
+        const auto grids = openvdb::io::Stream(in, false).getGrids();
+        const auto grid =
+            openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::findGridByName(*grids, residualGridName));
         if (grid) return grid;
     } catch (const std::exception& error) {
         return Error{ErrorCode::corrupt, path.string(),

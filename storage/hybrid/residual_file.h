@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// residual-%06d.vdb of a dataset of kind "hybrid" (docs/FORMAT.md): what must be added to the low-resolution
-// volume, on the samples of the error grid, in an OpenVDB FloatGrid of integer multiples of a step. OpenVDB
-// stays behind this header. Any thread; residual_writer.h writes it.
+// residual-%06d.vdb.zst of a dataset of kind "hybrid" (docs/FORMAT.md): what must be added to the
+// low-resolution volume, on the samples of the error grid, in an OpenVDB FloatGrid of integer multiples of a
+// step. OpenVDB stays behind this header. Any thread; residual_writer.h writes it.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ Status readResidual(const std::filesystem::path& directory, const proto::Manifes
                     std::uint32_t step, const std::function<void(const ResidualBrick&)>& visit,
                     const std::function<bool()>& cancelled = {});
 
-/// "residual-000012.vdb"
+/// "residual-000012.vdb", before it is packed
 std::string residualName(std::uint32_t step);
 
 }  // namespace mote::storage

@@ -187,7 +187,7 @@ Status writeResidual(const std::filesystem::path& path, const ResidualCoding& co
     grid->setSaveFloatAsHalf(coding.halves);
     grid->insertMeta(residualStepName, openvdb::DoubleMetadata(coding.step));
     addStatistics(parts, *grid);
-    return writeVdbFile(path, {grid});
+    return writeVdbFile(path, {grid}, VdbValues::plain);
 }
 
 }  // namespace mote::storage

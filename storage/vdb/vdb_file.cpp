@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 /// which need not have one in memory.
 class Writer : public openvdb::io::Archive {
   public:
-    void writeTo(std::ostream& out, const openvdb::GridPtrVec& grids) {
-        setCompression(vdbCompression());
+    void writeTo(std::ostream& out, const openvdb::GridPtrVec& grids, VdbValues values) {
+        setCompression(vdbCompression(values));
         writeHeader(out, true);
         openvdb::MetaMap().writeMeta(out);
         const auto count = static_cast<std::int32_t>(grids.size());
@@ -71,17 +71,19 @@ std::shared_ptr<openvdb::math::Transform> vdbTransform(const glm::dmat4& indexTo
     return openvdb::math::Transform::createLinearTransform(rows);
 }
 
-std::uint32_t vdbCompression() {
-    return openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK;
+std::uint32_t vdbCompression(VdbValues values) {
+    return (values == VdbValues::zip ? openvdb::io::COMPRESS_ZIP : openvdb::io::COMPRESS_NONE) |
+           openvdb::io::COMPRESS_ACTIVE_MASK;
 }
 
-Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<openvdb::GridBase>>& grids) {
+Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<openvdb::GridBase>>& grids,
+                    VdbValues values) {
     const Error full{ErrorCode::resourceExhausted, path.string(),
                      "cannot be written whole: is the folder there and writable, and the disk not full?"};
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
     if (!file.good()) return full;
     try {
-        Writer().writeTo(file, grids);
+        Writer().writeTo(file, grids, values);
     } catch (const StorageError& error) {
         return error.error();
     } catch (const std::exception& error) {

@@ -29,14 +29,19 @@ namespace mote::storage {
 /// From a grid's indices to the world.
 std::shared_ptr<openvdb::math::Transform> vdbTransform(const glm::dmat4& indexToWorld);
 
-/// How values are compressed, as OpenVDB says it: zip, active values alone.
-std::uint32_t vdbCompression();
+/// How the values of active samples are written: zip brick by brick, or as they are, for a file that is
+/// packed as a whole.
+enum class VdbValues { zip, plain };
+
+/// The same as OpenVDB says it.
+std::uint32_t vdbCompression(VdbValues values);
 
 /// Writes `path`, which is replaced, with an identity made from the bytes, where OpenVDB takes a random one.
 /// Grids have names of their own; their statistics (addStatsMetadata) are the caller's to add. The file is
 /// not synced. Errors: resourceExhausted (it cannot be written whole), internal (OpenVDB's own), those of a
 /// StorageError that a grid throws.
 Status writeVdbFile(const std::filesystem::path& path,
-                    const std::vector<std::shared_ptr<openvdb::GridBase>>& grids);
+                    const std::vector<std::shared_ptr<openvdb::GridBase>>& grids,
+                    VdbValues values = VdbValues::zip);
 
 }  // namespace mote::storage

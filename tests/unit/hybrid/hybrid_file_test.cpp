@@ -158,7 +158,7 @@ void expectRefused(int bytes, const std::function<void(test::SmallPoints&)>& cha
 
 TEST(HybridFile, RefusesPointsThatContradictThemselves) {
     expectRefused(
-        5, [](auto& points) { points.placeInBrick[2] = 6; }, "/points/place");
+        5, [](auto& points) { points.advance[2] = 6; }, "/points/advance");
     expectRefused(
         5, [](auto& points) { points.brickBegin[3] = 7; }, "/bricks/begin");
     expectRefused(

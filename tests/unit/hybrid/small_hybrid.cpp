@@ -27,18 +27,21 @@ constexpr std::array<std::size_t, 5> bricks{0, 0, 2, 4, 11};
 }  // namespace
 
 storage::HybridPoints SmallPoints::view() const {
-    return {smallErrorGrid, brickBegin, placeInBrick, place8, place16, value, error, normal};
+    return {smallErrorGrid, brickBegin, advance, place8, place16, value, error, normal};
 }
 
 SmallPoints smallPoints(int bytes) {
     SmallPoints points;
     if (bytes == 5) points.brickBegin.assign(13, 0);
+    std::uint32_t before = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const auto& p = places[i];
         if (bytes == 5) {
             for (auto brick = bricks[i] + 1; brick <= 12; ++brick) ++points.brickBegin[brick];
-            points.placeInBrick.push_back(
-                static_cast<std::uint16_t>(p[0] % 32 + 32 * (p[1] % 32) + 1024 * (p[2] % 32)));
+            const auto place = p[0] % 32 + 32 * (p[1] % 32) + 1024 * (p[2] % 32);
+            const bool first = i == 0 || bricks[i] != bricks[i - 1];
+            points.advance.push_back(static_cast<std::uint16_t>(place - (first ? 0 : before)));
+            before = place;
         }
         for (const auto coordinate : p) {
             if (bytes == 6) points.place8.push_back(static_cast<std::uint8_t>(coordinate));

@@ -19,7 +19,7 @@ namespace mote::test {
 /// Owns what a HybridPoints shows.
 struct SmallPoints {
     std::vector<std::uint64_t> brickBegin;
-    std::vector<std::uint16_t> placeInBrick;
+    std::vector<std::uint16_t> advance;
     std::vector<std::uint8_t> place8;
     std::vector<std::uint16_t> place16;
     std::vector<std::uint8_t> value, error, normal;
