@@ -6,6 +6,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "client/view/curve_editor.h"
 #include "client/view/panel_widgets.h"
@@ -22,6 +23,34 @@ constexpr const char* bestName = "best";  // for the empty name
 const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std::uint32_t step) {
     const auto index = static_cast<int>(step);
     return index < manifest.steps_size() ? &manifest.steps(index) : nullptr;
+}
+
+/// As render::hybridParts.
+bool drawsResidual(const HybridControls& controls, const proto::HybridManifest& manifest) {
+    const auto& asked = controls.representation;
+    return manifest.residual() && (asked.empty() || asked == "residual");
+}
+
+bool drawsPoints(const HybridControls& controls, const proto::HybridManifest& manifest) {
+    const auto& asked = controls.representation;
+    return manifest.point_bytes() > 0 && (asked == "points" || (asked.empty() && !manifest.residual()));
+}
+
+/// "i16" has 16 bits.
+double sourceBytes(const proto::HybridManifest& manifest) {
+    double bytes = std::atof(manifest.scalar_type().substr(1).c_str()) / 8.0;
+    for (const auto side : manifest.source_size()) bytes *= side;
+    return bytes;
+}
+
+/// Of one step.
+double storedBytes(const proto::Manifest& manifest, const proto::HybridStepEntry& step) {
+    double bytes = 0.0;
+    for (const auto& file : manifest.files()) {
+        const bool own = file.name() == step.file() || file.name() == step.residual_file();
+        bytes += own ? static_cast<double>(file.size()) : 0.0;
+    }
+    return bytes;
 }
 
 void drawPresets(HybridControls& controls, const proto::HybridManifest& manifest, PanelActions& actions) {
@@ -84,8 +113,7 @@ void drawRepresentation(HybridControls& controls, const proto::HybridManifest& m
     std::string chosen = controls.representation.empty() ? bestName : controls.representation;
     note(actions, chooseName("drawn", chosen, names));
     controls.representation = chosen == bestName ? "" : chosen;
-    const bool points = controls.representation.empty() ? !manifest.residual() : chosen == "points";
-    if (!points || manifest.point_bytes() == 0) return;
+    if (!drawsPoints(controls, manifest)) return;
     constexpr std::array<std::string_view, 3> shapes{"square", "disc", "gaussian"};
     note(actions, chooseName("point shape", controls.pointShape, shapes));
     note(actions, ImGui::SliderFloat("point opacity", &controls.pointOpacity, 0.0F, 1.0F, "%.2f", clamped));
@@ -142,13 +170,19 @@ void drawClip(HybridControls& controls, const Bounds& bounds, const glm::dvec3& 
 
 }  // namespace
 
-void drawHybridFacts(const proto::HybridManifest& manifest, std::uint32_t step) {
-    dim(fmt::format("{} {}, drawn from {}", fmt::join(manifest.source_size(), " x "), manifest.scalar_type(),
-                    fmt::join(manifest.low_size(), " x ")));
-    const auto* shown = stepOf(manifest, step);
+void drawHybridFacts(const proto::Manifest& manifest, std::uint32_t step, const HybridControls& controls) {
+    const auto& hybrid = manifest.hybrid();
+    dim(fmt::format("{} {}, {}", fmt::join(hybrid.source_size(), " x "), hybrid.scalar_type(),
+                    metric(sourceBytes(hybrid), "B")));
+    const auto* shown = stepOf(hybrid, step);
     if (shown == nullptr) return;
-    dim(fmt::format("{}, {}, t = {:.4g}", metric(static_cast<double>(shown->points()), "points"),
-                    metric(static_cast<double>(shown->residual_samples()), "residuals"), shown->time()));
+    std::string drawn = fmt::format("drawn from {}", fmt::join(hybrid.low_size(), " x "));
+    if (drawsPoints(controls, hybrid))
+        drawn += fmt::format(" and {}", metric(static_cast<double>(shown->points()), "points"));
+    if (drawsResidual(controls, hybrid))
+        drawn += fmt::format(" and {}", metric(static_cast<double>(shown->residual_samples()), "residuals"));
+    dim(fmt::format("{}; on disk {}", drawn, metric(storedBytes(manifest, *shown), "B")));
+    if (hybrid.steps_size() > 1) dim(fmt::format("t = {:.4g}", shown->time()));
 }
 
 void drawHybrid(HybridControls& controls, const proto::HybridManifest& manifest, std::uint32_t step,

@@ -8,8 +8,8 @@
 
 namespace mote::client {
 
-/// What the volume is, in a few faint lines; `step` of its steps.
-void drawHybridFacts(const proto::HybridManifest& manifest, std::uint32_t step);
+/// What the volume is and what is drawn of it, in a few faint lines; `step` of its steps.
+void drawHybridFacts(const proto::Manifest& manifest, std::uint32_t step, const HybridControls& controls);
 
 /// `eye` in the volume's world: new clip planes face it.
 void drawHybrid(HybridControls& controls, const proto::HybridManifest& manifest, std::uint32_t step,

@@ -37,8 +37,8 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     CLI::App app("mote-view shows the datasets of a mote-server.", "mote-view");
     app.footer(
         "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
-        "Keys: F fits the view, O toggles perspective, left and right change the step, Tab hides the "
-        "panel.\n\n"
+        "Keys: F fits the view, O toggles perspective, left and right change the step, space plays them, "
+        "Tab hides the panel.\n\n"
         "Examples:\n"
         "  mote-view --connect ~/.mote/connection.json\n"
         "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still");

@@ -75,7 +75,7 @@ class DensityCurve final : public EditedCurve {
 
 }  // namespace
 
-PanelActions Panel::draw(ViewModel& model, const ServerState& server, float scale) {
+PanelActions Panel::draw(ViewModel& model, Playback& playback, const ServerState& server, float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - width * scale, 0.0F});
     ImGui::SetNextWindowSize({width * scale, display.y});
@@ -83,7 +83,7 @@ PanelActions Panel::draw(ViewModel& model, const ServerState& server, float scal
     ImGui::PushItemWidth(-95.0F * scale);
     PanelActions actions;
     drawConnection(server, actions);
-    drawDataset(model, server, actions);
+    drawDataset(model, playback, server, actions);
     if (model.stipples()) {
         drawStippleLayer(model, server, actions);
     } else if (model.showsVolume()) {
@@ -121,7 +121,21 @@ void Panel::drawConnection(const ServerState& server, PanelActions& actions) {
     }
 }
 
-void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelActions& actions) {
+void Panel::drawSteps(ViewModel& model, Playback& playback, int steps, PanelActions& actions) {
+    int step = static_cast<int>(model.step());
+    const bool changed = ImGui::SliderInt("step", &step, 0, steps - 1, "%d", ImGuiSliderFlags_AlwaysClamp);
+    if (changed) model.setStep(static_cast<std::uint32_t>(step));
+    note(actions, changed);
+    if (ImGui::Button(playback.playing ? "Pause (space)" : "Play (space)"))
+        playback.playing = !playback.playing;
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(-95.0F * ImGui::GetFontSize() / 14.0F);
+    ImGui::SliderFloat("steps a second", &playback.stepsPerSecond, 0.5F, 60.0F, "%.1f",
+                       ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+}
+
+void Panel::drawDataset(ViewModel& model, Playback& playback, const ServerState& server,
+                        PanelActions& actions) {
     if (!ImGui::CollapsingHeader("Dataset", ImGuiTreeNodeFlags_DefaultOpen)) return;
     std::vector<std::string_view> names;
     for (const auto& entry : server.catalogue.datasets()) names.emplace_back(entry.name());
@@ -129,19 +143,13 @@ void Panel::drawDataset(ViewModel& model, const ServerState& server, PanelAction
     if (chooseName("plot", chosen, names)) actions.openDataset = chosen;
     if (!server.shown) return;
     const int steps = stepCount(server.shown->manifest());
-    if (steps > 1) {
-        int step = static_cast<int>(model.step());
-        const bool changed =
-            ImGui::SliderInt("step", &step, 0, steps - 1, "%d", ImGuiSliderFlags_AlwaysClamp);
-        if (changed) model.setStep(static_cast<std::uint32_t>(step));
-        note(actions, changed);
-    }
+    if (steps > 1) drawSteps(model, playback, steps, actions);
     if (const auto* step = shownStep(model, server)) {
         dim(fmt::format("{}, {} lost, t = {:.4g} s",
                         metric(static_cast<double>(step->particles()), "particles"), step->lost(),
                         step->time()));
     }
-    if (model.showsVolume()) return drawHybridFacts(server.shown->manifest().hybrid(), model.step());
+    if (model.showsVolume()) return drawHybridFacts(server.shown->manifest(), model.step(), model.hybrid);
     if (model.stipples()) {
         const auto& stipple = server.shown->manifest().stipple();
         dim(fmt::format("{}, {} moves, {} locked", metric(static_cast<double>(stipple.points()), "points"),

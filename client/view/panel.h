@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "client/view/playback.h"
 #include "client/view/replot.h"
 #include "client/view/server_state.h"
 #include "client/view/view_model.h"
@@ -29,10 +30,11 @@ class Panel {
     static constexpr float width = 340.0F;  ///< screen coordinates at a content scale of 1
 
     /// Draws the panel at the right edge of the window.
-    PanelActions draw(ViewModel& model, const ServerState& server, float scale);
+    PanelActions draw(ViewModel& model, Playback& playback, const ServerState& server, float scale);
 
   private:
-    void drawDataset(ViewModel& model, const ServerState& server, PanelActions& actions);
+    void drawDataset(ViewModel& model, Playback& playback, const ServerState& server, PanelActions& actions);
+    static void drawSteps(ViewModel& model, Playback& playback, int steps, PanelActions& actions);
     void drawAxes(const ServerState& server, PanelActions& actions);
     static void drawCurves(ViewModel& model, const ServerState& server, PanelActions& actions, float scale);
     static void drawStippleLayer(ViewModel& model, const ServerState& server, PanelActions& actions);

@@ -178,6 +178,7 @@ void Viewer::takeKeys() {
         model_.setStep(static_cast<std::uint32_t>(wanted));
         dirty_ = true;
     }
+    if (pressed(ImGuiKey_Space)) playback_.playing = !playback_.playing;
     if (letter('F')) model_.fit();
     if (letter('O')) model_.setCamera(toggleProjection(model_.camera(1.0)));
     if (pressed(ImGuiKey_Tab)) panelShown_ = !panelShown_;
@@ -240,6 +241,16 @@ void Viewer::refreshStatistics() {
     }
 }
 
+void Viewer::play() {
+    if (!server_.shown) return;
+    const bool seen = server_.frame && server_.frame->view_id() == sentView_;
+    const auto step =
+        playback_.next(ImGui::GetTime(), model_.step(), stepCount(server_.shown->manifest()), seen);
+    if (!step) return;
+    model_.setStep(*step);
+    dirty_ = true;
+}
+
 /// The exact picture of the latest view is on the screen.
 bool Viewer::finished() {
     const bool still =
@@ -260,7 +271,7 @@ bool Viewer::finished() {
 int Viewer::run() {
     bool done = false;
     while (!done && !window_.shouldClose()) {
-        const bool active = moving_ || (server_.frame && !server_.frame->final());
+        const bool active = moving_ || playback_.playing || (server_.frame && !server_.frame->final());
         window_.beginFrame(active ? activeSeconds : idleSeconds);
         connection_.poll();
         takePicture();
@@ -268,7 +279,8 @@ int Viewer::run() {
         takeKeys();
         const Area area = pictureArea();
         takeInput(area);
-        if (panelShown_) apply(panel_.draw(model_, server_, window_.contentScale()));
+        play();
+        if (panelShown_) apply(panel_.draw(model_, playback_, server_, window_.contentScale()));
         sendView(area);
         showPicture(area);
         window_.drawFrame();

@@ -10,6 +10,7 @@
 #include "client/view/options.h"
 #include "client/view/panel.h"
 #include "client/view/picture_texture.h"
+#include "client/view/playback.h"
 #include "client/view/server_state.h"
 #include "client/view/view_model.h"
 #include "client/view/window.h"
@@ -49,6 +50,7 @@ class Viewer {
     void sendView(const Area& area);
     void takePicture();
     void showPicture(const Area& area) const;
+    void play();
     bool finished();
     void refreshStatistics();
 
@@ -57,6 +59,7 @@ class Viewer {
     PictureTexture texture_;
     Panel panel_;
     ViewModel model_;
+    Playback playback_;
     ServerState server_;
     Status loaded_ = success();
     bool panelShown_ = true;

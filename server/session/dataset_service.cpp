@@ -31,7 +31,9 @@ DatasetService::DatasetService(storage::Roots roots, std::function<void()> chang
     : catalogue_(std::move(roots)),
       changed_(std::move(changed)),
       known_(std::make_shared<Known>()),
-      steps_(memory, std::thread::hardware_concurrency(), std::move(arrived)) {
+      budget_(std::make_shared<storage::BlockBudget>(memory)),
+      steps_(budget_, std::thread::hardware_concurrency(), arrived),
+      hybrids_(budget_, std::thread::hardware_concurrency(), std::move(arrived)) {
     thread_ = std::thread([this] { run(); });
 }
 
@@ -176,6 +178,16 @@ Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybrid(
     const auto found = all->entries.find(withoutSuffix(dataset));
     if (found == all->entries.end()) return unknownDataset(dataset);
     return hybrids_.step(found->second, index, representation);
+}
+
+Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybridVolume(const std::string& dataset,
+                                                                               std::uint32_t index,
+                                                                               bool moving) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    if (!moving && hybrids_.played(found->second)) return std::shared_ptr<const render::HybridStep>();
+    return hybrids_.volume(found->second, index);
 }
 
 bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {

@@ -60,8 +60,10 @@ class DatasetService final : public StepSource {
     Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;
     Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset, std::uint32_t index,
                                                              HybridRepresentation representation) override;
+    Result<std::shared_ptr<const render::HybridStep>> hybridVolume(const std::string& dataset,
+                                                                   std::uint32_t index, bool moving) override;
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
-    void beginPicture() override { steps_.beginPicture(); }
+    void beginPicture() override { budget_->beginTurn(); }
 
   private:
     /// What a scan found; immutable.
@@ -92,9 +94,10 @@ class DatasetService final : public StepSource {
     bool stopping_ = false;
 
     // Of the thread that renders.
+    const std::shared_ptr<storage::BlockBudget> budget_;
     StepCache steps_;
     StippleCache stipples_;
-    HybridCache hybrids_{steps_};
+    HybridCache hybrids_;
     std::thread thread_;
 };
 

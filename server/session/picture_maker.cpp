@@ -152,33 +152,42 @@ void PictureMaker::deviceFailed() {
     device_.reset();
 }
 
-/// Adds what a layer draws: a step, or dots; nothing of one that stipples what others drew.
-Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, Stage stage,
-                              DotHistory::Layer& history) {
+/// A view in motion is drawn from the volume alone where the rest is not there.
+Status PictureMaker::addHybrid(render::Scene& scene, const Layer& layer, const RenderJob& job, Making& why) {
+    if (!device_->abilities().hybrids) {
+        return Error{ErrorCode::unsupported, "hybrid",
+                     "the server's device, " + name_ + ", draws no hybrid volumes; --device cpu does"};
+    }
+    auto step = steps_.hybrid(layer.dataset, layer.step, layer.hybrid()->representation);
+    if (step.ok() && !*step && job.stage != Stage::exact)
+        step = steps_.hybridVolume(layer.dataset, layer.step, job.task->moving);
+    if (!step.ok()) return step.error();
+    why.waits = why.waits || !*step;
+    scene.hybrids.back() = *std::move(step);
+    return success();
+}
+
+/// Adds what a layer draws: a step, or dots; nothing of one that stipples what others drew, nor where `why`
+/// says that the picture waits.
+Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, const RenderJob& job,
+                              DotHistory::Layer& history, Making& why) {
     scene.steps.emplace_back();
     scene.hybrids.emplace_back();
     if (layer.hybrid() != nullptr) {
         history = {};
-        if (!device_->abilities().hybrids) {
-            return Error{ErrorCode::unsupported, "hybrid",
-                         "the server's device, " + name_ + ", draws no hybrid volumes; --device cpu does"};
-        }
-        auto step = steps_.hybrid(layer.dataset, layer.step, layer.hybrid()->representation);
-        if (!step.ok()) return step.error();
-        scene.hybrids.back() = *std::move(step);
-        return success();
+        return addHybrid(scene, layer, job, why);
     }
     const auto* const style = layer.stipple();
     if (style != nullptr && style->onPlane()) {
         history = {};
         if (style->image.empty()) return success();
-        const auto dots = photographs_.dots(scene.view, layer, effortOf(stage));
+        const auto dots = photographs_.dots(scene.view, layer, effortOf(job.stage));
         if (!dots.ok()) return dots.error();
         addDots(scene, **dots);
         return success();
     }
     if (style != nullptr) {
-        const auto dots = surfaceDots(scene.view, layer, steps_, stage == Stage::quick, history);
+        const auto dots = surfaceDots(scene.view, layer, steps_, job.stage == Stage::quick, history);
         if (!dots.ok()) return dots.error();
         addDots(scene, *dots);
         return success();
@@ -192,11 +201,13 @@ Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, Stage st
     return success();
 }
 
-Result<render::Scene> PictureMaker::sceneOf(const View& view, Stage stage, DotHistory& history) {
+/// Not complete where `why` says that the picture waits.
+Result<render::Scene> PictureMaker::sceneOf(const View& view, const RenderJob& job, DotHistory& history,
+                                            Making& why) {
     render::Scene scene{view, {}};
     history.layers.resize(view.layers.size());
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        const auto added = addLayer(scene, view.layers[i], stage, history.layers[i]);
+        const auto added = addLayer(scene, view.layers[i], job, history.layers[i], why);
         if (!added.ok()) return inLayer(i, added.error());
     }
     return scene;
@@ -234,8 +245,9 @@ Result<std::optional<render::Scene>> PictureMaker::makeScene(const RenderJob& jo
     const auto stipples = [](const Layer& layer) { return layer.stipple() && layer.stipple()->sourceLayers; };
     const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
     if (found == view.layers.end()) {
-        auto scene = sceneOf(view, job.stage, history.dots);
+        auto scene = sceneOf(view, job, history.dots, why);
         if (!scene.ok()) return scene.error();
+        if (why.waits) return std::optional<render::Scene>();
         return std::optional(*std::move(scene));
     }
     const auto index = static_cast<std::size_t>(found - view.layers.begin());
@@ -247,14 +259,16 @@ Result<std::optional<render::Scene>> PictureMaker::makeScene(const RenderJob& jo
     View after = view;
     before.layers.erase(before.layers.begin() + static_cast<std::ptrdiff_t>(index), before.layers.end());
     after.layers.erase(after.layers.begin(), after.layers.begin() + static_cast<std::ptrdiff_t>(index) + 1);
-    const auto drawn = sceneOf(before, job.stage, history.dots);
+    const auto drawn = sceneOf(before, job, history.dots, why);
     if (!drawn.ok()) return drawn.error();
+    if (why.waits) return std::optional<render::Scene>();
     const auto dots = stippled(*drawn, *found, job, history, why);
     if (!dots.ok()) return inLayer(index, dots.error());
     if (!*dots) return std::optional<render::Scene>();
     DotHistory atOnce;  // what lies in front of a drawing does not fade in
-    auto scene = sceneOf(after, job.stage, atOnce);
+    auto scene = sceneOf(after, job, atOnce, why);
     if (!scene.ok()) return scene.error();
+    if (why.waits) return std::optional<render::Scene>();
     addDots(*scene, **dots);
     return std::optional(*std::move(scene));
 }

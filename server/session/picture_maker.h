@@ -72,10 +72,12 @@ class PictureMaker {
     std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
                                              const render::Quality& quality);
     bool want(const render::FramePlan& plan);
-    Status addLayer(render::Scene& scene, const Layer& layer, Stage stage, DotHistory::Layer& history);
+    Status addHybrid(render::Scene& scene, const Layer& layer, const RenderJob& job, Making& why);
+    Status addLayer(render::Scene& scene, const Layer& layer, const RenderJob& job,
+                    DotHistory::Layer& history, Making& why);
     Result<std::optional<render::Scene>> makeScene(const RenderJob& job, PictureHistory& history,
                                                    Making& why);
-    Result<render::Scene> sceneOf(const View& view, Stage stage, DotHistory& history);
+    Result<render::Scene> sceneOf(const View& view, const RenderJob& job, DotHistory& history, Making& why);
     Result<std::shared_ptr<const render::Dots>> stippled(const render::Scene& scene, const Layer& layer,
                                                          const RenderJob& job, PictureHistory& history,
                                                          Making& why);

@@ -6,9 +6,9 @@
 
 namespace mote::server {
 
-void PlayOrder::asked(std::uint32_t step) {
+bool PlayOrder::asked(std::uint32_t step) {
     const std::int64_t now = step;
-    if (now == last_) return;
+    if (now == last_) return false;
     if (last_ >= 0) {
         before_ = latest_;
         latest_ = now - last_;
@@ -17,6 +17,7 @@ void PlayOrder::asked(std::uint32_t step) {
         if (latest_ < -(steps_ / 2)) latest_ += steps_;
     }
     last_ = now;
+    return true;
 }
 
 /// A single stride is an order where it leads to the neighbour. Two of one direction are: the shorter counts,

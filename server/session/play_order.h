@@ -16,8 +16,8 @@ class PlayOrder {
     /// Of a dataset of so many steps, at least one.
     explicit PlayOrder(std::uint32_t steps) : steps_(steps) {}
 
-    /// The same step again changes nothing.
-    void asked(std::uint32_t step);
+    /// False where it is the same step again, which changes nothing.
+    bool asked(std::uint32_t step);
     /// The next ones, the nearest first; none where there is no order.
     std::vector<std::uint32_t> next(std::size_t most) const;
 

@@ -9,7 +9,6 @@
 namespace mote::server {
 namespace {
 
-constexpr std::size_t keptSeries = 16;
 /// Devices keep their own form of an open step's volume and octree: all that are open take no more of these
 /// together than this share of the budget.
 constexpr std::uint64_t openShare = 2;
@@ -46,8 +45,9 @@ storage::StepNeed scaled(storage::StepNeed need, std::uint64_t from, std::uint64
 
 }  // namespace
 
-StepCache::StepCache(std::uint64_t bytes, unsigned threads, std::function<void()> arrived)
-    : budget_(std::make_shared<storage::BlockBudget>(bytes)),
+StepCache::StepCache(std::shared_ptr<storage::BlockBudget> budget, unsigned threads,
+                     std::function<void()> arrived)
+    : budget_(std::move(budget)),
       loader_(budget_, threads, std::move(arrived)),
       thread_([this] { prefetch(); }) {}
 
@@ -89,7 +89,7 @@ StepCache::Step StepCache::insert(const Place& place, Step step) {
     auto last = steps_.begin();
     for (; last != steps_.end() && kept < mostSteps; ++last, ++kept) {
         bytes += last->step->bytesAtOnce();
-        if (kept > nextSteps && bytes > budget_->limit() / openShare) break;
+        if (kept > stepsAhead && bytes > budget_->limit() / openShare) break;
     }
     closed.splice(closed.begin(), steps_, last, steps_.end());
     return step;
@@ -108,17 +108,8 @@ Result<StepCache::Step> StepCache::step(const storage::Catalogue::Entry& entry, 
 }
 
 /// Under the mutex.
-StepCache::Series& StepCache::seriesOf(const Place& place) {
-    const auto found = std::find_if(series_.begin(), series_.end(),
-                                    [&](const Series& series) { return series.manifest == place.manifest; });
-    if (found != series_.end()) {
-        series_.splice(series_.begin(), series_, found);
-    } else {
-        const auto steps = static_cast<std::uint32_t>(place.manifest->particles().steps_size());
-        series_.push_front({place.manifest, PlayOrder(steps)});
-        if (series_.size() > keptSeries) series_.pop_back();
-    }
-    return series_.front();
+StepCache::Played::Series& StepCache::seriesOf(const Place& place) {
+    return series_.of(place.manifest, place.manifest->particles().steps_size());
 }
 
 void StepCache::expectNext(const Place& place) {
@@ -127,7 +118,7 @@ void StepCache::expectNext(const Place& place) {
         auto& series = seriesOf(place);
         series.order.asked(place.index);
         expected_.clear();
-        for (const auto index : series.order.next(nextSteps)) {
+        for (const auto index : series.order.next(stepsAhead)) {
             expected_.push_back({place.manifest, place.directory, index});
         }
         if (expected_.empty()) return;
@@ -144,8 +135,7 @@ bool StepCache::want(const storage::ParticleStep& step, const storage::StepNeed&
         if (found == steps_.end()) return false;
         mapped = found->step;
         auto& series = seriesOf(found->place);
-        series.need = need;
-        series.points = mapped->pointCount();
+        series.need = {need, mapped->pointCount()};
     }
     if (!ready(*mapped, need)) return loader_.want(mapped, need, storage::StepLoader::Urgency::inUse);
     loader_.want(mapped, {}, storage::StepLoader::Urgency::inUse);
@@ -154,8 +144,8 @@ bool StepCache::want(const storage::ParticleStep& step, const storage::StepNeed&
 
 storage::StepNeed StepCache::needOf(const Place& place, const storage::MappedStep& step) {
     const std::lock_guard lock(mutex_);
-    const auto& series = seriesOf(place);
-    return scaled(series.need, series.points, step.pointCount());
+    const auto& last = seriesOf(place).need;
+    return scaled(last.need, last.points, step.pointCount());
 }
 
 /// The thread: opens what is expected, and has it loaded as far as the pictures so far needed it.

@@ -39,14 +39,22 @@ class StepSource {
     virtual Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) {
         return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no stippled surface"};
     }
-    /// The step of a hybrid volume, with what the representation draws. Errors: notFound, corrupt,
-    /// permissionDenied, resourceExhausted; unsupported where the dataset has no such representation.
+    /// The step of a hybrid volume, with what the representation draws; null where that is not there yet: it
+    /// is brought in meanwhile. Errors: notFound, corrupt, permissionDenied, resourceExhausted; unsupported
+    /// where the dataset has no such representation.
     virtual Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset,
                                                                      std::uint32_t index,
                                                                      HybridRepresentation representation) {
         static_cast<void>(index);
         static_cast<void>(representation);
         return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no hybrid volume"};
+    }
+    /// Its low-resolution volume alone, for as long as the rest is not there; null where steps are played and
+    /// no hand is `moving` the view: then each is worth waiting for. Errors: the same.
+    virtual Result<std::shared_ptr<const render::HybridStep>> hybridVolume(const std::string& dataset,
+                                                                           std::uint32_t index, bool moving) {
+        static_cast<void>(moving);
+        return hybrid(dataset, index, HybridRepresentation::volume);
     }
     /// What the pictures of a step, one that step() gave, would use now: what is missing is brought in
     /// meanwhile, and later steps of a series that is played are readied as far. Returns at once. False where

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "storage/hash.h"
-#include "storage/particles/verified_array.h"
 
 namespace mote::storage {
 namespace {
@@ -16,26 +15,26 @@ constexpr std::size_t batch = 32;  // blocks
 
 }  // namespace
 
-void BlockBudget::enter(const VerifiedArray& array) {
+void BlockBudget::enter(const BudgetedBlocks& blocks) {
     const std::lock_guard lock(mutex_);
-    arrays_.push_back(&array);
+    owners_.push_back(&blocks);
 }
 
-void BlockBudget::leave(const VerifiedArray& array) {
+void BlockBudget::leave(const BudgetedBlocks& blocks) {
     const std::lock_guard lock(mutex_);
-    std::erase(arrays_, &array);
-    for (std::size_t block = 0; block < array.blockCount(); ++block) {
-        if (array.usedIn(block) != 0) resident_ -= array.blockSize(block);
+    std::erase(owners_, &blocks);
+    for (std::size_t block = 0; block < blocks.blockCount(); ++block) {
+        if (blocks.usedIn(block) != 0) resident_ -= blocks.blockSize(block);
     }
 }
 
 /// Under the mutex.
 std::vector<BlockBudget::Candidate> BlockBudget::oldest(Turn before, std::size_t most) const {
     std::vector<Candidate> found;
-    for (const auto* array : arrays_) {
-        for (std::size_t block = 0; block < array->blockCount(); ++block) {
-            const Turn used = array->usedIn(block);
-            if (used != 0 && used < before) found.push_back({used, block, array});
+    for (const auto* owner : owners_) {
+        for (std::size_t block = 0; block < owner->blockCount(); ++block) {
+            const Turn used = owner->usedIn(block);
+            if (used != 0 && used < before) found.push_back({used, block, owner});
         }
     }
     const auto older = [](const Candidate& a, const Candidate& b) {
@@ -66,7 +65,7 @@ bool BlockBudget::take(std::uint64_t bytes, Turn turn) {
         const auto candidates = oldest(turn, batch);
         for (const auto& one : candidates) {
             // One that was used meanwhile stays.
-            if (over() && one.array->giveUp(one.block, one.used)) giveBack(one.array->blockSize(one.block));
+            if (over()) giveBack(one.owner->giveUp(one.block, one.used));
         }
         if (over() && !candidates.empty()) continue;
         // What became free may have gone to another thread: then there is more to give up, or nothing.

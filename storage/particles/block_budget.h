@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// BlockBudget: how much memory the blocks of all mapped arrays may take together, and which of them go when
-// there is not enough: those that were used longest ago, of equals those that lie later in their array (the
-// halo is the head of the points). Shared by the steps that are opened with it; any thread.
+// BlockBudget: how much memory blocks may take together, those of all mapped arrays and whatever else is
+// loaded and may go again, and which of them go when there is not enough: those that were used longest ago,
+// of equals those that lie later (the halo is the head of the points). Shared by all that has such blocks;
+// any thread.
 //
 // Use is counted in turns, one a picture. Whatever was used in a turn that is not over is kept, so that what
 // a picture holds in its hands does not vanish beneath it: beginTurn() belongs to the one thread that draws.
@@ -15,11 +16,31 @@
 
 namespace mote::storage {
 
-class VerifiedArray;
+/// Blocks that may leave memory. Asked from any thread.
+class BudgetedBlocks {
+  public:
+    using Turn = std::uint32_t;  ///< from 1
+
+    virtual std::size_t blockCount() const = 0;
+    /// The turn in which a block was last used; 0: it is not in memory.
+    virtual Turn usedIn(std::size_t block) const = 0;
+    virtual std::uint64_t blockSize(std::size_t block) const = 0;  ///< bytes
+    /// Takes a block out of memory, but not where it was used after `used`; bytes that are free now. Must not
+    /// ask the budget for anything.
+    virtual std::uint64_t giveUp(std::size_t block, Turn used) const = 0;
+
+  protected:
+    BudgetedBlocks() = default;
+    BudgetedBlocks(const BudgetedBlocks&) = default;
+    BudgetedBlocks(BudgetedBlocks&&) = default;
+    BudgetedBlocks& operator=(const BudgetedBlocks&) = default;
+    BudgetedBlocks& operator=(BudgetedBlocks&&) = default;
+    ~BudgetedBlocks() = default;
+};
 
 class BlockBudget {
   public:
-    using Turn = std::uint32_t;  ///< from 1
+    using Turn = BudgetedBlocks::Turn;
 
     explicit BlockBudget(std::uint64_t bytes) : limit_(bytes) {}
 
@@ -39,15 +60,15 @@ class BlockBudget {
     /// Of bytes that were taken and did not come in.
     void giveBack(std::uint64_t bytes) { resident_.fetch_sub(bytes, std::memory_order_relaxed); }
 
-    /// Of the arrays: one that counts from now on, none that counted before; both while it is not used.
-    void enter(const VerifiedArray& array);
-    void leave(const VerifiedArray& array);
+    /// Blocks that count from now on, none that counted before; both while they are not used.
+    void enter(const BudgetedBlocks& blocks);
+    void leave(const BudgetedBlocks& blocks);
 
   private:
     struct Candidate {
         Turn used;
         std::size_t block;
-        const VerifiedArray* array;
+        const BudgetedBlocks* owner;
     };
     bool takeFree(std::uint64_t bytes);
     std::vector<Candidate> oldest(Turn before, std::size_t most) const;
@@ -56,7 +77,7 @@ class BlockBudget {
     std::atomic<std::uint64_t> resident_{0};
     std::atomic<Turn> turn_{1};
     std::mutex mutex_;
-    std::vector<const VerifiedArray*> arrays_;  // under the mutex
+    std::vector<const BudgetedBlocks*> owners_;  // under the mutex
 };
 
 }  // namespace mote::storage

@@ -1,27 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/particles/step_loader.h"
 
-#include <sched.h>
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 
+#include "storage/give_way.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {
 namespace {
 
-constexpr int niceness = 10;          // about a tenth of what a thread gets that draws
 constexpr std::size_t readAhead = 8;  // blocks that the disk is asked for before their turn
-
-/// On Linux, both of the calling thread alone, whatever it inherits. Where it is refused, loading and drawing
-/// are equals.
-void giveWay() {
-    const sched_param none{};
-    ::sched_setscheduler(0, SCHED_BATCH, &none);
-    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), niceness);
-}
 
 }  // namespace
 

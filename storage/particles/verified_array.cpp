@@ -121,10 +121,10 @@ void VerifiedArray::expect(std::size_t block) const {
     file_->expect(offset_ + block * blockBytes, blockSize(block));
 }
 
-bool VerifiedArray::giveUp(std::size_t block, BlockBudget::Turn used) const {
-    if (!used_[block].compare_exchange_strong(used, 0, std::memory_order_relaxed)) return false;
+std::uint64_t VerifiedArray::giveUp(std::size_t block, Turn used) const {
+    if (!used_[block].compare_exchange_strong(used, 0, std::memory_order_relaxed)) return 0;
     file_->giveUp(offset_ + block * blockBytes, blockSize(block));
-    return true;
+    return blockSize(block);
 }
 
 std::uint64_t VerifiedArray::ready(std::uint64_t offset, std::uint64_t length) const {

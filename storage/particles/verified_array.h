@@ -21,7 +21,7 @@
 
 namespace mote::storage {
 
-class VerifiedArray {
+class VerifiedArray final : public BudgetedBlocks {
   public:
     /// `file` and `budget` must outlive this; no budget: what came in stays. Errors: corrupt, where the
     /// digest contradicts itself or the file's size.
@@ -49,17 +49,15 @@ class VerifiedArray {
     /// How many of these bytes, from the first, are in memory.
     std::uint64_t ready(std::uint64_t offset, std::uint64_t length) const;
 
-    std::size_t blockCount() const { return blocks_.size(); }
-    std::uint64_t blockSize(std::size_t block) const;  ///< bytes
-    /// The turn in which a block was last used; 0: it is not in memory.
-    BlockBudget::Turn usedIn(std::size_t block) const { return used_[block].load(std::memory_order_relaxed); }
+    std::size_t blockCount() const override { return blocks_.size(); }
+    std::uint64_t blockSize(std::size_t block) const override;
+    Turn usedIn(std::size_t block) const override { return used_[block].load(std::memory_order_relaxed); }
+    std::uint64_t giveUp(std::size_t block, Turn used) const override;
     /// Brings a block in, or marks it used, in `turn`. False where the budget has no room but for what was
     /// used since. Throws StorageError (corrupt).
     bool bring(std::size_t block, BlockBudget::Turn turn) const;
     /// Tells the kernel that the block will be brought in soon.
     void expect(std::size_t block) const;
-    /// Of the budget: takes a block out of memory, but not where it was used after `used`.
-    bool giveUp(std::size_t block, BlockBudget::Turn used) const;
     /// Hashes one block, whether or not it was verified before; the Error names file, array and offset.
     std::optional<Error> checkBlock(std::size_t block) const;
 

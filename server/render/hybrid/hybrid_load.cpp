@@ -57,7 +57,7 @@ std::shared_ptr<const HybridPoints> pointsOf(const storage::HybridPoints& stored
 }
 
 Status addBricks(const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t index,
-                 HybridStep& step) {
+                 const std::function<bool()>& cancelled, HybridStep& step) {
     BrickMaker maker(step, vectorOf(storage::gridSize(manifest.hybrid().error_size())));
     Status added = success();
     const auto read = storage::readResidual(
@@ -65,7 +65,7 @@ Status addBricks(const std::filesystem::path& directory, const proto::Manifest& 
         [&](const storage::ResidualBrick& brick) {
             if (added.ok()) added = maker.add(vectorOf(brick.index), brick.values);
         },
-        [&] { return !added.ok(); });
+        [&] { return !added.ok() || (cancelled && cancelled()); });
     MOTE_RETURN_IF_ERROR(added);
     MOTE_RETURN_IF_ERROR(read);
     step.bricks = std::make_shared<const HybridBricks>(maker.make());
@@ -115,9 +115,17 @@ std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t ste
     return bytes;
 }
 
+std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
+                                 HybridRepresentation representation) {
+    const auto index = static_cast<int>(step);
+    if (representation != HybridRepresentation::residual || index >= hybrid.steps_size()) return 0;
+    return hybrid.steps(index).residual_bricks() * storage::ResidualGrid::bytesPerBrick;
+}
+
 Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
                                                      const proto::Manifest& manifest, std::uint32_t index,
-                                                     HybridRepresentation representation) {
+                                                     HybridRepresentation representation,
+                                                     const std::function<bool()>& cancelled) {
     const auto* const entry = storage::findHybridStep(manifest, index);
     if (entry == nullptr) {
         return Error{ErrorCode::notFound, "step",
@@ -134,7 +142,7 @@ Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path
         step->points = pointsOf(file->points(), entry->error_step());
     MOTE_RETURN_IF_ERROR(file->check());
     if (representation == HybridRepresentation::residual)
-        MOTE_RETURN_IF_ERROR(addBricks(directory, manifest, index, *step));
+        MOTE_RETURN_IF_ERROR(addBricks(directory, manifest, index, cancelled, *step));
     return std::shared_ptr<const HybridStep>(std::move(step));
 }
 

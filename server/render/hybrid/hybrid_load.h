@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <glm/mat4x4.hpp>
 #include <memory>
 
@@ -27,10 +28,15 @@ Result<HybridRepresentation> hybridParts(const proto::HybridManifest& hybrid, Hy
 std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                           HybridRepresentation representation);
 
+/// The same of what loading takes beside.
+std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
+                                 HybridRepresentation representation);
+
 /// `representation`: as hybridParts gives it; only what it draws is loaded. Errors: notFound (there is no
 /// such step), as storage::HybridStep::open and storage::readResidual, resourceExhausted (too many bricks).
 Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
                                                      const proto::Manifest& manifest, std::uint32_t step,
-                                                     HybridRepresentation representation);
+                                                     HybridRepresentation representation,
+                                                     const std::function<bool()>& cancelled = {});
 
 }  // namespace mote::render

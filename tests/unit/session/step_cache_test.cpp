@@ -33,7 +33,8 @@ class StepCacheTest : public testing::Test {
     }
 
     void start(std::uint64_t bytes) {
-        cache_ = std::make_unique<StepCache>(bytes, 2, [this] {
+        budget_ = std::make_shared<storage::BlockBudget>(bytes);
+        cache_ = std::make_unique<StepCache>(budget_, 2, [this] {
             const std::lock_guard lock(mutex_);
             arrived_.notify_all();
         });
@@ -53,6 +54,7 @@ class StepCacheTest : public testing::Test {
     storage::Catalogue::Entry entry_;
     std::mutex mutex_;
     std::condition_variable arrived_;
+    std::shared_ptr<storage::BlockBudget> budget_;
     std::unique_ptr<StepCache> cache_;
 };
 
@@ -79,7 +81,7 @@ TEST_F(StepCacheTest, WhatThereIsNoRoomForDoesNotCome) {
     ASSERT_TRUE(cache_->want(*opened, need));
     await([&] { return !cache_->want(*opened, need); });
     EXPECT_LT(opened->positionsReady(0, TinyDataset::points), TinyDataset::points);
-    EXPECT_LE(cache_->budget().resident(), mib);
+    EXPECT_LE(budget_->resident(), mib);
 }
 
 TEST_F(StepCacheTest, TheNextStepsOfASeriesAreLoadedAheadAsFarAsTheOthersWere) {
@@ -90,7 +92,7 @@ TEST_F(StepCacheTest, TheNextStepsOfASeriesAreLoadedAheadAsFarAsTheOthersWere) {
     cache_->want(*shown, need);
     std::vector<StepCache::Step> next;
     // Each of them is open once it was loaded; asking for it then opens nothing.
-    await([&] { return cache_->openSteps() >= 2 + StepCache::nextSteps; });
+    await([&] { return cache_->openSteps() >= 2 + stepsAhead; });
     const auto ahead = step(2);
     await([&] { return ahead->volumeReady() && ahead->positionsReady(0, 1000) == 1000; });
     EXPECT_FALSE(ahead->octreeReady()) << "nobody needed it";
