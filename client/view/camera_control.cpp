@@ -73,6 +73,15 @@ Camera zoom(const Camera& camera, double steps) {
     return zoomed;
 }
 
+Camera lookFrom(const Camera& camera, int axis, bool positive) {
+    Camera from = camera;
+    glm::dvec3 away(0.0);
+    away[axis] = positive ? 1.0 : -1.0;
+    from.eye = camera.target + glm::distance(camera.eye, camera.target) * away;
+    from.up = axis == 2 ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0);
+    return from;
+}
+
 Camera toggleProjection(const Camera& camera) {
     Camera other = camera;
     if (camera.perspective()) {

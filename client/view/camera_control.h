@@ -23,6 +23,10 @@ Camera dolly(const Camera& camera, double steps);
 /// Narrows the angle (or the height) and leaves the eye where it is.
 Camera zoom(const Camera& camera, double steps);
 
+/// The eye as far from the target as before, on the side of axis 0 to 2 that is `positive`; z is up, from
+/// above and below y.
+Camera lookFrom(const Camera& camera, int axis, bool positive);
+
 /// The other projection, with the target's plane at the same size.
 Camera toggleProjection(const Camera& camera);
 

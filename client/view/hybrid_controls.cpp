@@ -5,7 +5,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
-#include <iterator>
 
 #include "protocol/scene/hybrid_style.h"
 
@@ -61,17 +60,12 @@ HybridControls::HybridControls() {
 
 std::vector<CurvePreset> HybridControls::presets(const proto::HybridManifest& manifest) {
     const Interval values = valuesOf(manifest);
-    std::vector<CurvePreset> presets;
-    if (inHounsfieldUnits(manifest.value_unit(), values)) {
-        const auto tomography = tomographyPresets();
-        presets.assign(tomography.begin(), tomography.end());
+    std::span<const std::uint64_t> histogram;
+    if (!manifest.steps().empty()) {
+        const auto& bins = manifest.steps(0).histogram();
+        histogram = {bins.data(), static_cast<std::size_t>(bins.size())};
     }
-    if (manifest.steps().empty()) return presets;
-    const auto& bins = manifest.steps(0).histogram();
-    auto others = histogramPresets({bins.data(), static_cast<std::size_t>(bins.size())}, values);
-    presets.insert(presets.end(), std::make_move_iterator(others.begin()),
-                   std::make_move_iterator(others.end()));
-    return presets;
+    return presetsOf(manifest.value_unit(), {values.low, values.high}, histogram);
 }
 
 Bounds HybridControls::boundsOf(const proto::HybridManifest& manifest) {
@@ -90,8 +84,7 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     valuesUnit_ = manifest.value_unit();
     curve.setValues(values);
     if (same || (first && ownCurve_)) return;
-    const auto fitting = presets(manifest);
-    if (!fitting.empty()) curve.take(fitting.front());
+    curve.take(presets(manifest).front());
     ownColorRange = false;
     colorRange = {static_cast<float>(values.low), static_cast<float>(values.high)};
     clipPlanes.clear();

@@ -43,7 +43,7 @@ struct HybridControls {
     /// Another dataset: its range of values and, where the curve is that of values of another kind, a curve
     /// that suits it.
     void setDataset(const proto::HybridManifest& manifest);
-    /// Curves for the values of the dataset; its first step's histogram stands for all.
+    /// Curves for the values of the dataset; its first step stands for all.
     static std::vector<CurvePreset> presets(const proto::HybridManifest& manifest);
     /// The box of the volume, layer units.
     static Bounds boundsOf(const proto::HybridManifest& manifest);

@@ -54,7 +54,7 @@ double storedBytes(const proto::Manifest& manifest, const proto::HybridStepEntry
 }
 
 void drawPresets(HybridControls& controls, const proto::HybridManifest& manifest, PanelActions& actions) {
-    if (!ImGui::BeginCombo("preset", "")) return;
+    if (!ImGui::BeginCombo("preset", "choose a curve")) return;
     for (const auto& preset : HybridControls::presets(manifest)) {
         if (!ImGui::Selectable(std::string(preset.name).c_str())) continue;
         controls.curve.take(preset);

@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "client/view/camera_control.h"
@@ -254,6 +255,14 @@ void Panel::drawCamera(ViewModel& model, PanelActions& actions) {
     }
     ImGui::SameLine();
     actions.saveView = ImGui::Button("Save view");
+    text("from");
+    constexpr std::array<const char*, 6> sides{"-x", "+x", "-y", "+y", "-z", "+z"};
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+        ImGui::SameLine();
+        if (!ImGui::Button(sides[i])) continue;
+        model.setCamera(lookFrom(model.camera(1.0), static_cast<int>(i / 2), i % 2 != 0));
+        actions.viewChanged = true;
+    }
 }
 
 void Panel::drawJobs(const ServerState& server, PanelActions& actions) {

@@ -9,10 +9,10 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "client/view/curve_presets.h"
 #include "client/view/edited_curve.h"
 #include "client/view/knots.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/curve_presets.h"
 
 namespace mote::client {
 

@@ -30,6 +30,22 @@ glm::vec3 fromOctahedral(const glm::vec2& p) {
     return glm::normalize(v);
 }
 
+/// `place` in cells.
+glm::vec3 inMap(const glm::vec2& place) {
+    return fromOctahedral(place * (2.0F / mapSize) - 1.0F);
+}
+
+/// How far the furthest direction of a cell is from its centre. The octahedron's edges lie on edges and
+/// diagonals of cells, so that a cell or either half of it is a flat piece of it: what lies furthest is a
+/// corner. What is nearest to some direction in the cell is at most twice that further from the centre than
+/// what is nearest there.
+float radius(const glm::vec2& corner, const glm::vec3& centre) {
+    float greatest = 0.0F;
+    for (const auto& step : {glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1), glm::vec2(1, 1)})
+        greatest = std::max(greatest, glm::distance(inMap(corner + step), centre));
+    return greatest;
+}
+
 int cellOf(const glm::vec3& v) {
     const auto p = octahedral(v);
     const auto index = [](float x) {
@@ -53,15 +69,10 @@ glm::vec3 fibonacci(int i, int n) {
 NormalTable::NormalTable() {
     for (int i = 0; i < directions; ++i)
         directions_[static_cast<std::size_t>(i) + 1] = fibonacci(i, directions);
-    // A corner lies half a diagonal from its cell's centre on the map, and so at most three times that on the
-    // sphere (the octahedron's slope stretches by sqrt(3), its least distance from the origin by as much).
-    // What is nearest to some direction in the cell is at most twice that further from the centre than what
-    // is nearest there.
-    constexpr float slack = 2.0F * 3.0F * std::numbers::sqrt2_v<float> / mapSize;
     for (int cell = 0; cell < mapSize * mapSize; ++cell) {
-        const glm::vec2 middle(static_cast<float>(cell % mapSize) + 0.5F,
-                               static_cast<float>(cell / mapSize) + 0.5F);
-        const auto centre = fromOctahedral(middle * (2.0F / mapSize) - 1.0F);
+        const glm::vec2 corner(cell % mapSize, cell / mapSize);
+        const auto centre = inMap(corner + 0.5F);
+        const float slack = 2.0F * radius(corner, centre) + 1e-5F;  // floats round
         std::array<float, directions + 1> distance{};
         for (std::size_t i = 1; i <= directions; ++i) distance[i] = glm::distance(centre, directions_[i]);
         const float least = *std::min_element(distance.begin() + 1, distance.end());

@@ -58,7 +58,22 @@ TEST_F(Hybrids, BadScriptsAreNamed) {
         EXPECT_NE(done.status, 0);
         return done.errors;
     };
-    EXPECT_THAT(bad(smallView(", 'pointShape': 'star'")), HasSubstr("layers[0].hybrid.pointShape"));
+    const std::pair<std::string, std::string> wrong[]{
+        {"'pointShape': 'star'", "pointShape"},
+        {"'representation': 'source'", "representation"},
+        {"'colorMap': 'mud'", "colorMap"},
+        {"'colorRange': [3, 2]", "colorRange"},
+        {"'pointOpacity': 1.5", "pointOpacity"},
+        {"'pointSize': 0", "pointSize"},
+        {"'light': {'direction': [0, 0, 0]}", "light.direction"},
+        {"'light': {'ambient': -1}", "light.ambient"},
+        {"'light': {'shadow': true}", "light.shadow"},
+        {"'clipPlanes': [{'normal': [0, 0, 0], 'distance': 1}]", "clipPlanes[0].normal"},
+        {"'clipBox': {'min': [0, 0, 0], 'max': [1, 1, 0]}", "clipBox.max[2]"},
+        {"'curvature': 1", "curvature"},
+    };
+    for (const auto& [field, name] : wrong)
+        EXPECT_THAT(bad(smallView(", " + field)), HasSubstr("layers[0].hybrid." + name)) << field;
     EXPECT_THAT(bad(smallView("", 3)), HasSubstr("layers[0].step"));
     EXPECT_THAT(bad("{'width': 20, 'height': 20, 'layers': [{'dataset': 'data/small', 'particles': {}}]}"),
                 HasSubstr("hybrid"));

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "client/shared/connection.h"
+#include "tests/e2e/conversation.h"
 #include "tests/e2e/station.h"
 
 namespace mote::test {
@@ -15,37 +16,6 @@ namespace {
 
 using client::Connection;
 using testing::Contains;
-
-template <class Condition>
-bool eventually(Connection& connection, const Condition& condition) {
-    const auto end = std::chrono::steady_clock::now() + Process::patience;
-    while (std::chrono::steady_clock::now() < end) {
-        connection.poll();
-        if (condition()) return true;
-        connection.wait(std::chrono::milliseconds(50));
-    }
-    return false;
-}
-
-template <class T>
-Result<T> answer(Connection& connection, const std::function<void(Connection::Reply<T>)>& ask) {
-    std::optional<Result<T>> got;
-    ask([&](Result<T> result) { got = std::move(result); });
-    if (!eventually(connection, [&] { return got.has_value(); })) {
-        return Error{ErrorCode::internal, "", "no answer"};
-    }
-    return *got;
-}
-
-std::vector<std::string> datasets(Connection& connection) {
-    const auto catalogue =
-        answer<proto::Catalogue>(connection, [&](auto reply) { connection.listDatasets(reply); });
-    std::vector<std::string> names;
-    if (catalogue.ok()) {
-        for (const auto& entry : catalogue->datasets()) names.push_back(entry.name());
-    }
-    return names;
-}
 
 proto::JobRequest plotRequest(const std::string& output) {
     proto::JobRequest request;
@@ -63,30 +33,8 @@ class Server : public testing::Test {
         connection_.emplace(station_.connection(), client::ConnectionSettings{});
     }
 
-    std::string submit(const proto::JobRequest& request) {
-        const auto job = answer<proto::JobStatus>(
-            *connection_, [&](auto reply) { connection_->submitJob(request, reply); });
-        EXPECT_TRUE(job.ok()) << job.error().toString();
-        return job.ok() ? job->id() : "";
-    }
-
-    /// Watches until the job has ended.
-    proto::JobStatus ended(const std::string& id) {
-        proto::JobStatus last;
-        const auto take = [&](const proto::JobStatus& status) {
-            if (status.id() == id) last = status;
-        };
-        connection_->onJob(take);
-        const auto jobs =
-            answer<proto::Jobs>(*connection_, [&](auto reply) { connection_->watchJobs(reply); });
-        EXPECT_TRUE(jobs.ok());
-        // What changed after the answer has come through the listener already and is newer.
-        if (jobs.ok() && last.id().empty()) {
-            for (const auto& job : jobs->jobs()) take(job);
-        }
-        EXPECT_TRUE(eventually(*connection_, [&] { return last.state() >= proto::JobStatus::SUCCEEDED; }));
-        return last;
-    }
+    std::string submit(const proto::JobRequest& request) { return test::submit(*connection_, request); }
+    proto::JobStatus ended(const std::string& id) { return test::ended(*connection_, id); }
 
     Station station_;
     std::optional<Connection> connection_;

@@ -136,7 +136,9 @@ Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path
     auto step = std::make_shared<HybridStep>();
     step->boxToLayer = hybridBox(manifest.hybrid());
     step->range = rangeOf(manifest.hybrid());
-    step->histogram.assign(entry->histogram().begin(), entry->histogram().end());
+    // The first step's for all, so that a series that is played does not flicker.
+    const auto& histogram = manifest.hybrid().steps(0).histogram();
+    step->histogram.assign(histogram.begin(), histogram.end());
     fillLow(*file, *entry, *step);
     if (representation == HybridRepresentation::points)
         step->points = pointsOf(file->points(), entry->error_step());

@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-#include <numeric>
+
+#include "protocol/scene/curve_presets.h"
 
 namespace mote::render {
 namespace {
@@ -21,26 +22,12 @@ ValueRange around(const ValueRange& range) {
     return {range.low - margin, range.high + margin};
 }
 
-/// The value below which a share of the source's values lie.
-double quantile(const HybridStep& step, double share) {
-    const double all = std::accumulate(step.histogram.begin(), step.histogram.end(), 0.0);
-    double below = 0.0;
-    for (std::size_t i = 0; i < step.histogram.size() && all > 0.0; ++i) {
-        below += step.histogram[i];
-        if (below < share * all) continue;
-        const double place = (static_cast<double>(i) + 1.0) / static_cast<double>(step.histogram.size());
-        return std::min(step.range.low + place * (step.range.high - step.range.low), step.range.high);
-    }
-    return step.range.low + share * (step.range.high - step.range.low);
-}
-
 }  // namespace
 
 Curve defaultOpacity(const HybridStep& step) {
-    return Curve::create(
-               {{quantile(step, 0.75), 0.0}, {quantile(step, 0.98), 0.1}, {quantile(step, 0.999), 0.5}},
-               step.range.low, step.range.high)
-        .value();
+    const std::vector<std::uint64_t> histogram(step.histogram.begin(), step.histogram.end());
+    const auto knots = presetsOf("", step.range, histogram).front().knots;
+    return Curve::create(knots, knots.front().x, knots.back().x).value();
 }
 
 HybridRepresentation resolved(HybridRepresentation asked, const HybridStep& step) {

@@ -12,8 +12,8 @@
 
 namespace mote::render {
 
-/// Where a style has none: nothing of the values that fill most of the volume, mostly air, then more and
-/// more.
+/// Where a style has none: the first preset that suits the values (protocol/scene/curve_presets.h), which is
+/// what a viewer begins with.
 Curve defaultOpacity(const HybridStep& step);
 
 /// Of what the step has, where the style leaves it open; the volume alone where it has neither.

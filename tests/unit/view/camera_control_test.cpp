@@ -57,6 +57,18 @@ TEST(CameraControl, DollyMovesTheEyeAndZoomDoesNot) {
     EXPECT_LT(zoom(before, 1.0).fovYDegrees, before.fovYDegrees);
 }
 
+TEST(CameraControl, TheEyeGoesToAnySideOfTheTarget) {
+    const Camera before = pan(orbit(Camera{}, {0.3, 0.1}), {0.1, 0.2});
+    const auto front = lookFrom(before, 1, false);
+    EXPECT_NEAR(glm::distance(front.eye, before.target), glm::distance(before.eye, before.target), tolerance);
+    EXPECT_LT(front.eye.y, before.target.y);
+    EXPECT_EQ(front.up, glm::dvec3(0.0, 0.0, 1.0));
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_TRUE(parseCamera(toProto(lookFrom(before, axis, true))).ok());
+        EXPECT_TRUE(parseCamera(toProto(lookFrom(before, axis, false))).ok());
+    }
+}
+
 TEST(CameraControl, NoGestureLeavesTheValidCameras) {
     for (Camera camera : {Camera{}, toggleProjection(Camera{})}) {
         for (const double steps : {1e6, -1e6, 1e6}) {

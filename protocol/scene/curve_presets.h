@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // CurvePresets: opacity curves to begin with: for computed tomography in Hounsfield units, and for any volume
-// by where its values lie. Pure functions.
+// by where its values lie. The first of a dataset's is what it is drawn with where nobody chose. Pure
+// functions.
 #pragma once
 
 #include <array>
@@ -11,9 +12,10 @@
 #include <string_view>
 #include <vector>
 
-#include "client/view/knots.h"
+#include "protocol/scene/curve.h"
+#include "protocol/scene/hybrid_style.h"
 
-namespace mote::client {
+namespace mote {
 
 struct CurvePreset {
     std::string_view name;
@@ -23,7 +25,7 @@ struct CurvePreset {
 
 /// Whether values are Hounsfield units: by their unit, or, where it is not said, by what they span: air is
 /// -1000, water 0, and bones are 300 to 3000.
-bool inHounsfieldUnits(std::string_view unit, const Interval& values);
+bool inHounsfieldUnits(std::string_view unit, const ValueRange& values);
 
 /// Bones, vessels (with a contrast agent), soft tissue, skin, lungs.
 std::span<const CurvePreset> tomographyPresets();
@@ -31,6 +33,10 @@ std::span<const CurvePreset> tomographyPresets();
 /// The object, its denser parts, its densest, layers of it and everything. What is the object and not what is
 /// around it, is where Otsu's threshold lies (A threshold selection method from gray-level histograms, 1979);
 /// the rest goes by quantiles of the values above it. `histogram`: even bins over `values`.
-std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram, const Interval& values);
+std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram, const ValueRange& values);
 
-}  // namespace mote::client
+/// Those that suit values, the best first; one at least, also without a histogram.
+std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& values,
+                                   std::span<const std::uint64_t> histogram);
+
+}  // namespace mote

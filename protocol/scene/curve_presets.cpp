@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/curve_presets.h"
+#include "protocol/scene/curve_presets.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
-namespace mote::client {
+namespace mote {
 namespace {
 
 /// The first bin above the threshold that parts the bins into the two most different classes.
@@ -33,7 +34,7 @@ std::size_t otsuBin(std::span<const std::uint64_t> histogram) {
 /// The values of a histogram's bins from the first one on.
 class Quantiles {
   public:
-    Quantiles(std::span<const std::uint64_t> histogram, const Interval& values, std::size_t first)
+    Quantiles(std::span<const std::uint64_t> histogram, const ValueRange& values, std::size_t first)
         : histogram_(histogram), values_(values), first_(first) {}
 
     double threshold() const { return edge(first_); }
@@ -55,13 +56,13 @@ class Quantiles {
     }
 
     std::span<const std::uint64_t> histogram_;
-    Interval values_;
+    ValueRange values_;
     std::size_t first_;
 };
 
 }  // namespace
 
-bool inHounsfieldUnits(std::string_view unit, const Interval& values) {
+bool inHounsfieldUnits(std::string_view unit, const ValueRange& values) {
     if (!unit.empty()) return unit == "HU";
     return values.low >= -3100.0 && values.low <= -900.0 && values.high >= 300.0 && values.high <= 33000.0;
 }
@@ -104,7 +105,8 @@ std::span<const CurvePreset> tomographyPresets() {
     return presets;
 }
 
-std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram, const Interval& values) {
+std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogram,
+                                          const ValueRange& values) {
     if (histogram.empty()) return {};
     const Quantiles object(histogram, values, otsuBin(histogram));
     const auto ramp = [](double from, double to, double most) {
@@ -116,11 +118,28 @@ std::vector<CurvePreset> histogramPresets(std::span<const std::uint64_t> histogr
         const double low = layers.empty() ? at - half : std::max(at - half, layers.back().x);
         layers.insert(layers.end(), {{low, 0.0}, {std::max(low, at), 0.25 * share}, {at + half, 0.0}});
     }
-    return {{"object", ramp(object.threshold(), object(0.6), 0.2), {}},
+    // Steeper towards the densest, and with colours up to there: what is inside shows through what is around.
+    const std::vector<Curve::Knot> whole{
+        {object.threshold(), 0.0}, {object(0.5), 0.05}, {object(0.99), 0.35}};
+    return {{"object", whole, {}},
             {"denser parts", ramp(object(0.5), object(0.97), 0.3), {}},
             {"densest", ramp(object(0.97), object(0.999), 0.6), {}},
             {"layers", layers, {}},
             {"everything", ramp(values.low, values.high, 0.1), {}}};
 }
 
-}  // namespace mote::client
+std::vector<CurvePreset> presetsOf(std::string_view unit, const ValueRange& values,
+                                   std::span<const std::uint64_t> histogram) {
+    std::vector<CurvePreset> presets;
+    if (inHounsfieldUnits(unit, values)) {
+        const auto tomography = tomographyPresets();
+        presets.assign(tomography.begin(), tomography.end());
+    }
+    constexpr std::array<std::uint64_t, 1> unknown{1};
+    auto others = histogramPresets(histogram.empty() ? unknown : histogram, values);
+    presets.insert(presets.end(), std::make_move_iterator(others.begin()),
+                   std::make_move_iterator(others.end()));
+    return presets;
+}
+
+}  // namespace mote

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/curve_presets.h"
+#include "protocol/scene/curve_presets.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-namespace mote::client {
+namespace mote {
 namespace {
 
 /// A dark ground with an object in it: most values in the first bins, some around the bin 160.
@@ -95,4 +95,4 @@ TEST(CurvePresets, HistogramPresetsOfOddHistogramsAreCurvesToo) {
 }
 
 }  // namespace
-}  // namespace mote::client
+}  // namespace mote
