@@ -119,7 +119,8 @@ std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint3
                                  HybridRepresentation representation) {
     const auto index = static_cast<int>(step);
     if (representation != HybridRepresentation::residual || index >= hybrid.steps_size()) return 0;
-    return hybrid.steps(index).residual_bricks() * storage::ResidualGrid::bytesPerBrick;
+    constexpr std::uint64_t leaf = 2400;  // of OpenVDB's tree of floats, with its nodes
+    return hybrid.steps(index).residual_bricks() * leaf;
 }
 
 Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
