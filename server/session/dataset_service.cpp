@@ -33,7 +33,8 @@ DatasetService::DatasetService(storage::Roots roots, std::function<void()> chang
       known_(std::make_shared<Known>()),
       budget_(std::make_shared<storage::BlockBudget>(memory)),
       steps_(budget_, std::thread::hardware_concurrency(), arrived),
-      hybrids_(budget_, std::thread::hardware_concurrency(), std::move(arrived)) {
+      hybrids_(budget_, std::min<unsigned>(std::thread::hardware_concurrency(), stepsAhead),
+               std::move(arrived)) {
     thread_ = std::thread([this] { run(); });
 }
 
