@@ -15,14 +15,9 @@
 #include "storage/particles/step_layout.h"
 #include "storage/particles/step_need.h"
 #include "storage/particles/verified_array.h"
+#include "storage/step_origin.h"
 
 namespace mote::storage {
-
-/// The file that a step lies in, and which content of it.
-struct StepOrigin {
-    std::filesystem::path file;
-    std::string digest;  ///< FileEntry.xxh3_128 of the manifest
-};
 
 class MappedStep final : public ParticleStep {
   public:

@@ -12,6 +12,7 @@
 #include "protocol/wire/connection_file.h"
 #include "tests/e2e/station.h"
 #include "tests/golden/comparison.h"
+#include "tests/unit/hybrid/small_hybrid.h"
 
 namespace mote::test {
 namespace {
@@ -33,7 +34,17 @@ std::string layerOf(int step, const std::string& particles) {
     return "{'dataset': 'data/beam', 'step': " + std::to_string(step) + ", 'particles': " + particles + "}";
 }
 
-/// Points alone, discs alone, points and volume, two layers, without perspective, and from within.
+/// A hybrid volume, cut and lit from one side.
+std::string hybridView(const std::string& representation) {
+    return "{'width': 320, 'height': 240, 'layers': [{'dataset': 'data/small', 'hybrid': {'representation': "
+           "'" +
+           representation +
+           "', 'curve': [{'value': -10, 'opacity': 0.001}, {'value': 245, 'opacity': 0.9}], 'clipPlanes': "
+           "[{'normal': [1, 0, 0], 'distance': 20}], 'light': {'direction': [1, 0, 0], 'specular': 0.4}}}]}";
+}
+
+/// Points alone, discs alone, points and volume, two layers, without perspective, from within; hybrid
+/// volumes.
 std::string allKinds() {
     const std::string far = "{'eye': [2, 1, 3], 'target': [0, 0, 0], 'up': [0, 1, 0]}";
     const std::string near = "{'eye': [0.2, 0.1, 0.6], 'target': [0, 0, 0], 'up': [0, 1, 0]}";
@@ -51,7 +62,8 @@ std::string allKinds() {
         "'points': {'linked': false, 'curve': [{'density': 0, 'fraction': 1}], 'opacity': 0.6}}";
     return scriptOf({viewOf(far, {layerOf(0, points)}), viewOf(far, {layerOf(0, discs)}),
                      viewOf(far, {layerOf(0, mixed)}), viewOf(far, {layerOf(0, mixed), layerOf(1, discs)}),
-                     viewOf(flat, {layerOf(1, mixed)}), viewOf(near, {layerOf(0, mixed)})});
+                     viewOf(flat, {layerOf(1, mixed)}), viewOf(near, {layerOf(0, mixed)}),
+                     hybridView("residual"), hybridView("points")});
 }
 
 std::vector<Image> picturesOf(Station& station) {
@@ -90,10 +102,12 @@ class RanksPictures : public Ranks, public testing::WithParamInterface<int> {};
 
 TEST_P(RanksPictures, AreThoseOfOneProcess) {
     Station alone, together;
+    for (const Station* station : {&alone, &together})
+        writeSmallHybrid(station->root() / "small.mote", smallPoints(5), smallManifest(5, 8));
     alone.startServer();
     together.startRanks(GetParam());
     const auto expected = picturesOf(alone), actual = picturesOf(together);
-    ASSERT_EQ(expected.size(), 6u);
+    ASSERT_EQ(expected.size(), 8u);
     ASSERT_EQ(actual.size(), expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) {
         // Sums in another order: ranked_device_test.cpp says why they are one step apart at most.
@@ -102,6 +116,8 @@ TEST_P(RanksPictures, AreThoseOfOneProcess) {
         EXPECT_LE(result.worst, 1) << "picture " << i << ": " << result.toString();
     }
     EXPECT_EQ(actual[0], expected[0]) << "of points alone, whole numbers are added";
+    for (const std::size_t hybrid : {6u, 7u})
+        EXPECT_EQ(actual[hybrid], expected[hybrid]) << "each rank draws its tiles as one alone does";
     ::kill(serverOf(together), SIGTERM);
     EXPECT_EQ(together.server().wait(), 0) << together.server().errors();
     EXPECT_FALSE(std::filesystem::exists(together.connection()));

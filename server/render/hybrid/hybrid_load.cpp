@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "server/render/hybrid/brick_maker.h"
+#include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_file.h"
@@ -123,6 +125,11 @@ std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint3
     return hybrid.steps(index).residual_bricks() * leaf;
 }
 
+std::string hybridDigest(const proto::Manifest& manifest) {
+    const std::string text = manifest.SerializeAsString();
+    return storage::hash128(std::as_bytes(std::span(text)));
+}
+
 Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
                                                      const proto::Manifest& manifest, std::uint32_t index,
                                                      HybridRepresentation representation,
@@ -135,6 +142,7 @@ Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path
     const auto file = storage::HybridStep::open(directory, manifest, index);
     if (!file.ok()) return file.error();
     auto step = std::make_shared<HybridStep>();
+    step->origin = {directory / entry->file(), hybridDigest(manifest)};
     step->boxToLayer = hybridBox(manifest.hybrid());
     step->range = rangeOf(manifest.hybrid());
     // The first step's for all, so that a series that is played does not flicker.

@@ -9,6 +9,7 @@
 #include <functional>
 #include <glm/mat4x4.hpp>
 #include <memory>
+#include <string>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
@@ -31,6 +32,9 @@ std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t ste
 /// The same of what loading takes beside.
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                                  HybridRepresentation representation);
+
+/// The same for datasets that are drawn the same: of the manifest, and so of all of its files.
+std::string hybridDigest(const proto::Manifest& manifest);
 
 /// `representation`: as hybridParts gives it; only what it draws is loaded. Errors: notFound (there is no
 /// such step), as storage::HybridStep::open and storage::readResidual, resourceExhausted (too many bricks).

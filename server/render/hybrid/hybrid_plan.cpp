@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/hybrid/hybrid_plan.h"
 
-#include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
@@ -34,20 +32,20 @@ double HybridPlan::layerLength(const glm::dvec3& inBox) const {
     return glm::length(glm::dmat3(step->boxToLayer) * inBox);
 }
 
-HybridPlan planHybrid(const Layer& layer, std::shared_ptr<const HybridStep> step, const Camera& camera,
-                      double pointFraction) {
-    const HybridStyle& style = *layer.hybrid();
+HybridPlan planHybrid(const HybridStyle& style, const glm::dmat4& layerToWorld,
+                      std::shared_ptr<const HybridStep> step, const Camera& camera,
+                      std::uint32_t pointStride) {
     const glm::dmat4 worldToEye = camera.worldToEye();
-    const glm::dmat4 layerToEye = worldToEye * layer.transform;
-    HybridPlan plan{
-        .step = step,
-        .representation = resolved(style.representation, *step),
-        .boxToEye = layerToEye * step->boxToLayer,
-        .style = style,
-        .pointStride = static_cast<std::uint32_t>(std::lround(1.0 / std::clamp(pointFraction, 1e-6, 1.0))),
-        .transfer = HybridTransfer(style, *step),
-        .light = HybridLight(style.light, layerToEye, worldToEye),
-        .clips = clipsOf(style, step->boxToLayer)};
+    const glm::dmat4 layerToEye = worldToEye * layerToWorld;
+    HybridPlan plan{.step = step,
+                    .representation = resolved(style.representation, *step),
+                    .boxToEye = layerToEye * step->boxToLayer,
+                    .layerToWorld = layerToWorld,
+                    .style = style,
+                    .pointStride = pointStride,
+                    .transfer = HybridTransfer(style, *step),
+                    .light = HybridLight(style.light, layerToEye, worldToEye),
+                    .clips = clipsOf(style, step->boxToLayer)};
     return plan;
 }
 

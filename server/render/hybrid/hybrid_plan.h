@@ -22,6 +22,7 @@ struct HybridPlan {
     std::shared_ptr<const HybridStep> step;
     HybridRepresentation representation;  ///< never `best`; the step has what it takes
     glm::dmat4 boxToEye{1.0};             ///< the volume's box [0, 1]^3 to eye space
+    glm::dmat4 layerToWorld{1.0};         ///< Layer::transform
     HybridStyle style;                    ///< for shape, opacity and size of points
     /// Of so many points that follow each other one is drawn, for all of them.
     std::uint32_t pointStride = 1;
@@ -51,8 +52,9 @@ struct HybridPlan {
     double layerLength(const glm::dvec3& inBox) const;
 };
 
-/// `layer` must be a hybrid one; `pointFraction`: Quality's, of which the nearest whole stride is taken.
-HybridPlan planHybrid(const Layer& layer, std::shared_ptr<const HybridStep> step, const Camera& camera,
-                      double pointFraction);
+/// `pointStride`: as HybridPlan's.
+HybridPlan planHybrid(const HybridStyle& style, const glm::dmat4& layerToWorld,
+                      std::shared_ptr<const HybridStep> step, const Camera& camera,
+                      std::uint32_t pointStride);
 
 }  // namespace mote::render

@@ -17,6 +17,7 @@
 
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/hybrid_style.h"
+#include "storage/step_origin.h"
 
 namespace mote::render {
 
@@ -78,6 +79,7 @@ struct HybridPoints {
 };
 
 struct HybridStep {
+    storage::StepOrigin origin;     ///< without a file where it was made in memory
     glm::dmat4 boxToLayer{1.0};     ///< the volume's box as [0, 1]^3 to layer space
     ValueRange range{0.0, 1.0};     ///< of the codes 0 and 65535, in the source's unit
     std::vector<double> histogram;  ///< of the source's values, even bins over the range; may be empty

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ranks/frame_order.h"
 
+#include <limits>
+
 #include "server/render/ranks/byte_stream.h"
 
 namespace mote::render {
@@ -44,6 +46,75 @@ ParticlesStyle getStyle(ByteReader& in) {
                           .pointOpacity = in.get<double>(),
                           .pointSize = in.get<double>(),
                           .pointColor = in.get<glm::dvec3>()};
+}
+
+template <class Value>
+void put(ByteWriter& out, const std::optional<Value>& value) {
+    out.put(value.has_value());
+    if (value) out.put(*value);
+}
+
+template <class Value>
+std::optional<Value> getOptional(ByteReader& in) {
+    if (!in.get<bool>()) return std::nullopt;
+    return in.get<Value>();
+}
+
+void put(ByteWriter& out, const RankSteps::Name& name) {
+    out.putList(name.file);
+    out.putList(name.digest);
+}
+
+RankSteps::Name getName(ByteReader& in) {
+    auto file = in.getList<std::string>();
+    return {std::move(file), in.getList<std::string>()};
+}
+
+void put(ByteWriter& out, const HybridStyle& style) {
+    out.put(style.representation);
+    out.put(style.opacity.has_value());
+    if (style.opacity) out.putList(style.opacity->knots());
+    out.putList(style.colors);
+    out.putList(style.colorMap.name());
+    put(out, style.colorRange);
+    out.put(style.pointShape);
+    out.put(style.pointOpacity);
+    out.put(style.pointSize);
+    out.put(style.light);
+    out.putList(style.clipPlanes);
+    put(out, style.clipBox);
+}
+
+HybridStyle getHybridStyle(ByteReader& in) {
+    constexpr double anyValue = std::numeric_limits<double>::infinity();
+    HybridStyle style;
+    style.representation = in.get<HybridRepresentation>();
+    if (in.get<bool>())
+        style.opacity = *Curve::create(in.getList<std::vector<Curve::Knot>>(), -anyValue, anyValue);
+    style.colors = in.getList<std::vector<glm::dvec3>>();
+    style.colorMap = *ColorMap::find(in.getList<std::string>());
+    style.colorRange = getOptional<ValueRange>(in);
+    style.pointShape = in.get<PointShape>();
+    style.pointOpacity = in.get<double>();
+    style.pointSize = in.get<double>();
+    style.light = in.get<Light>();
+    style.clipPlanes = in.getList<std::vector<HalfSpace>>();
+    style.clipBox = getOptional<Bounds>(in);
+    return style;
+}
+
+void put(ByteWriter& out, const FrameOrder::Hybrid& layer) {
+    put(out, layer.step);
+    put(out, layer.style);
+    out.put(layer.layerToWorld);
+    out.put(layer.pointStride);
+}
+
+FrameOrder::Hybrid getHybrid(ByteReader& in) {
+    return {.step = getName(in),
+            .style = getHybridStyle(in),
+            .layerToWorld = in.get<glm::dmat4>(),
+            .pointStride = in.get<std::uint32_t>()};
 }
 
 void put(ByteWriter& out, const LayerPlan& layer) {
@@ -111,10 +182,9 @@ Bytes packOrder(const FrameOrder& order) {
     out.put(order.flatLayer.has_value());
     out.put(order.flatLayer.value_or(0));
     put(out, order.plan);
-    for (const auto& step : order.steps) {
-        out.putList(step.file);
-        out.putList(step.digest);
-    }
+    for (const auto& step : order.steps) put(out, step);
+    out.put(std::uint64_t{order.hybrids.size()});
+    for (const auto& layer : order.hybrids) put(out, layer);
     return out.take();
 }
 
@@ -127,10 +197,9 @@ FrameOrder unpackOrder(const Bytes& bytes) {
     const auto layer = in.get<std::uint32_t>();
     if (flat) order.flatLayer = layer;
     order.plan = getPlan(in);
-    for (std::size_t i = 0; i < order.plan.layers.size(); ++i) {
-        auto file = in.getList<std::string>();
-        order.steps.push_back({std::move(file), in.getList<std::string>()});
-    }
+    for (std::size_t i = 0; i < order.plan.layers.size(); ++i) order.steps.push_back(getName(in));
+    const auto hybrids = in.get<std::uint64_t>();
+    for (std::uint64_t i = 0; i < hybrids; ++i) order.hybrids.push_back(getHybrid(in));
     MOTE_CHECK(in.atEnd());
     return order;
 }

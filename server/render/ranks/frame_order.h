@@ -19,14 +19,22 @@ struct FrameOrder {
     std::uint64_t number = 0;  ///< of the picture
     PixelFormat format = PixelFormat::srgb8;
     std::optional<std::uint32_t> flatLayer;  ///< the only layer, where depth does not matter
-    std::vector<RankSteps::Name> steps;      ///< one a layer
+    std::vector<RankSteps::Name> steps;      ///< one a layer of particles
+    /// A hybrid layer: what its plan is made of, and its step.
+    struct Hybrid {
+        RankSteps::Name step;
+        HybridStyle style;  ///< its representation is that of the plan
+        glm::dmat4 layerToWorld;
+        std::uint32_t pointStride;
+    };
+    std::vector<Hybrid> hybrids;
     FramePlan plan;
 };
 
 Bytes packOrder(const FrameOrder& order);
 
 /// In the layers' plans `step` and `preview` are null; `selection` is null too, but for layers that draw no
-/// points of leaves, which have an empty one.
+/// points of leaves, which have an empty one. There are no plans of hybrid layers.
 FrameOrder unpackOrder(const Bytes& bytes);
 
 }  // namespace mote::render

@@ -56,7 +56,7 @@ std::optional<Picture> MixedFrame::draw() {
 void MixedFrame::sort() {
     const StopRelay relay(ranks_, order_.number, stop_);
     parts_.arena.execute([&] {
-        frame_.emplace(plan_, order_.format, parts_.visible(plan_));
+        frame_.emplace(plan_, order_.format, parts_.visible(plan_), parts_.visibleHybrids(plan_));
         parts_.points.sort(plan_, parts_.leaves, relay.token());
         parts_.dots.sort(plan_, relay.token());
     });
@@ -138,7 +138,9 @@ void MixedFrame::collect() {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
     const auto incoming = ranks_.exchange(outgoing);
-    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn());
+    // Points of hybrid volumes are on every rank, and each draws them in its tiles.
+    picture_.splatsDrawn = parts_.dots.splatsDrawn();
+    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn()) + picture_.splatsDrawn;
     if (rank_ != 0) return;
     for (std::uint32_t rank = 1; rank < deal_.ranks; ++rank) {
         const auto* next = incoming[rank].data();

@@ -13,6 +13,7 @@
 #include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/resident_hybrids.h"
 #include "server/render/cpu/resident_volumes.h"
 
 namespace mote::render {
@@ -24,6 +25,7 @@ struct RankParts {
 
     oneapi::tbb::task_arena arena;
     ResidentVolumes volumes;
+    ResidentHybrids hybrids;
     ResidentLeaves leaves;
     FramePoints points;
     FrameDots dots;
@@ -35,8 +37,14 @@ struct RankParts {
         for (const auto& layer : plan.layers) result.push_back(volumes.of(layer.step, layer.style));
         return result;
     }
+    std::vector<VisibleHybrid> visibleHybrids(const FramePlan& plan) {
+        std::vector<VisibleHybrid> result;
+        for (const auto& hybrid : plan.hybrids) result.push_back(hybrids.of(hybrid));
+        return result;
+    }
     void dropExpired() {
         volumes.dropExpired();
+        hybrids.dropExpired();
         leaves.dropExpired();
     }
 };

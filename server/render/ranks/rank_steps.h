@@ -8,6 +8,7 @@
 #include <string>
 
 #include "protocol/scene/error.h"
+#include "server/render/hybrid/hybrid_step.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -17,7 +18,7 @@ class RankSteps {
     /// The same on all ranks, however each of them reaches the file.
     struct Name {
         std::string file;    ///< "ROOT/NAME.mote/step-000000.h5"
-        std::string digest;  ///< of the file, as in the manifest
+        std::string digest;  ///< as StepOrigin's
         bool operator==(const Name&) const = default;
     };
 
@@ -26,6 +27,12 @@ class RankSteps {
     virtual Result<Name> nameOf(const storage::ParticleStep& step) = 0;
     /// Errors: of ParticleStep::open; corrupt where the file is not the one that was named.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) = 0;
+    /// Likewise of hybrid volumes.
+    virtual Result<Name> nameOf(const HybridStep& step) = 0;
+    /// Whole, with what `representation` draws. Errors: of loadHybrid; corrupt where the dataset is not the
+    /// one that was named, resourceExhausted.
+    virtual Result<std::shared_ptr<const HybridStep>> openHybrid(const Name& name,
+                                                                 HybridRepresentation representation) = 0;
     /// Before a picture's first step: what the one before it held may leave memory.
     virtual void beginPicture() {}
 };

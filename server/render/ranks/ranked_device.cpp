@@ -12,8 +12,24 @@
 
 namespace mote::render {
 
+namespace {
+
+/// Of what the plan asks for, what its step has: the rest may be on its way.
+HybridRepresentation drawnOf(const HybridPlan& plan) {
+    using enum HybridRepresentation;
+    return plan.corrected() ? residual : plan.hasPoints() ? points : volume;
+}
+
+}  // namespace
+
 struct RankedDevice::State {
     FrameOrder orderOf(const FramePlan& plan, PixelFormat format);
+    template <class Step>
+    RankSteps::Name nameOf(const Step& step) {
+        auto name = steps.nameOf(step);
+        if (!name.ok()) throw storage::StorageError(name.error());
+        return *std::move(name);
+    }
 
     Ranks& ranks;
     RankSteps& steps;
@@ -22,11 +38,12 @@ struct RankedDevice::State {
 };
 
 FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat format) {
-    FrameOrder order{.number = ++pictures, .format = format, .flatLayer = {}, .steps = {}, .plan = plan};
-    for (const auto& layer : plan.layers) {
-        auto name = steps.nameOf(*layer.step);
-        if (!name.ok()) throw storage::StorageError(name.error());
-        order.steps.push_back(*std::move(name));
+    FrameOrder order{
+        .number = ++pictures, .format = format, .flatLayer = {}, .steps = {}, .hybrids = {}, .plan = plan};
+    for (const auto& layer : plan.layers) order.steps.push_back(nameOf(*layer.step));
+    for (const auto& layer : plan.hybrids) {
+        order.hybrids.push_back({nameOf(*layer.step), layer.style, layer.layerToWorld, layer.pointStride});
+        order.hybrids.back().style.representation = drawnOf(layer);
     }
     order.flatLayer = flatLayer(plan, parts.arena.execute([&] { return parts.visible(plan); }));
     return order;
@@ -51,11 +68,12 @@ DeviceCosts RankedDevice::costs() {
 }
 
 DeviceAbilities RankedDevice::abilities() const {
-    return {.allPoints = false};
+    return {.allPoints = false, .hybrids = true};
 }
 
 std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() <= Packet::mostLayers);
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 &&
+               plan.layers.size() + plan.hybrids.size() <= Packet::mostLayers);
     MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);

@@ -17,6 +17,12 @@ void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
             layer.selection = selections.of(layer.step, layer.style.pointFraction, layer.share);
         }
     }
+    for (const auto& layer : order.hybrids) {
+        auto step = steps.openHybrid(layer.step, layer.style.representation);
+        if (!step.ok()) throw storage::StorageError(step.error());
+        order.plan.hybrids.push_back(planHybrid(layer.style, layer.layerToWorld, *std::move(step),
+                                                order.plan.camera, layer.pointStride));
+    }
 }
 
 }  // namespace

@@ -15,11 +15,14 @@ namespace mote::render {
 
 class SharedFileSteps final : public RankSteps {
   public:
-    /// `memory`: bytes of blocks of the steps that open() opened.
+    /// `memory`: bytes of the steps that were opened.
     SharedFileSteps(storage::Roots roots, std::uint64_t memory);
 
     Result<Name> nameOf(const storage::ParticleStep& step) override;
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
+    Result<Name> nameOf(const HybridStep& step) override;
+    Result<std::shared_ptr<const HybridStep>> openHybrid(const Name& name,
+                                                         HybridRepresentation representation) override;
     void beginPicture() override { budget_->beginTurn(); }
 
   private:
@@ -29,11 +32,20 @@ class SharedFileSteps final : public RankSteps {
         Name name;
         std::shared_ptr<const storage::ParticleStep> step;
     };
+    struct OpenHybrid {
+        Name name;
+        HybridRepresentation representation;
+        std::shared_ptr<const HybridStep> step;
+    };
+    Result<Name> nameOf(const storage::StepOrigin& origin) const;
     Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
+    Result<std::shared_ptr<const HybridStep>> loadFile(const Name& name, HybridRepresentation representation);
+    Status makeRoom(std::uint64_t bytes);
 
     const storage::Roots roots_;
     const std::shared_ptr<storage::BlockBudget> budget_;
-    std::list<OpenStep> open_;  // the latest first
+    std::list<OpenStep> open_;       // the latest first
+    std::list<OpenHybrid> hybrids_;  // likewise
 };
 
 }  // namespace mote::render

@@ -22,7 +22,7 @@ using render::PixelFormat;
 /// The steps of one scene, which all ranks have in memory.
 class SceneSteps final : public render::RankSteps {
   public:
-    explicit SceneSteps(const render::Scene& scene) : steps_(scene.steps) {}
+    explicit SceneSteps(const render::Scene& scene) : steps_(scene.steps), hybrids_(scene.hybrids) {}
 
     Result<Name> nameOf(const storage::ParticleStep& step) override {
         if (onName) onName();
@@ -35,11 +35,22 @@ class SceneSteps final : public render::RankSteps {
         return Error{ErrorCode::notFound, "/data/beam.mote/step-000000.h5", "is not there"};
     }
 
+    Result<Name> nameOf(const render::HybridStep& step) override {
+        for (std::size_t i = 0; i < hybrids_.size(); ++i)
+            if (hybrids_[i].get() == &step) return Name{std::to_string(i), "digest"};
+        return Error{ErrorCode::unsupported, "", "no step of the scene"};
+    }
+    Result<std::shared_ptr<const render::HybridStep>> openHybrid(const Name& name,
+                                                                 HybridRepresentation) override {
+        return hybrids_.at(std::stoul(name.file));
+    }
+
     std::function<void()> onName;
     bool broken = false;
 
   private:
     std::vector<std::shared_ptr<const storage::ParticleStep>> steps_;
+    std::vector<std::shared_ptr<const render::HybridStep>> hybrids_;
 };
 
 /// Ranks that serve while it lives.
@@ -105,6 +116,14 @@ TEST_P(RankedDeviceTest, DrawsThePictureOfOneRank) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, RankedDeviceTest,
                          testing::Combine(testing::Values(1, 2, 3), testing::ValuesIn(goldenScenes())),
+                         [](const auto& both) {
+                             return std::to_string(std::get<0>(both.param)) + '_' +
+                                    std::get<1>(both.param).name;
+                         });
+
+/// Every field of the style reaches every rank.
+INSTANTIATE_TEST_SUITE_P(Hybrids, RankedDeviceTest,
+                         testing::Combine(testing::Values(2), testing::ValuesIn(goldenHybrids())),
                          [](const auto& both) {
                              return std::to_string(std::get<0>(both.param)) + '_' +
                                     std::get<1>(both.param).name;
