@@ -76,8 +76,8 @@ TEST(Link, ThinOrWideItEndsWithTheSamePicture) {
     station.startServer();
     auto file = wire::readConnectionFile(station.connection());
     ASSERT_TRUE(file.ok()) << file.error().toString();
-    // 1/2 Mbit/s carry 2 KiB a frame of 30 ms, and 12 KiB where a busy machine takes 200 ms for one: less than
-    // this picture, which the beam fills, takes without loss at a third of the resolution.
+    // 1/2 Mbit/s carry 2 KiB a frame of 30 ms, and 12 KiB where a busy machine takes 200 ms for one: less
+    // than this picture, which the beam fills, takes without loss at a third of the resolution.
     const auto socket = station.temporary() / "link.sock";
     const ShapedLink link(socket, wire::parseAddress(file->address())->path,
                           {5e5, std::chrono::milliseconds(20)});
