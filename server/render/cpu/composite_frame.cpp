@@ -39,8 +39,8 @@ std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
     return packed;
 }
 
-/// The edge of the cube with the volume of a cell, in pixels of the picture, in the middle of the box; at
-/// most 1 where the eye is within.
+/// The edge of the cube with the volume of a cell, in pixels of the picture, in the middle of the box; where
+/// the eye is nearer than half the box's edge, at that distance.
 double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
     const double volume = std::abs(glm::determinant(glm::dmat3(hybrid.boxToEye)));
     const double edge = std::cbrt(volume / (cells.x * cells.y * cells.z));
@@ -51,9 +51,9 @@ double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm:
 
 /// Of a hybrid volume, stretches a cell's edge: a trilinear field bends within a cell, and light in it does.
 /// Cells of the low volume are large on the screen, and few. Those of bricks are small, and where a stretch
-/// absorbs much it is cut further: of the CT at 512^3, 1.25 come to 60 dB of six, and 2 to 64 dB in a fifth
-/// more time. In motion a stretch is no shorter than a pixel
-/// is wide, and a cell long where that is longer: what is finer, no pixel shows either.
+/// absorbs much it is cut further: of the CT at 512^3, 1.25 come to 60 dB of six, and 2 to 64 dB in a third
+/// more time. In motion a stretch is no shorter than a pixel is wide, up to four cells: what is finer, no
+/// pixel shows either.
 double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
     constexpr double least = 0.25;
     const double most = hybrid.corrected() ? 1.25 : 6.0;

@@ -121,7 +121,6 @@ INSTANTIATE_TEST_SUITE_P(Scenes, RankedDeviceTest,
                                     std::get<1>(both.param).name;
                          });
 
-/// Every field of the style reaches every rank.
 INSTANTIATE_TEST_SUITE_P(Hybrids, RankedDeviceTest,
                          testing::Combine(testing::Values(2), testing::ValuesIn(goldenHybrids())),
                          [](const auto& both) {
