@@ -39,7 +39,7 @@ double nearLimit(const Camera& camera) {
 }
 
 /// Least and greatest of the finite depths; 1 and 1 where there are none.
-std::pair<double, double> depthsOf(const Dots& dots) {
+std::pair<double, double> finiteDepths(const Dots& dots) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
     for (const Dot& dot : dots) {
@@ -69,30 +69,37 @@ std::shared_ptr<const Dots> dotsOf(const Scene& scene, const FramePlan& plan) {
     return dots;
 }
 
-/// All depths of the layers' boxes and of dots that can be seen; empty (near = far) where there are none.
-void setDepths(FramePlan& plan) {
-    double nearest = std::numeric_limits<double>::infinity();
-    double farthest = -nearest;
-    const auto reach = [&](const Bounds& box) {
-        nearest = std::min(nearest, -box.max.z);
-        farthest = std::max(farthest, -box.min.z);
-    };
-    for (const auto& layer : plan.layers) reach(plotBounds.transformed(layer.layerToEye));
+/// Where a box lies in depth. Never of no length, which rounding may make of what is far away.
+DepthRange depthsOf(const Bounds& inEye, std::uint32_t slabs) {
+    const double low = -inEye.max.z, high = -inEye.min.z;
+    const double margin = 1e-12 * std::max(std::abs(low), std::abs(high));
+    return high - low > 2.0 * margin ? DepthRange{low, high, slabs}
+                                     : DepthRange{low - margin, high + margin, slabs};
+}
+
+/// Of dots the depths that are finite. They stand where they are, whatever slab that is in.
+DepthRange depthsOf(const Dots& dots) {
+    constexpr std::uint32_t slabs = 24;
+    // A little more, so that there is a range where all dots have one depth, or none.
+    const auto [low, high] = finiteDepths(dots);
+    return {low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), slabs};
+}
+
+/// Cuts all depths at which layers' boxes and dots can be seen; none where there are none. `slabs`: of each.
+void cutDepths(FramePlan& plan, std::uint32_t slabs) {
+    const Bounds box{glm::dvec3(0.0), glm::dvec3(1.0)};
+    std::vector<DepthRange> contents;
+    for (const auto& layer : plan.layers)
+        contents.push_back(depthsOf(plotBounds.transformed(layer.layerToEye), slabs));
     for (const auto& layer : plan.hybrids)
-        reach(Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(layer.boxToEye));
-    if (plan.anyDots()) {
-        // A little more, so that there is a range where all dots have one depth, or none.
-        const auto [low, high] = depthsOf(*plan.dots);
-        nearest = std::min(nearest, low - 1e-6 * (1.0 + std::abs(low)));
-        farthest = std::max(farthest, high + 1e-6 * (1.0 + std::abs(high)));
-    }
-    nearest = std::max(nearest, nearLimit(plan.camera));
-    if (!(farthest > nearest)) {
-        plan.nearDepth = plan.farDepth = 0.0;
-        return;
-    }
-    plan.nearDepth = nearest;
-    plan.farDepth = farthest;
+        contents.push_back(depthsOf(box.transformed(layer.boxToEye), slabs));
+    if (plan.anyDots()) contents.push_back(depthsOf(*plan.dots));
+    for (auto& range : contents) range.nearDepth = std::max(range.nearDepth, nearLimit(plan.camera));
+    plan.sections = depthSections(contents);
+    if (plan.sections.empty()) return;
+    plan.nearDepth = plan.sections.front().nearDepth;
+    plan.farDepth = plan.sections.back().farDepth;
+    plan.slabs = plan.sections.back().endSlab();
 }
 
 std::uint64_t pointsInView(const LayerPlan& layer) {
@@ -210,7 +217,6 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                    .height = scaledSide(view.height, quality.resolutionScale),
                    .camera = view.camera,
                    .background = view.background,
-                   .slabs = std::max(1U, quality.slabs),
                    .samplesPerCell = quality.samplesPerCell,
                    .exact = quality == Quality::exact(),
                    .layers = {}};
@@ -226,7 +232,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
         plan.layers.push_back(planLayer(view.layers[i], *style, scene.steps[i], plan, quality, planning));
     }
     plan.dots = dotsOf(scene, plan);
-    setDepths(plan);
+    cutDepths(plan, std::max(1U, quality.slabs));
     return plan;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // FramePlan: what a device is to draw, computed from scene and quality without a device: for each layer the
-// points of each leaf that are drawn, the depth range and its slabs. A value that shares what does not depend
-// on the camera; pure functions.
+// points of each leaf that are drawn, the depths and how they are cut. A value that shares what does not
+// depend on the camera; pure functions.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/render/depth_sections.h"
 #include "server/render/hybrid/hybrid_plan.h"
 #include "server/render/point_selection.h"
 #include "server/render/preview_selection.h"
@@ -48,7 +49,8 @@ struct FramePlan {
     double nearDepth = 0.0;  ///< along the line of sight; all lies in [nearDepth, farDepth] that is drawn,
                              ///< but for dots without a depth
     double farDepth = 0.0;
-    std::uint32_t slabs = 1;  ///< of equal thickness from nearDepth to farDepth
+    std::uint32_t slabs = 0;                  ///< of all sections
+    std::vector<DepthSection> sections = {};  ///< front to back, from nearDepth to farDepth
     double samplesPerCell = 4.0;
     bool exact = true;              ///< Quality::exact(): not for a picture in motion
     std::vector<LayerPlan> layers;  ///< of particles

@@ -3,21 +3,15 @@
 
 #include <glm/matrix.hpp>
 
-#include "server/render/screen_map.h"
-
 namespace mote::render {
 
-RayMap::RayMap(const FramePlan& plan, const LayerPlan& layer)
-    : RayMap(plan, layer.layerToEye * boxToLayer()) {}
-
-RayMap::RayMap(const FramePlan& plan, const glm::dmat4& boxToEye) {
+RayMap::RayMap(const FramePlan& plan, const glm::dmat4& boxToEye, double nearDepth, double thickness) {
     const glm::dmat4 eyeToBox = glm::inverse(boxToEye);
     const glm::dvec3 right(eyeToBox[0]), up(eyeToBox[1]), away(-eyeToBox[2]), eye(eyeToBox[3]);
-    const double thickness = (plan.farDepth - plan.nearDepth) / plan.slabs;
     const bool perspective = plan.camera.perspective();
-    const double spread = perspective ? plan.nearDepth : 1.0;
+    const double spread = perspective ? nearDepth : 1.0;
     const double turn = perspective ? thickness : 0.0;
-    entry = {eye + plan.nearDepth * away, spread * right, spread * up};
+    entry = {eye + nearDepth * away, spread * right, spread * up};
     advance = {thickness * away, turn * right, turn * up};
 }
 

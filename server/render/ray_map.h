@@ -11,14 +11,15 @@
 
 namespace mote::render {
 
-/// The ray through (x, y) of the picture's window (camera.h) is, in the box [0, 1]^3, at slab s in
-/// entry + s * advance, both linear in (1, x, y). Not finite where the layer's transform is degenerate.
+/// The ray through (x, y) of the picture's window (camera.h) is, in the box [0, 1]^3, at s in
+/// entry + s * advance, both linear in (1, x, y): s counts a thickness from a depth on. Not finite where the
+/// layer's transform is degenerate.
 struct RayMap {
     std::array<glm::dvec3, 3> entry;
     std::array<glm::dvec3, 3> advance;
 
-    RayMap(const FramePlan& plan, const LayerPlan& layer);
-    RayMap(const FramePlan& plan, const glm::dmat4& boxToEye);
+    /// s = 0 at `nearDepth`.
+    RayMap(const FramePlan& plan, const glm::dmat4& boxToEye, double nearDepth, double thickness);
 };
 
 }  // namespace mote::render

@@ -9,8 +9,7 @@ namespace mote::render {
 namespace {
 
 float placeOf(const FramePlan& plan, const Dot& dot) {
-    const double share = (dot.depth - plan.nearDepth) / (plan.farDepth - plan.nearDepth);
-    return static_cast<float>(std::clamp(share, 0.0, 1.0) * plan.slabs);
+    return static_cast<float>(slabOf(plan.sections, dot.depth));
 }
 
 }  // namespace

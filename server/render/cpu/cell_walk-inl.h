@@ -163,41 +163,56 @@ HWY_INLINE void takeSmooth(const Sample& front, const Sample& middle, const Samp
 
 /// A change of density between two samples, as the VolumeTable counts it, from which on they are too far
 /// apart for transfer functions with kinks and steps.
-constexpr float steepChange = 0.05F * VolumeTable::cells;
-constexpr int mostPieces = 6;
+constexpr float steepChange = 0.03F * VolumeTable::cells;
+constexpr float mostPieces = 8.0F;
+
+/// The same for the rays whose density is steep in a part, each in as many pieces as it needs itself: what
+/// its neighbours in the vector need must not show. `steep`: which; `change`: of their densities.
+template <class Take>
+HWY_INLINE void takeSteep(const VolumeSource& source, const RayLanes& rays, const Sample& front,
+                          const Sample& back, hn::Mask<Floats> steep, V change, const Take& take) {
+    const Floats d;
+    const V one = hn::Set(d, 1.0F);
+    const V wanted = hn::Floor(hn::MulAdd(change, hn::Set(d, 1.0F / steepChange), one));
+    const V pieces = hn::IfThenElse(steep, hn::Min(wanted, hn::Set(d, mostPieces)), one);
+    const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
+    const PartDensity density(rays, partBetween(source, rays, front.way, back.way));
+    const V step = hn::Div(hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 0.5F)), pieces);
+    Sample from = front;
+    for (float i = 0.0F; i < most; ++i) {
+        const auto counts = hn::And(steep, hn::Lt(hn::Set(d, i), pieces));
+        const V way = hn::Min(hn::Add(from.way, step), back.way);
+        const TableReads half = density.read(source, rays, way);
+        const TableReads end = density.read(source, rays, hn::Min(hn::Add(way, step), back.way));
+        const Sample to = sampleOf(end);
+        const Sample between = sampleOf(half);
+        const Piece near(from, between), far(between, to);
+        if (!hn::AllTrue(d, hn::Le(hn::Add(near.depth, far.depth), hn::Zero(d)))) {
+            take(hn::IfThenElseZero(counts, near.depth), from, between, near.mean);
+            take(hn::IfThenElseZero(counts, far.depth), between, to, far.mean);
+        }
+        from = to;
+    }
+}
 
 /// The same for a part of which the table was read, in several pieces where the density is steep.
 template <class Take>
 HWY_INLINE void takePart(const VolumeSource& source, const RayLanes& rays, const Sample& front,
                          const PartReads& reads, const Sample& back, const Take& take) {
     const Floats d;
-    const V steep = hn::Set(d, steepChange);
     const Sample middle = sampleOf(reads.middle);
     const V change = hn::Max(hn::Abs(hn::Sub(middle.density, front.density)),
                              hn::Abs(hn::Sub(back.density, middle.density)));
     const auto moved = hn::Gt(back.way, front.way);
-    if (hn::AllFalse(d, hn::And(moved, hn::Gt(change, steep)))) {
+    const auto steep = hn::And(moved, hn::Gt(change, hn::Set(d, steepChange)));
+    if (hn::AllFalse(d, steep)) {
         takeSmooth(front, middle, back, take);
         return;
     }
-    const float most = hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(moved, change)));
-    const int pieces = std::min(mostPieces, static_cast<int>(most / (steepChange)) + 1);
-    const PartDensity density(rays, partBetween(source, rays, front.way, back.way));
-    const V step = hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 0.5F / static_cast<float>(pieces)));
-    Sample from = front;
-    for (int i = 0; i < pieces; ++i) {
-        const V way = hn::Add(from.way, step);
-        const TableReads half = density.read(source, rays, way);
-        const TableReads end = density.read(source, rays, hn::Add(way, step));
-        const Sample to = sampleOf(end);
-        const Sample between = sampleOf(half);
-        const Piece near(from, between), far(between, to);
-        if (!hn::AllTrue(d, hn::Le(hn::Add(near.depth, far.depth), hn::Zero(d)))) {
-            take(near.depth, from, between, near.mean);
-            take(far.depth, between, to, far.mean);
-        }
-        from = to;
-    }
+    takeSmooth(front, middle, back, [&](V depth, const Sample& one, const Sample& other, V mean) HWY_ATTR {
+        take(hn::IfThenZeroElse(steep, depth), one, other, mean);
+    });
+    takeSteep(source, rays, front, back, steep, change, take);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

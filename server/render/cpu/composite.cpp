@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 #include "server/render/cpu/packet.h"
+#include "server/render/cpu/packet_sights.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/render/cpu/composite.cpp"
@@ -17,11 +19,20 @@ HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 
 /// `pixels`: of the packet, row by row, as words of the picture's format.
-void compositePacket(const CompositeFrame& frame, const Packet& packet, std::uint32_t* pixels) {
+void compositePacket(const CompositeFrame& frame, Packet& packet, PacketSights& sights,
+                     std::uint32_t* pixels) {
     const std::size_t lanes = hn::Lanes(Floats());
     const std::size_t words = bytesPerPixel(frame.format) / sizeof(std::uint32_t);
+    std::array<std::optional<PacketWalk>, Tile::packetPixels> walks;
     for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
-        storePixels(frame, PacketWalk(frame, packet, lane).run(), pixels + lane * words);
+        walks[lane].emplace(frame, packet, lane, sights);
+    for (const auto& section : frame.sections) {
+        packet.enter(section);
+        sights.clear();
+        for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes) walks[lane]->run(section);
+    }
+    for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
+        storePixels(frame, walks[lane]->light(), pixels + lane * words);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE
@@ -54,13 +65,14 @@ void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileC
     alignas(64) std::array<std::uint32_t, 2 * Tile::packetPixels> words{};
     auto* const pixels = reinterpret_cast<std::uint8_t*>(words.data());
     Packet packet;
+    PacketSights sights;
     for (std::uint32_t number = 0; number < Tile::packets; ++number) {
         const std::uint32_t x = tile.column * Tile::edge + number % across * Tile::packetEdge;
         const std::uint32_t y = tile.row * Tile::edge + number / across * Tile::packetEdge;
         if (x >= frame.width || y >= frame.height) continue;
         packet.set(frame, points, dots, number, x, y);
         if (packet.anyHit || packet.anyPoints) {
-            HWY_DYNAMIC_DISPATCH(compositePacket)(frame, packet, words.data());
+            HWY_DYNAMIC_DISPATCH(compositePacket)(frame, packet, sights, words.data());
         } else {
             for (std::size_t i = 0; i < Tile::packetPixels; ++i)
                 std::memcpy(pixels + i * size, frame.blank.data(), size);

@@ -28,6 +28,26 @@ PixelRange screenOf(const glm::dmat4& toScreen) {
     return range;
 }
 
+double meanSlab(const FramePlan& plan) {
+    return (plan.farDepth - plan.nearDepth) / plan.slabs;
+}
+
+RayMap raysOf(const FramePlan& plan, const glm::dmat4& boxToEye) {
+    return {plan, boxToEye, plan.nearDepth, meanSlab(plan)};
+}
+
+std::vector<FrameSection> sectionsOf(const FramePlan& plan) {
+    std::vector<FrameSection> sections;
+    const double mean = meanSlab(plan);
+    for (const auto& section : plan.sections) {
+        // One section is the whole, to the last bit.
+        const bool only = plan.sections.size() == 1;
+        sections.push_back({section.firstSlab, section.slabs, (section.nearDepth - plan.nearDepth) / mean,
+                            only ? 1.0 : section.thickness() / mean});
+    }
+    return sections;
+}
+
 std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
     constexpr float full = PackedVolume::full;  // 15 bits
     std::array<std::uint32_t, 256> packed{};
@@ -56,7 +76,7 @@ double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm:
 /// pixel shows either.
 double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
     constexpr double least = 0.25;
-    const double most = hybrid.corrected() ? 1.25 : 6.0;
+    const double most = hybrid.corrected() ? 2.0 : 6.0;
     if (plan.exact) return most;
     return std::clamp(plan.samplesPerCell * std::min(1.0, pixelsPerCell(plan, hybrid, cells)), least, most);
 }
@@ -69,7 +89,7 @@ HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const V
     const VolumeTable& table = *visible.table;
     const double perValue = VolumeTable::cells / (table.high() - table.low());
     return {
-        .rays = RayMap(plan, hybrid.boxToEye),
+        .rays = raysOf(plan, hybrid.boxToEye),
         .screen = screenOf(boxToScreen(plan, hybrid.boxToEye)),
         .space = {.cells = cells,
                   .shift = -0.5,
@@ -97,6 +117,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
     : width(plan.width),
       height(plan.height),
       slabs(plan.slabs),
+      sections(sectionsOf(plan)),
       samplesPerCell(static_cast<float>(std::clamp(plan.samplesPerCell, 0.25, 64.0))),
       cellByCell(plan.samplesPerCell >= 2.0),
       window(plan.camera.halfHeight() * plan.width / plan.height, plan.camera.halfHeight()),
@@ -107,7 +128,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
         const LayerPlan& layer = plan.layers[i];
         const double size = std::min(layer.style.pointSize, 1.0);
         layers.push_back(
-            {.rays = RayMap(plan, layer),
+            {.rays = raysOf(plan, layer.layerToEye * boxToLayer()),
              .screen = screenOf(boxToScreen(plan, layer)),
              .visible = volumes[i],
              .pointColor = glm::vec3(layer.style.pointColor),

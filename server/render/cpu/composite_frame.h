@@ -45,7 +45,7 @@ struct PixelRange {
 };
 
 struct CompositeLayer {
-    RayMap rays;
+    RayMap rays;        ///< by mean slabs, see FrameSection
     PixelRange screen;  ///< outside of which no ray meets the box
     VisibleVolume visible;
     glm::vec3 pointColor;  ///< linear RGB
@@ -68,12 +68,22 @@ struct HybridLayer {
         shades;  ///< of each normal: diffuse in the low 15 bits, specular from bit 16
 };
 
+/// A section of the depth (DepthSection), beside what rays are told by: s counts the picture's mean slabs
+/// from its near depth on.
+struct FrameSection {
+    std::uint32_t firstSlab, slabs;
+    double nearMean;  ///< s at its near end
+    double meanSlab;  ///< of s, in one slab of its own
+    std::uint32_t endSlab() const { return firstSlab + slabs; }
+};
+
 struct CompositeFrame {
     CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleVolume>& volumes,
                    const std::vector<VisibleHybrid>& visibleHybrids = {});
 
-    std::uint32_t width, height;  ///< pixels
-    std::uint32_t slabs;
+    std::uint32_t width, height;         ///< pixels
+    std::uint32_t slabs;                 ///< of all sections
+    std::vector<FrameSection> sections;  ///< front to back
     float samplesPerCell;
     bool cellByCell;       ///< rays go from cell to cell, for their kinks: at two samples a cell or more
     glm::dvec2 window;     ///< half width and half height of the picture at depth 1

@@ -6,7 +6,6 @@
 namespace mote::render {
 
 bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop) {
-    slabs_ = plan.slabs;
     layers_.resize(plan.layers.size());
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerPlan& layer = plan.layers[i];
@@ -22,10 +21,14 @@ bool FramePoints::any(Tile tile) const {
 
 std::span<TileCells> FramePoints::gather(Tile tile) {
     auto& cells = cells_.local();
-    const bool fits = cells.size() == layers_.size() && cells.front().slabs() == slabs_;
-    if (!fits) cells.assign(layers_.size(), TileCells(slabs_));
+    cells.resize(layers_.size(), TileCells(0));
     for (std::size_t i = 0; i < layers_.size(); ++i) {
-        cells[i].clear();
+        const std::uint32_t slabs = layers_[i].slabs(), first = layers_[i].firstSlab();
+        if (cells[i].slabs() == slabs && cells[i].firstSlab() == first) {
+            cells[i].clear();
+        } else {
+            cells[i] = TileCells(slabs, first);
+        }
         layers_[i].gather(tile, cells[i]);
     }
     return cells;

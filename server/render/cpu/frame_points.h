@@ -31,7 +31,6 @@ class FramePoints {
   private:
     std::vector<TilePoints> layers_;
     tbb::enumerable_thread_specific<std::vector<TileCells>> cells_;
-    std::uint32_t slabs_ = 0;
 };
 
 }  // namespace mote::render

@@ -70,8 +70,8 @@ struct CellSums {
 
 /// How deep the cells of a level lie, in slabs.
 struct LevelDepth {
-    float toMiddle;  ///< from where a cell's points begin
-    float reach;     ///< from the middle
+    float toMiddle;  ///< from where a cell's points begin, before it is bent
+    float reach;     ///< from the middle, at most
 };
 
 std::array<LevelDepth, deepestLeafLevel + 1> levelDepths(const PointMap& map) {
@@ -82,8 +82,9 @@ std::array<LevelDepth, deepestLeafLevel + 1> levelDepths(const PointMap& map) {
         reach += 0.5 * std::abs(edge[PointMap::rowSlab]);
     }
     for (int level = 0; level <= static_cast<int>(deepestLeafLevel); ++level) {
-        depths[static_cast<std::size_t>(level)] = {static_cast<float>(std::ldexp(sum, -level)),
-                                                   static_cast<float>(std::ldexp(reach, -level))};
+        depths[static_cast<std::size_t>(level)] = {
+            static_cast<float>(std::ldexp(sum, -level)),
+            static_cast<float>(std::ldexp(reach, -level)) * map.bends.steepest()};
     }
     return depths;
 }
@@ -99,7 +100,7 @@ class TileGather {
           end_(end),
           left_(static_cast<float>(tile.column * Tile::edge)),
           top_(static_cast<float>(tile.row * Tile::edge)),
-          slabs_(static_cast<float>(map.slabs)),
+          slabs_(static_cast<float>(map.slabs())),
           sums_{cells.cells(), cells.touched()},
           depths_(levelDepths(map)) {}
 
@@ -124,7 +125,7 @@ class TileGather {
     HWY_INLINE void addLeaf(const LeafPoints& leaf, std::size_t i) {
         const LeafMap<perspective> toScreen(map_, leaf.cell, block_, i);
         const LevelDepth& depth = depths_[cellLevel(leaf.cell)];
-        const float middle = block_.origin[PointMap::rowSlab][i] + depth.toMiddle;
+        const float middle = map_.bends(block_.origin[PointMap::rowSlab][i] + depth.toMiddle);
         const float slab = std::floor(middle);
         const float left = std::floor(block_.left[i]), top = std::floor(block_.top[i]);
         // A cell that is flat in its slab has its points' mean depth at its middle, or as good as there.
@@ -159,9 +160,9 @@ class TileGather {
 
     HWY_INLINE void addEach(const LeafPoints& leaf, const LeafMap<perspective>& toScreen, std::size_t i) {
         static_assert(Tile::edge == 32 && Tile::packetEdge == 4 && Tile::pixels == 1 << 10);
-        const LinearRow toSlab = linearRow(map_, leaf.cell, block_, i, PointMap::rowSlab);
+        const SlabRow toSlab = slabRow(map_, leaf.cell, block_, i);
         const Float zero = hn::Zero(floats), edge = hn::Set(floats, static_cast<float>(Tile::edge));
-        const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs) - 1);
+        const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs()) - 1);
         const std::size_t count = leaf.count();
         for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
             const Places at = loadPlaces(points_ + leaf.begin + k, end_);
@@ -214,7 +215,7 @@ struct NearView {
         : low(hn::Set(floats, -margin)),
           right(hn::Set(floats, static_cast<float>(map.width) + margin)),
           bottom(hn::Set(floats, static_cast<float>(map.height) + margin)),
-          farthest(hn::Set(floats, static_cast<float>(map.slabs))) {}
+          farthest(hn::Set(floats, static_cast<float>(map.slabs()))) {}
 
     HWY_INLINE std::size_t store(const Projected& at, Float slab, Mask drawn, ScreenPoint* out) const {
         const Mask inX = hn::And(hn::Ge(at.x, low), hn::Le(at.x, right));
@@ -235,7 +236,7 @@ std::size_t projectPointsOf(const PointMap& map, LeafCell cell, const PackedPosi
     LeafPlaces leaf;
     placeLeaves<perspective>(map, &cell, 1, leaf);
     const LeafMap<perspective> toScreen(map, cell, leaf, 0);
-    const LinearRow toSlab = linearRow(map, cell, leaf, 0, PointMap::rowSlab);
+    const SlabRow toSlab = slabRow(map, cell, leaf, 0);
     const NearView near(map, margin);
     std::size_t size = 0;
     for (std::size_t i = 0; i < count; i += hn::Lanes(floats)) {
@@ -256,7 +257,7 @@ template <bool perspective>
 std::size_t projectPreviewOf(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out) {
     const PreviewMap<perspective> preview(map);
     const auto toScreen = preview.toScreen(map);
-    const LinearRow toSlab = preview.toSlab(map);
+    const SlabRow toSlab = preview.toSlab(map);
     const NearView near(map, margin);
     std::size_t size = 0;
     for (std::size_t i = 0; i < run.count; i += hn::Lanes(floats)) {
@@ -271,16 +272,24 @@ std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float mar
                            : projectPreviewOf<false>(map, run, margin, out);
 }
 
+/// Stores the chosen lanes side by side; returns how many. `whole`: a whole vector has room there, which
+/// CompressStore may write.
+HWY_INLINE std::size_t storeSeen(Int values, hn::Mask<Ints> seen, bool whole, std::uint32_t* out) {
+    auto* const at = reinterpret_cast<std::int32_t*>(out);
+    return whole ? hn::CompressStore(values, seen, ints, at)
+                 : hn::CompressBlendedStore(values, seen, ints, at);
+}
+
 template <bool perspective>
 std::size_t packPreviewOf(const PointMap& map, const PreviewRun& run, std::uint32_t columns,
                           std::uint32_t* tiles, TilePoint* points) {
     const PreviewMap<perspective> preview(map);
     const auto toScreen = preview.toScreen(map);
-    const LinearRow toSlab = preview.toSlab(map);
+    const SlabRow toSlab = preview.toSlab(map);
     const Float zero = hn::Zero(floats), width = hn::Set(floats, static_cast<float>(map.width)),
                 height = hn::Set(floats, static_cast<float>(map.height));
     const Int lastInTile = hn::Set(ints, Tile::edge - 1);
-    const Int lastPlace = hn::Set(ints, static_cast<std::int32_t>(map.slabs << placeBits) - 1);
+    const Int lastPlace = hn::Set(ints, static_cast<std::int32_t>(map.slabs() << placeBits) - 1);
     const Int tileColumns = hn::Set(ints, static_cast<std::int32_t>(columns));
     const Int placeMask = hn::Set(ints, (1 << placeBits) - 1);
     std::size_t size = 0;
@@ -299,10 +308,9 @@ std::size_t packPreviewOf(const PointMap& map, const PreviewRun& run, std::uint3
         const Int cell = hn::Add(hn::ShiftLeft<10>(hn::ShiftRight<placeBits>(deep)), inTile);
         const Int packed = hn::Or(hn::ShiftLeft<placeBits>(cell), hn::And(deep, placeMask));
         const auto mask = hn::RebindMask(ints, seen);
-        const std::size_t hits =
-            hn::CompressStore(packed, mask, ints, reinterpret_cast<std::int32_t*>(points + size));
-        hn::CompressStore(tile, mask, ints, reinterpret_cast<std::int32_t*>(tiles + size));
-        size += hits;
+        const bool whole = i + hn::Lanes(floats) <= run.count;
+        storeSeen(packed, mask, whole, points + size);
+        size += storeSeen(tile, mask, whole, tiles + size);
     }
     return size;
 }

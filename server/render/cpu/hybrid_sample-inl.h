@@ -245,12 +245,23 @@ struct LitPiece {
 
 /// An optical depth in one piece, and a change of value, as the table counts it, from which on it must be
 /// looked at more closely.
-constexpr float deepPiece = 0.4F;
-constexpr float steepPiece = 0.04F * VolumeTable::cells;
-constexpr int mostPiecesOfOne = 8;
+constexpr float deepPiece = 0.2F;
+constexpr float steepPiece = 0.01F * VolumeTable::cells;
+constexpr float mostPiecesOfOne = 12.0F;
 
-/// Hands to `take(LitPiece)` what lies between two samples, in several pieces where it is dense or steep.
-/// `length`: of a way of 1; `fine`: whether it is worth that.
+/// For each ray the one or the other sample.
+HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample& other) {
+    const auto either = [&](V a, V b) HWY_ATTR { return hn::IfThenElse(first, a, b); };
+    return {either(one.way, other.way),           either(one.density, other.density),
+            either(one.integral, other.integral), either(one.slope, other.slope),
+            either(one.red, other.red),           either(one.green, other.green),
+            either(one.blue, other.blue)};
+}
+
+/// Hands to `take(LitPiece)` what lies between two samples, in several pieces where it is dense or steep:
+/// each ray in as many as it needs itself, what its neighbours in the vector need must not show. A ray that
+/// has arrived stays at `back`, where its pieces are empty. `length`: of a way of 1; `fine`: whether it is
+/// worth that.
 template <class Take>
 HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, const Sample& front,
                            const Sample& back, V length, bool fine, const Take& take) {
@@ -260,13 +271,19 @@ HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, con
     if (hn::AllFalse(d, seen)) return;
     const V change = hn::Mul(hn::Abs(hn::Sub(back.density, front.density)), hn::Set(d, 1.0F / steepPiece));
     const V depth = hn::Mul(hn::Mul(whole.depth, length), hn::Set(d, 1.0F / deepPiece));
-    const float most = hn::GetLane(hn::MaxOfLanes(d, hn::IfThenElseZero(seen, hn::Max(change, depth))));
-    if (!fine || most < 1.0F) return take(LitPiece(source, rays, whole, front, back));
-    const int pieces = static_cast<int>(std::min(most, mostPiecesOfOne - 1.0F)) + 1;
-    const V step = hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 1.0F / static_cast<float>(pieces)));
+    const V wanted = hn::IfThenElseZero(seen, hn::Max(change, depth));
+    if (!fine || hn::AllTrue(d, hn::Lt(wanted, hn::Set(d, 1.0F))))
+        return take(LitPiece(source, rays, whole, front, back));
+    const V pieces =
+        hn::Floor(hn::Add(hn::Min(wanted, hn::Set(d, mostPiecesOfOne - 1.0F)), hn::Set(d, 1.0F)));
+    const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
+    const V step = hn::Div(hn::Sub(back.way, front.way), pieces);
     Sample from = front;
-    for (int i = 1; i <= pieces; ++i) {
-        const Sample to = i == pieces ? back : source.sampleAt(rays, hn::Add(from.way, step));
+    for (float i = 1.0F; i <= most; ++i) {
+        const auto arrived = hn::Ge(hn::Set(d, i), pieces);
+        const Sample to = hn::AllTrue(d, arrived)
+                              ? back
+                              : choose(arrived, back, source.sampleAt(rays, hn::Add(from.way, step)));
         const Piece piece(from, to);
         if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d)))) take(LitPiece(source, rays, piece, from, to));
         from = to;

@@ -110,9 +110,12 @@ struct Light {
         const V one = hn::Div(hn::Set(d, 1.0F), hn::Max(matter.tau, hn::Set(d, 1e-30F)));
         gather(matter.tau, hn::Mul(matter.red, one), hn::Mul(matter.green, one), hn::Mul(matter.blue, one));
     }
-    HWY_INLINE bool gone() const {
+    /// Lets rays end of which no picture of 8 bits shows what is left, each by itself; whether all have.
+    HWY_INLINE bool gone() {
         const Floats d;
-        return hn::AllTrue(d, hn::Lt(left, hn::Set(d, 5e-5F)));  // shown in no picture of 8 bits
+        const auto ended = hn::Lt(left, hn::Set(d, 5e-5F));
+        left = hn::IfThenZeroElse(ended, left);
+        return hn::AllTrue(d, ended);
     }
 };
 

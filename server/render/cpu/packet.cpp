@@ -13,10 +13,10 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     number = packet;
     slabs_ = frame.slabs;
     anyHit = false;
-    stretch = static_cast<float>(frame.slabs);
+    hitCount_ = 0;
     for (std::size_t l = 0; l < frame.layers.size(); ++l) {
         const CompositeLayer& layer = frame.layers[l];
-        rays[l].hit = false;
+        rays[l].meets = false;
         if (layer.visible.volume == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
         const double samples = frame.cellByCell ? 1.0 : frame.samplesPerCell;
         aim(frame, l, layer.rays, x, y,
@@ -25,14 +25,16 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     for (std::size_t h = 0; h < frame.hybrids.size(); ++h) {
         const HybridLayer& layer = frame.hybrids[h];
         const std::size_t l = frame.layers.size() + h;
-        rays[l].hit = false;
+        rays[l].meets = false;
         if (layer.blocks == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
         aim(frame, l, layer.rays, x, y, layer.space);
     }
     occupied_.fill(0);
     for (const auto& layer : points) {
-        for (std::uint32_t slab = 0; slab < slabs_; ++slab)
-            occupied_[slab / 64] |= (layer.occupied(slab) >> number & 1U) << slab % 64;
+        for (std::uint32_t i = 0; i < layer.slabs(); ++i) {
+            const std::uint32_t slab = layer.firstSlab() + i;
+            occupied_[slab / 64] |= (layer.occupied(i) >> number & 1U) << slab % 64;
+        }
     }
     for (std::uint32_t slab = 0; dots != nullptr && slab < slabs_; ++slab)
         occupied_[slab / 64] |= (dots->occupied(slab) >> number & 1U) << slab % 64;
@@ -42,9 +44,21 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
 void Packet::aim(const CompositeFrame& frame, std::size_t l, const RayMap& map, std::uint32_t x,
                  std::uint32_t y, const BoxSpace& space) {
     rays[l].aim(frame, map, x, y, space);
-    if (!rays[l].hit) return;
+    if (!rays[l].meets) return;
     anyHit = true;
-    stretch = std::min(stretch, rays[l].stretch);
+    hits_[hitCount_++] = l;
+}
+
+void Packet::enter(const FrameSection& section) {
+    sectionHits_ = 0;
+    stretch = static_cast<float>(section.slabs);
+    for (std::size_t i = 0; i < hitCount_; ++i) {
+        PacketRays& own = rays[hits_[i]];
+        own.enterSection(section);
+        if (!own.hit) continue;
+        inSection_[sectionHits_++] = hits_[i];
+        stretch = std::min(stretch, own.stretch);
+    }
 }
 
 std::uint32_t Packet::nextPoints(std::uint32_t slab) const {

@@ -17,12 +17,11 @@ namespace mote::render {
 
 struct Packet {
     static constexpr std::size_t mostLayers = 8;
-    static constexpr std::uint32_t mostSlabs = 256;
 
     std::array<PacketRays, mostLayers> rays;  ///< of the frame's layers, then of its hybrids
     bool anyHit = false;                      ///< whether any ray meets a volume
     bool anyPoints = false;                   ///< or dots
-    float stretch = 0.0F;                     ///< slabs between samples of the volumes, where one is hit
+    float stretch = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
 
     std::span<const TileCells> points;  ///< of each layer, or empty
     const TileDots* dots = nullptr;     ///< null: none in the tile
@@ -32,16 +31,22 @@ struct Packet {
     void set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
              std::uint32_t packet, std::uint32_t x, std::uint32_t y);
 
+    /// Tells the rays' ways in slabs of a section.
+    void enter(const FrameSection& section);
+    /// The volumes that some ray meets in the section, as `rays` counts them.
+    std::span<const std::size_t> hitVolumes() const { return {inSection_.data(), sectionHits_}; }
     /// The first slab from `slab` on that may hold points or dots; the number of slabs where there is none.
     std::uint32_t nextPoints(std::uint32_t slab) const;
     bool hasPoints(std::size_t layer, std::uint32_t slab) const {
-        return (points[layer].occupied(slab) >> number & 1U) != 0;
+        const std::uint32_t own = slab - points[layer].firstSlab();  // wraps where the layer begins later
+        return own < points[layer].slabs() && (points[layer].occupied(own) >> number & 1U) != 0;
     }
     bool hasDots(std::uint32_t slab) const {
         return dots != nullptr && (dots->occupied(slab) >> number & 1U) != 0;
     }
     const PointCell* cells(std::size_t layer, std::uint32_t slab) const {
-        return points[layer].slab(slab) + std::size_t{number} * Tile::packetPixels;
+        return points[layer].slab(slab - points[layer].firstSlab()) +
+               std::size_t{number} * Tile::packetPixels;
     }
 
   private:
@@ -49,6 +54,8 @@ struct Packet {
              const BoxSpace& space);
 
     std::uint32_t slabs_ = 0;
+    std::array<std::size_t, mostLayers> hits_{}, inSection_{};
+    std::size_t hitCount_ = 0, sectionHits_ = 0;
     std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer or dots
 };
 

@@ -12,6 +12,8 @@ namespace {
 
 // More stretches in one packet than any box of 512 cells needs, unless it is squeezed to a plate.
 constexpr float mostStretches = 65536.0F;
+// Slabs are told in single precision, to 1/16384 of one: a step must lead on.
+constexpr float leastStretch = 1.0F / 2048.0F;
 constexpr double thinnest = 1e-12;  // a way through the box, slabs, that is worth walking
 
 struct Way {
@@ -48,18 +50,16 @@ bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, std::
 
 void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
                      const BoxSpace& space) {
-    hit = false;
-    nearest = std::numeric_limits<float>::max();
-    farthest = 0.0F;
-    double crowded = 0.0;  // cells a slab
+    meets = hit = false;
+    crowded_ = 0.0;
     for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
         const double right = ((x + i % Tile::packetEdge + 0.5) / frame.width * 2.0 - 1.0) * frame.window.x;
         const double up = (1.0 - (y + i / Tile::packetEdge + 0.5) / frame.height * 2.0) * frame.window.y;
         Way way;
-        const bool meets = clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
-                                rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs,
-                                space.clips, way);
-        if (!meets) way = {glm::dvec3(0.5), glm::dvec3(0.5), -1.0, 0.0};
+        const bool met = clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
+                              rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs,
+                              space.clips, way);
+        if (!met) way = {glm::dvec3(0.5), glm::dvec3(0.5), -1.0, 0.0};
         const glm::dvec3 travelled = way.to - way.from;
         const glm::dvec3 cells = travelled * space.cells;
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -68,18 +68,40 @@ void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint3
             travel[axis][i] = static_cast<float>(cells[a]);
             inverse[axis][i] = static_cast<float>(1.0 / (std::abs(cells[a]) < 1e-6 ? 1e-6 : cells[a]));
         }
-        enter[i] = static_cast<float>(way.enter);
-        rate[i] = static_cast<float>(1.0 / (way.leave - way.enter));
-        start[i] = static_cast<float>(-way.enter / (way.leave - way.enter));
+        enterMean_[i] = way.enter;
+        leaveMean_[i] = way.leave;
         length[i] = static_cast<float>(glm::length(space.toLayer * travelled));
-        if (!meets) continue;
+        if (!met) continue;
+        meets = true;
+        crowded_ = std::max(crowded_, glm::length(cells) / (way.leave - way.enter) * space.samples);
+    }
+}
+
+void PacketRays::enterSection(const FrameSection& section) {
+    const double end = section.nearMean + section.slabs * section.meanSlab;
+    const auto slabOf = [&](double mean) {
+        return section.firstSlab + (mean - section.nearMean) / section.meanSlab;
+    };
+    hit = false;
+    nearest = std::numeric_limits<float>::max();
+    farthest = 0.0F;
+    for (std::size_t i = 0; i < Tile::packetPixels; ++i) {
+        const double slab = slabOf(enterMean_[i]);
+        const double share = section.meanSlab / (leaveMean_[i] - enterMean_[i]);
+        enter[i] = static_cast<float>(slab);
+        rate[i] = static_cast<float>(share);
+        start[i] = static_cast<float>(-slab * share);
+        if (leaveMean_[i] <= section.nearMean || enterMean_[i] >= end || leaveMean_[i] <= 0.0) continue;
         hit = true;
         nearest = std::min(nearest, enter[i]);
-        farthest = std::max(farthest, static_cast<float>(way.leave));
-        crowded = std::max(crowded, glm::length(cells) / (way.leave - way.enter));
+        farthest = std::max(farthest, static_cast<float>(slabOf(leaveMean_[i])));
     }
-    stretch = static_cast<float>(1.0 / (crowded * space.samples));
-    stretch = std::clamp(stretch, (farthest - nearest) / mostStretches, static_cast<float>(frame.slabs));
+    const auto slabs = static_cast<float>(section.slabs);
+    const auto first = static_cast<float>(section.firstSlab);
+    nearest = std::max(nearest, first);
+    farthest = std::min(farthest, first + slabs);
+    stretch = static_cast<float>(1.0 / (crowded_ * section.meanSlab));
+    stretch = std::clamp(stretch, std::max((farthest - nearest) / mostStretches, leastStretch), slabs);
 }
 
 }  // namespace mote::render

@@ -28,18 +28,27 @@ struct PacketRays {
     std::array<Lanes, 3> entry;    ///< place in cells, of the BoxSpace
     std::array<Lanes, 3> travel;   ///< cells
     std::array<Lanes, 3> inverse;  ///< 1 / travel, finite
-    Lanes enter;                   ///< slab
-    Lanes rate;                    ///< 1 / slabs
-    Lanes start;                   ///< -enter * rate: v = clamp(slab * rate + start, 0, 1)
     Lanes length;                  ///< of the way, layer space
-    bool hit = false;              ///< whether any ray meets the box
-    float nearest = 0.0F;          ///< slab in which the first ray enters
-    float farthest = 0.0F;         ///< slab in which the last ray leaves
-    float stretch = 0.0F;          ///< slabs between two samples that bound a stretch
+    bool meets = false;            ///< whether any ray meets the box
 
-    /// (x, y): the first pixel of the packet in the picture.
+    // In the section that was entered.
+    Lanes enter;            ///< slab; may lie outside the section
+    Lanes rate;             ///< 1 / slabs
+    Lanes start;            ///< v = clamp(slab * rate + start, 0, 1)
+    bool hit = false;       ///< whether any ray meets the box there
+    float nearest = 0.0F;   ///< slab in which the first ray enters
+    float farthest = 0.0F;  ///< slab in which the last ray leaves
+    float stretch = 0.0F;   ///< slabs between two samples that bound a stretch
+
+    /// (x, y): the first pixel of the packet in the picture. No section is entered yet.
     void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
              const BoxSpace& space);
+    /// Where any ray meets the box.
+    void enterSection(const FrameSection& section);
+
+  private:
+    std::array<double, Tile::packetPixels> enterMean_, leaveMean_;  // mean slabs, see FrameSection
+    double crowded_ = 0.0;                                          // stretches to a mean slab
 };
 
 }  // namespace mote::render

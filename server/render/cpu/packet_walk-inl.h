@@ -3,8 +3,9 @@
 // PacketWalk: the way of a vector of rays through slabs, volumes, points and dots, front to back. Compiled
 // once for each target (Highway's foreach_target), hence without #pragma once.
 //
-// What is skipped begins and ends at multiples of the packet's stretch, so that the picture depends neither
-// on that nor on the width of the vectors.
+// The picture does not depend on the width of the vectors: what is skipped begins and ends at multiples of
+// the packet's stretch and is the same for all vectors of a packet (PacketSights), and whatever else adapts,
+// steps and their end, is decided ray by ray.
 #if defined(MOTE_PACKET_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_PACKET_WALK_INL_H
 #undef MOTE_PACKET_WALK_INL_H
@@ -14,6 +15,7 @@
 
 #include "server/render/cpu/dot_cursor-inl.h"
 #include "server/render/cpu/packet.h"
+#include "server/render/cpu/packet_sights.h"
 #include "server/render/cpu/slab_points-inl.h"
 #include "server/render/cpu/volume_march-inl.h"
 #include "server/render/cpu/volume_sight-inl.h"
@@ -24,47 +26,52 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 class PacketWalk {
   public:
-    HWY_INLINE PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane)
+    /// Not inlined, for it is called where no target is chosen. `sights`: of the packet in the section that
+    /// it goes through, for all vectors of its rays.
+    PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane, PacketSights& sights)
         : frame_(frame),
           packet_(packet),
           lane_(lane),
           layers_(frame.layers.size()),
-          volumes_(layers_ + frame.hybrids.size()),
-          dots_(packet, lane) {
+          known_(sights),
+          dots_(packet, lane) {}
+
+    /// Through a section that the packet has entered; from front to back through all of them.
+    void run(const FrameSection& section) {
         frontAt_.fill(-1.0F);
         sights_.fill({});
-    }
-
-    Light run() {
-        const std::uint32_t slabs = frame_.slabs;
-        std::uint32_t at = 0;
-        while (at < slabs && !light_.gone()) {
-            const std::uint32_t next = packet_.nextPoints(at);
-            if (at < next && packet_.anyHit) walkClear(static_cast<float>(at), static_cast<float>(next));
-            if (next >= slabs || light_.gone()) break;
+        asked_.fill(0);
+        end_ = section.endSlab();
+        std::uint32_t at = section.firstSlab;
+        while (at < end_ && !light_.gone()) {
+            const std::uint32_t next = std::min(packet_.nextPoints(at), end_);
+            if (at < next && !packet_.hitVolumes().empty())
+                walkClear(static_cast<float>(at), static_cast<float>(next));
+            if (next >= end_ || light_.gone()) break;
             mixSlab(next);
             at = next + 1;
         }
-        return light_;
     }
+    const Light& light() const { return light_; }
 
   private:
     struct StoredSample {
         Lanes way, density, integral, slope, red, green, blue;
     };
 
-    /// Volumes are counted through: those of the frame's layers, then its hybrids'.
+    /// Volumes are counted through: those of the frame's layers, then its hybrids'. Only those that the
+    /// packet's rays hit are ever asked for.
     bool isHybrid(std::size_t l) const { return l >= layers_; }
     const HybridLayer& hybrid(std::size_t l) const { return frame_.hybrids[l - layers_]; }
 
-    /// Looks ahead from a slab in one layer.
+    /// Looks ahead from a slab in a volume that some ray hits.
     HWY_NOINLINE VolumeSight look(std::size_t l, float slab) const {
         const PacketRays& rays = packet_.rays[l];
-        const float farthest = static_cast<float>(frame_.slabs) + 1.0F;
-        if (!rays.hit || slab >= rays.farthest) return {false, false, farthest};
+        const float farthest = static_cast<float>(end_) + 1.0F;
+        if (slab >= rays.farthest) return {false, false, farthest};
         if (slab < rays.nearest) return {false, false, rays.nearest};
         const auto& blocks = isHybrid(l) ? hybrid(l).blocks : frame_.layers[l].visible.blocks;
-        const auto sight = lookAhead(*blocks, rays, lane_, slab, farthest);
+        const auto sight = lookAhead(*blocks, rays, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
         if (!(sight.until >= slab + packet_.stretch)) return {true, true, slab + packet_.stretch};
         return sight;
@@ -74,17 +81,17 @@ class PacketWalk {
     std::uint32_t visibleFrom(float slab, float& until) {
         const float stretch = packet_.stretch;
         std::uint32_t visible = 0;
-        until = static_cast<float>(frame_.slabs) + 1.0F;
-        for (std::size_t l = 0; l < volumes_; ++l) {
+        until = static_cast<float>(end_) + 1.0F;
+        for (const std::size_t l : packet_.hitVolumes()) {
             VolumeSight& sight = sights_[l];
-            if (slab >= sight.until) sight = look(l, slab);
+            if (slab >= sight.until) sight = known_.of(l, asked_[l]++, [&] { return look(l, slab); });
             if (sight.visible) visible |= 1U << l;
             until =
                 std::min(until, sight.visible ? std::max(sight.until, slab + 2.0F * stretch) : sight.until);
         }
-        if (visible == 0 || volumes_ == 1) return visible;
+        if (visible == 0 || packet_.hitVolumes().size() == 1) return visible;
         // What is walked ends at a multiple of the stretch: another volume must not begin before it.
-        for (std::size_t l = 0; l < volumes_; ++l) {
+        for (const std::size_t l : packet_.hitVolumes()) {
             const float begins = std::floor(sights_[l].until / stretch) * stretch;
             if (sights_[l].visible || begins > until) continue;
             if (begins < slab + stretch) visible |= 1U << l;
@@ -144,7 +151,7 @@ class PacketWalk {
     HWY_NOINLINE void mixSlab(std::uint32_t slab) {
         const float from = static_cast<float>(slab);
         std::uint32_t visible = 0;
-        for (float at = from; packet_.anyHit && at < from + 1.0F;) {
+        for (float at = from; !packet_.hitVolumes().empty() && at < from + 1.0F;) {
             float until = 0.0F;
             visible |= visibleFrom(at, until);
             at = until;
@@ -286,7 +293,10 @@ class PacketWalk {
     const CompositeFrame& frame_;
     const Packet& packet_;
     std::size_t lane_;
-    std::size_t layers_, volumes_;
+    std::size_t layers_;
+    std::uint32_t end_ = 0;  // slab, of the section
+    PacketSights& known_;
+    std::array<std::size_t, Packet::mostLayers> asked_;  // sights of each volume
     Light light_;
     DotCursor dots_;
     std::array<VolumeSight, Packet::mostLayers> sights_;

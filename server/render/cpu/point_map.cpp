@@ -13,7 +13,7 @@ PointMap PointMap::make(const FramePlan& plan, const LayerPlan& layer) {
                  .step = {},
                  .width = plan.width,
                  .height = plan.height,
-                 .slabs = plan.slabs,
+                 .bends = slabBends(plan, layer.layerToEye * boxToLayer()),
                  .perspective = plan.camera.perspective()};
     // A little less, for rounding at the very border of the box.
     if (map.perspective) map.nearest = static_cast<float>(plan.nearDepth * (1.0 - 1e-5));

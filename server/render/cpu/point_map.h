@@ -26,10 +26,11 @@ struct PointMap {
 
     std::uint32_t width = 0;   ///< pixels
     std::uint32_t height = 0;  ///< pixels
-    std::uint32_t slabs = 0;
+    SlabBends bends;           ///< of rowSlab
     bool perspective = false;
     float nearest = 0.0F;  ///< nothing nearer is seen by a perspective eye: least w
 
+    std::uint32_t slabs() const { return bends.slabs; }
     static PointMap make(const FramePlan& plan, const LayerPlan& layer);
 };
 

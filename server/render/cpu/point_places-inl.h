@@ -75,6 +75,26 @@ HWY_INLINE LinearRow linearRow(const PointMap& map, LeafCell cell, const LeafPla
             hn::Set(floats, step[1][row]), hn::Set(floats, step[2][row])};
 }
 
+/// The slab of one leaf's points, from the layer's first on.
+struct SlabRow {
+    LinearRow linear;
+    const SlabBends& bends;
+
+    HWY_INLINE Float operator()(const Places& places) const {
+        const Float before = linear(places);
+        Float slab = before;
+        for (const auto& bend : bends.bends) {
+            const Float beyond = hn::Max(hn::Sub(before, hn::Set(floats, bend.at)), hn::Zero(floats));
+            slab = hn::MulAdd(hn::Set(floats, bend.turn), beyond, slab);
+        }
+        return slab;
+    }
+};
+
+HWY_INLINE SlabRow slabRow(const PointMap& map, LeafCell cell, const LeafPlaces& leaves, std::size_t leaf) {
+    return {linearRow(map, cell, leaves, leaf, PointMap::rowSlab), map.bends};
+}
+
 /// The map of one leaf's points to pixels.
 template <bool perspective>
 struct LeafMap {
@@ -156,9 +176,7 @@ struct PreviewMap {
 
     explicit PreviewMap(const PointMap& map) { placeLeaves<perspective>(map, &whole, 1, box); }
     HWY_INLINE LeafMap<perspective> toScreen(const PointMap& map) const { return {map, whole, box, 0}; }
-    HWY_INLINE LinearRow toSlab(const PointMap& map) const {
-        return linearRow(map, whole, box, 0, PointMap::rowSlab);
-    }
+    HWY_INLINE SlabRow toSlab(const PointMap& map) const { return slabRow(map, whole, box, 0); }
 };
 
 }  // namespace

@@ -56,7 +56,7 @@ void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t cou
 /// A point on the screen.
 struct ScreenPoint {
     float x, y;  ///< pixels
-    float slab;  ///< 0 to PointMap::slabs
+    float slab;  ///< from the layer's first on, 0 to PointMap::slabs
 };
 
 /// The points of one run that lie within `margin` pixels of the picture, in their order; `out` has room for
@@ -81,12 +81,13 @@ std::uint64_t countPreview(const PointMap& map, const PreviewRun& run, std::uint
 std::size_t projectPreview(const PointMap& map, const PreviewRun& run, float margin, ScreenPoint* out);
 
 /// A point of no more than a pixel, packed: its cell in its tile, slab * Tile::pixels + Tile::pixelIndex, and
-/// how deep in the slab, in 2^-placeBits.
+/// how deep in the slab, in 2^-placeBits. Slabs from the layer's first on.
 using TilePoint = std::uint32_t;
-inline constexpr unsigned placeBits = 14;
+inline constexpr unsigned placeBits = 12;
+static_assert(mostSlabs * Tile::pixels <= std::uint32_t{1} << (32 - placeBits));
 
 /// As projectPreview of the points that fall into the picture: the tile of each, row by row in `columns`, and
-/// what it is there. Both have room for the run's count. At most 256 slabs.
+/// what it is there. Both have room for the run's count.
 std::size_t packPreview(const PointMap& map, const PreviewRun& run, std::uint32_t columns,
                         std::uint32_t* tiles, TilePoint* points);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TileCells: the points of one layer in one tile, gathered by pixel and depth slab. Reused from tile to tile
+// TileCells: the points of one layer in one tile, gathered by pixel and by depth slab of those that the layer
+// lies in, which are counted from its first. Reused from tile to tile
 // by the thread that owns it; what is added in the same order gives the same sums.
 #pragma once
 
@@ -23,13 +24,16 @@ struct PointCell {
 
 class TileCells {
   public:
-    explicit TileCells(std::uint32_t slabs)
-        : slabs_(slabs),
+    /// `firstSlab`: among those of the picture.
+    explicit TileCells(std::uint32_t slabs, std::uint32_t firstSlab = 0)
+        : first_(firstSlab),
+          slabs_(slabs),
           cells_(std::size_t{slabs} * Tile::pixels),
           touched_(std::size_t{slabs} * Tile::packets),
           occupied_(slabs) {}
 
     std::uint32_t slabs() const { return slabs_; }
+    std::uint32_t firstSlab() const { return first_; }
     /// The cells of a slab, by Tile::pixelIndex.
     const PointCell* slab(std::uint32_t slab) const {
         return cells_.data() + std::size_t{slab} * Tile::pixels;
@@ -68,7 +72,7 @@ class TileCells {
   private:
     static_assert(Tile::packets == 64, "one bit a packet");
 
-    std::uint32_t slabs_;
+    std::uint32_t first_, slabs_;
     std::vector<PointCell> cells_;
     std::vector<std::uint8_t> touched_;
     std::vector<std::uint64_t> occupied_;

@@ -94,6 +94,8 @@ bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<c
     points_ = layer.step->positions(0, 0).data();
     end_ = points_ + layer.step->pointCount();
     pointsDrawn_ = 0;
+    // Not by what is found: of several processes each has its own part of the points.
+    slabs_ = layer.pointsDrawn > 0 ? map_->slabs() : 0;
     const bool stream = PointStream::serves(plan, layer, *map_);
     const PreviewBlocks blocks = stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer);
     sortLeaves(layer, stream ? std::span<const LeafCell>() : cells, stop);

@@ -35,6 +35,9 @@ class TilePoints {
     }
     /// Adds the points of a tile to its cells. From any thread.
     void gather(Tile tile, TileCells& cells) const;
+    /// Of the picture's slabs those that the points lie in; 0 where there are no points.
+    std::uint32_t firstSlab() const { return map_->bends.first.firstSlab; }
+    std::uint32_t slabs() const { return slabs_; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
 
   private:
@@ -62,6 +65,7 @@ class TilePoints {
     PointStream stream_;
     const storage::PackedPosition* points_ = nullptr;
     const storage::PackedPosition* end_ = nullptr;
+    std::uint32_t slabs_ = 0;
     std::uint64_t pointsDrawn_ = 0;
 };
 

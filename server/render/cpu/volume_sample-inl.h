@@ -251,10 +251,9 @@ HWY_INLINE Sample sampleAt(const VolumeSource& source, const RayLanes& rays, V w
     return sampleOf(readTable(source, readPlace(source, rays, way)));
 }
 
-/// 1 / x where x is a normal number; to 2e-5 or better, whatever the first guess is.
+/// 1 / x, rounded to the nearest: a guess by the processor's own table would differ from maker to maker.
 HWY_INLINE V reciprocal(V x) {
-    const V guess = hn::ApproximateReciprocal(x);
-    return hn::Mul(guess, hn::NegMulAdd(x, guess, hn::Set(Floats(), 2.0F)));
+    return hn::Div(hn::Set(Floats(), 1.0F), x);
 }
 
 /// What lies between two samples, the density taken as linear.

@@ -9,21 +9,25 @@
 #define MOTE_VOLUME_SIGHT_INL_H
 #endif
 
+#include <algorithm>
+
+#include "server/render/cpu/packet_sights.h"
 #include "server/render/cpu/volume_sample-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-struct VolumeSight {
-    bool visible = false;  ///< by some ray, or by none
-    bool fine = false;     ///< by some ray, in fine steps
-    float until = -1.0F;   ///< slab up to which this holds
+/// What each ray of a packet sees ahead.
+struct RaySights {
+    static constexpr float outside = -1.0F;  ///< of the volume: nothing more is seen of it
+    Lanes kind;                              ///< 0, VisibleBlocks::visible or fine; or `outside`
+    Lanes until;                             ///< slab up to which the blocks are alike
 };
 
-/// From a slab on: as far as all the rays' blocks, with those around them, are alike.
-HWY_INLINE VolumeSight lookAhead(const VisibleBlocks& blocks, const PacketRays& rays, std::size_t lane,
-                                 float slab, float farthest) {
+/// Of a vector of rays, from a slab on: as far as their blocks, with those around them, are alike.
+HWY_INLINE void lookAhead(const VisibleBlocks& blocks, const PacketRays& rays, std::size_t lane, float slab,
+                          RaySights& out) {
     const Floats d;
     const Ints ints;
 
@@ -54,16 +58,27 @@ HWY_INLINE VolumeSight lookAhead(const VisibleBlocks& blocks, const PacketRays& 
                               hn::Min(ahead(blockY, y, rays.inverse[1]), ahead(blockZ, z, rays.inverse[2])));
     const auto inside = hn::Lt(way, hn::Set(d, 1.0F));
     const V leaves = hn::Add(hn::Div(hn::Add(way, inBlock), lanes.rate), lanes.enter);
-    const auto above = [&](std::uint8_t code) HWY_ATTR {
-        return hn::And(inside, hn::RebindMask(d, hn::Gt(found, hn::Set(ints, code - 1))));
-    };
-    const auto seen = above(VisibleBlocks::visible), fine = above(VisibleBlocks::fine);
-    const bool seenAny = !hn::AllFalse(d, seen), fineAny = !hn::AllFalse(d, fine);
+    const V kind = hn::ConvertTo(d, hn::Sub(found, around));
+    hn::StoreU(hn::IfThenElse(inside, kind, hn::Set(d, RaySights::outside)), d, out.kind.data() + lane);
+    hn::StoreU(leaves, d, out.until.data() + lane);
+}
+
+/// What the rays of a packet see in common of a volume from a slab on; `farthest` where they see none of it.
+HWY_INLINE VolumeSight lookAhead(const VisibleBlocks& blocks, const PacketRays& rays, float slab,
+                                 float farthest) {
+    RaySights sights;
+    for (std::size_t lane = 0; lane < Tile::packetPixels; lane += hn::Lanes(Floats()))
+        lookAhead(blocks, rays, lane, slab, sights);
+    constexpr float visible{VisibleBlocks::visible}, fine{VisibleBlocks::fine};
+    const float most = *std::max_element(sights.kind.values.begin(), sights.kind.values.end());
+    VolumeSight sight{most >= visible, most >= fine, farthest};
     // Rays that see nothing may be walked with others, but not in steps that are too wide for what they come
     // to see.
-    const auto counts = fineAny ? fine : seenAny && !blocks.anyFine() ? seen : inside;
-    const V ends = hn::IfThenElse(counts, leaves, hn::Set(d, farthest));
-    return {seenAny, fineAny, hn::GetLane(hn::MinOfLanes(d, ends))};
+    const float least = sight.fine ? fine : sight.visible && !blocks.anyFine() ? visible : 0.0F;
+    for (std::size_t i = 0; i < Tile::packetPixels; ++i) {
+        if (sights.kind[i] >= least) sight.until = std::min(sight.until, sights.until[i]);
+    }
+    return sight;
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -10,7 +10,6 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t mostSlabs = 256;
 constexpr std::size_t mostLayers = 8;  // as in shaders/frame.glsl
 
 }  // namespace
@@ -53,7 +52,7 @@ DeviceCosts EglDevice::costs() {
 
 std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() + plan.hybrids.size() <= mostLayers);
-    MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= mostSlabs);
+    MOTE_CHECK(plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
     const EglContext::Current current(context_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/egl/frame_block.h"
 
+#include <epoxy/gl.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -22,6 +24,13 @@ namespace {
 
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
+/// By the picture's slabs, as they are in a section.
+RayMap raysIn(const FramePlan& plan, const DepthSection& section, const glm::dmat4& boxToEye) {
+    const double thickness = section.thickness();
+    return {plan, boxToEye, section.nearDepth - section.firstSlab * thickness, thickness};
+}
+
+/// Where there is one section; else composite.comp takes them from sectionRays.
 void setRays(LayerBlock& block, const RayMap& rays) {
     for (std::size_t i = 0; i < 3; ++i) {
         block.entry[i] = glm::vec4(rays.entry[i], 0.0);
@@ -92,6 +101,32 @@ SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer) {
             .unit = splatUnit(plan, layer, edge, spacing)};
 }
 
+BendBlock::BendBlock(const SlabBends& slabs) : shape(slabs.bends.size(), slabs.first.firstSlab, slabs.slabs) {
+    MOTE_CHECK(slabs.bends.size() <= bends.size());
+    for (std::size_t i = 0; i < slabs.bends.size(); ++i) bends[i] = {slabs.bends[i].at, slabs.bends[i].turn};
+}
+
+void BendBlock::set(std::uint32_t program) const {
+    glProgramUniform2fv(program, glGetUniformLocation(program, "bends"), static_cast<GLsizei>(bends.size()),
+                        &bends[0].x);
+    glProgramUniform3fv(program, glGetUniformLocation(program, "bendShape"), 1, &shape.x);
+}
+
+std::vector<glm::vec4> sectionRays(const FramePlan& plan) {
+    std::vector<glm::vec4> rays;
+    const auto add = [&](const DepthSection& section, const glm::dmat4& boxToEye) {
+        const RayMap map = raysIn(plan, section, boxToEye);
+        for (const auto& row : map.entry) rays.emplace_back(row, 0.0);
+        for (const auto& row : map.advance) rays.emplace_back(row, 0.0);
+    };
+    for (const auto& section : plan.sections) {
+        rays.emplace_back(section.endSlab(), section.firstSlab, 0.0, 0.0);
+        for (const auto& layer : plan.layers) add(section, layer.layerToEye * boxToLayer());
+        for (const auto& layer : plan.hybrids) add(section, layer.boxToEye);
+    }
+    return rays;
+}
+
 HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
                         std::uint32_t firstBrick) {
     const HybridStep& step = *layer.step;
@@ -128,7 +163,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         const PointNumbers numbers = pointNumbers(plan, layer);
         LayerBlock& result = block.layers[i];
         result.boxToScreen = glm::mat4(boxToScreen(plan, layer));
-        setRays(result, RayMap(plan, layer));
+        setRays(result, raysIn(plan, plan.sections.front(), layer.layerToEye * boxToLayer()));
         result.point = glm::vec4(layer.style.pointColor, numbers.tau);
         result.scale = glm::vec4(1.0 / numbers.unit, volumeSizes[i], 0.0, 0.0);
     }
@@ -136,7 +171,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         const HybridPlan& layer = plan.hybrids[i];
         LayerBlock& result = block.layers[plan.layers.size() + i];
         result.boxToScreen = glm::mat4(boxToScreen(plan, layer.boxToEye));
-        setRays(result, RayMap(plan, layer.boxToEye));
+        setRays(result, raysIn(plan, plan.sections.front(), layer.boxToEye));
         // The weight of its points is optical depth.
         result.point = glm::vec4(0.0, 0.0, 0.0, 1.0);
         if (layer.hasPoints()) result.scale.x = 1.0F / splatNumbers(plan, layer).unit;

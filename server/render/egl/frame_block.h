@@ -7,8 +7,10 @@
 #include <array>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <vector>
 
 #include "server/render/frame_plan.h"
 #include "server/render/picture.h"
@@ -50,7 +52,7 @@ static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 80 + 8 * 192);
 
 /// How the points of a layer are placed on the screen and weighted.
 struct PointNumbers {
-    glm::mat4 toScreen;  ///< from integers relative to `origin` to (px * w, py * w, slab, w)
+    glm::mat4 toScreen;  ///< from integers relative to `origin` to (px * w, py * w, slab, w), before bends
     glm::uvec3 origin;   ///< units of 2^-31 of the box
     float nearest;       ///< w below which nothing is seen
     bool discs;          ///< larger than a pixel
@@ -61,6 +63,20 @@ struct PointNumbers {
 };
 
 PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer);
+
+/// How the slabs of a layer are bent, for shaders/bends.glsl.
+struct BendBlock {
+    /// x: where a bend is, in slabs of the layer's first section; y: what is added to the slope.
+    std::array<glm::vec2, mostSections> bends{};
+    glm::vec3 shape;  ///< how many bends; the layer's first slab; how many it has
+
+    explicit BendBlock(const SlabBends& slabs);
+    /// Of the uniforms of a program that includes bends.glsl.
+    void set(std::uint32_t program) const;
+};
+
+/// Of each section (composite.comp, SECTIONS): its end, and of each layer the entry and the advance of rays.
+std::vector<glm::vec4> sectionRays(const FramePlan& plan);
 
 /// How the points of a hybrid layer are placed on the screen and weighted.
 struct SplatNumbers {

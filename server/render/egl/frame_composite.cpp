@@ -92,6 +92,7 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         glBindTextureUnit(dotUnit, buffers_.dotsTexture.get());
         glBindTextureUnit(dotListUnit, buffers_.dotListsTexture.get());
     }
+    if (plan_.sections.size() > 1) buffers_.sections.bindStorage(sections);
     barrier();
     TileBatch batch;
     for (std::uint32_t tile = 0, count = 0; tile < tileCount; tile += count) {
@@ -110,6 +111,7 @@ GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) co
     ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
                                    {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
                                    {"WORDS", words_},
+                                   {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U},
                                    {"POINTS", points ? 1U : 0U}};
     if (!oneHybrid) {
         defines.insert(defines.end(), {{"CELL", cellWords()},

@@ -11,8 +11,8 @@
 
 namespace mote::render {
 
-/// Bindings of shader storage; GL guarantees no more than eight. Blocks of points and bricks of volume are
-/// bound only for the dispatch that reads them, and share one.
+/// Bindings of shader storage; GL guarantees no more than eight. Blocks of points, bricks of volume and rays
+/// by section are bound only for the dispatch that reads them, and share one.
 enum Storage : GLuint {
     masks,
     offsets,
@@ -22,7 +22,8 @@ enum Storage : GLuint {
     volumeMasks,
     tiles,
     pixels,
-    bricks = blocks
+    bricks = blocks,
+    sections = blocks
 };
 
 /// Texture units of points' programs and of cells_allocate.

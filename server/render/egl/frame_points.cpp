@@ -83,6 +83,7 @@ void FrameRun::setPointUniforms(GLuint program, std::size_t layer, const Pass& p
     glProgramUniform1f(program, place("opacity"), numbers.opacity);
     glProgramUniform1f(program, place("inverseTau"), 1.0F / numbers.tau);
     glProgramUniform2ui(program, place("pass"), pass.firstCell, pass.cells);
+    layers_[layer].bends.set(program);
 }
 
 FrameRun::Counts FrameRun::allocateCells(const Band& band) {

@@ -5,8 +5,20 @@
 
 #include "server/render/egl/frame_gl.h"
 #include "server/render/egl/frame_stage.h"
+#include "server/render/screen_map.h"
 
 namespace mote::render {
+namespace {
+
+/// Of slab bits a pixel, at least: few different numbers, since shaders are compiled for each.
+std::uint32_t wordsFor(std::uint32_t slabs) {
+    for (const std::uint32_t words : {1U, 2U, 6U, 8U, 12U, 16U, 24U}) {
+        if (slabs <= 32 * words) return words;
+    }
+    return mostSlabs / 32;
+}
+
+}  // namespace
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
                    ShaderLibrary& shaders, ResidentSteps& steps, ResidentHybridSteps& hybridSteps,
@@ -20,7 +32,7 @@ FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& 
       transfers_(transfers),
       buffers_(buffers),
       pacer_(std::move(stop)),
-      words_(groups(plan.slabs, 32)),
+      words_(wordsFor(plan.slabs)),
       tilesAcross_(groups(plan.width, 8)),
       tilesDown_(groups(plan.height, 8)) {}
 
@@ -50,6 +62,7 @@ bool FrameRun::prepare() {
         layers_.push_back(LayerWork{.plan = &layer,
                                     .resident = &steps_.of(layer.step),
                                     .numbers = pointNumbers(plan_, layer),
+                                    .bends = BendBlock(slabBends(plan_, layer.layerToEye * boxToLayer())),
                                     .bricks = {}});
     }
     for (std::size_t i = 0; i < layers_.size(); ++i) {
@@ -131,15 +144,20 @@ void FrameRun::bindBand(const Band& band) {
     bind(buffers_.counters, counters, sizeof(Counts), true);
     bind(buffers_.offsets, offsets, std::size_t{band.tiles} * 64 * sizeof(std::uint32_t), false);
     bind(buffers_.tiles, tiles, std::size_t{band.tiles} * 3 * sizeof(std::uint32_t), false);
+    if (plan_.sections.size() == 1) return;
+    const auto rays = sectionRays(plan_);
+    buffers_.sections.grow(rays.size() * sizeof(glm::vec4));
+    buffers_.sections.write(0, rays.size() * sizeof(glm::vec4), rays.data());
 }
 
 void FrameRun::markVolumes() {
     const Stage stage(*this, times_.volumeMark);
     const GLuint mark = program("volume_mark");
     glUseProgram(mark);
-    const auto dispatch = [](std::size_t layer, const GlBuffer& visible, std::uint32_t count,
-                             const glm::vec3& edge, const glm::vec3& shift) {
+    const auto dispatch = [mark](std::size_t layer, const GlBuffer& visible, std::uint32_t count,
+                                 const glm::vec3& edge, const glm::vec3& shift, const BendBlock& bends) {
         if (count == 0) return;
+        bends.set(mark);
         glUniform1ui(0, static_cast<GLuint>(layer));
         glUniform1ui(1, count);
         glUniform3fv(2, 1, &edge.x);
@@ -150,14 +168,15 @@ void FrameRun::markVolumes() {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerWork& work = layers_[i];
         if (work.volume == nullptr) continue;
-        dispatch(i, work.bricks, work.brickCount, glm::vec3(work.volume->brickEdge()), glm::vec3(0.0F));
+        dispatch(i, work.bricks, work.brickCount, glm::vec3(work.volume->brickEdge()), glm::vec3(0.0F),
+                 work.bends);
     }
     for (std::size_t i = 0; i < hybrids_.size(); ++i) {
         const HybridWork& work = hybrids_[i];
         const glm::vec3 grid(work.resident->volume.grid());
         // Samples lie at the centres of the grid's cells, bricks between samples.
         dispatch(layers_.size() + i, work.visible, work.visibleCount, float{StepHybrid::brickEdge} / grid,
-                 0.5F / grid);
+                 0.5F / grid, BendBlock(slabBends(plan_, work.plan->boxToEye)));
     }
 }
 

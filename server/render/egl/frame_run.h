@@ -23,7 +23,7 @@ namespace mote::render {
 /// Buffers that frames use again.
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
-    GlBuffer dots, dotLists;
+    GlBuffer dots, dotLists, sections;
     GlBuffer hybrids, hybridBricks, hybridTables;
     GlTexture hybridBricksTexture, hybridTablesTexture;
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture, dotsTexture, dotListsTexture;
@@ -44,6 +44,7 @@ class FrameRun {
         const LayerPlan* plan;
         ResidentStep* resident;
         PointNumbers numbers;
+        BendBlock bends;
         const StepVolume* volume = nullptr;  ///< null where none of it is visible
         const TransferBuffer* transfer = nullptr;
         GlBuffer bricks;

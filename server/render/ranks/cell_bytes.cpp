@@ -12,7 +12,7 @@ namespace {
 
 /// Which cells of a packet follow.
 struct PacketHead {
-    std::uint16_t number;  ///< slab * Tile::packets + packet
+    std::uint16_t number;  ///< slab, from the layer's first on, * Tile::packets + packet
     std::uint16_t cells;   ///< a bit each, from bit 0
 };
 static_assert(Tile::packetPixels == 16, "a bit each");

@@ -149,6 +149,7 @@ void put(ByteWriter& out, const FramePlan& plan) {
     out.put(plan.nearDepth);
     out.put(plan.farDepth);
     out.put(plan.slabs);
+    out.putList(plan.sections);
     out.put(plan.samplesPerCell);
     out.put(plan.exact);
     out.put(std::uint64_t{plan.layers.size()});
@@ -164,6 +165,7 @@ FramePlan getPlan(ByteReader& in) {
                    .nearDepth = in.get<double>(),
                    .farDepth = in.get<double>(),
                    .slabs = in.get<std::uint32_t>(),
+                   .sections = in.getList<std::vector<DepthSection>>(),
                    .samplesPerCell = in.get<double>(),
                    .exact = in.get<bool>(),
                    .layers = {}};

@@ -74,7 +74,7 @@ DeviceAbilities RankedDevice::abilities() const {
 std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
     MOTE_CHECK(plan.width > 0 && plan.height > 0 &&
                plan.layers.size() + plan.hybrids.size() <= Packet::mostLayers);
-    MOTE_CHECK(plan.slabs >= 1 && plan.slabs <= Packet::mostSlabs);
+    MOTE_CHECK(plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
     FrameOrder order = state_->orderOf(plan, format);

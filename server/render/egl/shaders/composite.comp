@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
-// docs/RENDERING.md says how). Compiled with LAYERS, WORDS, POINTS, VOLUME and DOTS (0: the tiles hold none), EXACT (0:
+// docs/RENDERING.md says how). Compiled with LAYERS, WORDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the tiles hold none), EXACT (0:
 // for a picture that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
 #include "frame.glsl"
 #include "pixel.glsl"
@@ -287,10 +287,21 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
     return next;
 }
 
-void walk(uint tile, uint pixel, vec2 at) {
+// All layers, in the section; returns how far rays may go in one stretch.
+float aimAll(vec2 at) {
     float stretches = 1e-3;
     for (uint l = 0u; l < layerCount; ++l) stretches = max(stretches, aim(l, at));
-    float stretch = 1.0 / min(stretches, 64.0);
+    return 1.0 / min(stretches, 64.0);
+}
+
+void walk(uint tile, uint pixel, vec2 at) {
+#if SECTIONS > 1
+    uint section = 0u;
+    enterSection(0u);
+#else
+    sectionEnd = float(frame.band.y);
+#endif
+    float stretch = aimAll(at);
     uint tileCount = uint(frame.band.x);
     uint word = 0u;
     uint bits = 0u;   // slabs of the current word that are ahead and not blank
@@ -318,6 +329,14 @@ void walk(uint tile, uint pixel, vec2 at) {
             int first = findLSB(bits);
             uint bit = 1u << first;
             depth = float(int(word * 32u) - 32 + first);
+#if SECTIONS > 1
+            if (depth >= sectionEnd) {
+                do enterSection(++section);
+                while (depth >= sectionEnd);
+                stretch = aimAll(at);
+                sampledTo = -1.0;
+            }
+#endif
             // Slabs from here on without points and with volume of the same layers are walked in one go.
             uint alike = 0xffffffffu;
             for (uint l = 0u; l < layerCount; ++l) {
@@ -329,6 +348,9 @@ void walk(uint tile, uint pixel, vec2 at) {
             }
             int past = findLSB(~alike & ~(bit - 1u));   // -1: none in this word
             past = max(past < 0 ? 32 : past, first + 1);
+#if SECTIONS > 1
+            past = min(past, first + int(sectionEnd - depth));
+#endif
             end = depth + float(past - first);
             bits &= past == 32 ? 0u : ~0u << past;
 #if DOTS

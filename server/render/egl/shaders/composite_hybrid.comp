@@ -2,7 +2,7 @@
 // One invocation a pixel, where a picture has one hybrid volume and nothing else: from brick to brick in which something
 // is seen and, with POINTS, from cell to cell of its points, front to back. A software rasteriser runs the body of a loop
 // at least once, and both sides of a condition: so light is looked up in an outer loop, when the inner one has found
-// something for it. Compiled with LAYERS and HYBRIDS 1, WORDS and POINTS (0: the tiles hold none).
+// something for it. Compiled with LAYERS, HYBRIDS and SECTIONS 1, WORDS and POINTS (0: the tiles hold none).
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"
@@ -69,6 +69,7 @@ void gatherBrick(uint pixel, float from, float to) {
 }
 
 void walk(uint pixel, vec2 at) {
+    sectionEnd = float(frame.band.y);
     aimBox(0u, at);
     clipWay(0u);
     unitLength[0] = hybridLength(0u);

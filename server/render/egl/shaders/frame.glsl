@@ -2,14 +2,15 @@
 // What all shaders know of the frame; mirrors egl/frame_block.h. Compiled with LAYERS and WORDS.
 //
 // A picture is drawn in bands of tile rows. A tile is 8 x 8 pixels; pixels are numbered tile by tile, so that those of
-// a workgroup lie side by side. Depth is counted in slabs, from the frame's near depth.
+// a workgroup lie side by side. Depth is counted in slabs, from the frame's near depth; it is cut into sections whose
+// slabs are of different thickness.
 
 const uint layerCount = uint(LAYERS);
 const uint wordCount = uint(WORDS);   // of 32 slab bits a pixel or tile
 
 struct Layer {
-    mat4 boxToScreen;    // box [0,1]^3 to (px * w, py * w, slab, w)
-    vec4 entry[3];       // box position where a ray meets slab 0: entry[0] + x * entry[1] + y * entry[2]
+    mat4 boxToScreen;    // box [0,1]^3 to (px * w, py * w, slab, w), before bends.glsl
+    vec4 entry[3];       // SECTIONS 1: box position where a ray meets slab 0: entry[0] + x * entry[1] + y * entry[2]
     vec4 advance[3];     // and how far it moves in the box in one slab, likewise
     vec4 point;          // linear RGB; optical depth of a whole point
     vec4 scale;          // points a unit of weight; the volume's cells a side, 0 where it is nowhere visible

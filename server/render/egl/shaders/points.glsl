@@ -16,6 +16,10 @@ uniform float radius;    // DISCS: where coverage reaches 0, in pixels
 uniform float nearest;  // FLAT: w below which nothing is seen
 uniform uint listed;     // SELECTION 2: how many points there are
 
+#if FLAT == 0
+#include "bends.glsl"
+#endif
+
 void touch(uint pixel, uint slab, float fraction, float coverage);
 
 void draw(vec2 at, uint slab, float fraction) {
@@ -63,7 +67,8 @@ void main() {
     draw(at, 0u, 0.0);
 #else
     if (!seen || screen.w <= 0.0 || screen.z < -0.001) return;
-    int slab = int(clamp(screen.z, 0.0, float(frame.band.y) - 0.5));
-    draw(at, uint(slab), clamp(screen.z - float(slab), 0.0, 1.0));
+    precise float depth = bent(screen.z);
+    int slab = int(clamp(depth, 0.0, bendShape.z - 0.5));
+    draw(at, uint(slab) + uint(bendShape.y), clamp(depth - float(slab), 0.0, 1.0));
 #endif
 }

@@ -19,16 +19,42 @@ void gather(vec4 matter) {
     transmittance *= passed;
 }
 
-// Where the ray is inside the layer's box.
+// The section of the depth that the ray goes through: slabs [first, end).
+float sectionFirst = 0.0, sectionEnd;
+#if SECTIONS > 1
+// Of each section its end and its first slab, and of each layer entry[3] and advance[3], as Layer has them.
+layout(std430, binding = 3) readonly buffer Sections { vec4 sections[]; };
+const uint sectionSize = 1u + 6u * layerCount;
+uint sectionAt = 0u;
+
+void enterSection(uint number) {
+    sectionAt = number * sectionSize;
+    sectionEnd = sections[sectionAt].x;
+    sectionFirst = sections[sectionAt].y;
+}
+#endif
+
+vec3 rayRow(uint l, uint row, vec2 at) {
+#if SECTIONS > 1
+    uint first = sectionAt + 1u + 6u * l + 3u * row;
+    return sections[first].xyz + at.x * sections[first + 1u].xyz + at.y * sections[first + 2u].xyz;
+#else
+    return row == 0u ? frame.layers[l].entry[0].xyz + at.x * frame.layers[l].entry[1].xyz +
+                           at.y * frame.layers[l].entry[2].xyz
+                     : frame.layers[l].advance[0].xyz + at.x * frame.layers[l].advance[1].xyz +
+                           at.y * frame.layers[l].advance[2].xyz;
+#endif
+}
+
+// Where the ray is inside the layer's box, in the section.
 void aimBox(uint l, vec2 at) {
-    entry[l] = frame.layers[l].entry[0].xyz + at.x * frame.layers[l].entry[1].xyz + at.y * frame.layers[l].entry[2].xyz;
-    advance[l] = frame.layers[l].advance[0].xyz + at.x * frame.layers[l].advance[1].xyz +
-                 at.y * frame.layers[l].advance[2].xyz;
+    entry[l] = rayRow(l, 0u, at);
+    advance[l] = rayRow(l, 1u, at);
     vec3 safe = mix(advance[l], vec3(1e-30), lessThan(abs(advance[l]), vec3(1e-30)));
     vec3 a = -entry[l] / safe;
     vec3 b = (vec3(1.0) - entry[l]) / safe;
     vec3 low = min(a, b);
     vec3 high = max(a, b);
-    enters[l] = max(max(low.x, low.y), max(low.z, 0.0));
-    leaves[l] = min(min(high.x, high.y), min(high.z, float(frame.band.y)));
+    enters[l] = max(max(low.x, low.y), max(low.z, sectionFirst));
+    leaves[l] = min(min(high.x, high.y), min(high.z, sectionEnd));
 }

@@ -2,6 +2,7 @@
 // Which slabs of which tiles can hold visible volume: each visible brick of cells marks the tiles and slabs that the
 // box around its projection meets.
 #include "frame.glsl"
+#include "bends.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 5) buffer VolumeMasks { uint volumeMasks[]; };   // [layer][tile][wordCount]
@@ -40,8 +41,9 @@ void main() {
         low = min(low, screen.xy / screen.w);
         high = max(high, screen.xy / screen.w);
     }
-    float slabs = float(frame.band.y);
-    if (back < 0.0 || front > slabs) return;
+    front = bent(front);
+    back = bent(back);
+    if (back < 0.0 || front > bendShape.z) return;
     vec2 size = vec2(frame.picture.xy);
     if (across) {
         low = vec2(0.0);
@@ -53,8 +55,8 @@ void main() {
     if (any(lessThan(high, vec2(0.0))) || any(greaterThan(low, size))) return;
     uvec2 firstTile = uvec2(clamp(low, vec2(0.0), size - 0.5)) >> 3;
     uvec2 lastTile = uvec2(clamp(high, vec2(0.0), size - 0.5)) >> 3;
-    uint first = uint(clamp(front - 0.01, 0.0, slabs - 0.5));
-    uint last = uint(clamp(back + 0.01, 0.0, slabs - 0.5));
+    uint first = uint(clamp(front - 0.01, 0.0, bendShape.z - 0.5)) + uint(bendShape.y);
+    uint last = uint(clamp(back + 0.01, 0.0, bendShape.z - 0.5)) + uint(bendShape.y);
     uint firstRow = uint(frame.picture.w);
     uint rows = (uint(frame.band.w) + 7u) >> 3;
     if (lastTile.y < firstRow) return;
