@@ -121,7 +121,6 @@ void HybridControls::write(proto::HybridStyle& style) const {
     }
     style.set_point_shape(pointShape);
     style.set_point_opacity(share(pointOpacity));
-    style.set_point_size(std::clamp(pointSize, 0.1F, 16.0F));
     writeLight(*this, *style.mutable_light());
     writeClip(*this, style);
 }
@@ -137,9 +136,8 @@ void HybridControls::read(const proto::HybridStyle& message) {
     if (style.colorRange) {
         colorRange = {static_cast<float>(style.colorRange->low), static_cast<float>(style.colorRange->high)};
     }
-    pointShape = message.point_shape().empty() ? "square" : message.point_shape();
+    pointShape = message.point_shape().empty() ? "gaussian" : message.point_shape();
     pointOpacity = static_cast<float>(style.pointOpacity);
-    pointSize = static_cast<float>(style.pointSize);
     light = LightAngles::of(style.light.direction);
     fixedLight = style.light.fixed;
     ambient = static_cast<float>(style.light.ambient);

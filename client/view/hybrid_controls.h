@@ -29,8 +29,7 @@ struct HybridControls {
     bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
     std::array<float, 2> colorRange{};  ///< in the source's unit
     std::string pointShape;
-    float pointOpacity = 1.0F;  ///< times a point's own
-    float pointSize = 1.0F;     ///< over the points' spacing
+    float pointOpacity = 1.0F;  ///< how much of their correction is applied
     LightAngles light;          ///< towards it
     bool fixedLight = false;    ///< it does not turn with the camera
     float ambient = 0.0F, diffuse = 0.0F, specular = 0.0F;

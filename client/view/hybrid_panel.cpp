@@ -17,7 +17,6 @@ namespace mote::client {
 namespace {
 
 constexpr auto clamped = ImGuiSliderFlags_AlwaysClamp;
-constexpr auto logarithmic = clamped | ImGuiSliderFlags_Logarithmic;
 constexpr const char* bestName = "best";  // for the empty name
 
 const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std::uint32_t step) {
@@ -114,10 +113,9 @@ void drawRepresentation(HybridControls& controls, const proto::HybridManifest& m
     note(actions, chooseName("drawn", chosen, names));
     controls.representation = chosen == bestName ? "" : chosen;
     if (!drawsPoints(controls, manifest)) return;
-    constexpr std::array<std::string_view, 3> shapes{"square", "disc", "gaussian"};
+    constexpr std::array<std::string_view, 3> shapes{"gaussian", "disc", "square"};
     note(actions, chooseName("point shape", controls.pointShape, shapes));
-    note(actions, ImGui::SliderFloat("point opacity", &controls.pointOpacity, 0.0F, 1.0F, "%.2f", clamped));
-    note(actions, ImGui::SliderFloat("point size", &controls.pointSize, 0.25F, 4.0F, "%.2f", logarithmic));
+    note(actions, ImGui::SliderFloat("correction", &controls.pointOpacity, 0.0F, 1.0F, "%.2f", clamped));
 }
 
 void drawLight(HybridControls& controls, PanelActions& actions) {

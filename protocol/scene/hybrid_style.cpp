@@ -40,7 +40,7 @@ Result<HybridRepresentation> parseRepresentation(const std::string& name) {
 Result<PointShape> parseShape(const std::string& name) {
     using enum PointShape;
     constexpr std::array<std::pair<std::string_view, PointShape>, 4> known{
-        {{"", square}, {"square", square}, {"disc", disc}, {"gaussian", gaussian}}};
+        {{"", gaussian}, {"square", square}, {"disc", disc}, {"gaussian", gaussian}}};
     return parseName(name, known, "pointShape");
 }
 
@@ -91,12 +91,8 @@ Status parsePoints(const proto::HybridStyle& message, HybridStyle& style) {
     const auto opacity = checkRange(
         message.has_point_opacity() ? message.point_opacity() : style.pointOpacity, 0.0, 1.0, "pointOpacity");
     MOTE_RETURN_IF_ERROR(opacity);
-    const auto size =
-        checkRange(message.has_point_size() ? message.point_size() : style.pointSize, 0.1, 16.0, "pointSize");
-    MOTE_RETURN_IF_ERROR(size);
     style.pointShape = *shape;
     style.pointOpacity = *opacity;
-    style.pointSize = *size;
     return success();
 }
 

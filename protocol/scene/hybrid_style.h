@@ -25,7 +25,12 @@ enum class HybridRepresentation {
     volume,  ///< the low-resolution volume alone
 };
 
-enum class PointShape { square, disc, gaussian };
+/// How a point fills its cell of the error grid, towards its neighbours.
+enum class PointShape {
+    square,    ///< evenly, with sharp faces
+    disc,      ///< evenly in the middle
+    gaussian,  ///< evenly nowhere: as the source is interpolated
+};
 
 /// What lies where dot(normal, place) >= distance.
 struct HalfSpace {
@@ -54,12 +59,17 @@ struct HybridStyle {
     ColorMap colorMap = ColorMap::standard();
     std::optional<ValueRange>
         colorRange;  ///< of the colour map; none: from the curve's first knot to its last
-    PointShape pointShape = PointShape::square;
-    double pointOpacity = 1.0;  ///< 0 to 1, times a point's own
-    double pointSize = 1.0;     ///< edge or diameter over the points' spacing
+    PointShape pointShape = PointShape::gaussian;
+    double pointOpacity = 1.0;  ///< 0 to 1: how much of a point's correction is applied
     Light light;
     std::vector<HalfSpace> clipPlanes;  ///< in layer space; what lies in all of them is drawn
     std::optional<Bounds> clipBox;      ///< in layer space
+
+    /// Of the share of a way between two samples, clamp((share - 1/2) * steepness + 1/2, 0, 1) is the weight
+    /// of the second.
+    double pointSteepness() const {
+        return pointShape == PointShape::square ? 8.0 : pointShape == PointShape::disc ? 2.0 : 1.0;
+    }
 
     bool operator==(const HybridStyle&) const = default;
 };

@@ -12,10 +12,6 @@ namespace mote::render {
 /// Pixel work of a quality relative to an exact picture's: samples along the ray, and slabs to composite.
 double pixelWork(const Quality& quality);
 
-/// What a point of a hybrid volume costs, in points of particles: it is sorted and drawn by itself.
-/// Measured on both devices (docs/PERFORMANCE.md); what it is not, the session's pictures teach.
-inline constexpr double splatWork = 100.0;
-
 /// Throws DeviceError.
 DeviceCosts calibrate(Device& device);
 

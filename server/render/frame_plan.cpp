@@ -20,11 +20,6 @@ double footprintReach(double pointSize) {
     return pointSize > 1.0 ? 0.5 * pointSize + 0.5 : 0.0;
 }
 
-/// Of hybrid volumes' points.
-std::uint32_t strideOf(const Quality& quality) {
-    return static_cast<std::uint32_t>(std::lround(1.0 / std::clamp(quality.pointFraction, 1e-6, 1.0)));
-}
-
 ParticlesStyle scaledStyle(const ParticlesStyle& style, double pixels, double share) {
     ParticlesStyle result = style;
     result.pointSize = style.pointSize * pixels;
@@ -225,7 +220,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
         if (view.layers[i].hybrid() != nullptr) {
             MOTE_CHECK(i < scene.hybrids.size());
             plan.hybrids.push_back(planHybrid(*view.layers[i].hybrid(), view.layers[i].transform,
-                                              scene.hybrids[i], plan.camera, strideOf(quality)));
+                                              scene.hybrids[i], plan.camera));
         }
         const ParticlesStyle* const style = view.layers[i].particles();
         if (style == nullptr) continue;

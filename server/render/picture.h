@@ -19,7 +19,6 @@ struct Picture {
     PixelFormat format = PixelFormat::srgb8;
     std::vector<std::uint8_t> pixels;  ///< alpha is 1
     std::uint64_t pointsDrawn = 0;
-    std::uint64_t splatsDrawn = 0;  ///< of them, those of hybrid volumes, which take more work
 };
 
 inline std::uint32_t bytesPerPixel(PixelFormat format) {

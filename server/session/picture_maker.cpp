@@ -7,7 +7,6 @@
 #include <new>
 #include <utility>
 
-#include "server/render/calibration.h"
 #include "server/render/frame_plan.h"
 #include "server/session/layer_place.h"
 #include "storage/storage_error.h"
@@ -45,10 +44,6 @@ ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
         load.previewShare = load.points == 0.0 ? share : std::min(load.previewShare, share);
         load.points += static_cast<double>(step->pointCount());
     }
-    for (const auto& step : scene.hybrids) {
-        if (step != nullptr && step->points)
-            load.points += render::splatWork * static_cast<double>(step->points->points.size());
-    }
     if (scene.steps == history.steps && hybridsOf(scene) == history.hybrids)
         load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
@@ -75,7 +70,6 @@ Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controll
 double shareOf(const render::FramePlan& plan, const Quality& quality) {
     double share = quality.pointFraction;
     for (const auto& layer : plan.layers) share = std::min(share, layer.share);
-    for (const auto& layer : plan.hybrids) share = std::min(share, 1.0 / layer.pointStride);
     return share;
 }
 
@@ -92,8 +86,7 @@ void describe(MadePicture& made, const RenderJob& job, const std::string& device
 
 void learn(PictureHistory& history, const render::Scene& scene, const render::Picture& picture,
            const Quality& quality, double share, double ms) {
-    const double points = static_cast<double>(picture.pointsDrawn) +
-                          (render::splatWork - 1.0) * static_cast<double>(picture.splatsDrawn);
+    const auto points = static_cast<double>(picture.pointsDrawn);
     history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
     history.steps = scene.steps;
     history.hybrids = hybridsOf(scene);

@@ -21,7 +21,7 @@ namespace mote::server {
 /// What the exact picture of a view would take.
 struct ViewLoad {
     double pixels = 0.0;
-    double points = 0.0;  ///< of particles; one of a hybrid volume counts as render::splatWork
+    double points = 0.0;  ///< of particles
     double previewShare =
         0.0;  ///< of the points that comes from previews, at far less than its part of the cost
 };

@@ -64,7 +64,6 @@ TEST_F(Hybrids, BadScriptsAreNamed) {
         {"'colorMap': 'mud'", "colorMap"},
         {"'colorRange': [3, 2]", "colorRange"},
         {"'pointOpacity': 1.5", "pointOpacity"},
-        {"'pointSize': 0", "pointSize"},
         {"'light': {'direction': [0, 0, 0]}", "light.direction"},
         {"'light': {'ambient': -1}", "light.ambient"},
         {"'light': {'shadow': true}", "light.shadow"},

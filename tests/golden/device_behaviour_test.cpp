@@ -72,34 +72,6 @@ TEST_P(DeviceBehaviourTest, FewerPointsKeepTheLight) {
     EXPECT_LT(fewer / exact, 1.05);
 }
 
-/// What the points add to the light of the low volume.
-double addedLight(render::Device& device, render::Scene scene, double pointFraction) {
-    Quality quality;
-    quality.pointFraction = pointFraction;
-    const double all = meanLight(picture(device, scene, quality));
-    std::get<HybridStyle>(scene.view.layers[0].style).pointOpacity = 0.0;
-    return all - meanLight(picture(device, scene, quality));
-}
-
-TEST_P(DeviceBehaviourTest, FewerPointsOfAHybridKeepTheLight) {
-    // A quarter of the points, four times as large, cover as much in sum. Where they hide each other, a sheet
-    // of opaque ones keeps at least 1 - 1/e of what it covers; where they reach over the edge of what they
-    // cover, there is more: the parts here are about eight cells thick, and half a cell wider all around,
-    // (9/8)^2 = 1.27, for footprints with a soft edge a little more. A fortieth are nine times as large, a
-    // cell wider, and where they are opaque, their raised opacity is none: at least 9/40 is left.
-    for (const char* name : {"hybridSquares", "hybridDiscs", "hybridGaussians"}) {
-        const auto scene = makeScene(name);
-        const double exact = addedLight(*device_, scene, 1.0);
-        ASSERT_GT(exact, 0.0);
-        const double quarter = addedLight(*device_, scene, 0.25) / exact;
-        EXPECT_GT(quarter, 0.63) << name;
-        EXPECT_LT(quarter, 1.4) << name;
-        const double few = addedLight(*device_, scene, 0.025) / exact;
-        EXPECT_GT(few, 0.63 * 9.0 / 40.0) << name;
-        EXPECT_LT(few, 1.6) << name;
-    }
-}
-
 TEST_P(DeviceBehaviourTest, HalfTheResolutionKeepsTheLight) {
     for (const char* name : {"unlinked", "discs", "zoomedInside"}) {
         const auto scene = makeScene(name);

@@ -22,12 +22,13 @@ glm::dmat4 turnedBox() {
 }
 
 /// Parts that the low volume of 12^3 blurs; 2 to 202 in the source's unit.
-std::shared_ptr<const render::HybridStep> machine() {
+std::shared_ptr<const render::HybridStep> machine(HybridRepresentation parts) {
     const HybridShape shape{.source = {48, 40, 28},
                             .low = {12, 10, 7},
                             .boxToLayer = turnedBox(),
                             .range = {2.0, 202.0},
-                            .threshold = 12.0};
+                            .threshold = 12.0,
+                            .parts = parts};
     return hybridOf(shape, [](const glm::dvec3& at) { return 2.0 + 200.0 * machineParts(at); });
 }
 
@@ -56,7 +57,7 @@ const std::map<std::string, std::string>& views() {
         {"hybridVolume", hybridView("'representation': 'volume'")},
         {"hybridResidual", hybridView("'representation': 'residual'")},
         {"hybridSquares", hybridView("'representation': 'points', 'pointShape': 'square'")},
-        {"hybridDiscs", hybridView("'representation': 'points', 'pointShape': 'disc', 'pointSize': 1.3")},
+        {"hybridDiscs", hybridView("'representation': 'points', 'pointShape': 'disc'")},
         {"hybridGaussians", hybridView("'representation': 'points', 'pointShape': 'gaussian'")},
         {"hybridSmall",
          hybridView("'representation': 'points', 'pointOpacity': 0.7", "'width': 56, 'height': 42")},
@@ -98,7 +99,7 @@ render::Scene makeHybridScene(const std::string& name) {
     render::Scene scene{viewOf(found->second), {}};
     for (const auto& layer : scene.view.layers) {
         const bool hybrid = layer.hybrid() != nullptr;
-        scene.hybrids.push_back(hybrid ? machine() : nullptr);
+        scene.hybrids.push_back(hybrid ? machine(layer.hybrid()->representation) : nullptr);
         scene.steps.push_back(hybrid ? nullptr : beamInside());
     }
     return scene;

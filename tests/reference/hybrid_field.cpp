@@ -45,8 +45,8 @@ Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerTo
 HybridField::HybridField(const render::HybridStep& step, const Layer& layer, const Camera& camera)
     : step_(step),
       style_(*layer.hybrid()),
-      corrected_(step.bricks != nullptr &&
-                 render::resolved(style_.representation, step) == HybridRepresentation::residual),
+      drawn_(render::resolved(style_.representation, step)),
+      corrected_(step.bricks != nullptr && drawn_ != HybridRepresentation::volume),
       transfer_(style_, step),
       layerToBox_(glm::inverse(step.boxToLayer)) {
     const glm::dmat4 layerToEye = camera.worldToEye() * layer.transform;
@@ -54,13 +54,15 @@ HybridField::HybridField(const render::HybridStep& step, const Layer& layer, con
         shades_[code] = shadeOf(static_cast<std::uint8_t>(code), style_.light, layerToEye, camera);
 }
 
-/// Trilinear between the samples around a place; `last`: the greatest index on each axis.
-template <class Index>
+/// Between the samples around a place; `last`: the greatest index on each axis. `weightOf`: a sample's, by
+/// the share of the way to it from the one before.
+template <class Index, class Weight>
 HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, const std::uint8_t* normals,
                                                const glm::dvec3& place, const glm::uvec3& last,
-                                               const Index& index) const {
+                                               const Index& index, const Weight& weightOf) const {
     const glm::uvec3 below(place);
-    const glm::dvec3 share = place - glm::dvec3(below);
+    const glm::dvec3 way = place - glm::dvec3(below);
+    const glm::dvec3 share(weightOf(way.x), weightOf(way.y), weightOf(way.z));
     Sampled sum;
     for (unsigned corner = 0; corner < 8; ++corner) {
         const glm::uvec3 ahead(corner & 1U, corner >> 1 & 1U, corner >> 2);
@@ -76,8 +78,27 @@ HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, cons
 
 HybridField::Sampled HybridField::sampledLow(const glm::dvec3& inBox) const {
     const auto& low = step_.low;
-    return interpolated(low.values.data(), low.normals.data(), placeIn(inBox, low.size), low.size - 1U,
-                        [&](const glm::uvec3& at) { return low.index(at); });
+    return interpolated(
+        low.values.data(), low.normals.data(), placeIn(inBox, low.size), low.size - 1U,
+        [&](const glm::uvec3& at) { return low.index(at); }, [](double share) { return share; });
+}
+
+HybridField::Sampled HybridField::sampledBrick(std::int32_t number, const glm::dvec3& inBrick) const {
+    const HybridBricks& bricks = *step_.bricks;
+    const std::size_t begin = static_cast<std::size_t>(number) * HybridBricks::volume;
+    const bool points = drawn_ == HybridRepresentation::points;
+    return interpolated(
+        bricks.values.data() + begin, bricks.normals.data() + begin, inBrick, glm::uvec3(HybridBricks::edge),
+        [](const glm::uvec3& at) {
+            return (std::size_t{at.z} * HybridBricks::samples + at.y) * HybridBricks::samples + at.x;
+        },
+        [&](double share) {
+            if (points && style_.pointShape == PointShape::disc)
+                return std::clamp(2.0 * share - 0.5, 0.0, 1.0);
+            if (points && style_.pointShape == PointShape::square)
+                return std::clamp(8.0 * share - 3.5, 0.0, 1.0);
+            return share;
+        });
 }
 
 HybridField::Sampled HybridField::sampled(const glm::dvec3& inLayer) const {
@@ -88,13 +109,13 @@ HybridField::Sampled HybridField::sampled(const glm::dvec3& inLayer) const {
     const glm::uvec3 brick = glm::uvec3(place) / HybridBricks::edge;
     const std::int32_t number = bricks.numbers[bricks.index(brick)];
     if (number == HybridBricks::none) return sampledLow(inBox);
-    const std::size_t begin = static_cast<std::size_t>(number) * HybridBricks::volume;
-    return interpolated(
-        bricks.values.data() + begin, bricks.normals.data() + begin,
-        place - glm::dvec3(brick * HybridBricks::edge), glm::uvec3(HybridBricks::edge),
-        [](const glm::uvec3& at) {
-            return (std::size_t{at.z} * HybridBricks::samples + at.y) * HybridBricks::samples + at.x;
-        });
+    const Sampled whole = sampledBrick(number, place - glm::dvec3(brick * HybridBricks::edge));
+    if (drawn_ != HybridRepresentation::points || style_.pointOpacity == 1.0) return whole;
+    const Sampled low = sampledLow(inBox);
+    const double share = style_.pointOpacity;
+    return {std::lerp(low.code, whole.code, share),
+            {std::lerp(low.shade.diffuse, whole.shade.diffuse, share),
+             std::lerp(low.shade.specular, whole.shade.specular, share)}};
 }
 
 double HybridField::value(const glm::dvec3& inLayer) const {

@@ -39,12 +39,14 @@ class HybridField final : public Volume {
     };
     Sampled sampled(const glm::dvec3& inLayer) const;
     Sampled sampledLow(const glm::dvec3& inBox) const;
-    template <class Index>
+    Sampled sampledBrick(std::int32_t number, const glm::dvec3& inBrick) const;
+    template <class Index, class Weight>
     Sampled interpolated(const std::uint16_t* values, const std::uint8_t* normals, const glm::dvec3& place,
-                         const glm::uvec3& last, const Index& index) const;
+                         const glm::uvec3& last, const Index& index, const Weight& weightOf) const;
 
     const render::HybridStep& step_;
     HybridStyle style_;
+    HybridRepresentation drawn_;
     bool corrected_;
     render::HybridTransfer transfer_;
     glm::dmat4 layerToBox_;

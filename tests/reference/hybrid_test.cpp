@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The reference's hybrid volumes against closed forms: field, extinction, light, points and what is cut away.
+// The reference's hybrid volumes against closed forms: field, extinction, light, what points do and what is
+// cut away.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -120,47 +122,53 @@ TEST(ReferenceHybrid, BothSidesAreLit) {
     EXPECT_EQ(shadeOf(storage::NormalTable::none, light, glm::dmat4(1.0), camera).diffuse, 0.8);
 }
 
-/// What one point puts on the screen, over its own opacity: pixels.
-double inkOf(const std::string& shape, double size, const glm::dvec3& place) {
-    auto step = std::make_shared<render::HybridStep>(*hybridOf(
-        {.source = {8, 8, 8}, .low = {2, 2, 2}, .boxToLayer = glm::scale(glm::dmat4(1.0), glm::dvec3(8.0))},
-        [](const auto&) { return 0.0; }));
-    step->points = std::make_shared<const render::HybridPoints>(render::HybridPoints{
-        .size = {8, 8, 8}, .errorStep = 1.0 / 127.0, .points = {{4, 4, 4, 255, 255, 0}}});
-    auto scene = sceneOf(
-        step,
-        "{'representation': 'points', 'pointShape': '" + shape + "', 'pointSize': " + std::to_string(size) +
-            ", 'pointOpacity': 0.001, " + noLight +
-            ", 'curve': [{'value': 0, 'opacity': 0, 'color': [1, 1, 1]}, {'value': 1, 'opacity': 0.9999, "
-            "'color': [1, 1, 1]}]}");
-    scene.view.layers[0].transform = glm::translate(glm::dmat4(1.0), place - 4.5);
-    double sum = 0.0;
-    for (const auto& color : render(scene, {1.0}).linear) sum += color.x;
-    return sum / 0.001;
+/// Along x, from the middle of sample 3 to that of sample 4, in cells: the field where sample 4 alone is a
+/// point.
+class OnePoint : public testing::Test {
+  protected:
+    static double field(const glm::dvec3& at) { return std::abs(at.x - 4.5 / 8.0) < 0.01 ? 0.8 : 0.2; }
+    double at(const std::string& style, double share) const {
+        const auto step =
+            hybridOf({.source = {8, 1, 1}, .low = {2, 1, 1}, .parts = HybridRepresentation::points}, field);
+        const auto scene = sceneOf(step, "{'representation': 'points'" + style + "}");
+        const HybridField drawn(*step, scene.view.layers[0], scene.view.camera);
+        return drawn.value(glm::dvec3((3.5 + share) / 8.0, 0.5, 0.5));
+    }
+};
+
+// A point's value has 8 bits, and 0.2 and 0.8 are codes of them; the low volume's has 16.
+constexpr double halfCode = 0.5 / 65535.0;
+
+TEST_F(OnePoint, FillsItsCellByItsShape) {
+    const auto value = [](double weight) { return 0.2 + 0.6 * weight; };
+    for (const double share : {0.0, 0.2, 0.25, 0.4375, 0.5, 0.55, 0.6, 0.8, 1.0}) {
+        EXPECT_NEAR(at("", share), value(share), halfCode);
+        EXPECT_NEAR(at(", 'pointShape': 'gaussian'", share), value(share), halfCode);
+        const double disc = std::clamp(2.0 * share - 0.5, 0.0, 1.0);
+        EXPECT_NEAR(at(", 'pointShape': 'disc'", share), value(disc), halfCode);
+        // A face is an eighth of a cell thick.
+        const double square = std::clamp(8.0 * share - 3.5, 0.0, 1.0);
+        EXPECT_NEAR(at(", 'pointShape': 'square'", share), value(square), halfCode);
+    }
 }
 
-TEST(ReferenceHybrid, PointsOfAnySizeCoverTheirCell) {
-    // 2 pixels a unit, a unit a cell: 4 pixels. Their opacity is 1 within 1e-4: the limit of opacity over a
-    // 32nd of the cell, and a surface of no depth.
-    for (const char* const shape : {"square", "disc", "gaussian"}) {
-        const bool soft = std::string(shape) == "gaussian";
-        for (const double size : {0.3, 0.5, 0.8, 1.0, 1.7}) {
-            if (soft && size < 1.0) continue;  // would be more than opaque in its middle
-            double sum = 0.0;
-            constexpr int places = 4;
-            for (int i = 0; i < places * places; ++i) {
-                // Pixels are half a unit: all places within one.
-                const glm::dvec3 place(0.5 * (i % places + 0.5) / places, 0.5 * (i / places + 0.5) / places,
-                                       0.0);
-                sum += inkOf(shape, size, place) / (places * places);
-            }
-            // A square or a disc smaller than its cell covers less of it. A gaussian is cut at three
-            // deviations, which leaves out 1.1%.
-            const bool small = size < 1.0;
-            const double edge = std::string(shape) == "square" ? std::ceil(2.0 * size - 1e-9) : 2.0 * size;
-            const double expected = small ? std::min(4.0, edge * edge) : 4.0;
-            EXPECT_NEAR(sum, expected, 0.02 * expected) << shape << ' ' << size;
-        }
+TEST_F(OnePoint, CorrectsAsMuchAsItsOpacitySays) {
+    for (const double opacity : {0.0, 0.25, 1.0}) {
+        const std::string style = ", 'pointOpacity': " + std::to_string(opacity);
+        for (const double share : {0.0, 0.3, 1.0})
+            EXPECT_NEAR(at(style, share), 0.2 + 0.6 * opacity * share, halfCode);
+    }
+}
+
+TEST(ReferenceHybrid, PointsOfAllErrorsAreTheSourceToEightBits) {
+    const HybridShape shape{.source = {20, 18, 13}, .low = {5, 5, 4}, .parts = HybridRepresentation::points};
+    const auto step = hybridOf(shape, test::machineParts);
+    const auto scene = sceneOf(step, "{'representation': 'points'}");
+    const HybridField drawn(*step, scene.view.layers[0], scene.view.camera);
+    for (unsigned i = 0; i < 20 * 18 * 13; ++i) {
+        const glm::uvec3 sample(i % 20, i / 20 % 18, i / 20 / 18);
+        const glm::dvec3 place = (glm::dvec3(sample) + 0.5) / glm::dvec3(shape.source);
+        ASSERT_NEAR(drawn.value(place), test::machineParts(place), 0.5 / 255.0 + halfCode) << i;
     }
 }
 

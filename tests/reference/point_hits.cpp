@@ -44,7 +44,6 @@ PointHits::PointHits(const render::Scene& scene) {
     ambiguous_.assign(pixels, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
-        if (scene.view.layers[layer].hybrid() != nullptr) addHybrid(scene, layer);
     }
     if (scene.dots != nullptr) addDots(scene);
     sort(pixels);
@@ -84,29 +83,6 @@ void PointHits::addDots(const render::Scene& scene) {
         Hit hit{0, number++, dot.depth, dot.opacity * std::min(1.0, 3.0 * radius * radius), dot.color};
         const bool near = std::isfinite(dot.depth) && dot.depth < nearestDepth(view.camera);
         if (!near && hit.alpha > 0.0) addDisc(view, hit, x, y, 2.0 * soft);
-    }
-}
-
-void PointHits::addHybrid(const render::Scene& scene, std::uint32_t layer) {
-    const View& view = scene.view;
-    for (const auto& splat : pointSplats(*scene.hybrids[layer], view.layers[layer], view)) {
-        if (splat.depth < nearestDepth(view.camera) || !(splat.opacity > 0.0)) continue;
-        addSplat(view, {0, layer, splat.depth, splat.opacity, splat.color}, splat);
-    }
-}
-
-void PointHits::addSplat(const View& view, Hit hit, const PointSplat& splat) {
-    if (splat.shape == PointShape::square)
-        markAmbiguous(view, splat.x - 0.5 * splat.reach(), splat.y - 0.5 * splat.reach());
-    const double reach = splat.reach() + 1.0;
-    const auto first = [&](double p) { return std::max(std::floor(p - reach), 0.0); };
-    const auto end = [&](double p, double side) { return std::min(std::ceil(p + reach), side); };
-    for (double row = first(splat.y); row < end(splat.y, view.height); ++row) {
-        for (double column = first(splat.x); column < end(splat.x, view.width); ++column) {
-            hit.alpha = splat.opacity * splat.coverage(column + 0.5 - splat.x, row + 0.5 - splat.y);
-            hit.pixel = static_cast<std::uint32_t>(row) * view.width + static_cast<std::uint32_t>(column);
-            if (hit.alpha > 0.0) hits_.push_back(hit);
-        }
     }
 }
 
@@ -164,7 +140,7 @@ void PointHits::markAmbiguous(const View& view, double px, double py) {
 }
 
 void PointHits::sort(std::size_t pixels) {
-    // Points of one layer at one depth commute, or stay in their order.
+    // Points of one layer at one depth commute.
     std::stable_sort(hits_.begin(), hits_.end(), [](const Hit& a, const Hit& b) {
         return std::tie(a.pixel, a.depth, a.layer) < std::tie(b.pixel, b.depth, b.layer);
     });

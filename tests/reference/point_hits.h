@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // PointHits: which points and dots touch which pixels, at what depth and opacity (docs/PICTURE.md, "Points",
-// "Hybrid volumes", "Dots"). A value; made once for a picture.
+// "Dots"). A value; made once for a picture.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "server/render/scene.h"
-#include "tests/reference/point_splat.h"
 
 namespace mote::reference {
 
@@ -36,12 +35,10 @@ class PointHits {
 
   private:
     void addLayer(const render::Scene& scene, std::uint32_t layer);
-    void addHybrid(const render::Scene& scene, std::uint32_t layer);
     void addDots(const render::Scene& scene);
     void addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye);
     void addSquare(const View& view, Hit hit, double px, double py, double size);
     void addDisc(const View& view, Hit hit, double px, double py, double size);
-    void addSplat(const View& view, Hit hit, const PointSplat& splat);
     void markAmbiguous(const View& view, double px, double py);
     void sort(std::size_t pixels);
 

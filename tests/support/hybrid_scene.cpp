@@ -83,6 +83,16 @@ class Maker {
     }
     HybridBricks bricksOf(const HybridStep& step) const {
         render::BrickMaker maker(step, shape_.source);
+        if (shape_.parts == HybridRepresentation::points) {
+            addPoints(step, maker);
+        } else {
+            addResidual(step, maker);
+        }
+        return maker.make();
+    }
+
+  private:
+    void addResidual(const HybridStep& step, render::BrickMaker& maker) const {
         const glm::uvec3 count = (shape_.source + (HybridBricks::edge - 1)) / HybridBricks::edge;
         forEach(count, [&](const glm::uvec3& brick) {
             std::array<float, storage::residualBrickSamples> residual{};
@@ -92,28 +102,22 @@ class Maker {
                 const bool inside = glm::all(glm::lessThan(sample, shape_.source));
                 residual[i++] = inside ? static_cast<float>(errorAt(step, sample)) : 0.0F;
             });
-            if (!maker.add(brick, residual).ok()) throw std::runtime_error("too many bricks");
+            check(maker.add(brick, residual));
         });
-        return maker.make();
     }
-    render::HybridPoints pointsOf(const HybridStep& step) const {
-        const double most = step.range.high - step.range.low;
-        render::HybridPoints points{.size = shape_.source, .errorStep = most / 127.0, .points = {}};
+    void addPoints(const HybridStep& step, render::BrickMaker& maker) const {
         forEach(shape_.source, [&](const glm::uvec3& at) {
-            const double error = errorAt(step, at);
-            if (error == 0.0) return;
+            if (errorAt(step, at) == 0.0) return;
             const glm::dvec3 place = placeOf(at, shape_.source);
-            const double value = (field_(place) - step.range.low) / most;
-            points.points.push_back(
-                {static_cast<std::uint16_t>(at.x), static_cast<std::uint16_t>(at.y),
-                 static_cast<std::uint16_t>(at.z),
-                 static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0))),
-                 static_cast<std::uint8_t>(128 + std::lround(error / points.errorStep)), normalAt(place)});
+            const double share = std::clamp(step.codeOf(field_(place)) / 65535.0, 0.0, 1.0);
+            check(maker.addPoint(at, static_cast<std::uint16_t>(257 * std::lround(255.0 * share)),
+                                 normalAt(place)));
         });
-        return points;
+    }
+    static void check(const Status& status) {
+        if (!status.ok()) throw std::runtime_error("too many bricks");
     }
 
-  private:
     const HybridShape& shape_;
     const std::function<double(const glm::dvec3&)>& field_;
     storage::NormalTable normals_;
@@ -128,8 +132,9 @@ std::shared_ptr<const HybridStep> hybridOf(const HybridShape& shape,
     step->range = shape.range;
     const Maker maker(shape, field);
     maker.addLow(*step);
-    if (shape.bricks) step->bricks = std::make_shared<const HybridBricks>(maker.bricksOf(*step));
-    if (shape.points) step->points = std::make_shared<const render::HybridPoints>(maker.pointsOf(*step));
+    step->parts = shape.parts;
+    if (shape.parts != HybridRepresentation::volume)
+        step->bricks = std::make_shared<const HybridBricks>(maker.bricksOf(*step));
     return step;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Hybrid volumes made in memory for tests: a field given as a function, its low-resolution volume, and exact
-// corrections of it as bricks and points. Pure functions.
+// Hybrid volumes made in memory for tests: a field given as a function, its low-resolution volume, and
+// corrections of it as residuals, which are exact, or as points. Pure functions.
 #pragma once
 
 #include <functional>
@@ -18,8 +18,7 @@ struct HybridShape {
     glm::dmat4 boxToLayer{1.0};
     ValueRange range{0.0, 1.0};
     double threshold = 0.0;  ///< errors above it become residuals and points, in the source's unit
-    bool bricks = true;
-    bool points = true;
+    HybridRepresentation parts = HybridRepresentation::residual;
 };
 
 /// `field`: the value at a place in the box [0, 1]^3. The low volume's samples are the field's own.

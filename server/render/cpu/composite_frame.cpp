@@ -102,6 +102,8 @@ HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const V
         .tableShift = static_cast<float>(1.0 + (step.range.low - table.low()) * perValue),
         .low = &step.low,
         .bricks = bricks,
+        .correction = static_cast<float>(hybrid.correction()),
+        .steepness = static_cast<float>(hybrid.steepness()),
         // Twice as many to a cell of the low volume as to one of a brick; whole, so that both meet.
         .coarse = std::max(1.0F, std::floor(static_cast<float>(0.5 * std::min({ratio.x, ratio.y, ratio.z})))),
         .lowScale = glm::vec3(low / cells),

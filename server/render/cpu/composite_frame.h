@@ -62,6 +62,7 @@ struct HybridLayer {
     float tableScale, tableShift;  ///< a code times the scale, plus the shift, is what the table takes
     const HybridGrid* low;
     const HybridBricks* bricks;    ///< null: it is not corrected
+    float correction, steepness;   ///< HybridPlan's
     float coarse;                  ///< stretches to one where nothing is corrected
     glm::vec3 lowScale, lowShift;  ///< from a place in the space's cells to one in samples of the low volume
     std::array<std::uint32_t, 256>

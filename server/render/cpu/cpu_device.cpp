@@ -54,8 +54,7 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
     const CompositeFrame frame(plan, format, visible, visibleHybrids);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
     picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
-    picture.splatsDrawn = dots.splatsDrawn();
-    picture.pointsDrawn = points.pointsDrawn() + picture.splatsDrawn;
+    picture.pointsDrawn = points.pointsDrawn();
     const std::uint32_t columns = tilesAcross(plan.width);
     oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan.height), [&](std::uint32_t number) {
         if (stop.stop_requested()) return;

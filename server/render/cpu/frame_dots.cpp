@@ -2,18 +2,12 @@
 #include "server/render/cpu/frame_dots.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace mote::render {
 namespace {
 
 constexpr std::size_t chunkDots = 4096;
-
-/// By depth, of equal depth in their order: the bits of floats that are not negative ascend with them.
-std::uint64_t sortKey(float place, std::uint32_t index) {
-    return std::uint64_t{std::bit_cast<std::uint32_t>(std::max(place, 0.0F))} << 32 | index;
-}
 
 /// Calls visit(tile) for each tile that a dot may touch.
 template <class Visit>
@@ -39,10 +33,7 @@ void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
     slabs_ = plan.slabs;
     columns_ = tilesAcross(plan.width);
     const std::uint32_t rows = tilesAcross(plan.height);
-    const auto dots = screenDots(plan);
-    dots_.assign(dots.begin(), dots.end());
-    addScreenSplats(plan, looks_, dots_);
-    splats_ = dots_.size() - dots.size();
+    dots_ = screenDots(plan);
     tiles_.clear(std::size_t{columns_} * rows);
     const std::size_t chunks = (dots_.size() + chunkDots - 1) / chunkDots;
     tiles_.fill(
@@ -60,14 +51,9 @@ const TileDots* FrameDots::of(Tile tile) {
     if (dots_.empty()) return nullptr;
     const auto own = tiles_.of(std::size_t{tile.row} * columns_ + tile.column);
     if (own.empty()) return nullptr;
-    Local& local = local_.local();
-    local.keys.clear();
-    for (const std::uint32_t index : own) local.keys.push_back(sortKey(dots_[index].place, index));
-    std::sort(local.keys.begin(), local.keys.end());
-    local.own.clear();
-    for (const std::uint64_t key : local.keys) local.own.push_back(static_cast<std::uint32_t>(key));
-    local.dots.set(tile, dots_, local.own, slabs_);
-    return &local.dots;
+    TileDots& local = local_.local();
+    local.set(tile, dots_, own, slabs_);
+    return &local;
 }
 
 }  // namespace mote::render

@@ -51,6 +51,13 @@ struct AxisCell {
         cell = hn::Min(hn::ConvertTo(ints, held), hn::Set(ints, lastCell));
         share = hn::Sub(held, hn::ConvertTo(d, cell));
     }
+    /// Half way between two samples their weights change so much faster.
+    HWY_INLINE void steepen(float steepness) {
+        const Floats d;
+        const V half = hn::Set(d, 0.5F);
+        const V steep = hn::MulAdd(hn::Sub(share, half), hn::Set(d, steepness), half);
+        share = hn::Min(hn::Max(steep, hn::Zero(d)), hn::Set(d, 1.0F));
+    }
 };
 
 /// Where the eight samples around a place are, and how they weigh.
@@ -102,7 +109,7 @@ class HybridSource {
         if (!places.anyCorrected) return tableAt(way, codeIn(low_, places.low));
         const V code = codeIn(bricks_, places.brick);
         if (!places.anyLow) return tableAt(way, code);
-        return tableAt(way, hn::IfThenElse(places.corrected, code, codeIn(low_, places.low)));
+        return tableAt(way, choose(places, code, codeIn(low_, places.low)));
     }
 
     /// What light makes of a colour at a place: a factor, and white that is added.
@@ -115,8 +122,7 @@ class HybridSource {
         const Shade shade = shadeIn(bricks_, places.brick);
         if (!places.anyLow) return shade;
         const Shade other = shadeIn(low_, places.low);
-        return {hn::IfThenElse(places.corrected, shade.diffuse, other.diffuse),
-                hn::IfThenElse(places.corrected, shade.specular, other.specular)};
+        return {choose(places, shade.diffuse, other.diffuse), choose(places, shade.specular, other.specular)};
     }
 
   private:
@@ -133,14 +139,18 @@ class HybridSource {
             const V y = hn::MulAdd(way, rays.travelY, rays.entryY);
             const V z = hn::MulAdd(way, rays.travelZ, rays.entryZ);
             anyCorrected = false;
-            if (source.layer_.bricks != nullptr) setBrick(*source.layer_.bricks, x, y, z);
-            anyLow = !hn::AllTrue(d, corrected);
+            if (source.layer_.bricks != nullptr) setBrick(source.layer_, x, y, z);
+            anyLow = source.layer_.correction < 1.0F || !hn::AllTrue(d, corrected);
             if (anyLow) setLow(source.layer_, x, y, z);
         }
-        HWY_INLINE void setBrick(const HybridBricks& bricks, V x, V y, V z) {
+        HWY_INLINE void setBrick(const HybridLayer& layer, V x, V y, V z) {
             const Floats d;
             const Ints ints;
-            const AxisCell cx(x, bricks.size.x), cy(y, bricks.size.y), cz(z, bricks.size.z);
+            const HybridBricks& bricks = *layer.bricks;
+            AxisCell cx(x, bricks.size.x), cy(y, bricks.size.y), cz(z, bricks.size.z);
+            if (layer.steepness != 1.0F) {
+                for (AxisCell* const axis : {&cx, &cy, &cz}) axis->steepen(layer.steepness);
+            }
             const IntV across = hn::Set(ints, static_cast<std::int32_t>(bricks.count.x));
             const IntV down = hn::Set(ints, static_cast<std::int32_t>(bricks.count.y));
             const IntV at = hn::Add(
@@ -174,6 +184,14 @@ class HybridSource {
                               cx.share, cy.share, cz.share);
         }
     };
+
+    /// Where a brick is corrected, so much of that as shows.
+    HWY_INLINE V choose(const Places& places, V brick, V low) const {
+        const bool whole = layer_.correction >= 1.0F;
+        const V shown =
+            whole ? brick : hn::MulAdd(hn::Sub(brick, low), hn::Set(Floats(), layer_.correction), low);
+        return hn::IfThenElse(places.corrected, shown, low);
+    }
 
     /// As meanOfCodes gives it.
     HWY_INLINE static V codeIn(const HybridSamples& samples, const SamplePlace& place) {

@@ -38,7 +38,7 @@ CodeRange rangeOf(const HybridBricks& bricks, std::int32_t number) {
 
 }  // namespace
 
-BlockRanges hybridRanges(const HybridStep& step, bool corrected) {
+BlockRanges hybridRanges(const HybridStep& step, bool corrected, bool mixed) {
     const HybridBricks* const bricks = corrected ? step.bricks.get() : nullptr;
     const glm::uvec3 cells = bricks != nullptr ? bricks->size : step.low.size;
     const glm::uvec3 count = (cells + (edge - 1U)) / edge;
@@ -48,11 +48,16 @@ BlockRanges hybridRanges(const HybridStep& step, bool corrected) {
     tbb::parallel_for(std::size_t{0}, ranges.size(), [&](std::size_t i) {
         const glm::dvec3 first(edge * glm::uvec3(i % count.x, i / count.x % count.y, i / count.x / count.y));
         const std::int32_t number = bricks != nullptr ? bricks->numbers[i] : HybridBricks::none;
-        // A block also has what lies before the first sample, and a hair more, as rays are in single
-        // precision.
-        const CodeRange range = number != HybridBricks::none ? rangeOf(*bricks, number)
-                                                             : rangeOf(step.low, (first + 0.49) * scale - 0.5,
-                                                                       (first + (edge + 0.51)) * scale - 0.5);
+        CodeRange range;
+        if (number != HybridBricks::none) range = rangeOf(*bricks, number);
+        if (number == HybridBricks::none || mixed) {
+            // A block also has what lies before the first sample, and a hair more, as rays are in single
+            // precision.
+            const CodeRange low =
+                rangeOf(step.low, (first + 0.49) * scale - 0.5, (first + (edge + 0.51)) * scale - 0.5);
+            range.add(low.low);
+            range.add(low.high);
+        }
         if (number != HybridBricks::none) fine[i] = 1;
         ranges[i] = {static_cast<float>(step.valueOf(range.low)),
                      static_cast<float>(step.valueOf(range.high))};
@@ -63,7 +68,7 @@ BlockRanges hybridRanges(const HybridStep& step, bool corrected) {
 VisibleHybrid ResidentHybrids::of(const HybridPlan& plan) {
     const VolumeTable& transfer = table(plan.transfer);
     if (!(plan.transfer.opacity().maximum() > 0.0)) return {&transfer, nullptr, nullptr};
-    Resident& kin = resident(plan.step, plan.corrected());
+    Resident& kin = resident(plan);
     const Visible& visible = latest(
         kin.visible, kept,
         [&](const Visible& one) { return one.transfer.opacity() == plan.transfer.opacity(); },
@@ -90,13 +95,16 @@ const VolumeTable& ResidentHybrids::table(const HybridTransfer& transfer) {
         .table;
 }
 
-ResidentHybrids::Resident& ResidentHybrids::resident(const std::shared_ptr<const HybridStep>& step,
-                                                     bool corrected) {
+ResidentHybrids::Resident& ResidentHybrids::resident(const HybridPlan& plan) {
+    const bool corrected = plan.corrected(), mixed = plan.mixed();
     // A new step may stand at the address of one that is gone: the weak pointers tell them apart.
     for (auto& one : volumes_) {
-        if (one.key == step.get() && one.corrected == corrected && !one.step.expired()) return one;
+        if (one.key == plan.step.get() && one.corrected == corrected && one.mixed == mixed &&
+            !one.step.expired())
+            return one;
     }
-    return volumes_.emplace_back(Resident{step, step.get(), corrected, hybridRanges(*step, corrected), {}});
+    return volumes_.emplace_back(Resident{
+        plan.step, plan.step.get(), corrected, mixed, hybridRanges(*plan.step, corrected, mixed), {}});
 }
 
 }  // namespace mote::render

@@ -13,8 +13,9 @@
 namespace mote::render {
 
 /// The range of values in blocks of 8 cells of the grid that rays go by: the error grid where the volume is
-/// drawn corrected, the low volume otherwise. Corrected bricks are fine. Works in parallel.
-BlockRanges hybridRanges(const HybridStep& step, bool corrected);
+/// drawn corrected, the low volume otherwise. Corrected bricks are fine. `mixed`: the low volume shows in
+/// them, too. Works in parallel.
+BlockRanges hybridRanges(const HybridStep& step, bool corrected, bool mixed);
 
 class ResidentHybrids {
   public:
@@ -35,14 +36,14 @@ class ResidentHybrids {
     struct Resident {
         std::weak_ptr<const HybridStep> step;
         const HybridStep* key;
-        bool corrected;
+        bool corrected, mixed;
         BlockRanges ranges;
         std::list<Visible> visible;  ///< used last first
     };
     static constexpr std::size_t kept = 16;  ///< more than a picture has layers
 
     const VolumeTable& table(const HybridTransfer& transfer);
-    Resident& resident(const std::shared_ptr<const HybridStep>& step, bool corrected);
+    Resident& resident(const HybridPlan& plan);
 
     std::list<Table> tables_;  ///< used last first
     std::list<Resident> volumes_;

@@ -43,7 +43,7 @@ void TileDots::spread(Tile tile, const ScreenDot& dot, std::uint32_t slabs) {
         const float dy = static_cast<float>(tile.row * Tile::edge + row) + 0.5F - dot.y;
         for (std::uint32_t column = columns.begin; column < columns.end; ++column) {
             const float dx = static_cast<float>(tile.column * Tile::edge + column) + 0.5F - dot.x;
-            const float opacity = dot.opacity(dx, dy);
+            const float opacity = dot.ink.coverage(std::sqrt(dx * dx + dy * dy));
             if (!(opacity > 0.0F)) continue;
             const std::uint32_t pixel = Tile::pixelIndex(column, row);
             placed_.push_back({pixel, {dot.place, opacity, dot.color}});

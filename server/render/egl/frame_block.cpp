@@ -13,8 +13,6 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
-#include "server/render/egl/step_splats.h"
-#include "server/render/hybrid/point_looks.h"
 #include "server/render/ray_map.h"
 #include "server/render/screen_map.h"
 #include "server/render/transfer_table.h"
@@ -45,22 +43,6 @@ std::uint32_t weightUnit(std::uint64_t points) {
         std::clamp<std::uint64_t>(0xffffffffULL / std::max<std::uint64_t>(points, 1), 1, most));
 }
 
-/// The weight of an optical depth of 1. Of the grid's samples, so many have a pixel and a slab in common:
-/// those that the widest footprint covers, in the sheets that a slab holds; in any direction, and with
-/// different spacings on the axes, not more than the last factor times as many.
-float splatUnit(const FramePlan& plan, const HybridPlan& layer, double edge, double spacing) {
-    const double thickness = (plan.farDepth - plan.nearDepth) / plan.slabs;
-    const double farthest = plan.camera.perspective() ? plan.farDepth : 1.0;
-    const double least = std::max(spacing / farthest, 1e-6);  // pixels from point to point
-    const double width = std::max(3.0 * layer.style.pointSize * layer.pointGrowth() * least, 3.0) + 1.0;
-    const double columns = width / least + 2.0;
-    const double among = columns * columns * (thickness / edge + 2.0) * 8.0 / layer.pointStride;
-    const double points =
-        std::clamp(among, 1.0, static_cast<double>(layer.step->points->points.size()) + 1.0);
-    constexpr double deepest = 9.22;  // -ln(1 - HybridStyle::opacityLimit), with rounding
-    return static_cast<float>(std::clamp(4.0e9 / (points * deepest), 1.0, 1048576.0));
-}
-
 /// Into how many stretches the edge of a cell is cut that is cut into so many in exact pictures.
 float stretchesPerCell(const FramePlan& plan, double exact) {
     return static_cast<float>(exact * std::max(0.25 * plan.samplesPerCell, 0.25));
@@ -87,18 +69,6 @@ PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
             .opacity = static_cast<float>(opacity),
             .tau = static_cast<float>(-std::log1p(-opacity)),
             .unit = weightUnit(layer.pointsDrawn)};
-}
-
-SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer) {
-    const HybridStep& step = *layer.step;
-    const glm::dvec3 size(step.points->size);
-    const glm::dmat4 toBox = glm::translate(glm::scale(glm::dmat4(1.0), 1.0 / size), glm::dvec3(0.5));
-    const glm::dmat3 layerToEye = glm::dmat3(layer.boxToEye) * glm::inverse(glm::dmat3(step.boxToLayer));
-    const double edge = pointSpacing(step) * std::cbrt(std::abs(glm::determinant(layerToEye)));
-    const double spacing = edge * plan.height / (2.0 * plan.camera.halfHeight());
-    return {.toScreen = glm::mat4(boxToScreen(plan, layer.boxToEye) * toBox),
-            .spacing = static_cast<float>(layer.pointGrowth() * spacing),
-            .unit = splatUnit(plan, layer, edge, spacing)};
 }
 
 BendBlock::BendBlock(const SlabBends& slabs) : shape(slabs.bends.size(), slabs.first.firstSlab, slabs.slabs) {
@@ -135,8 +105,9 @@ HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const gl
     HybridBlock block{};
     block.grid = glm::vec4(grid, stretchesPerCell(plan, HybridBlock::fineStretches));
     block.low = glm::vec4(step.low.size, stretchesPerCell(plan, HybridBlock::lowStretches));
-    block.table = glm::vec4((step.valueOf(1.0) - step.valueOf(0.0)) * scale,
-                            (step.valueOf(0.0) - span.low) * scale + 1.0, 0.0, 0.0);
+    block.table =
+        glm::vec4((step.valueOf(1.0) - step.valueOf(0.0)) * scale,
+                  (step.valueOf(0.0) - span.low) * scale + 1.0, layer.correction(), layer.steepness());
     block.place = glm::ivec4(firstBrick, layer.clips.size(), 0, 0);
     for (std::size_t axis = 0; axis < 3; ++axis)
         block.toLayer[axis] = glm::vec4(step.boxToLayer[static_cast<int>(axis)]);
@@ -172,9 +143,6 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         LayerBlock& result = block.layers[plan.layers.size() + i];
         result.boxToScreen = glm::mat4(boxToScreen(plan, layer.boxToEye));
         setRays(result, raysIn(plan, plan.sections.front(), layer.boxToEye));
-        // The weight of its points is optical depth.
-        result.point = glm::vec4(0.0, 0.0, 0.0, 1.0);
-        if (layer.hasPoints()) result.scale.x = 1.0F / splatNumbers(plan, layer).unit;
     }
     return block;
 }

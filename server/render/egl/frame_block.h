@@ -31,11 +31,12 @@ struct HybridBlock {
     /// Of exact pictures, stretches that a cell's edge is cut into, where they absorb much.
     static constexpr double fineStretches = 2.0, lowStretches = 4.0;
 
-    glm::vec4 grid;                    ///< samples of the grid that is cut into bricks; stretches a cell
-    glm::vec4 low;                     ///< samples of the low volume; stretches a cell
-    glm::vec4 table;                   ///< code * x + y is a place in the transfer table (VolumeTable)
-    glm::ivec4 place;                  ///< of its first brick among all hybrid layers'; clips; unused
-    std::array<glm::vec4, 3> toLayer;  ///< the box's edges in layer space
+    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; stretches a cell
+    glm::vec4 low;     ///< samples of the low volume; stretches a cell
+    glm::vec4 table;   ///< code * x + y is a place in the transfer table (VolumeTable); correction and
+                       ///< steepness (HybridPlan)
+    glm::ivec4 place;  ///< of its first brick among all hybrid layers'; clips; unused
+    std::array<glm::vec4, 3> toLayer;        ///< the box's edges in layer space
     std::array<glm::vec4, mostClips> clips;  ///< in the box: dot(xyz, place) >= w is drawn
 };
 static_assert(sizeof(HybridBlock) == 19 * 16);
@@ -77,16 +78,6 @@ struct BendBlock {
 
 /// Of each section (composite.comp, SECTIONS): its end, and of each layer the entry and the advance of rays.
 std::vector<glm::vec4> sectionRays(const FramePlan& plan);
-
-/// How the points of a hybrid layer are placed on the screen and weighted.
-struct SplatNumbers {
-    glm::mat4 toScreen;  ///< from samples of the error grid to (px * w, py * w, slab, w)
-    float spacing;       ///< of points, pixels at w = 1
-    float unit;          ///< weight of an optical depth of 1; the sums of a cell stay below 2^32
-};
-
-/// The layer must have points.
-SplatNumbers splatNumbers(const FramePlan& plan, const HybridPlan& layer);
 
 /// `grid`: samples; `firstBrick`: of it among all hybrid layers'.
 HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,

@@ -44,19 +44,18 @@ bool FrameRun::drawFlat(const Band& band) {
 bool FrameRun::drawCells(const Band& band, const Counts& counts) {
     // A pixel belongs to the pass in which its first cell lies; its others may reach beyond by the margin.
     const std::uint64_t margin = layerCount() * plan_.slabs;
-    const std::uint64_t cellSize = cellWords() * sizeof(std::uint32_t);
+    constexpr std::uint64_t cellSize = 2 * sizeof(std::uint32_t);  // weight and moment
     const std::uint64_t limit = pairLimit(options_.cellBytes) / cellSize;
     const std::uint64_t capacity = std::min<std::uint64_t>(std::max(limit, 2 * margin) - margin, 1U << 30);
     buffers_.cells.grow((std::min<std::uint64_t>(counts.cells, capacity) + margin) * cellSize);
     buffers_.cells.bindStorage(cells);
-    buffers_.cellsTexture = bufferTexture(buffers_.cells, anySplats_ ? GL_R32UI : GL_RG32UI);
+    buffers_.cellsTexture = bufferTexture(buffers_.cells, GL_RG32UI);
     for (std::uint64_t first = 0; first <= counts.cells; first += capacity) {
         const auto present = static_cast<std::uint32_t>(std::min(counts.cells - first, capacity) + margin);
         const auto firstCell = static_cast<std::uint32_t>(first);
         if (counts.cells > 0) {
             buffers_.cells.zero(present * cellSize);
-            const Pass cellsPresent{firstCell, present};
-            if (!addPoints(cellsPresent) || !addSplats(cellsPresent)) return false;
+            if (!addPoints({firstCell, present})) return false;
         }
         const Pass pass{firstCell, static_cast<std::uint32_t>(capacity)};
         if (!composite(compositeProgram(true, false, pass), 0, counts.tiles[0])) return false;
@@ -107,14 +106,15 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 }
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
+    const auto mixed = [](const HybridWork& work) { return work.plan->mixed(); };
     const bool oneHybrid = layers_.empty() && hybrids_.size() == 1 && dots_.empty();
     ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
                                    {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
-                                   {"WORDS", words_},
+                                   {"MIXED", std::any_of(hybrids_.begin(), hybrids_.end(), mixed) ? 1U : 0U},
                                    {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U},
-                                   {"POINTS", points ? 1U : 0U}};
+                                   {"WORDS", words_}};
     if (!oneHybrid) {
-        defines.insert(defines.end(), {{"CELL", cellWords()},
+        defines.insert(defines.end(), {{"POINTS", points ? 1U : 0U},
                                        {"DOTS", dots_.empty() ? 0U : 1U},
                                        {"VOLUME", volume ? 1U : 0U},
                                        {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <glm/gtc/type_ptr.hpp>
-#include <numeric>
 
 #include "server/render/egl/frame_gl.h"
 #include "server/render/egl/frame_stage.h"
@@ -62,8 +61,6 @@ GLuint FrameRun::usePointsProgram(std::string_view name, std::size_t layer, Sele
                                                    {"WORDS", words_},
                                                    {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
                                                    {"FLAT", flat_ ? 1U : 0U},
-                                                   {"SPLATS", 0U},
-                                                   {"CELL", cellWords()},
                                                    {"SELECTION", static_cast<unsigned>(selection)}});
     setPointUniforms(program, layer, pass);
     glUseProgram(program);
@@ -97,7 +94,6 @@ FrameRun::Counts FrameRun::allocateCells(const Band& band) {
     Counts counts;
     buffers_.counters.read(0, sizeof(counts), &counts);
     times_.cells += counts.cells;
-    splatsDrawn_ = std::accumulate(counts.splats.begin(), counts.splats.end(), splatsDrawn_);
     return counts;
 }
 

@@ -50,8 +50,6 @@ std::optional<Picture> FrameRun::draw() {
         if (!drawBand({row, count, count * tilesAcross_}, picture)) return std::nullopt;
         ++times_.bands;
     }
-    picture.splatsDrawn = splatsDrawn_;
-    picture.pointsDrawn += splatsDrawn_;
     checkGl("a picture");
     return picture;
 }
@@ -73,9 +71,8 @@ bool FrameRun::prepare() {
     flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && hybrids_.empty() && !plan_.anyDots();
     prepareDots();
     if (!flat_) gatherTransfers();
-    const auto draws = [](const auto& work) { return work.drawsPoints(); };
-    anySplats_ = std::any_of(hybrids_.begin(), hybrids_.end(), draws);
-    anyPoints_ = anySplats_ || std::any_of(layers_.begin(), layers_.end(), draws);
+    anyPoints_ =
+        std::any_of(layers_.begin(), layers_.end(), [](const LayerWork& work) { return work.drawsPoints(); });
     return true;
 }
 
@@ -112,7 +109,7 @@ bool FrameRun::drawBand(const Band& band, Picture& picture) {
 
 bool FrameRun::drawSlabs(const Band& band) {
     markVolumes();
-    return pacer_.next() && markPoints() && markSplats() && drawCells(band, allocateCells(band));
+    return pacer_.next() && markPoints() && drawCells(band, allocateCells(band));
 }
 
 void FrameRun::bindBand(const Band& band) {

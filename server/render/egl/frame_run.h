@@ -56,12 +56,9 @@ class FrameRun {
         const HybridPlan* plan;
         ResidentHybrid* resident;
         const BrickLooks* bricks;
-        SplatNumbers numbers;
         GlBuffer visible;  ///< bricks in which something is seen
         std::uint32_t visibleCount;
         std::uint32_t firstBrick;  ///< among those of all hybrid layers
-
-        bool drawsPoints() const { return plan->hasPoints() && plan->style.pointOpacity > 0.0; }
     };
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
@@ -71,8 +68,6 @@ class FrameRun {
     struct Counts {
         std::uint32_t cells = 0;
         std::array<std::uint32_t, 3> tiles{};
-        std::array<std::uint32_t, 256>
-            splats{};  ///< points of hybrid volumes, in parts, as points_mark.comp counts
     };
     /// The pixels whose first cell is one of these.
     struct Pass {
@@ -87,9 +82,6 @@ class FrameRun {
     void gatherTransfers();
     bool prepareHybrids();
     void gatherBricks();
-    bool markSplats();
-    bool addSplats(const Pass& pass);
-    bool dispatchSplats(std::string_view name, std::size_t hybrid, const Pass& pass);
     void prepareDots();
     void bindDots(const Band& band);
     bool drawBand(const Band& band, Picture& picture);
@@ -110,8 +102,6 @@ class FrameRun {
     void readBack(const Band& band, Picture& picture);
     /// That the shaders are compiled for: they know no picture without any. Hybrid layers come last.
     std::size_t layerCount() const { return std::max<std::size_t>(layers_.size() + hybrids_.size(), 1); }
-    /// A cell holds the weight and the moment of its points; where some are a hybrid volume's, colours too.
-    std::uint32_t cellWords() const { return anySplats_ ? 5 : 2; }
     GLuint program(std::string_view name) const;
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
     GLuint allocateProgram() const;
@@ -130,8 +120,6 @@ class FrameRun {
     std::vector<HybridWork> hybrids_;
     std::vector<ScreenDot> dots_;  ///< front to back
     bool anyPoints_ = false;
-    bool anySplats_ = false;
-    std::uint64_t splatsDrawn_ = 0;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;

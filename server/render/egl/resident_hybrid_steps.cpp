@@ -10,12 +10,13 @@ namespace mote::render {
 std::optional<HybridParts> ResidentHybridSteps::of(const HybridPlan& plan, const Pacer& pacer) {
     ResidentHybrid* const resident = find(plan, pacer);
     if (resident == nullptr) return std::nullopt;
-    if (plan.hasPoints() && !resident->splats) resident->splats.emplace(*plan.step);
     const auto& looks = latest(
         resident->looks, keptLooks,
-        [&](const ResidentHybrid::Looks& one) { return one.transfer == plan.transfer; },
+        [&](const ResidentHybrid::Looks& one) {
+            return one.transfer == plan.transfer && one.mixed == plan.mixed();
+        },
         [&] {
-            return ResidentHybrid::Looks{plan.transfer, BrickLooks(plan, looks_.of(plan))};
+            return ResidentHybrid::Looks{plan.transfer, plan.mixed(), BrickLooks(plan, looks_.of(plan))};
         });
     return HybridParts{resident, &looks.bricks};
 }
@@ -34,8 +35,7 @@ ResidentHybrid* ResidentHybridSteps::find(const HybridPlan& plan, const Pacer& p
     hybrids_.push_front(ResidentHybrid{.step = plan.step,
                                        .key = plan.step.get(),
                                        .corrected = plan.corrected(),
-                                       .volume = *std::move(volume),
-                                       .splats = std::nullopt});
+                                       .volume = *std::move(volume)});
     return &hybrids_.front();
 }
 

@@ -12,7 +12,6 @@
 #include "server/render/cpu/resident_hybrids.h"
 #include "server/render/egl/brick_looks.h"
 #include "server/render/egl/step_hybrid.h"
-#include "server/render/egl/step_splats.h"
 #include "server/render/hybrid/hybrid_plan.h"
 
 namespace mote::render {
@@ -23,14 +22,14 @@ struct ResidentHybrid {
     const HybridStep* key;
     bool corrected;  ///< with bricks
     StepHybrid volume;
-    std::optional<StepSplats> splats;
     struct Looks {
         HybridTransfer transfer;
+        bool mixed;
         BrickLooks bricks;
     };
     std::list<Looks> looks = {};  ///< used last first
 
-    std::size_t bytes() const { return volume.bytes() + (splats ? splats->bytes() : 0); }
+    std::size_t bytes() const { return volume.bytes(); }
 };
 
 /// What a layer draws: two may draw the same step.

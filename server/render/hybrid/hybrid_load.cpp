@@ -46,21 +46,18 @@ void fillLow(const storage::HybridStep& file, const proto::HybridStepEntry& entr
     step.low.normals.resize(step.low.values.size());
 }
 
-std::shared_ptr<const HybridPoints> pointsOf(const storage::HybridPoints& stored, double errorStep) {
-    HybridPoints points{.size = vectorOf(stored.grid), .errorStep = errorStep, .points = {}};
-    points.points.reserve(stored.size());
-    stored.forEach([&](const storage::HybridPoint& point) {
-        const auto& place = point.place;
-        points.points.push_back({static_cast<std::uint16_t>(place[0]), static_cast<std::uint16_t>(place[1]),
-                                 static_cast<std::uint16_t>(place[2]), point.value, point.error,
-                                 point.normal});
+Status addPoints(const storage::HybridPoints& points, BrickMaker& maker) {
+    Status added = success();
+    points.forEach([&](const storage::HybridPoint& point) {
+        constexpr std::uint16_t codes = 65535 / 255;  // to one of a point's value
+        const auto code = static_cast<std::uint16_t>(point.value * codes);
+        if (added.ok()) added = maker.addPoint(vectorOf(point.place), code, point.normal);
     });
-    return std::make_shared<const HybridPoints>(std::move(points));
+    return added;
 }
 
-Status addBricks(const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t index,
-                 const std::function<bool()>& cancelled, HybridStep& step) {
-    BrickMaker maker(step, vectorOf(storage::gridSize(manifest.hybrid().error_size())));
+Status addResidual(const std::filesystem::path& directory, const proto::Manifest& manifest,
+                   std::uint32_t index, const std::function<bool()>& cancelled, BrickMaker& maker) {
     Status added = success();
     const auto read = storage::readResidual(
         directory, manifest, index,
@@ -69,9 +66,7 @@ Status addBricks(const std::filesystem::path& directory, const proto::Manifest& 
         },
         [&] { return !added.ok() || (cancelled && cancelled()); });
     MOTE_RETURN_IF_ERROR(added);
-    MOTE_RETURN_IF_ERROR(read);
-    step.bricks = std::make_shared<const HybridBricks>(maker.make());
-    return success();
+    return read;
 }
 
 }  // namespace
@@ -106,15 +101,14 @@ std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t ste
     if (step >= static_cast<std::uint32_t>(hybrid.steps_size())) return 0;
     const auto& entry = hybrid.steps(static_cast<int>(step));
     std::uint64_t bytes = storage::samplesOf(storage::gridSize(hybrid.low_size())) * perSample;
-    if (representation == HybridRepresentation::points) bytes += entry.points() * sizeof(HybridPoint);
-    if (representation == HybridRepresentation::residual) {
-        const auto bricks = storage::samplesOf(
-            storage::bricksOf(storage::gridSize(hybrid.error_size()), storage::residualBrickSide));
-        // Residuals at a brick's border correct the bricks beside it.
-        bytes += bricks * sizeof(std::int32_t) +
-                 std::min(bricks, 2 * entry.residual_bricks()) * HybridBricks::volume * perSample;
-    }
-    return bytes;
+    if (representation == HybridRepresentation::volume) return bytes;
+    const auto bricks = storage::samplesOf(
+        storage::bricksOf(storage::gridSize(hybrid.error_size()), storage::residualBrickSide));
+    const auto held =
+        representation == HybridRepresentation::points ? entry.points() : entry.residual_bricks();
+    // What lies at a brick's border corrects the bricks beside it.
+    return bytes + bricks * sizeof(std::int32_t) +
+           std::min(bricks, 2 * held) * HybridBricks::volume * perSample;
 }
 
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
@@ -149,11 +143,15 @@ Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path
     const auto& histogram = manifest.hybrid().steps(0).histogram();
     step->histogram.assign(histogram.begin(), histogram.end());
     fillLow(*file, *entry, *step);
+    step->parts = representation;
+    BrickMaker maker(*step, vectorOf(storage::gridSize(manifest.hybrid().error_size())));
     if (representation == HybridRepresentation::points)
-        step->points = pointsOf(file->points(), entry->error_step());
+        MOTE_RETURN_IF_ERROR(addPoints(file->points(), maker));
     MOTE_RETURN_IF_ERROR(file->check());
     if (representation == HybridRepresentation::residual)
-        MOTE_RETURN_IF_ERROR(addBricks(directory, manifest, index, cancelled, *step));
+        MOTE_RETURN_IF_ERROR(addResidual(directory, manifest, index, cancelled, maker));
+    if (representation != HybridRepresentation::volume)
+        step->bricks = std::make_shared<const HybridBricks>(maker.make());
     return std::shared_ptr<const HybridStep>(std::move(step));
 }
 

@@ -33,8 +33,7 @@ double HybridPlan::layerLength(const glm::dvec3& inBox) const {
 }
 
 HybridPlan planHybrid(const HybridStyle& style, const glm::dmat4& layerToWorld,
-                      std::shared_ptr<const HybridStep> step, const Camera& camera,
-                      std::uint32_t pointStride) {
+                      std::shared_ptr<const HybridStep> step, const Camera& camera) {
     const glm::dmat4 worldToEye = camera.worldToEye();
     const glm::dmat4 layerToEye = worldToEye * layerToWorld;
     HybridPlan plan{.step = step,
@@ -42,7 +41,6 @@ HybridPlan planHybrid(const HybridStyle& style, const glm::dmat4& layerToWorld,
                     .boxToEye = layerToEye * step->boxToLayer,
                     .layerToWorld = layerToWorld,
                     .style = style,
-                    .pointStride = pointStride,
                     .transfer = HybridTransfer(style, *step),
                     .light = HybridLight(style.light, layerToEye, worldToEye),
                     .clips = clipsOf(style, step->boxToLayer)};

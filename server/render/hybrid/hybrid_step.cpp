@@ -24,7 +24,6 @@ double HybridStep::longestEdge() const {
 std::uint64_t HybridStep::bytes() const {
     std::uint64_t sum = bytesOf(low.values) + bytesOf(low.normals);
     if (bricks) sum += bytesOf(bricks->numbers) + bytesOf(bricks->values) + bytesOf(bricks->normals);
-    if (points) sum += bytesOf(points->points);
     return sum;
 }
 

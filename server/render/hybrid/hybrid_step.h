@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// HybridStep: a step of a hybrid volume as it is drawn: the low-resolution volume, the bricks in which it is
-// corrected, and its points, all in codes of few bits (docs/PICTURE.md, "Hybrid volumes"). Made by
-// hybrid_load.h; read by both devices and by the reference renderer. Immutable once made, safe on any number
-// of threads.
+// HybridStep: a step of a hybrid volume as it is drawn: the low-resolution volume, and the bricks in which
+// its residuals or its points correct it, all in codes of few bits (docs/PICTURE.md, "Hybrid volumes"). Made
+// by hybrid_load.h; read by both devices and by the reference renderer. Immutable once made, safe on any
+// number of threads.
 //
 // A value's code is 16 bits over the dataset's range. A normal's code is an index into
 // storage/hybrid/normal_table.h, a direction in layer space.
@@ -64,28 +64,15 @@ struct HybridBricks {
     std::size_t corrected() const { return values.size() / volume; }
 };
 
-/// A sample of the error grid where the low volume is wrong.
-struct HybridPoint {
-    std::uint16_t x, y, z;  ///< error grid
-    std::uint8_t value;     ///< over the dataset's range in 255 steps
-    std::uint8_t error;     ///< (code - 128) * errorStep: value minus low volume
-    std::uint8_t normal;
-};
-
-struct HybridPoints {
-    glm::uvec3 size{0};      ///< of the error grid, samples
-    double errorStep = 0.0;  ///< in the source's unit
-    std::vector<HybridPoint> points;
-};
-
 struct HybridStep {
     storage::StepOrigin origin;     ///< without a file where it was made in memory
     glm::dmat4 boxToLayer{1.0};     ///< the volume's box as [0, 1]^3 to layer space
     ValueRange range{0.0, 1.0};     ///< of the codes 0 and 65535, in the source's unit
     std::vector<double> histogram;  ///< of the source's values, even bins over the range; may be empty
     HybridGrid low;
+    /// What the bricks were made of: residual or points; volume without any. Never `best`.
+    HybridRepresentation parts = HybridRepresentation::volume;
     std::shared_ptr<const HybridBricks> bricks;  ///< null: there are none, or they were not asked for
-    std::shared_ptr<const HybridPoints> points;  ///< likewise
 
     double valueOf(double code) const { return range.low + code / 65535.0 * (range.high - range.low); }
     double codeOf(double value) const { return (value - range.low) / (range.high - range.low) * 65535.0; }

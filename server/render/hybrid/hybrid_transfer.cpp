@@ -31,9 +31,7 @@ Curve defaultOpacity(const HybridStep& step) {
 }
 
 HybridRepresentation resolved(HybridRepresentation asked, const HybridStep& step) {
-    if (asked != HybridRepresentation::best) return asked;
-    if (step.bricks) return HybridRepresentation::residual;
-    return step.points ? HybridRepresentation::points : HybridRepresentation::volume;
+    return asked == HybridRepresentation::best ? step.parts : asked;
 }
 
 HybridTransfer::HybridTransfer(const HybridStyle& style, const HybridStep& step)

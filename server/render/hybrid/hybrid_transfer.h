@@ -16,7 +16,7 @@ namespace mote::render {
 /// what a viewer begins with.
 Curve defaultOpacity(const HybridStep& step);
 
-/// Of what the step has, where the style leaves it open; the volume alone where it has neither.
+/// What the step has, where the style leaves it open.
 HybridRepresentation resolved(HybridRepresentation asked, const HybridStep& step);
 
 class HybridTransfer {

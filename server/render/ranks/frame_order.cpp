@@ -79,7 +79,6 @@ void put(ByteWriter& out, const HybridStyle& style) {
     put(out, style.colorRange);
     out.put(style.pointShape);
     out.put(style.pointOpacity);
-    out.put(style.pointSize);
     out.put(style.light);
     out.putList(style.clipPlanes);
     put(out, style.clipBox);
@@ -96,7 +95,6 @@ HybridStyle getHybridStyle(ByteReader& in) {
     style.colorRange = getOptional<ValueRange>(in);
     style.pointShape = in.get<PointShape>();
     style.pointOpacity = in.get<double>();
-    style.pointSize = in.get<double>();
     style.light = in.get<Light>();
     style.clipPlanes = in.getList<std::vector<HalfSpace>>();
     style.clipBox = getOptional<Bounds>(in);
@@ -107,14 +105,10 @@ void put(ByteWriter& out, const FrameOrder::Hybrid& layer) {
     put(out, layer.step);
     put(out, layer.style);
     out.put(layer.layerToWorld);
-    out.put(layer.pointStride);
 }
 
 FrameOrder::Hybrid getHybrid(ByteReader& in) {
-    return {.step = getName(in),
-            .style = getHybridStyle(in),
-            .layerToWorld = in.get<glm::dmat4>(),
-            .pointStride = in.get<std::uint32_t>()};
+    return {.step = getName(in), .style = getHybridStyle(in), .layerToWorld = in.get<glm::dmat4>()};
 }
 
 void put(ByteWriter& out, const LayerPlan& layer) {

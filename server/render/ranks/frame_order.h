@@ -25,7 +25,6 @@ struct FrameOrder {
         RankSteps::Name step;
         HybridStyle style;  ///< its representation is that of the plan
         glm::dmat4 layerToWorld;
-        std::uint32_t pointStride;
     };
     std::vector<Hybrid> hybrids;
     FramePlan plan;

@@ -138,9 +138,7 @@ void MixedFrame::collect() {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
     const auto incoming = ranks_.exchange(outgoing);
-    // Points of hybrid volumes are on every rank, and each draws them in its tiles.
-    picture_.splatsDrawn = parts_.dots.splatsDrawn();
-    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn()) + picture_.splatsDrawn;
+    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn());
     if (rank_ != 0) return;
     for (std::uint32_t rank = 1; rank < deal_.ranks; ++rank) {
         const auto* next = incoming[rank].data();

@@ -16,8 +16,7 @@ namespace {
 
 /// Of what the plan asks for, what its step has: the rest may be on its way.
 HybridRepresentation drawnOf(const HybridPlan& plan) {
-    using enum HybridRepresentation;
-    return plan.corrected() ? residual : plan.hasPoints() ? points : volume;
+    return plan.corrected() ? plan.representation : HybridRepresentation::volume;
 }
 
 }  // namespace
@@ -42,7 +41,7 @@ FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat forma
         .number = ++pictures, .format = format, .flatLayer = {}, .steps = {}, .hybrids = {}, .plan = plan};
     for (const auto& layer : plan.layers) order.steps.push_back(nameOf(*layer.step));
     for (const auto& layer : plan.hybrids) {
-        order.hybrids.push_back({nameOf(*layer.step), layer.style, layer.layerToWorld, layer.pointStride});
+        order.hybrids.push_back({nameOf(*layer.step), layer.style, layer.layerToWorld});
         order.hybrids.back().style.representation = drawnOf(layer);
     }
     order.flatLayer = flatLayer(plan, parts.arena.execute([&] { return parts.visible(plan); }));

@@ -20,8 +20,8 @@ void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
     for (const auto& layer : order.hybrids) {
         auto step = steps.openHybrid(layer.step, layer.style.representation);
         if (!step.ok()) throw storage::StorageError(step.error());
-        order.plan.hybrids.push_back(planHybrid(layer.style, layer.layerToWorld, *std::move(step),
-                                                order.plan.camera, layer.pointStride));
+        order.plan.hybrids.push_back(
+            planHybrid(layer.style, layer.layerToWorld, *std::move(step), order.plan.camera));
     }
 }
 

@@ -7,6 +7,7 @@
 #include "storage/manifest.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/hybrid/small_hybrid.h"
+#include "tests/unit/hybrid/volume_job_run.h"
 
 namespace mote::render {
 namespace {
@@ -46,13 +47,15 @@ class HybridLoad : public testing::Test {
 
 TEST_F(HybridLoad, TakesOnlyWhatIsDrawn) {
     const auto low = load(volume);
-    EXPECT_FALSE(low->bricks || low->points);
+    EXPECT_FALSE(low->bricks);
+    EXPECT_EQ(low->parts, volume);
     EXPECT_EQ(low->low.size, glm::uvec3(4, 3, 2));
     EXPECT_NEAR(low->valueOf(low->low.values[23]), 16.0, 255.0 / 65535.0);
     EXPECT_EQ(low->low.normals[1], 4);
-    EXPECT_TRUE(load(points)->points);
-    EXPECT_FALSE(load(points)->bricks);
-    EXPECT_TRUE(load(residual)->bricks);
+    for (const auto parts : {points, residual}) {
+        EXPECT_TRUE(load(parts)->bricks);
+        EXPECT_EQ(load(parts)->parts, parts);
+    }
 }
 
 TEST_F(HybridLoad, TheBoxIsWhereTheVoxelsAre) {
@@ -61,16 +64,51 @@ TEST_F(HybridLoad, TheBoxIsWhereTheVoxelsAre) {
     EXPECT_EQ(step->longestEdge(), 140.0);
 }
 
-TEST_F(HybridLoad, PointsKeepTheirPlacesAndCodes) {
+/// A sample of a brick.
+struct Placed {
+    const HybridBricks& bricks;
+    glm::uvec3 brick, sample;
+
+    std::size_t index() const {
+        const auto number = bricks.numbers[bricks.index(brick)];
+        EXPECT_NE(number, HybridBricks::none);
+        return static_cast<std::size_t>(number) * HybridBricks::volume + (sample.z * 9 + sample.y) * 9 +
+               sample.x;
+    }
+    std::uint16_t code() const { return bricks.values[index()]; }
+    std::uint8_t normal() const { return bricks.normals[index()]; }
+};
+
+TEST_F(HybridLoad, PointsAreInTheirBricksWithValuesAndNormals) {
     const auto step = load(points);
-    EXPECT_EQ(step->points->size, glm::uvec3(70, 40, 33));
-    EXPECT_EQ(step->points->errorStep, 2.0);
-    ASSERT_EQ(step->points->points.size(), 5U);
-    const auto& point = step->points->points[3];
-    EXPECT_EQ(glm::uvec3(point.x, point.y, point.z), glm::uvec3(32, 39, 5));
-    EXPECT_EQ(point.value, 150);
-    EXPECT_EQ(point.error, 181);
-    EXPECT_EQ(point.normal, 3);
+    const auto& bricks = *step->bricks;
+    EXPECT_EQ(bricks.size, glm::uvec3(70, 40, 33));
+    // Point 3 lies at (32, 39, 5), where a brick begins along x, so it is the last sample of the one before.
+    for (const Placed& place : {Placed{bricks, {4, 4, 0}, {0, 7, 5}}, Placed{bricks, {3, 4, 0}, {8, 7, 5}}}) {
+        EXPECT_EQ(place.code(), 150 * 257);
+        EXPECT_EQ(place.normal(), 3);
+    }
+    // Point 1 lies at (31, 31, 31); beside it there is the low volume.
+    EXPECT_EQ((Placed{bricks, {3, 3, 3}, {7, 7, 7}}.code()), 50 * 257);
+    const double beside = step->valueOf(Placed{bricks, {3, 3, 3}, {6, 7, 7}}.code());
+    EXPECT_NEAR(beside, lowAt({30, 31, 31}), 1.1 * 255.0 / 65535.0);
+    // Beyond the grid's end, which is the last point's, there is the same.
+    EXPECT_EQ((Placed{bricks, {8, 4, 4}, {1, 7, 2}}.code()), (Placed{bricks, {8, 4, 4}, {1, 7, 1}}.code()));
+    // (0, 0, 0); (31, 31, 31); (69, 1, 2); (32, 39, 5) and before it; (64, 39, 32) and the three before it.
+    EXPECT_EQ(bricks.corrected(), 1U + 1U + 1U + 2U + 4U);
+}
+
+TEST_F(HybridLoad, AllFormsOfPointsAreTheSame) {
+    const auto expected = load(points);
+    for (const int bytes : {6, 9}) {
+        const auto name = "b" + std::to_string(bytes) + ".mote";
+        test::writeSmallHybrid(dir_ / name, smallPoints(bytes), smallManifest(bytes, 8));
+        const auto other =
+            loadHybrid(dir_ / name, storage::readManifest(dir_ / name).value(), 0, points).value();
+        EXPECT_EQ(other->bricks->numbers, expected->bricks->numbers);
+        EXPECT_EQ(other->bricks->values, expected->bricks->values);
+        EXPECT_EQ(other->bricks->normals, expected->bricks->normals);
+    }
 }
 
 TEST_F(HybridLoad, BricksAreTheLowVolumeWithWhatIsAdded) {
@@ -78,10 +116,7 @@ TEST_F(HybridLoad, BricksAreTheLowVolumeWithWhatIsAdded) {
     const auto& bricks = *step->bricks;
     EXPECT_EQ(bricks.count, glm::uvec3(9, 5, 5));
     const auto at = [&](const glm::uvec3& brick, const glm::uvec3& sample) {
-        const auto number = bricks.numbers[bricks.index(brick)];
-        EXPECT_NE(number, HybridBricks::none);
-        return step->valueOf(bricks.values[static_cast<std::size_t>(number) * HybridBricks::volume +
-                                           (sample.z * 9 + sample.y) * 9 + sample.x]);
+        return step->valueOf(Placed{bricks, brick, sample}.code());
     };
     // Codes of 16 bits over 255, of the low volume and of the sum.
     constexpr double quantisation = 1.1 * 255.0 / 65535.0;
@@ -93,6 +128,21 @@ TEST_F(HybridLoad, BricksAreTheLowVolumeWithWhatIsAdded) {
     EXPECT_NEAR(at({0, 0, 2}, {0, 8, 0}), std::max(lowAt({0, 8, 16}) - 24.0, -10.0), quantisation);
     EXPECT_NEAR(at({0, 0, 1}, {0, 8, 8}), std::max(lowAt({0, 8, 16}) - 24.0, -10.0), quantisation);
     EXPECT_EQ(bricks.corrected(), 6U);  // two with residuals, three before the first, one before the second
+}
+
+TEST(HybridLoadOfAJob, PointsOfThresholdZeroAreTheSourceToTheirEightBits) {
+    const test::TempDir dir;
+    const auto volume = test::sample(45, 38, 41, prep::ScalarType::i16);
+    test::make({volume}, test::jobOf(0.0, 12, "points"), dir / "a.mote");
+    const auto manifest = storage::readManifest(dir / "a.mote").value();
+    const auto step = loadHybrid(dir / "a.mote", manifest, 0, points).value();
+    const auto& bricks = *step->bricks;
+    const double halfStep = 0.5 * (step->range.high - step->range.low) / 255.0;
+    test::eachSample({45, 38, 41}, [&](const storage::GridSize& at) {
+        const glm::uvec3 sample(at[0], at[1], at[2]);
+        const auto code = Placed{bricks, sample / 8U, sample % 8U}.code();
+        EXPECT_NEAR(step->valueOf(code), volume.at(at[0], at[1], at[2]), halfStep + test::slack(volume));
+    });
 }
 
 TEST_F(HybridLoad, SaysWhatThereIsNot) {

@@ -4,7 +4,6 @@
 // pictures are right, tests/golden shows.
 #include <gtest/gtest.h>
 
-#include "server/render/cpu/cpu_device.h"
 #include "server/render/egl/egl_device.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/view_text.h"
@@ -13,8 +12,9 @@ namespace mote::render {
 namespace {
 
 std::shared_ptr<const HybridStep> machine() {
-    static const auto step =
-        test::hybridOf({.source = {32, 24, 20}, .low = {8, 6, 5}, .threshold = 0.05}, test::machineParts);
+    static const auto step = test::hybridOf(
+        {.source = {32, 24, 20}, .low = {8, 6, 5}, .threshold = 0.05, .parts = HybridRepresentation::points},
+        test::machineParts);
     return step;
 }
 
@@ -40,7 +40,7 @@ Picture picture(EglDevice& device, const Scene& scene) {
 }
 
 TEST(EglHybrid, ThePictureIsTheSameInBandsAndPasses) {
-    for (const auto& layers : {layer("residual"), layer("points"), layer("points") + ',' + layer("volume")}) {
+    for (const auto& layers : {layer("points"), layer("points") + ',' + layer("volume")}) {
         const auto scene = sceneOf(layers);
         EglDevice whole;
         const auto expected = picture(whole, scene);
@@ -61,6 +61,8 @@ TEST(EglHybrid, WhatWasDrawnBeforeDoesNotMatter) {
         views.push_back(layer(representation, otherCurve));
         views.push_back(layer(representation, curve + ", 'light': {'direction': [1, 0, 0]}"));
     }
+    for (const char* look : {", 'pointOpacity': 0.5", ", 'pointShape': 'square'", ", 'pointShape': 'disc'"})
+        views.push_back(layer("points", curve + look));
     std::vector<Picture> fresh;
     for (const auto& view : views) {
         EglDevice own;
@@ -126,24 +128,6 @@ TEST(EglHybrid, PointsShowWhereTheirVolumeDoesNot) {
     const std::string sharp = "'curve': [{'value': 0.7, 'opacity': 0}, {'value': 0.9, 'opacity': 0.9}]";
     ASSERT_TRUE(black(picture(device, sceneOf(layer("volume", sharp)))));
     EXPECT_FALSE(black(picture(device, sceneOf(layer("points", sharp)))));
-}
-
-TEST(EglHybrid, PointsThatAreDrawnAreCounted) {
-    EglOptions small;
-    small.maskBytes = 1;  // in many bands
-    small.cellBytes = 1;  // and passes
-    EglDevice device, pieces(small);
-    CpuDevice cpu;
-    for (const auto& look : {curve, otherCurve}) {
-        auto scene = sceneOf(layer("points", look));
-        // All of the box is in view: which points lie beyond its border would be a matter of rounding.
-        scene.view.camera.eye = {4.0, 3.0, 6.0};
-        const auto counted = picture(device, scene).pointsDrawn;
-        EXPECT_LT(counted, machine()->points->points.size());
-        EXPECT_EQ(counted, picture(pieces, scene).pointsDrawn);
-        const auto plan = makeFramePlan(scene, Quality::exact());
-        EXPECT_EQ(counted, cpu.render(plan, PixelFormat::srgb8, {})->pointsDrawn);
-    }
 }
 
 TEST(EglHybrid, AStopIsHeard) {

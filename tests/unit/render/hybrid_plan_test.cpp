@@ -3,68 +3,84 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 
-#include "server/render/hybrid/point_looks.h"
+#include "server/render/cpu/resident_hybrids.h"
 #include "tests/support/hybrid_scene.h"
 
 namespace mote::render {
 namespace {
 
-HybridPlan planOf(const std::shared_ptr<const HybridStep>& step, std::uint32_t stride) {
+using enum HybridRepresentation;
+
+std::shared_ptr<const HybridStep> machine(HybridRepresentation parts) {
+    return test::hybridOf({.threshold = 0.1, .parts = parts}, test::machineParts);
+}
+
+HybridPlan planOf(const std::shared_ptr<const HybridStep>& step, HybridRepresentation representation,
+                  double opacity = 1.0, PointShape shape = PointShape::square) {
     HybridStyle style;
-    style.representation = HybridRepresentation::points;
-    return planHybrid(style, glm::dmat4(1.0), step, fitCamera(step->bounds(), 1.0), stride);
+    style.representation = representation;
+    style.pointOpacity = opacity;
+    style.pointShape = shape;
+    return planHybrid(style, glm::dmat4(1.0), step, fitCamera(step->bounds(), 1.0));
 }
 
-std::shared_ptr<const HybridStep> machine() {
-    return test::hybridOf({.threshold = 0.02}, test::machineParts);
+TEST(HybridPlan, PointsCorrectAsMuchAsTheirStyleSays) {
+    const auto step = machine(points);
+    EXPECT_EQ(planOf(step, best).representation, points);
+    for (const double opacity : {0.0, 0.3, 1.0}) {
+        const auto plan = planOf(step, points, opacity);
+        EXPECT_EQ(plan.corrected(), opacity > 0.0);
+        EXPECT_EQ(plan.mixed(), opacity == 0.3);
+        EXPECT_EQ(plan.correction(), opacity);
+    }
+    EXPECT_FALSE(planOf(step, volume).corrected());
+    EXPECT_FALSE(planOf(machine(volume), points).corrected()) << "they may be on their way";
 }
 
-TEST(HybridPlan, OfEachRunOfPointsOneIsDrawn) {
-    const auto step = machine();
-    const auto points = static_cast<std::uint32_t>(step->points->points.size());
-    ASSERT_GT(points, 1000U);
-    for (const std::uint32_t stride : {1U, 2U, 3U, 10U, 99U, 100000U}) {
-        const auto plan = planOf(step, stride);
-        ASSERT_EQ(plan.pointCount(), (points + plan.pointStride - 1) / plan.pointStride);
-        for (std::uint32_t i = 0; i < plan.pointCount(); ++i) {
-            ASSERT_EQ(plan.point(i) / plan.pointStride, i);
-            ASSERT_LT(plan.point(i), points);
+TEST(HybridPlan, AResidualKnowsNothingOfPoints) {
+    const auto plan = planOf(machine(residual), residual, 0.3);
+    EXPECT_TRUE(plan.corrected());
+    EXPECT_FALSE(plan.mixed());
+    EXPECT_EQ(plan.steepness(), 1.0);
+}
+
+TEST(HybridPlan, ShapesAreAsSteepAsPictureSays) {
+    const auto step = machine(points);
+    EXPECT_EQ(planOf(step, points, 1.0, PointShape::gaussian).steepness(), 1.0);
+    EXPECT_EQ(planOf(step, points, 1.0, PointShape::disc).steepness(), 2.0);
+    EXPECT_EQ(planOf(step, points, 1.0, PointShape::square).steepness(), 8.0);
+}
+
+TEST(HybridRanges, HoldWhatShowsOfTheLowVolumeInBricks) {
+    const auto step = machine(points);
+    const auto whole = hybridRanges(*step, true, false).ranges(),
+               low = hybridRanges(*step, false, false).ranges();
+    const auto mixed = hybridRanges(*step, true, true).ranges();
+    const auto& count = step->bricks->count;
+    ASSERT_EQ(low.size(), 1U);  // 8 x 8 x 8 samples
+    bool wider = false;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        EXPECT_LE(mixed[i].low, whole[i].low);
+        EXPECT_GE(mixed[i].high, whole[i].high);
+        EXPECT_TRUE(mixed[i].low == whole[i].low || mixed[i].low >= low[0].low);
+        EXPECT_TRUE(mixed[i].high == whole[i].high || mixed[i].high <= low[0].high);
+        wider = wider || mixed[i].low < whole[i].low || mixed[i].high > whole[i].high;
+        const glm::uvec3 brick(i % count.x, i / count.x % count.y, i / count.x / count.y);
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            // The low volume at the brick's corners lies within.
+            const glm::uvec3 at = (brick + glm::uvec3(corner & 1U, corner >> 1 & 1U, corner >> 2)) * 2U;
+            const auto value = static_cast<float>(
+                step->valueOf(step->low.values[step->low.index(glm::min(at, step->low.size - 1U))]));
+            if (glm::all(glm::lessThan(at, step->low.size))) {
+                EXPECT_LE(mixed[i].low, value) << i;
+                EXPECT_GE(mixed[i].high, value) << i;
+            }
         }
     }
-}
-
-TEST(HybridPlan, FewerPointsStandForAllOfThem) {
-    const auto step = machine();
-    for (const std::uint32_t stride : {1U, 2U, 4U, 10U, 100U}) {
-        const auto plan = planOf(step, stride);
-        EXPECT_NEAR(plan.pointGrowth() * plan.pointGrowth() * plan.pointStrength(), plan.pointStride, 1e-9);
-        EXPECT_LE(plan.pointGrowth(), 3.0);
-    }
-}
-
-TEST(KeptPointLooks, FollowWhatTheyAreMadeOf) {
-    const auto step = machine(), other = machine();
-    const auto all = planOf(step, 1), few = planOf(step, 100);
-    KeptPointLooks kept;
-    const PointLooks first = kept.of(all);
-    const auto& point =
-        *std::max_element(step->points->points.begin(), step->points->points.end(),
-                          [&](const auto& a, const auto& b) { return first.opacity(a) < first.opacity(b); });
-    const float whole = kept.of(all).opacity(point);
-    ASSERT_GT(whole, 0.0F);
-    ASSERT_LT(whole, 0.9F);
-    // A hundred cells in nine: the optical depth of a ninth of a hundred.
-    EXPECT_NEAR(kept.of(few).opacity(point), 1.0 - std::pow(1.0 - whole, 100.0 / 9.0), 1e-4);
-    auto faint = all;
-    HybridStyle style = all.style;
-    style.opacity = Curve::constant(0.001);
-    faint.transfer = HybridTransfer(style, *step);
-    EXPECT_LT(kept.of(faint).opacity(point), whole);
-    EXPECT_EQ(kept.of(all).opacity(point), whole);
-    EXPECT_EQ(kept.of(planOf(other, 1)).opacity(point), whole);
+    EXPECT_TRUE(wider);
 }
 
 }  // namespace

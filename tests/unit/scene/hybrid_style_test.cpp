@@ -25,9 +25,8 @@ TEST(HybridStyle, DefaultsAreTheDocumentedOnes) {
     EXPECT_FALSE(style->opacity || style->colorRange || style->clipBox);
     EXPECT_TRUE(style->colors.empty() && style->clipPlanes.empty());
     EXPECT_EQ(style->colorMap.name(), "inferno");
-    EXPECT_EQ(style->pointShape, PointShape::square);
+    EXPECT_EQ(style->pointShape, PointShape::gaussian);
     EXPECT_EQ(style->pointOpacity, 1.0);
-    EXPECT_EQ(style->pointSize, 1.0);
     EXPECT_EQ(style->light.ambient, 0.25);
     EXPECT_EQ(style->light.diffuse, 0.75);
     EXPECT_EQ(style->light.specular, 0.25);
@@ -37,7 +36,7 @@ TEST(HybridStyle, DefaultsAreTheDocumentedOnes) {
 TEST(HybridStyle, TakesAllThatIsSaid) {
     const auto style = parseHybridStyle(messageOf(R"({"representation": "points",
         "curve": [{"value": -500, "opacity": 0}, {"value": 300, "opacity": 0.5}], "colorMap": "viridis",
-        "colorRange": [-1000, 1000], "pointShape": "gaussian", "pointOpacity": 0.5, "pointSize": 2,
+        "colorRange": [-1000, 1000], "pointShape": "disc", "pointOpacity": 0.5,
         "light": {"direction": [0, 0, 3], "fixed": true, "ambient": 0.1, "diffuse": 0.5, "specular": 0.4},
         "clipPlanes": [{"normal": [0, 2, 0], "distance": 10}],
         "clipBox": {"min": [0, 0, 0], "max": [10, 20, 30]}})"));
@@ -46,9 +45,8 @@ TEST(HybridStyle, TakesAllThatIsSaid) {
     EXPECT_EQ((*style->opacity)(-100.0), 0.25);
     EXPECT_EQ(style->colorMap.name(), "viridis");
     EXPECT_EQ(style->colorRange, (ValueRange{-1000.0, 1000.0}));
-    EXPECT_EQ(style->pointShape, PointShape::gaussian);
+    EXPECT_EQ(style->pointShape, PointShape::disc);
     EXPECT_EQ(style->pointOpacity, 0.5);
-    EXPECT_EQ(style->pointSize, 2.0);
     EXPECT_EQ(style->light.direction, glm::dvec3(0.0, 0.0, 1.0));
     EXPECT_TRUE(style->light.fixed);
     // A plane's distance counts in lengths of its normal.
@@ -91,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{R"({"curve": [{"value": 1, "color": [1, 1, 1]}], "colorMap": "viridis"})", "colorMap"},
         Bad{R"({"colorRange": [1]})", "colorRange"}, Bad{R"({"colorRange": [1, 1]})", "colorRange"},
         Bad{R"({"colorRange": [1, "Infinity"]})", "colorRange[1]"},
-        Bad{R"({"pointOpacity": 2})", "pointOpacity"}, Bad{R"({"pointSize": 0})", "pointSize"},
+        Bad{R"({"pointOpacity": 2})", "pointOpacity"}, Bad{R"({"pointOpacity": -0.5})", "pointOpacity"},
         Bad{R"({"light": {"ambient": -1}})", "light.ambient"},
         Bad{R"({"light": {"direction": [0, 0, 0]}})", "light.direction"},
         Bad{R"({"light": {"shadow": true}})", "light.shadow"},

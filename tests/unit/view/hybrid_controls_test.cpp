@@ -29,9 +29,8 @@ proto::HybridStyle wholeStyle() {
     HybridControls controls;
     controls.setDataset(volume(0.0, 255.0));
     controls.representation = "points";
-    controls.pointShape = "gaussian";
+    controls.pointShape = "square";
     controls.pointOpacity = 0.5F;
-    controls.pointSize = 2.0F;
     controls.colorMap = "viridis";
     controls.ownColorRange = true;
     controls.colorRange = {10.0F, 200.0F};
@@ -50,9 +49,8 @@ TEST(HybridControls, WhatIsSetIsWhatTheServerReads) {
     const auto style = parseHybridStyle(wholeStyle());
     ASSERT_TRUE(style.ok()) << style.error().toString();
     EXPECT_EQ(style->representation, HybridRepresentation::points);
-    EXPECT_EQ(style->pointShape, PointShape::gaussian);
+    EXPECT_EQ(style->pointShape, PointShape::square);
     EXPECT_EQ(style->pointOpacity, 0.5);
-    EXPECT_EQ(style->pointSize, 2.0);
     EXPECT_EQ(style->colorMap.name(), "viridis");
     EXPECT_EQ(style->colorRange, (ValueRange{10.0, 200.0}));
     EXPECT_NEAR(style->light.direction.x, 1.0, 1e-6);

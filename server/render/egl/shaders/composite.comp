@@ -12,7 +12,7 @@ layout(binding = 0) uniform sampler3D volumes[LAYERS - HYBRIDS];           // sc
 #endif
 layout(binding = 8) uniform samplerBuffer transfers;                       // integrals of (sigma * color, sigma) over t: [layer][cell]
 layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
-layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment; CELL 5: word by word, and half of weight * color
+layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment
 layout(binding = 11) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
 #if DOTS
 layout(binding = 12) uniform samplerBuffer dotData;                        // x, y, reach, slab; color, opacity
@@ -36,7 +36,6 @@ float sampledTo = -1.0;   // where the front was sampled
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
 float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
-vec3 pointColor[LAYERS];
 // The slabs of the current word that are still ahead.
 uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
 
@@ -170,23 +169,14 @@ void readPoints(uint l, float slab, bool present) {
     pointsDensity[l] = pointTau[l] = 0.0;
     pointsFrom[l] = pointsTo[l] = -1.0;
     if (!present) return;
-#if CELL == 5
-    int first = 5 * int(nextCell[l]);
-    vec2 cell = vec2(texelFetch(cells, first).x, texelFetch(cells, first + 1).x);
-    vec3 colors = vec3(texelFetch(cells, first + 2).x, texelFetch(cells, first + 3).x, texelFetch(cells, first + 4).x);
-    pointColor[l] = l < plots ? frame.layers[l].point.rgb : 2.0 * colors / max(cell.x, 1.0);
-#else
     vec2 cell = vec2(texelFetch(cells, int(nextCell[l])).xy);
-    pointColor[l] = frame.layers[l].point.rgb;
-#endif
     ++nextCell[l];
     float weight = cell.x;
     float moment = cell.y;
     float count = weight * frame.layers[l].scale.x;
     float tau = count * frame.layers[l].point.w;
     float middle = clamp(moment / max(weight, 1.0), narrowest, 1.0);
-    // How many points there are in a cell of a hybrid volume is not known: they stand together.
-    float spread = count < 1.5 || l >= plots ? 0.0 : (count - 1.0) / (count + 1.0);
+    float spread = count < 1.5 ? 0.0 : (count - 1.0) / (count + 1.0);
     float from = clamp(middle - 0.5 * spread, 0.0, 1.0);
     float to = clamp(middle + 0.5 * spread, from, 1.0);
     pointsFrom[l] = slab + from;
@@ -259,7 +249,7 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
     vec4 single = vec4(0.0);
     for (uint l = 0u; l < layerCount; ++l) {
 #if POINTS
-        vec4 color = vec4(pointColor[l], 1.0);
+        vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
         matter += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
         // A single point ends the stretch before it.
         single += (pointsFrom[l] > at && pointsFrom[l] <= next ? pointTau[l] : 0.0) * color;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Hybrid volumes along a ray, for composite.comp and composite_hybrid.comp: which brick of the grid a depth lies in, and
 // what is seen between two depths of one brick. Layers from `plots` on are hybrid. Mirrors HybridBlock of
-// egl/frame_block.h.
+// egl/frame_block.h. Compiled with MIXED: whether the low volume shows in corrected bricks of some layer.
 
 struct Hybrid {
     vec4 grid;          // samples of the grid that is cut into bricks; stretches a cell
     vec4 low;           // samples of the low volume; stretches a cell
-    vec4 table;         // code * x + y is a place in the transfer table
+    vec4 table;         // code * x + y is a place in the transfer table; z of what corrects shows; steepness
     ivec4 place;        // of its first brick in hybridBricks; clips
     vec4 toLayer[3];    // the box's edges in layer space
     vec4 clips[12];     // in the box: dot(xyz, place) >= w is drawn
@@ -29,13 +29,28 @@ const float deepest = 0.4, steepest = 0.03 * 4096.0, mostParts = 8.0;
 const float shown = 1e-6;   // optical depth that is worth its light
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
-// The brick of the current stretch: where its samples begin, how far it is to the next row and sheet; a place of the
-// box is place * scale - shift in its samples, held within 0 and `most`.
+// Samples: where they begin, how far it is to the next row and sheet; a place of the box is place * scale - shift in
+// them, held within 0 and `most`. Half way between two of them their weights change `steepness` times faster than evenly.
+struct Samples {
+    int base;
+    ivec2 stride;
+    vec3 scale, shift, most;
+    float steepness;
+};
+
+// The brick of the current stretch.
 bool brickSeen[HYBRIDS];
 float brickStep[HYBRIDS];   // slabs, of a stretch
-int brickBase[HYBRIDS];
-ivec2 brickStride[HYBRIDS];
-vec3 brickScale[HYBRIDS], brickShift[HYBRIDS], brickMost[HYBRIDS];
+Samples brickSamples[HYBRIDS];
+#if MIXED
+bool brickFine[HYBRIDS];
+#endif
+
+Samples lowSamples(uint h) {
+    ivec3 low = ivec3(hybrids[h].low.xyz);
+    int row = max((low.x + 2) / 4, 1);
+    return Samples(0, ivec2(row, row * low.y), vec3(low), vec3(0.5), vec3(low - 1), 1.0);
+}
 
 vec3 placeAt(uint l, float slab) {
     return entry[l] + slab * advance[l];
@@ -62,31 +77,36 @@ float enterBrick(uint l, float at) {
                        (ivec3(not(ahead)) & ivec3(lessThanEqual(past, ivec3(0)))));
     vec3 distance = mix((8.0 * vec3(past) - place) / mix(speed, vec3(1.0), open), vec3(1e30), open);
     bool fine = number >= 0;
-    ivec3 low = ivec3(hybrids[h].low.xyz);
-    int lowRow = max((low.x + 2) / 4, 1);
-    brickBase[h] = fine ? lowRow * low.y * low.z + number * brickTexels : 0;
-    brickStride[h] = fine ? ivec2(brickRow, brickSheet) : ivec2(lowRow, lowRow * low.y);
-    brickScale[h] = fine ? size : vec3(low);
-    brickShift[h] = fine ? 0.5 + 8.0 * vec3(brick) : vec3(0.5);
-    brickMost[h] = fine ? vec3(8.0) : vec3(low - 1);
+    Samples low = lowSamples(h);
+    brickSamples[h].base = fine ? low.stride.y * int(hybrids[h].low.z) + number * brickTexels : 0;
+    brickSamples[h].stride = fine ? ivec2(brickRow, brickSheet) : low.stride;
+    brickSamples[h].scale = fine ? size : low.scale;
+    brickSamples[h].shift = fine ? 0.5 + 8.0 * vec3(brick) : low.shift;
+    brickSamples[h].most = fine ? vec3(8.0) : low.most;
+    brickSamples[h].steepness = fine ? hybrids[h].table.w : 1.0;
+#if MIXED
+    brickFine[h] = fine;
+#endif
     float stretches = fine ? hybrids[h].grid.w : hybrids[h].low.w;
     float longer = float(1u << ((word >> 21) & 7u));
-    brickStep[h] = longer / max(length(advance[l] * brickScale[h]) * stretches, 1e-20);
+    brickStep[h] = longer / max(length(advance[l] * brickSamples[h].scale) * stretches, 1e-20);
     return min(distance.x, min(distance.y, distance.z));
 }
 
-// Where the eight samples around are: the texel of the first, and which of its samples; how far it is to the others.
+// Where the eight samples around are: the texel of the first, which of its samples, and how far it is to the next row and
+// sheet; what the others weigh.
 struct Corner {
     int texel, inTexel;
+    ivec2 stride;
     vec3 far;
 };
 
-Corner cornerAt(uint l, float slab) {
-    uint h = l - plots;
-    vec3 place = clamp(placeAt(l, slab) * brickScale[h] - brickShift[h], vec3(0.0), brickMost[h]);
-    ivec3 cell = ivec3(min(place, max(brickMost[h] - 1.0, vec3(0.0))));
-    int texel = brickBase[h] + (cell.x >> 2) + cell.y * brickStride[h].x + cell.z * brickStride[h].y;
-    return Corner(texel, cell.x & 3, place - vec3(cell));
+Corner cornerAt(Samples samples, vec3 inBox) {
+    vec3 place = clamp(inBox * samples.scale - samples.shift, vec3(0.0), samples.most);
+    ivec3 cell = ivec3(min(place, max(samples.most - 1.0, vec3(0.0))));
+    int texel = samples.base + (cell.x >> 2) + cell.y * samples.stride.x + cell.z * samples.stride.y;
+    vec3 far = clamp((place - vec3(cell) - 0.5) * samples.steepness + 0.5, vec3(0.0), vec3(1.0));
+    return Corner(texel, cell.x & 3, samples.stride, far);
 }
 
 // By constant numbers: where some of its pixels are done with a loop, llvmpipe takes a sampler's number from one of them.
@@ -127,6 +147,20 @@ float codeAt(uint h, int index, Corner corner) {
     return mix(float(pair & 0xffffu), float(pair >> 16), corner.far.x);
 }
 
+float valueIn(uint h, Corner corner) {
+    int index = corner.texel, next = index + corner.stride.y;
+    float front = mix(codeAt(h, index, corner), codeAt(h, index + corner.stride.x, corner), corner.far.y);
+    float back = mix(codeAt(h, next, corner), codeAt(h, next + corner.stride.x, corner), corner.far.y);
+    return mix(front, back, corner.far.z);
+}
+
+#if MIXED
+// What of the samples of the brick shows, and not the low volume.
+float shareOfBrick(uint h) {
+    return brickFine[h] ? hybrids[h].table.z : 1.0;
+}
+#endif
+
 // What is found at a depth: place in the table, the integral up to it and its slope, color.
 struct Found {
     float x, integral, slope;
@@ -135,11 +169,12 @@ struct Found {
 
 Found foundAt(uint l, float slab) {
     uint h = l - plots;
-    Corner corner = cornerAt(l, slab);
-    int index = corner.texel, next = index + brickStride[h].y;
-    float front = mix(codeAt(h, index, corner), codeAt(h, index + brickStride[h].x, corner), corner.far.y);
-    float back = mix(codeAt(h, next, corner), codeAt(h, next + brickStride[h].x, corner), corner.far.y);
-    float x = mix(front, back, corner.far.z) * hybrids[h].table.x + hybrids[h].table.y;
+    vec3 place = placeAt(l, slab);
+    float code = valueIn(h, cornerAt(brickSamples[h], place));
+#if MIXED
+    code = mix(valueIn(h, cornerAt(lowSamples(h), place)), code, shareOfBrick(h));
+#endif
+    float x = code * hybrids[h].table.x + hybrids[h].table.y;
     float cell = clamp(floor(x), 0.0, tableEntries - 1.0);   // beyond the table's ends it goes on as there
     uvec4 row = texelFetch(hybridTables, int(h) * int(tableEntries) + int(cell));
     Found found;
@@ -160,13 +195,21 @@ vec2 shadeOf(uint h, int index, Corner corner) {
     return mix(near, next, corner.far.x);
 }
 
+vec2 shadeIn(uint h, Corner corner) {
+    int index = corner.texel, next = index + corner.stride.y;
+    vec2 front = mix(shadeOf(h, index, corner), shadeOf(h, index + corner.stride.x, corner), corner.far.y);
+    vec2 back = mix(shadeOf(h, next, corner), shadeOf(h, next + corner.stride.x, corner), corner.far.y);
+    return mix(front, back, corner.far.z);
+}
+
 vec2 hybridShade(uint l, float slab) {
     uint h = l - plots;
-    Corner corner = cornerAt(l, slab);
-    int index = corner.texel, next = index + brickStride[h].y;
-    vec2 front = mix(shadeOf(h, index, corner), shadeOf(h, index + brickStride[h].x, corner), corner.far.y);
-    vec2 back = mix(shadeOf(h, next, corner), shadeOf(h, next + brickStride[h].x, corner), corner.far.y);
-    return mix(front, back, corner.far.z);
+    vec3 place = placeAt(l, slab);
+    vec2 shade = shadeIn(h, cornerAt(brickSamples[h], place));
+#if MIXED
+    shade = mix(shadeIn(h, cornerAt(lowSamples(h), place)), shade, shareOfBrick(h));
+#endif
+    return shade;
 }
 
 // A way through a layer, and what was gathered since its light was looked up.

@@ -6,7 +6,7 @@
 #include "points.glsl"
 
 layout(binding = 2) uniform usamplerBuffer masks;             // slab bits, first cell: [layer][pixel][word]
-layout(std430, binding = 2) buffer Cells { uint cells[]; };   // [cell][weight, moment], CELL words a cell
+layout(std430, binding = 2) buffer Cells { uint cells[]; };   // [cell][weight, moment]
 
 uniform float unit;          // the weight of a whole point
 uniform float opacity;       // of a whole point
@@ -26,7 +26,7 @@ void touch(uint pixel, uint slab, float fraction, float coverage) {
     uint bit = 1u << (slab & 31u);
     uint cell = mask.y + uint(bitCount(mask.x & (bit - 1u))) - pass.x;
     if (cell >= pass.y || (mask.x & bit) == 0u) return;
-    atomicAdd(cells[uint(CELL) * cell], uint(int(weight + 0.5)));
-    atomicAdd(cells[uint(CELL) * cell + 1u], uint(int(weight * fraction + 0.5)));
+    atomicAdd(cells[2u * cell], uint(int(weight + 0.5)));
+    atomicAdd(cells[2u * cell + 1u], uint(int(weight * fraction + 0.5)));
 #endif
 }
