@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A point's pixels and slab, for points_mark and points_add, which define touch(). Both must find the very same ones,
+// A point's pixels and slab, for points_mark and points_add, which include bends.glsl and define touch(). Both must find the very same ones,
 // hence `precise`. Compiled with LAYERS, WORDS (of slab bits a pixel), DISCS (points larger
 // than a pixel), FLAT (depth does not matter), SELECTION.
 
@@ -15,10 +15,6 @@ uniform uint layer;
 uniform float radius;    // DISCS: where coverage reaches 0, in pixels
 uniform float nearest;  // FLAT: w below which nothing is seen
 uniform uint listed;     // SELECTION 2: how many points there are
-
-#if FLAT == 0
-#include "bends.glsl"
-#endif
 
 void touch(uint pixel, uint slab, float fraction, float coverage);
 

@@ -3,6 +3,7 @@
 // weights and the sum of weight * depth within the slab; integers, so that the order does not matter. FLAT: the only
 // pass, where depth does not matter (points of one colour and nothing else); a cell is a pixel and holds the weights.
 #include "frame.glsl"
+#include "bends.glsl"
 #include "points.glsl"
 
 layout(binding = 2) uniform usamplerBuffer masks;             // slab bits, first cell: [layer][pixel][word]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // First pass over the points: which slabs of which pixels hold points at all.
 #include "frame.glsl"
+#include "bends.glsl"
 #include "points.glsl"
 
 layout(std430, binding = 0) buffer Masks { uint masks[]; };   // [layer][pixel][word][slab bits, first cell]
