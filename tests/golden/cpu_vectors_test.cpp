@@ -2,7 +2,6 @@
 //
 // The cpu device by all kinds of vectors that this processor has, and on any number of threads.
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <string>
 
@@ -10,25 +9,13 @@
 #include "tests/golden/comparison.h"
 #include "tests/golden/device_pictures.h"
 #include "tests/golden/golden_scenes.h"
+#include "tests/support/only_vectors.h"
 
 namespace mote::test {
 namespace {
 
 using render::CpuDevice;
 using render::Quality;
-
-/// Lets only one kind of vectors be used while it lives.
-class OnlyVectors {
-  public:
-    explicit OnlyVectors(std::int64_t target) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
-    ~OnlyVectors() {
-        hwy::SetSupportedTargetsForTest(0);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
-};
 
 void expectTheSameOfAllKinds(const std::string& name, const Quality& quality) {
     const auto scene = makeScene(name);

@@ -3,80 +3,17 @@
 // Pictures that several ranks draw against those of the cpu device alone, with ranks that are threads.
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <thread>
-
 #include "server/render/cpu/cpu_device.h"
-#include "server/render/ranks/ranked_device.h"
 #include "storage/storage_error.h"
 #include "tests/golden/comparison.h"
 #include "tests/golden/golden_scenes.h"
-#include "tests/unit/ranks/thread_ranks.h"
+#include "tests/support/rank_crew.h"
 
 namespace mote::test {
 namespace {
 
 using render::FramePlan;
 using render::PixelFormat;
-
-/// The steps of one scene, which all ranks have in memory.
-class SceneSteps final : public render::RankSteps {
-  public:
-    explicit SceneSteps(const render::Scene& scene) : steps_(scene.steps), hybrids_(scene.hybrids) {}
-
-    Result<Name> nameOf(const storage::ParticleStep& step) override {
-        if (onName) onName();
-        for (std::size_t i = 0; i < steps_.size(); ++i)
-            if (steps_[i].get() == &step) return Name{std::to_string(i), "digest"};
-        return Error{ErrorCode::unsupported, "", "no step of the scene"};
-    }
-    Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override {
-        if (!broken) return steps_.at(std::stoul(name.file));
-        return Error{ErrorCode::notFound, "/data/beam.mote/step-000000.h5", "is not there"};
-    }
-
-    Result<Name> nameOf(const render::HybridStep& step) override {
-        for (std::size_t i = 0; i < hybrids_.size(); ++i)
-            if (hybrids_[i].get() == &step) return Name{std::to_string(i), "digest"};
-        return Error{ErrorCode::unsupported, "", "no step of the scene"};
-    }
-    Result<std::shared_ptr<const render::HybridStep>> openHybrid(const Name& name,
-                                                                 HybridRepresentation) override {
-        return hybrids_.at(std::stoul(name.file));
-    }
-
-    std::function<void()> onName;
-    bool broken = false;
-
-  private:
-    std::vector<std::shared_ptr<const storage::ParticleStep>> steps_;
-    std::vector<std::shared_ptr<const render::HybridStep>> hybrids_;
-};
-
-/// Ranks that serve while it lives.
-class Crew {
-  public:
-    Crew(int size, const render::Scene& scene)
-        : ranks_(size), steps_(static_cast<std::size_t>(size), SceneSteps(scene)) {
-        for (int rank = 1; rank < size; ++rank) {
-            threads_.emplace_back([this, rank] { render::serveRanks(ranks_[rank], steps(rank)); });
-        }
-        device_ = std::make_unique<render::RankedDevice>(ranks_[0], steps(0));
-    }
-    ~Crew() {
-        render::dismissRanks(ranks_[0]);
-        for (auto& thread : threads_) thread.join();
-    }
-
-    SceneSteps& steps(int rank) { return steps_[static_cast<std::size_t>(rank)]; }
-    render::Device& device() { return *device_; }
-
-  private:
-    ThreadRanks ranks_;
-    std::vector<SceneSteps> steps_;
-    std::vector<std::thread> threads_;
-    std::unique_ptr<render::Device> device_;
-};
 
 Image imageOf(const render::Picture& picture) {
     return {picture.width, picture.height, picture.pixels};
@@ -104,7 +41,7 @@ class RankedDeviceTest : public testing::TestWithParam<std::tuple<int, GoldenSce
 TEST_P(RankedDeviceTest, DrawsThePictureOfOneRank) {
     const auto& [ranks, golden] = GetParam();
     const auto scene = makeScene(golden.name);
-    Crew crew(ranks, scene);
+    RankCrew crew(ranks, scene);
     render::CpuDevice alone;
     render::Quality few{.resolutionScale = 0.7, .pointFraction = 0.3, .slabs = 24, .samplesPerCell = 1.0};
     for (const auto& quality : {render::Quality::exact(), few}) {
@@ -140,7 +77,7 @@ TEST(RankedDevice, DrawsLargePicturesInBatchesAndOtherFormats) {
     auto scene = mixedScene();
     scene.view.width = 700;
     scene.view.height = 500;
-    Crew crew(4, scene);
+    RankCrew crew(4, scene);
     render::CpuDevice alone;
     const auto plan = makeFramePlan(scene, render::Quality::exact());
     expectSame(draw(crew.device(), plan), draw(alone, plan));
@@ -150,13 +87,13 @@ TEST(RankedDevice, DrawsLargePicturesInBatchesAndOtherFormats) {
 }
 
 TEST(RankedDevice, SaysHowManyRanksThereAre) {
-    Crew crew(3, mixedScene());
+    RankCrew crew(3, mixedScene());
     EXPECT_TRUE(crew.device().name().ends_with(" on 3 ranks")) << crew.device().name();
 }
 
 TEST(RankedDevice, AStopEndsAPictureOnAllRanks) {
     const auto scene = mixedScene();
-    Crew crew(3, scene);
+    RankCrew crew(3, scene);
     const auto plan = makeFramePlan(scene, render::Quality::exact());
     std::stop_source stop;
     crew.steps(0).onName = [&] { stop.request_stop(); };  // before the order goes out
@@ -168,7 +105,7 @@ TEST(RankedDevice, AStopEndsAPictureOnAllRanks) {
 
 TEST(RankedDevice, AFailureOnOneRankEndsThePictureAndNoMore) {
     const auto scene = mixedScene();
-    Crew crew(3, scene);
+    RankCrew crew(3, scene);
     const auto plan = makeFramePlan(scene, render::Quality::exact());
     crew.steps(2).broken = true;  // read by the rank's thread after it had the order
     try {
@@ -187,7 +124,7 @@ TEST(RankedDevice, NothingInViewIsBackground) {
     auto scene = mixedScene();
     scene.steps.clear();
     scene.view.layers.clear();
-    Crew crew(2, scene);
+    RankCrew crew(2, scene);
     render::CpuDevice alone;
     const auto plan = makeFramePlan(scene, render::Quality::exact());
     EXPECT_EQ(draw(crew.device(), plan).pixels, draw(alone, plan).pixels);

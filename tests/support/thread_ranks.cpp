@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/unit/ranks/thread_ranks.h"
+#include "tests/support/thread_ranks.h"
 
 #include <algorithm>
 #include <cstring>

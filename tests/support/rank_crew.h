@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// RankCrew: the device of several ranks that are threads of the test, for one scene whose data all of them
+// have in memory. The ranks serve while it lives; its device belongs to the thread that made it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "server/render/ranks/rank_steps.h"
+#include "server/render/ranks/ranked_device.h"
+#include "server/render/scene.h"
+#include "tests/support/thread_ranks.h"
+
+namespace mote::test {
+
+/// The steps of one scene.
+class SceneSteps final : public render::RankSteps {
+  public:
+    explicit SceneSteps(const render::Scene& scene) : steps_(scene.steps), hybrids_(scene.hybrids) {}
+
+    Result<Name> nameOf(const storage::ParticleStep& step) override;
+    Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
+    Result<Name> nameOf(const render::HybridStep& step) override;
+    Result<std::shared_ptr<const render::HybridStep>> openHybrid(const Name& name,
+                                                                 HybridRepresentation asked) override;
+
+    std::function<void()>
+        onName;           ///< called before a step of particles is named, so before an order goes out
+    bool broken = false;  ///< no step of particles can be opened
+
+  private:
+    std::vector<std::shared_ptr<const storage::ParticleStep>> steps_;
+    std::vector<std::shared_ptr<const render::HybridStep>> hybrids_;
+};
+
+class RankCrew {
+  public:
+    RankCrew(int size, const render::Scene& scene);
+    ~RankCrew();
+    RankCrew(const RankCrew&) = delete;
+    RankCrew& operator=(const RankCrew&) = delete;
+
+    SceneSteps& steps(int rank) { return steps_[static_cast<std::size_t>(rank)]; }
+    render::Device& device() { return *device_; }
+
+  private:
+    ThreadRanks ranks_;
+    std::vector<SceneSteps> steps_;
+    std::vector<std::thread> threads_;
+    std::unique_ptr<render::Device> device_;
+};
+
+}  // namespace mote::test

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/views/doubt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+
+#include "server/render/hybrid/hybrid_transfer.h"
+#include "tests/reference/reference_renderer.h"
+
+namespace mote::test {
+namespace {
+
+constexpr double pixelShift = 1e-3;     // pixels
+constexpr double depthShift = 0x1p-23;  // of the depths that are drawn
+constexpr double knotShift = 0x1p-16;   // of the range of values
+constexpr double cutShift = 0x1p-20;    // of the volume
+constexpr double fewestSamples = 24.0, mostSamples = 192.0;
+constexpr double enoughCertain = 0.03;  // share in doubt with which no more samples are tried
+
+/// The box of a layer in layer space; of dots, where they are made.
+Bounds boundsOf(const render::Scene& scene, std::size_t layer) {
+    const bool hybrid = layer < scene.hybrids.size() && scene.hybrids[layer] != nullptr;
+    return hybrid ? scene.hybrids[layer]->bounds() : plotBounds;
+}
+
+/// How deep all is that a camera may see.
+double depthRange(const render::Scene& scene) {
+    double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+    const Camera& camera = scene.view.camera;
+    for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
+        const auto box = boundsOf(scene, i).transformed(camera.worldToEye() * scene.view.layers[i].transform);
+        nearest = std::min(nearest, -box.max.z);
+        farthest = std::max(farthest, -box.min.z);
+    }
+    if (camera.perspective()) nearest = std::max(nearest, 0.0);
+    return std::max(farthest - nearest, 0.0);
+}
+
+/// Eye space moved by a share of a pixel, and in depth.
+glm::dmat4 shift(const View& view, double pixels, double depth) {
+    const double pixel = 2.0 * view.camera.halfHeight() / view.height;
+    glm::dmat4 result(1.0);
+    // Of a perspective picture a pixel is as wide as it is deep.
+    auto& column = result[view.camera.perspective() ? 2 : 3];
+    const double along = view.camera.perspective() ? -1.0 : 1.0;
+    column.x += along * pixels * pixel;
+    column.y += along * 0.7 * pixels * pixel;
+    result[3].z += depth;
+    return result;
+}
+
+Curve movedCurve(const Curve& curve, double offset, double least, double greatest) {
+    auto knots = curve.knots();
+    for (auto& knot : knots) knot.x = std::clamp(knot.x + offset, least, greatest);
+    return Curve::create(std::move(knots), least, greatest).value();
+}
+
+void moveStyle(HybridStyle& style, const render::HybridStep& step, double way) {
+    const double range = step.range.high - step.range.low;
+    constexpr double widest = std::numeric_limits<double>::max();
+    style.opacity = movedCurve(style.opacity ? *style.opacity : render::defaultOpacity(step),
+                               way * knotShift * range, -widest, widest);
+    const double extent = glm::length(step.bounds().size());
+    for (auto& plane : style.clipPlanes) plane.distance += way * cutShift * extent;
+    if (!style.clipBox) return;
+    style.clipBox->min += way * cutShift * extent;
+    style.clipBox->max += way * cutShift * extent;
+}
+
+void moveLayer(render::Scene& scene, std::size_t i, double way, double range) {
+    Layer& layer = scene.view.layers[i];
+    const glm::dmat4 worldToEye = scene.view.camera.worldToEye();
+    const double depth = way * static_cast<double>(i + 1) * depthShift * range;
+    const glm::dmat4 shifted = shift(scene.view, way * pixelShift, depth) * worldToEye * layer.transform;
+    layer.transform = glm::inverse(worldToEye) * shifted;
+    if (auto* const style = layer.particles())
+        style->volumeOpacity = movedCurve(style->volumeOpacity, way * knotShift, 0.0, 1.0);
+    if (auto* const style = std::get_if<HybridStyle>(&layer.style)) moveStyle(*style, *scene.hybrids[i], way);
+}
+
+bool differ(const Image& one, const Image& other, std::size_t pixel) {
+    for (std::size_t c = 0; c < 3; ++c)
+        if (std::abs(one.pixels[4 * pixel + c] - other.pixels[4 * pixel + c]) > 1) return true;
+    return false;
+}
+
+Judgement judgeWith(const render::Scene& scene, double samples) {
+    const auto picture = reference::render(scene, {samples});
+    Judgement judgement{reference::encode(picture), picture.ambiguous, samples};
+    for (const double way : {1.0, -1.0}) {
+        const auto other = reference::encode(reference::render(moved(scene, way), {0.5 * samples}));
+        for (std::size_t i = 0; i < judgement.doubtful.size(); ++i)
+            if (differ(judgement.expected, other, i)) judgement.doubtful[i] = 1;
+    }
+    return judgement;
+}
+
+}  // namespace
+
+double Judgement::doubtfulShare() const {
+    const auto certain = std::count(doubtful.begin(), doubtful.end(), 0);
+    return 1.0 - static_cast<double>(certain) / static_cast<double>(doubtful.size());
+}
+
+render::Scene moved(const render::Scene& scene, double way) {
+    render::Scene result = scene;
+    const double range = depthRange(scene);
+    for (std::size_t i = 0; i < scene.view.layers.size(); ++i) moveLayer(result, i, way, range);
+    if (scene.dots == nullptr) return result;
+    auto dots = std::make_shared<render::Dots>(*scene.dots);
+    const double more = static_cast<double>(scene.view.layers.size() + 1);
+    for (auto& dot : *dots) {
+        dot.x += static_cast<float>(way * pixelShift);
+        dot.y += static_cast<float>(0.7 * way * pixelShift);
+        dot.depth -= way * more * depthShift * range;
+    }
+    result.dots = std::move(dots);
+    return result;
+}
+
+Judgement judge(const render::Scene& scene) {
+    double samples = fewestSamples;
+    while (true) {
+        auto judgement = judgeWith(scene, samples);
+        if (samples >= mostSamples || judgement.doubtfulShare() <= enoughCertain) return judgement;
+        samples *= 2.0;
+    }
+}
+
+}  // namespace mote::test

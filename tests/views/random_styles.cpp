@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/views/random_styles.h"
+
+#include <algorithm>
+
+#include "tests/views/random_curves.h"
+
+namespace mote::test {
+namespace {
+
+constexpr ValueRange shares{0.0, 1.0};
+
+/// Pixels from 0.1 to 64, mostly of the size of points.
+double anySize(Random& random) {
+    if (random.chance(0.25)) return random.oneOf({0.1, 1.0, 1.001, 2.0, 7.0, 33.0, 64.0});
+    return random.chance(0.7) ? random.between(0.5, 4.0) : random.between(0.25, 16.0);
+}
+
+void setVector(const glm::dvec3& vector, google::protobuf::RepeatedField<double>* field) {
+    field->Assign(&vector.x, &vector.x + 3);
+}
+
+void setVolume(Random& random, proto::VolumeStyle& style) {
+    if (random.chance(0.85)) {
+        for (const auto& knot : anyKnots(random, shares)) {
+            auto* const added = style.add_curve();
+            added->set_density(knot.x);
+            added->set_opacity(knot.y);
+        }
+    }
+    if (random.chance(0.6)) style.set_color_map(anyColorMap(random));
+}
+
+void setPoints(Random& random, proto::PointsStyle& style) {
+    if (random.chance(0.6)) style.set_linked(random.chance(0.3));
+    if (style.has_linked() && !style.linked()) {
+        for (const auto& knot : anyKnots(random, shares)) {
+            auto* const added = style.add_curve();
+            added->set_density(knot.x);
+            added->set_fraction(knot.y);
+        }
+    }
+    if (random.chance(0.8)) style.set_opacity(anyShare(random));
+    if (random.chance(0.7)) style.set_size_pixels(anySize(random));
+    if (random.chance(0.6)) setAnyColor(random, style.mutable_color());
+}
+
+void setLight(Random& random, bool mayShadow, proto::Light& light) {
+    if (random.chance(0.6)) {
+        const double length = random.magnitude(-4, 4);
+        setVector(length * random.direction(), light.mutable_direction());
+    }
+    light.set_fixed(random.chance(0.3));
+    if (random.chance(0.5)) light.set_ambient(anyShare(random));
+    if (random.chance(0.5)) light.set_diffuse(anyShare(random));
+    if (random.chance(0.5)) light.set_specular(anyShare(random));
+    light.set_shadow(mayShadow && random.chance(0.2));
+}
+
+void setCurve(Random& random, const ValueRange& range, proto::HybridStyle& style) {
+    if (random.chance(0.15)) return;
+    const bool colored = random.chance(0.3);
+    const double wider = random.chance(0.1) ? 0.5 * (range.high - range.low) : 0.0;
+    for (const auto& knot : anyKnots(random, {range.low - wider, range.high + wider})) {
+        auto* const added = style.add_curve();
+        added->set_value(knot.x);
+        added->set_opacity(knot.y);
+        if (colored) setAnyColor(random, added->mutable_color());
+    }
+    if (!colored && random.chance(0.5)) style.set_color_map(anyColorMap(random));
+    if (!random.chance(0.2)) return;
+    const double low = random.between(range.low, range.high);
+    style.add_color_range(low);
+    style.add_color_range(low + random.magnitude(-6, 1) * (range.high - range.low));
+}
+
+void setRepresentation(Random& random, const DatasetTraits& data, proto::HybridStyle& style) {
+    const auto name = random.oneOf({"", "volume", "residual", "points"});
+    const bool has = (name[0] != 'r' || data.bricks) && (name[0] != 'p' || data.points);
+    style.set_representation(has ? name : "");
+}
+
+/// All that a style says of a hybrid volume's points, but for their being drawn at all.
+void setHybridPoints(Random& random, proto::HybridStyle& style) {
+    style.set_point_shape(random.oneOf({"", "square", "disc", "gaussian"}));
+    if (random.chance(0.4)) style.set_point_opacity(anyShare(random));
+    if (!random.chance(0.5)) return;
+    style.set_point_size(random.chance(0.7) ? random.between(0.5, 2.0) : random.oneOf({0.1, 1.0, 4.0, 16.0}));
+}
+
+void setPlanes(Random& random, const Bounds& bounds, proto::HybridStyle& style) {
+    if (!random.chance(0.35)) return;
+    const glm::dvec3 size = bounds.size();
+    for (auto count = 1 + random.below(random.chance(0.2) ? 6 : 2); count > 0; --count) {
+        const double length = random.magnitude(-3, 3);
+        const glm::dvec3 normal = length * random.direction();
+        // Through a place within the box mostly; beyond it all stays, or nothing.
+        const double x = random.unit(), y = random.unit(), z = random.unit();
+        glm::dvec3 place = bounds.min + size * glm::dvec3(x, y, z);
+        if (random.chance(0.15)) place += 2.0 * random.sign() * size;
+        auto* const plane = style.add_clip_planes();
+        setVector(normal, plane->mutable_normal());
+        plane->set_distance(normal.x * place.x + normal.y * place.y + normal.z * place.z);
+    }
+}
+
+void setClipBox(Random& random, const Bounds& bounds, proto::HybridStyle& style) {
+    if (!random.chance(0.25)) return;
+    glm::dvec3 min = bounds.min, max = bounds.max;
+    const glm::dvec3 size = bounds.size();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (random.chance(0.4)) continue;  // exactly at the volume's own sides
+        min[axis] = bounds.min[axis] + size[axis] * random.between(-0.25, random.chance(0.1) ? 2.0 : 0.6);
+        max[axis] = min[axis] + size[axis] * random.magnitude(-4, 1);
+    }
+    setVector(min, style.mutable_clip_box()->mutable_min());
+    setVector(max, style.mutable_clip_box()->mutable_max());
+}
+
+}  // namespace
+
+proto::ParticlesStyle anyParticlesStyle(Random& random) {
+    proto::ParticlesStyle style;
+    setVolume(random, *style.mutable_volume());
+    setPoints(random, *style.mutable_points());
+    return style;
+}
+
+proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data) {
+    proto::HybridStyle style;
+    setRepresentation(random, data, style);
+    setCurve(random, data.range, style);
+    setHybridPoints(random, style);
+    if (random.chance(0.6)) setLight(random, false, *style.mutable_light());
+    setPlanes(random, data.bounds, style);
+    setClipBox(random, data.bounds, style);
+    return style;
+}
+
+proto::StippleStyle anyStippleStyle(Random& random) {
+    proto::StippleStyle style;
+    if (random.chance(0.5)) style.set_spacing_pixels(random.chance(0.2) ? 0.5 : random.between(1.0, 1000.0));
+    if (random.chance(0.7)) style.set_dot_pixels(anySize(random));
+    if (random.chance(0.4)) style.set_least_dot_pixels(anySize(random));
+    if (random.chance(0.6)) setAnyColor(random, style.mutable_color());
+    if (random.chance(0.3)) setLight(random, true, *style.mutable_light());
+    if (random.chance(0.3)) style.set_jitter(random.between(0.0, 4.0));
+    style.set_soft(random.chance(0.3));
+    if (random.chance(0.3)) style.set_gamma(random.between(0.0625, 20.0));
+    style.set_invert(random.chance(0.3));
+    if (random.chance(0.7)) style.set_opacity(anyShare(random));
+    style.set_see_through(random.chance(0.3));
+    style.set_value(random.oneOf({"", "tone", "depth", "x", "y", "z"}));
+    if (random.chance(0.3)) style.set_color_map(anyColorMap(random));
+    return style;
+}
+
+}  // namespace mote::test

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/views/view_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "tests/views/dot_data.h"
+#include "tests/views/hybrid_data.h"
+#include "tests/views/particle_data.h"
+
+namespace mote::test {
+namespace {
+
+constexpr std::string_view root = "views/";
+
+std::span<const std::string_view> formsOf(DataKind kind) {
+    if (kind == DataKind::particles) return particleForms();
+    return kind == DataKind::hybrid ? hybridForms() : dotForms();
+}
+
+DataKind kindOf(const Layer& layer) {
+    if (layer.particles() != nullptr) return DataKind::particles;
+    return layer.hybrid() != nullptr ? DataKind::hybrid : DataKind::dots;
+}
+
+Error missing(const std::string& name) {
+    return {ErrorCode::notFound, "dataset", "no generated dataset is called \"" + name + '"'};
+}
+
+Status checkRepresentation(const HybridStyle& style, const render::HybridStep& step) {
+    using enum HybridRepresentation;
+    const bool lacks = (style.representation == residual && !step.bricks) ||
+                       (style.representation == points && !step.points);
+    if (!lacks) return success();
+    return Error{ErrorCode::unsupported, "representation", "the dataset has none"};
+}
+
+}  // namespace
+
+std::string DatasetName::toString() const {
+    return fmt::format("{}{}-{}", root, form, number);
+}
+
+DatasetName ViewData::any(Random& random, DataKind kind) {
+    const auto forms = formsOf(kind);
+    const std::string form(forms[random.below(forms.size())]);
+    return {kind, form, static_cast<std::uint32_t>(random.below(numbers))};
+}
+
+Result<DatasetName> ViewData::find(const std::string& name, DataKind kind) {
+    const std::size_t dash = name.rfind('-');
+    if (!name.starts_with(root) || dash == std::string::npos || dash < root.size()) return missing(name);
+    DatasetName found{kind, name.substr(root.size(), dash - root.size()), 0};
+    const char* const end = name.data() + name.size();
+    const auto [last, error] = std::from_chars(name.data() + dash + 1, end, found.number);
+    const auto forms = formsOf(kind);
+    const bool known = std::find(forms.begin(), forms.end(), found.form) != forms.end();
+    if (error != std::errc() || last != end || found.number >= numbers || !known) return missing(name);
+    return found;
+}
+
+DatasetTraits ViewData::traits(const DatasetName& name) {
+    if (name.kind != DataKind::hybrid) return {plotBounds};
+    const HybridShape shape = hybridShape(name.form, name.number);
+    return {Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(shape.boxToLayer), shape.range, shape.bricks,
+            shape.points};
+}
+
+std::shared_ptr<const storage::ParticleStep> ViewData::particles(const DatasetName& name,
+                                                                 std::uint32_t step) {
+    auto& kept = particles_[name.toString() + fmt::format("/{}", step)];
+    if (!kept) kept = particleStep(name.form, name.number, step);
+    return kept;
+}
+
+std::shared_ptr<const render::HybridStep> ViewData::hybrid(const DatasetName& name, std::uint32_t step) {
+    auto& kept = hybrids_[name.toString() + fmt::format("/{}", step)];
+    if (!kept) kept = hybridStep(name.form, name.number, step);
+    return kept;
+}
+
+Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dots) {
+    const auto name = find(layer.dataset, kindOf(layer));
+    MOTE_RETURN_IF_ERROR(name);
+    if (layer.step >= steps)
+        return Error{ErrorCode::notFound, "step", fmt::format("there are {} steps", steps)};
+    scene.steps.emplace_back();
+    scene.hybrids.emplace_back();
+    if (name->kind == DataKind::particles) scene.steps.back() = particles(*name, layer.step);
+    if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
+    if (name->kind != DataKind::hybrid) return success();
+    scene.hybrids.back() = hybrid(*name, layer.step);
+    return checkRepresentation(*layer.hybrid(), *scene.hybrids.back());
+}
+
+Result<render::Scene> ViewData::scene(const proto::View& message) {
+    const auto view = parseView(message);
+    MOTE_RETURN_IF_ERROR(view);
+    render::Scene scene{*view, {}};
+    auto dots = std::make_shared<render::Dots>();
+    for (std::size_t i = 0; i < view->layers.size(); ++i) {
+        const auto added = add(view->layers[i], scene, *dots);
+        if (!added.ok()) return added.error().within(fmt::format("layers[{}]", i));
+    }
+    if (!dots->empty()) scene.dots = std::move(dots);
+    return scene;
+}
+
+}  // namespace mote::test

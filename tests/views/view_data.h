@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ViewData: the data of generated views. A dataset's name says all of it, "views/KIND-NUMBER", so a view in a
+// file is enough to draw it again: nothing, one particle, beams, constant and random volumes, hybrid volumes
+// of every form, dots. Made at first use and kept; one owner, one thread.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/scene/error.h"
+#include "server/render/scene.h"
+#include "tests/views/random.h"
+
+namespace mote::test {
+
+enum class DataKind { particles, hybrid, dots };
+
+struct DatasetName {
+    DataKind kind = DataKind::particles;
+    std::string form;          ///< "beam", "machine", "sphere", ...
+    std::uint32_t number = 0;  ///< what else differs
+
+    /// "views/beam-3".
+    std::string toString() const;
+};
+
+/// What a style and a camera ask of a dataset.
+struct DatasetTraits {
+    Bounds bounds;               ///< layer space
+    ValueRange range{0.0, 1.0};  ///< of a hybrid volume
+    bool bricks = false;         ///< of a hybrid volume: its residual
+    bool points = false;         ///< likewise
+};
+
+class ViewData {
+  public:
+    /// Steps of each dataset.
+    static constexpr std::uint32_t steps = 3;
+    static constexpr std::uint32_t numbers = 12;
+
+    static DatasetName any(Random& random, DataKind kind);
+    /// Errors: notFound.
+    static Result<DatasetName> find(const std::string& name, DataKind kind);
+    static DatasetTraits traits(const DatasetName& name);
+
+    /// Errors: the view's own; a dataset or step that is none of these, of another kind than its layer, or
+    /// without what is drawn of it.
+    Result<render::Scene> scene(const proto::View& message);
+
+  private:
+    Status add(const Layer& layer, render::Scene& scene, render::Dots& dots);
+    std::shared_ptr<const storage::ParticleStep> particles(const DatasetName& name, std::uint32_t step);
+    std::shared_ptr<const render::HybridStep> hybrid(const DatasetName& name, std::uint32_t step);
+
+    std::map<std::string, std::shared_ptr<const storage::ParticleStep>> particles_;
+    std::map<std::string, std::shared_ptr<const render::HybridStep>> hybrids_;
+};
+
+}  // namespace mote::test

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/views/view_generator.h"
+
+#include <array>
+#include <utility>
+
+#include "protocol/scene/view.h"
+#include "tests/views/random_camera.h"
+#include "tests/views/random_curves.h"
+#include "tests/views/random_places.h"
+#include "tests/views/random_styles.h"
+
+namespace mote::test {
+namespace {
+
+/// Width and height of a picture; the last ones are for those who have time.
+std::pair<std::uint32_t, std::uint32_t> anySize(Random& random, std::uint64_t mostPixels) {
+    static constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 14> sizes{{{1, 1},
+                                                                                    {1, 37},
+                                                                                    {61, 1},
+                                                                                    {16, 9},
+                                                                                    {17, 5},
+                                                                                    {24, 16},
+                                                                                    {32, 24},
+                                                                                    {31, 17},
+                                                                                    {33, 23},
+                                                                                    {4, 150},
+                                                                                    {64, 48},
+                                                                                    {97, 61},
+                                                                                    {160, 100},
+                                                                                    {4096, 16}}};
+    while (true) {
+        const auto size = sizes[random.below(sizes.size())];
+        const bool odd = size.first == 1 || size.second == 1;
+        if (odd && random.chance(0.7)) continue;
+        if (std::uint64_t{size.first} * size.second <= mostPixels) return size;
+    }
+}
+
+DataKind anyKind(Random& random) {
+    const double kind = random.unit();
+    if (kind < 0.5) return DataKind::particles;
+    return kind < 0.85 ? DataKind::hybrid : DataKind::dots;
+}
+
+std::uint64_t layerCount(Random& random) {
+    if (random.chance(0.45)) return 1;
+    if (random.chance(0.02)) return 0;
+    return random.chance(0.6) ? 2 + random.below(2) : 1 + random.below(8);
+}
+
+/// A layer of any dataset, without its transform.
+proto::Layer anyLayer(Random& random, const DatasetName& data) {
+    proto::Layer layer;
+    layer.set_dataset(data.toString());
+    layer.set_step(static_cast<std::uint32_t>(random.below(ViewData::steps)));
+    if (data.kind == DataKind::particles) *layer.mutable_particles() = anyParticlesStyle(random);
+    if (data.kind == DataKind::hybrid)
+        *layer.mutable_hybrid() = anyHybridStyle(random, ViewData::traits(data));
+    if (data.kind == DataKind::dots) *layer.mutable_stipple() = anyStippleStyle(random);
+    return layer;
+}
+
+/// A negative zero, which does not come back from a file, is none.
+double positiveZero(double value) {
+    return value + 0.0;
+}
+
+void setTransform(const glm::dmat4& transform, proto::Layer& layer) {
+    if (transform == glm::dmat4(1.0)) return;
+    for (int i = 0; i < 16; ++i) layer.add_transform(positiveZero(transform[i % 4][i / 4]));
+}
+
+void setCamera(const Camera& camera, proto::View& view) {
+    auto& message = *view.mutable_camera();
+    message = toProto(camera);
+    for (auto* const vector : {message.mutable_eye(), message.mutable_target(), message.mutable_up()})
+        for (double& value : *vector) value = positiveZero(value);
+}
+
+/// What the camera is aimed at: one layer, or all of them.
+Bounds aimOf(Random& random, const std::vector<Bounds>& inWorld) {
+    if (inWorld.empty()) return plotBounds;
+    Bounds all = inWorld[random.below(inWorld.size())];
+    if (random.chance(0.3)) {
+        for (const auto& bounds : inWorld) all = all.united(bounds);
+    }
+    return all;
+}
+
+proto::View tryView(Random& random, const ViewShape& shape) {
+    proto::View view;
+    const auto [width, height] = anySize(random, shape.mostPixels);
+    view.set_width(width);
+    view.set_height(height);
+    if (random.chance(0.5)) setAnyColor(random, view.mutable_background());
+    std::vector<Bounds> inLayer, inWorld;
+    for (auto count = layerCount(random); count > 0; --count) {
+        const DataKind kind = anyKind(random);
+        const auto data = ViewData::any(random, kind);
+        *view.add_layers() = anyLayer(random, data);
+        inLayer.push_back(ViewData::traits(data).bounds);
+    }
+    const auto transforms = anyTransforms(random, inLayer);
+    for (std::size_t i = 0; i < transforms.size(); ++i) {
+        setTransform(transforms[i], *view.mutable_layers(static_cast<int>(i)));
+        inWorld.push_back(inLayer[i].transformed(transforms[i]));
+    }
+    const Bounds aim = aimOf(random, inWorld);
+    const Camera camera = anyCamera(random, aim);
+    if (random.chance(0.1)) return view;
+    setCamera(camera, view);
+    if (random.chance(0.1)) view.mutable_camera()->clear_fov_y_degrees();
+    return view;
+}
+
+}  // namespace
+
+proto::View generatedView(std::uint64_t seed, std::uint64_t number, const ViewShape& shape) {
+    Random random(seed, number);
+    while (true) {
+        // Where eye and target coincide in their digits, or a box has no room left, the next one is taken.
+        auto view = tryView(random, shape);
+        if (parseView(view).ok()) return view;
+    }
+}
+
+}  // namespace mote::test
