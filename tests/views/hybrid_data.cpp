@@ -63,8 +63,8 @@ HybridShape hybridShape(const std::string& form, std::uint32_t number) {
     const std::array<ValueRange, 4> ranges{{{-1000.0, 3000.0}, {0.0, 1.0}, {2.0, 202.0}, {1e-9, 3e-9}}};
     shape.range = ranges[number / 2 % 4];
     shape.threshold = 0.06 * (shape.range.high - shape.range.low);
-    shape.bricks = number % 3 != 1;
-    shape.points = number % 3 != 2;
+    using enum HybridRepresentation;
+    shape.parts = std::array{residual, points, residual, points, volume}[number % 5];
     return shape;
 }
 

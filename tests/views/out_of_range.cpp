@@ -74,7 +74,6 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"ClipPlane.normal", {-1e6, 1e6}},
         {"HybridStyle.color_range", {-1e30, 1e30}},
         {"HybridStyle.point_opacity", {0.0, 1.0}},
-        {"HybridStyle.point_size", {0.1, 16.0}},
         {"HybridStyle.Knot.color", {0.0, 1.0}},
         {"HybridStyle.Knot.opacity", {0.0, 1.0}},
         {"HybridStyle.Knot.value", {-1e30, 1e30}},

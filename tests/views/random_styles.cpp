@@ -76,7 +76,8 @@ void setCurve(Random& random, const ValueRange& range, proto::HybridStyle& style
 
 void setRepresentation(Random& random, const DatasetTraits& data, proto::HybridStyle& style) {
     const auto name = random.oneOf({"", "volume", "residual", "points"});
-    const bool has = (name[0] != 'r' || data.bricks) && (name[0] != 'p' || data.points);
+    using enum HybridRepresentation;
+    const bool has = (name[0] != 'r' || data.parts == residual) && (name[0] != 'p' || data.parts == points);
     style.set_representation(has ? name : "");
 }
 
@@ -84,8 +85,6 @@ void setRepresentation(Random& random, const DatasetTraits& data, proto::HybridS
 void setHybridPoints(Random& random, proto::HybridStyle& style) {
     style.set_point_shape(random.oneOf({"", "square", "disc", "gaussian"}));
     if (random.chance(0.4)) style.set_point_opacity(anyShare(random));
-    if (!random.chance(0.5)) return;
-    style.set_point_size(random.chance(0.7) ? random.between(0.5, 2.0) : random.oneOf({0.1, 1.0, 4.0, 16.0}));
 }
 
 void setPlanes(Random& random, const Bounds& bounds, proto::HybridStyle& style) {

@@ -31,9 +31,8 @@ Error missing(const std::string& name) {
 
 Status checkRepresentation(const HybridStyle& style, const render::HybridStep& step) {
     using enum HybridRepresentation;
-    const bool lacks = (style.representation == residual && !step.bricks) ||
-                       (style.representation == points && !step.points);
-    if (!lacks) return success();
+    const bool any = style.representation == best || style.representation == volume;
+    if (any || style.representation == step.parts) return success();
     return Error{ErrorCode::unsupported, "representation", "the dataset has none"};
 }
 
@@ -64,8 +63,7 @@ Result<DatasetName> ViewData::find(const std::string& name, DataKind kind) {
 DatasetTraits ViewData::traits(const DatasetName& name) {
     if (name.kind != DataKind::hybrid) return {plotBounds};
     const HybridShape shape = hybridShape(name.form, name.number);
-    return {Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(shape.boxToLayer), shape.range, shape.bricks,
-            shape.points};
+    return {Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(shape.boxToLayer), shape.range, shape.parts};
 }
 
 std::shared_ptr<const storage::ParticleStep> ViewData::particles(const DatasetName& name,

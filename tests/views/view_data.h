@@ -29,10 +29,9 @@ struct DatasetName {
 
 /// What a style and a camera ask of a dataset.
 struct DatasetTraits {
-    Bounds bounds;               ///< layer space
-    ValueRange range{0.0, 1.0};  ///< of a hybrid volume
-    bool bricks = false;         ///< of a hybrid volume: its residual
-    bool points = false;         ///< likewise
+    Bounds bounds;                                              ///< layer space
+    ValueRange range{0.0, 1.0};                                 ///< of a hybrid volume
+    HybridRepresentation parts = HybridRepresentation::volume;  ///< likewise: what sets it right
 };
 
 class ViewData {
