@@ -243,16 +243,16 @@ class HybridSource {
     HybridSamples low_, bricks_;
 };
 
-/// What lies between two samples of a hybrid volume, in its light.
+/// What lies between two samples of a hybrid volume, in its light. `length`: of a way of 1.
 struct LitPiece {
     V depth;  ///< optical depth, over that of a way of length 1
     V red, green, blue;
 
     HWY_INLINE LitPiece(const HybridSource& source, const RayLanes& rays, const Piece& piece,
-                        const Sample& from, const Sample& to)
+                        const Sample& from, const Sample& to, V length)
         : depth(piece.depth) {
         const Floats d;
-        const Blend blend(from, to, piece.mean);
+        const Blend blend(from, to, piece.mean, hn::Mul(piece.depth, length));
         const auto shade = source.shadeAt(rays, blend(from.way, to.way));
         const V scale = hn::Mul(shade.diffuse, hn::Set(d, colorScale));
         red = hn::MulAdd(blend(from.red, to.red), scale, shade.specular);
@@ -263,7 +263,7 @@ struct LitPiece {
 
 /// An optical depth in one piece, and a change of value, as the table counts it, from which on it must be
 /// looked at more closely.
-constexpr float deepPiece = 0.2F;
+constexpr float deepPiece = 0.5F;
 constexpr float steepPiece = 0.01F * VolumeTable::cells;
 constexpr float mostPiecesOfOne = 12.0F;
 
@@ -291,7 +291,7 @@ HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, con
     const V depth = hn::Mul(hn::Mul(whole.depth, length), hn::Set(d, 1.0F / deepPiece));
     const V wanted = hn::IfThenElseZero(seen, hn::Max(change, depth));
     if (!fine || hn::AllTrue(d, hn::Lt(wanted, hn::Set(d, 1.0F))))
-        return take(LitPiece(source, rays, whole, front, back));
+        return take(LitPiece(source, rays, whole, front, back, length));
     const V pieces =
         hn::Floor(hn::Add(hn::Min(wanted, hn::Set(d, mostPiecesOfOne - 1.0F)), hn::Set(d, 1.0F)));
     const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
@@ -303,7 +303,8 @@ HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, con
                               ? back
                               : choose(arrived, back, source.sampleAt(rays, hn::Add(from.way, step)));
         const Piece piece(from, to);
-        if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d)))) take(LitPiece(source, rays, piece, from, to));
+        if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d))))
+            take(LitPiece(source, rays, piece, from, to, length));
         from = to;
     }
 }

@@ -36,6 +36,15 @@ HWY_INLINE V expMinus(V x) {
     return hn::BitCast(d, hn::Add(hn::BitCast(ints, sum), exponent));
 }
 
+/// Of light that comes from a stretch of this optical depth, evenly filled, where it comes from on average:
+/// 1/2 where it is thin, less where its front hides its back. 1/x - 1/(exp(x) - 1), to within 0.025.
+HWY_INLINE V centreOfLight(V depth) {
+    const Floats d;
+    const V above = hn::Add(depth, hn::Set(d, 12.0F));
+    const V below = hn::MulAdd(hn::Add(depth, hn::Set(d, 6.0F)), depth, hn::Set(d, 24.0F));
+    return hn::Div(above, below);
+}
+
 /// The mean colour between two samples, weighted by extinction.
 struct Blend {
     V share;  ///< of the second
@@ -48,16 +57,24 @@ struct Blend {
         const V centre = hn::MulAdd(change, reciprocal(hn::Max(mean, hn::Set(d, 1e-12F))), hn::Set(d, 0.5F));
         share = hn::Min(hn::Max(centre, hn::Zero(d)), hn::Set(d, 1.0F));
     }
+    /// By what is seen of it from the front: `depth`, of the whole.
+    HWY_INLINE Blend(const Sample& from, const Sample& to, V mean, V depth) : Blend(from, to, mean) {
+        const Floats d;
+        const V seen = hn::Add(hn::Sub(share, hn::Set(d, 0.5F)), centreOfLight(depth));
+        share = hn::Min(hn::Max(seen, hn::Zero(d)), hn::Set(d, 1.0F));
+    }
     HWY_INLINE V operator()(V one, V other) const { return hn::MulAdd(share, hn::Sub(other, one), one); }
 };
 
-/// Optical depth, and colour times optical depth.
+/// What is in one stretch: optical depth, and colour times optical depth, which may change evenly from its
+/// front to its back: by so much, around so much in its middle.
 struct Matter {
     V tau, red, green, blue;
+    V redChange, greenChange, blueChange;
 
     HWY_INLINE Matter() {
         const Floats d;
-        tau = red = green = blue = hn::Zero(d);
+        tau = red = green = blue = redChange = greenChange = blueChange = hn::Zero(d);
     }
     HWY_INLINE void add(V depth, V r, V g, V b) {
         tau = hn::Add(tau, depth);
@@ -73,6 +90,9 @@ struct Matter {
         red = hn::MulAdd(scaled, blend(from.red, to.red), red);
         green = hn::MulAdd(scaled, blend(from.green, to.green), green);
         blue = hn::MulAdd(scaled, blend(from.blue, to.blue), blue);
+        redChange = hn::MulAdd(scaled, hn::Sub(to.red, from.red), redChange);
+        greenChange = hn::MulAdd(scaled, hn::Sub(to.green, from.green), greenChange);
+        blueChange = hn::MulAdd(scaled, hn::Sub(to.blue, from.blue), blueChange);
     }
 };
 
@@ -96,7 +116,7 @@ struct Light {
     }
     /// A stretch between two samples.
     HWY_INLINE void gather(V depth, const Sample& from, const Sample& to, V mean) {
-        const Blend blend(from, to, mean);
+        const Blend blend(from, to, mean, depth);
         const V passed = hn::Mul(left, expMinus(depth));
         const V share = hn::Mul(hn::Sub(left, passed), hn::Set(Floats(), colorScale));
         red = hn::MulAdd(share, blend(from.red, to.red), red);
@@ -108,7 +128,12 @@ struct Light {
     HWY_INLINE void gather(const Matter& matter) {
         const Floats d;
         const V one = hn::Div(hn::Set(d, 1.0F), hn::Max(matter.tau, hn::Set(d, 1e-30F)));
-        gather(matter.tau, hn::Mul(matter.red, one), hn::Mul(matter.green, one), hn::Mul(matter.blue, one));
+        const V place = hn::Sub(centreOfLight(matter.tau), hn::Set(d, 0.5F));
+        const auto seen = [&](V middle, V change) HWY_ATTR {
+            return hn::Max(hn::Mul(hn::MulAdd(place, change, middle), one), hn::Zero(d));
+        };
+        gather(matter.tau, seen(matter.red, matter.redChange), seen(matter.green, matter.greenChange),
+               seen(matter.blue, matter.blueChange));
     }
     /// Lets rays end of which no picture of 8 bits shows what is left, each by itself; whether all have.
     HWY_INLINE bool gone() {
