@@ -263,9 +263,9 @@ struct LitPiece {
 
 /// An optical depth in one piece, and a change of value, as the table counts it, from which on it must be
 /// looked at more closely.
-constexpr float deepPiece = 0.5F;
-constexpr float steepPiece = 0.01F * VolumeTable::cells;
-constexpr float mostPiecesOfOne = 12.0F;
+constexpr float deepPiece = 0.15F;
+constexpr float steepPiece = 0.006F * VolumeTable::cells;
+constexpr float mostPiecesOfOne = 16.0F;
 
 /// For each ray the one or the other sample.
 HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample& other) {

@@ -209,6 +209,8 @@ class PacketWalk {
         const bool anyHybrid = visible >> layers_ != 0;
         if (!frame_.cellByCell || anyHybrid) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
         if (!frame_.cellByCell) return end;
+        for (std::uint32_t left = visible; left != 0; left &= left - 1)
+            end = hn::Min(end, hn::Add(at, thinStretch(hwy::Num0BitsBelowLS1Bit_Nonzero32(left))));
         // Several volumes are mixed in each step: it must be short where they change differently.
         if ((visible & (visible - 1)) != 0)
             end = hn::Min(end, hn::Add(at, hn::Set(d, 0.5F * packet_.stretch)));
@@ -224,6 +226,18 @@ class PacketWalk {
             end = hn::IfThenElse(hn::Lt(way, hn::Set(d, 1.0F)), hn::Min(end, next), end);
         }
         return end;
+    }
+
+    /// So far, slabs, that a volume which goes on as at its front absorbs little: what is mixed in one step
+    /// is seen through each other.
+    HWY_INLINE V thinStretch(std::size_t l) const {
+        const Floats d;
+        const PacketRays& rays = packet_.rays[l];
+        const V slope = hn::Load(d, fronts_[l].slope.data());
+        const V unit =
+            hn::Mul(hn::LoadU(d, rays.length.data() + lane_), hn::LoadU(d, rays.rate.data() + lane_));
+        const V stretch = hn::Div(hn::Set(d, 0.5F), hn::Max(hn::Mul(slope, unit), hn::Set(d, 1e-20F)));
+        return hn::Max(stretch, hn::Set(d, packet_.stretch / 16.0F));
     }
 
     HWY_INLINE void addVolumes(std::uint32_t visible, V next, Matter& matter) {
