@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "server/render/cpu/point_places-inl.h"
@@ -17,79 +18,199 @@ HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace {
 
+/// The pixels of a picture, and behind them a place for each lane that shall count nowhere.
+class Pixels {
+  public:
+    HWY_INLINE Pixels(const PointMap& map, std::uint32_t* counts)
+        : counts_(counts),
+          rowPixels_(hn::Set(ints, static_cast<std::int32_t>(map.width))),
+          nowhere_(hn::Iota(ints, static_cast<std::int32_t>(map.width * map.height))) {}
+
+    /// Adds one to each pixel, row by row in the picture, that a lane of the mask names.
+    HWY_INLINE void add(Int pixels, Mask counted) const {
+        const Int some = hn::IfThenElse(hn::RebindMask(ints, counted), pixels, nowhere_);
+        const hn::RebindToUnsigned<Ints> unsignedInts;
+        // Whatever rounding did, nothing else is written to.
+        const auto safe = hn::Min(hn::BitCast(unsignedInts, some), hn::BitCast(unsignedInts, nowhere_));
+        HWY_ALIGN std::array<std::uint32_t, mostLanes> places;
+        hn::Store(safe, unsignedInts, places.data());
+        HWY_UNROLL(16)
+        for (std::size_t k = 0; k < hn::Lanes(ints); ++k) ++counts_[places[k]];
+    }
+
+    /// Of whole numbers, not beyond 2^22, from pixel `first` on.
+    HWY_INLINE Int from(Int first, Float columns, Float rows) const {
+        return hn::Add(hn::Add(first, wholeOf(columns)), hn::Mul(wholeOf(rows), rowPixels_));
+    }
+
+  private:
+    /// In the low bits of a sum, without the checks of a conversion.
+    HWY_INLINE static Int wholeOf(Float number) {
+        constexpr float lowBits = 12582912.0F;  // 1.5 * 2^23
+        const Int bits = hn::BitCast(ints, hn::Add(number, hn::Set(floats, lowBits)));
+        return hn::Sub(bits, hn::Set(ints, std::bit_cast<std::int32_t>(lowBits)));
+    }
+
+    std::uint32_t* counts_;
+    Int rowPixels_, nowhere_;
+};
+
 /// Counts the points of a vector that fall into the picture.
 struct PixelsInView {
+    Pixels pixels;
     Float width, height;
-    Int rowPixels;
 
-    HWY_INLINE explicit PixelsInView(const PointMap& map)
-        : width(hn::Set(floats, static_cast<float>(map.width))),
-          height(hn::Set(floats, static_cast<float>(map.height))),
-          rowPixels(hn::Set(ints, static_cast<std::int32_t>(map.width))) {}
+    HWY_INLINE PixelsInView(const PointMap& map, std::uint32_t* counts)
+        : pixels(map, counts),
+          width(hn::Set(floats, static_cast<float>(map.width))),
+          height(hn::Set(floats, static_cast<float>(map.height))) {}
 
-    HWY_INLINE std::size_t count(const Projected& at, Mask drawn, std::uint32_t* counts) const {
+    HWY_INLINE std::size_t count(const Projected& at, Mask drawn) const {
         const Float zero = hn::Zero(floats);
         const Mask inX = hn::And(hn::Ge(at.x, zero), hn::Lt(at.x, width));
         const Mask inY = hn::And(hn::Ge(at.y, zero), hn::Lt(at.y, height));
         const Mask seen = hn::And(hn::And(inX, inY), hn::And(at.seen, drawn));
-        const Int row = hn::Mul(hn::ConvertTo(ints, at.y), rowPixels);
-        const Int pixel = hn::Add(row, hn::ConvertTo(ints, at.x));
-        HWY_ALIGN std::array<std::int32_t, mostLanes> pixels;
-        const std::size_t hits = hn::CompressStore(pixel, hn::RebindMask(ints, seen), ints, pixels.data());
-        for (std::size_t k = 0; k < hits; ++k) ++counts[pixels[k]];
-        return hits;
+        pixels.add(pixels.from(hn::Zero(ints), hn::Floor(at.x), hn::Floor(at.y)), seen);
+        return hn::CountTrue(floats, seen);
     }
 };
 
-/// A leaf whose cell meets at most 2 x 2 pixels of the picture.
-template <bool perspective>
-HWY_INLINE void countInFour(const PointMap& map, const LeafMap<perspective>& toScreen, const LeafRun& run,
-                            const PackedPosition* points, std::size_t count, float left, float top,
-                            std::uint32_t* counts) {
-    const Quarters quarters = countQuarters(toScreen, points, count, run.end, left, top);
-    std::uint32_t* const first =
-        counts + static_cast<std::size_t>(top) * map.width + static_cast<std::size_t>(left);
-    first[0] += quarters.leftTop;
-    first[1] += quarters.rightTop;
-    first[map.width] += quarters.leftBottom;
-    first[map.width + 1] += quarters.rightBottom;
-}
+/// How a leaf is counted.
+enum Way : std::int32_t { notAtAll, inOnePixel, inFourPixels, inside, atBorder };
 
-template <bool perspective>
-HWY_INLINE void countEach(const PixelsInView& inView, const LeafMap<perspective>& toScreen,
-                          const LeafRun& run, const PackedPosition* points, std::size_t count,
-                          std::uint32_t* counts) {
-    for (std::size_t i = 0; i < count; i += hn::Lanes(floats)) {
-        const Projected at = toScreen(loadPlaces(points + i, run.end));
-        inView.count(at, hn::FirstN(floats, count - i), counts);
+/// Of a block of leaves: how each is counted, and the first pixel that it meets, row by row in the picture.
+struct LeafWays {
+    HWY_ALIGN std::array<std::int32_t, LeafPlaces::block> way, first;
+
+    HWY_INLINE void choose(const PointMap& map, const LeafPlaces& places, std::size_t size) {
+        for (std::size_t i = 0; i < size; i += hn::Lanes(floats)) chooseVector(map, places, i);
     }
-}
+
+  private:
+    struct Span {
+        Float first;  ///< pixel
+        Mask outside, one, whole, wholeTwo;
+    };
+
+    HWY_INLINE static Span spanOf(const LeafPlaces::Numbers& from, const LeafPlaces::Numbers& to,
+                                  std::size_t i, std::uint32_t pixels) {
+        // Points are rounded, by no more than this: they are to stay in the picture.
+        constexpr float margin = 1.0F / 64.0F;
+        const Float least = hn::Load(floats, from.data() + i), most = hn::Load(floats, to.data() + i);
+        const Float zero = hn::Zero(floats), end = hn::Set(floats, static_cast<float>(pixels));
+        const Float first = hn::Floor(least), edge = hn::Set(floats, margin);
+        return {first, hn::Or(hn::Lt(most, zero), hn::Gt(least, end)), hn::Eq(first, hn::Floor(most)),
+                hn::And(hn::Ge(least, edge), hn::Le(most, hn::Sub(end, edge))),
+                hn::And(hn::Ge(first, zero), hn::Le(hn::Add(first, hn::Set(floats, 2.0F)), end))};
+    }
+
+    HWY_INLINE void chooseVector(const PointMap& map, const LeafPlaces& places, std::size_t i) {
+        const Span columns = spanOf(places.left, places.right, i, map.width);
+        const Span rows = spanOf(places.top, places.bottom, i, map.height);
+        const Mask two = hn::Gt(hn::Load(floats, places.column.data() + i), columns.first);
+        const auto either = [](Mask mask, Way chosen, Int otherwise) {
+            return hn::IfThenElse(hn::RebindMask(ints, mask), hn::Set(ints, chosen), otherwise);
+        };
+        const Mask wholeTwo = hn::And(columns.wholeTwo, rows.wholeTwo);
+        Int ways = either(hn::And(columns.whole, rows.whole), inside, hn::Set(ints, atBorder));
+        ways = either(hn::And(two, wholeTwo), inFourPixels, ways);
+        ways = either(hn::And(wholeTwo, hn::And(columns.one, rows.one)), inOnePixel, ways);
+        ways = either(hn::Or(columns.outside, rows.outside), notAtAll, ways);
+        hn::Store(ways, ints, way.data() + i);
+        const Int row = hn::ConvertTo(ints, rows.first), column = hn::ConvertTo(ints, columns.first);
+        const Int pixel = hn::Add(hn::Mul(row, hn::Set(ints, static_cast<std::int32_t>(map.width))), column);
+        hn::Store(pixel, ints, first.data() + i);
+    }
+};
+
+/// Counts the points of leaves.
+template <bool perspective>
+class LeafCount {
+  public:
+    HWY_INLINE LeafCount(const PointMap& map, const LeafRun& run, std::uint32_t* counts)
+        : map_(map), run_(run), counts_(counts), pixels_(map, counts), inView_(map, counts) {}
+
+    HWY_INLINE std::uint64_t count() {
+        std::uint64_t drawn = 0;
+        const PackedPosition* points = run_.points;
+        for (std::size_t begin = 0; begin < run_.leaves; begin += LeafPlaces::block) {
+            const std::size_t size = std::min(LeafPlaces::block, run_.leaves - begin);
+            placeLeaves<perspective, false>(map_, run_.cells + begin, size, places_);
+            ways_.choose(map_, places_, size);
+            for (std::size_t i = 0; i < size; points += run_.count[begin + i], ++i) {
+                const std::size_t count = run_.drawn[begin + i];
+                if (count == 0 || ways_.way[i] == notAtAll) continue;
+                drawn += count;
+                countLeaf(run_.cells[begin + i], i, points, count);
+            }
+        }
+        return drawn;
+    }
+
+  private:
+    HWY_INLINE void countLeaf(LeafCell cell, std::size_t i, const PackedPosition* points, std::size_t count) {
+        switch (ways_.way[i]) {
+            case inOnePixel:
+                counts_[ways_.first[i]] += static_cast<std::uint32_t>(count);
+                break;
+            case inFourPixels:
+                countInFour(i, points, count);
+                break;
+            case inside:
+                countInside(cell, i, points, count);
+                break;
+            default:
+                countAtBorder(cell, i, points, count);
+        }
+    }
+
+    HWY_INLINE void countInFour(std::size_t i, const PackedPosition* points, std::size_t count) {
+        const Quarters quarters = countQuarters(places_, i, points, count, run_.end);
+        std::uint32_t* const first = counts_ + ways_.first[i];
+        first[0] += quarters.leftTop;
+        first[1] += quarters.rightTop;
+        first[map_.width] += quarters.leftBottom;
+        first[map_.width + 1] += quarters.rightBottom;
+    }
+
+    HWY_INLINE void countInside(LeafCell cell, std::size_t i, const PackedPosition* points,
+                                std::size_t count) {
+        const LinearRow across = distanceRow(places_.across, i), down = distanceRow(places_.down, i);
+        const LinearRow w = linearRow(map_, cell, places_, i, PointMap::rowW);
+        const Int first = hn::Set(ints, ways_.first[i]);
+        for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+            const Places at = loadPlaces(points + k, run_.end);
+            Float columns = across(at), rows = down(at);
+            if constexpr (perspective) {
+                const Float inverse = hn::Div(hn::Set(floats, 1.0F), w(at));
+                columns = hn::Mul(columns, inverse);
+                rows = hn::Mul(rows, inverse);
+            }
+            pixels_.add(pixels_.from(first, hn::Floor(columns), hn::Floor(rows)),
+                        hn::FirstN(floats, count - k));
+        }
+    }
+
+    HWY_NOINLINE void countAtBorder(LeafCell cell, std::size_t i, const PackedPosition* points,
+                                    std::size_t count) {
+        const LeafMap<perspective> toScreen(map_, cell, places_, i);
+        for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+            inView_.count(toScreen(loadPlaces(points + k, run_.end)), hn::FirstN(floats, count - k));
+        }
+    }
+
+    const PointMap& map_;
+    const LeafRun& run_;
+    std::uint32_t* const counts_;
+    const Pixels pixels_;
+    const PixelsInView inView_;
+    LeafPlaces places_;
+    LeafWays ways_;
+};
 
 template <bool perspective>
 std::uint64_t countLeaves(const PointMap& map, const LeafRun& run, std::uint32_t* counts) {
-    std::uint64_t drawn = 0;
-    const PackedPosition* points = run.points;
-    const auto width = static_cast<float>(map.width), height = static_cast<float>(map.height);
-    const PixelsInView inView(map);
-    LeafPlaces places;
-    for (std::size_t begin = 0; begin < run.leaves; begin += LeafPlaces::block) {
-        const std::size_t size = std::min(LeafPlaces::block, run.leaves - begin);
-        placeLeaves<perspective>(map, run.cells + begin, size, places);
-        for (std::size_t i = 0; i < size; points += run.count[begin + i], ++i) {
-            const std::size_t count = run.drawn[begin + i];
-            if (count == 0 || places.outside(map, i, 0.0F)) continue;
-            drawn += count;
-            const LeafMap<perspective> toScreen(map, run.cells[begin + i], places, i);
-            const float left = std::floor(places.left[i]), top = std::floor(places.top[i]);
-            if (places.right[i] < left + 2.0F && places.bottom[i] < top + 2.0F && left >= 0.0F &&
-                top >= 0.0F && left + 2.0F <= width && top + 2.0F <= height) {
-                countInFour(map, toScreen, run, points, count, left, top, counts);
-            } else {
-                countEach(inView, toScreen, run, points, count, counts);
-            }
-        }
-    }
-    return drawn;
+    return LeafCount<perspective>(map, run, counts).count();
 }
 
 std::uint64_t countPoints(const PointMap& map, const LeafRun& run, std::uint32_t* counts) {
@@ -100,11 +221,11 @@ template <bool perspective>
 std::uint64_t countPreviewOf(const PointMap& map, const PreviewRun& run, std::uint32_t* counts) {
     const PreviewMap<perspective> preview(map);
     const auto toScreen = preview.toScreen(map);
-    const PixelsInView inView(map);
+    const PixelsInView inView(map, counts);
     std::uint64_t drawn = 0;
     for (std::size_t i = 0; i < run.count; i += hn::Lanes(floats)) {
         const PreviewPlaces points = loadPreview(run, i);
-        drawn += inView.count(toScreen(points.places), points.drawn, counts);
+        drawn += inView.count(toScreen(points.places), points.drawn);
     }
     return drawn;
 }

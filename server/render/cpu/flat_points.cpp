@@ -143,11 +143,12 @@ bool FlatPoints::draw(const FramePlan& plan, const LayerPlan& layer, std::span<c
     weightOfOne_ = layer.style.pointSize > 1.0 ? 1.0 / discUnit : 1.0;
     const std::size_t parts = partsFor(pixels);
     parts_.resize(parts - 1);
+    pixels_ = pixels;
     std::atomic<std::size_t> next{0};
     std::atomic<std::uint64_t> drawn{0};
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
         auto& counts = part == 0 ? counts_ : parts_[part - 1];
-        counts.assign(pixels, 0);
+        counts.assign(pixels + spareCounts, 0);
         std::uint64_t mine = 0;
         for (std::size_t chunk = next++; chunk < counting.chunks() && !stop.stop_requested();
              chunk = next++) {

@@ -28,14 +28,15 @@ class FlatPoints {
     /// Optical depth of a count over that of one point: 1, or 1 / discUnit.
     double weightOfOne() const { return weightOfOne_; }
     /// Of each pixel, row by row; valid until the next draw().
-    std::span<const std::uint32_t> counts() const { return counts_; }
+    std::span<const std::uint32_t> counts() const { return {counts_.data(), pixels_}; }
     /// To add what others counted.
-    std::span<std::uint32_t> counts() { return counts_; }
+    std::span<std::uint32_t> counts() { return {counts_.data(), pixels_}; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
 
   private:
-    std::vector<std::uint32_t> counts_;
-    std::vector<std::vector<std::uint32_t>> parts_;  // of the other threads
+    std::size_t pixels_ = 0;
+    std::vector<std::uint32_t> counts_;              // spareCounts longer
+    std::vector<std::vector<std::uint32_t>> parts_;  // of the other threads, as long
     PointStream stream_;
     double weightOfOne_ = 1.0;
     std::uint64_t pointsDrawn_ = 0;

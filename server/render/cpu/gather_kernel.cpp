@@ -123,7 +123,6 @@ class TileGather {
 
   private:
     HWY_INLINE void addLeaf(const LeafPoints& leaf, std::size_t i) {
-        const LeafMap<perspective> toScreen(map_, leaf.cell, block_, i);
         const LevelDepth& depth = depths_[cellLevel(leaf.cell)];
         const float middle = map_.bends(block_.origin[PointMap::rowSlab][i] + depth.toMiddle);
         const float slab = std::floor(middle);
@@ -134,17 +133,16 @@ class TileGather {
             slab >= 0.0F && slab < slabs_ && block_.right[i] < left + 2.0F && block_.bottom[i] < top + 2.0F &&
             left >= left_ && top >= top_ && left + 2.0F <= left_ + Tile::edge &&
             top + 2.0F <= top_ + Tile::edge) {
-            addToFour(leaf, toScreen, left, top, slab, middle - slab);
+            addToFour(leaf, i, left, top, slab, middle - slab);
         } else {
-            addEach(leaf, toScreen, i);
+            addEach(leaf, i);
         }
     }
 
     /// As countInFour of the flat counts.
-    HWY_INLINE void addToFour(const LeafPoints& leaf, const LeafMap<perspective>& toScreen, float left,
-                              float top, float slab, float place) {
-        const Quarters quarters =
-            countQuarters(toScreen, points_ + leaf.begin, leaf.count(), end_, left, top);
+    HWY_INLINE void addToFour(const LeafPoints& leaf, std::size_t i, float left, float top, float slab,
+                              float place) {
+        const Quarters quarters = countQuarters(block_, i, points_ + leaf.begin, leaf.count(), end_);
         const auto x = static_cast<std::uint32_t>(left - left_), y = static_cast<std::uint32_t>(top - top_);
         const std::uint32_t first = static_cast<std::uint32_t>(slab) * Tile::pixels;
         const auto addTo = [&](std::uint32_t column, std::uint32_t row, std::size_t count) {
@@ -158,8 +156,9 @@ class TileGather {
         addTo(x + 1, y + 1, quarters.rightBottom);
     }
 
-    HWY_INLINE void addEach(const LeafPoints& leaf, const LeafMap<perspective>& toScreen, std::size_t i) {
+    HWY_INLINE void addEach(const LeafPoints& leaf, std::size_t i) {
         static_assert(Tile::edge == 32 && Tile::packetEdge == 4 && Tile::pixels == 1 << 10);
+        const LeafMap<perspective> toScreen(map_, leaf.cell, block_, i);
         const SlabRow toSlab = slabRow(map_, leaf.cell, block_, i);
         const Float zero = hn::Zero(floats), edge = hn::Set(floats, static_cast<float>(Tile::edge));
         const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs()) - 1);

@@ -11,8 +11,11 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "server/render/cpu/leaf_places-inl.h"
 #include "server/render/cpu/points_kernel.h"
@@ -46,25 +49,74 @@ struct Places {
     Float x, y, z;
 };
 
-HWY_INLINE Places loadPlaces(const PackedPosition* points, const PackedPosition* end) {
-    const std::size_t lanes = hn::Lanes(floats);
-    std::array<PackedPosition, mostLanes> tail;
-    if (HWY_UNLIKELY(points + lanes > end)) {
-        tail = {};
-        std::memcpy(tail.data(), points, static_cast<std::size_t>(end - points) * sizeof(PackedPosition));
-        points = tail.data();
-    }
+/// Points that loadUnguarded() may touch, from the first.
+constexpr std::size_t touchedPoints = mostLanes + 1;
+
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+
+using Bytes = hn::Repartition<std::uint8_t, Floats>;
+using Pairs = hn::Repartition<std::uint64_t, Floats>;
+
+/// The 12 bytes of two points in each block of 128 bits, the blocks two points apart.
+HWY_INLINE hn::VFromD<Bytes> loadTwoEach(const PackedPosition* points) {
+    const hn::Full128<std::uint8_t> block;
+    const auto at = [&](std::size_t i) {
+        return hn::LoadU(block, reinterpret_cast<const std::uint8_t*>(points + i));
+    };
+#if HWY_TARGET == HWY_AVX2
+    return hn::Combine(Bytes(), at(4), at(0));
+#else
+    return at(0);
+#endif
+}
+
+/// Shuffled to words within blocks, so no table is read: fewer steps than LoadInterleaved3 of half a vector.
+HWY_INLINE Places loadUnguarded(const PackedPosition* points) {
+    constexpr Bytes bytes;
+    constexpr std::uint8_t no = 0x80;
+    alignas(16) static constexpr std::uint8_t xy[16] = {0, 1, no, no, 6, 7, no, no,
+                                                        2, 3, no, no, 8, 9, no, no};
+    alignas(16) static constexpr std::uint8_t zLow[16] = {4,  5,  no, no, 10, 11, no, no,
+                                                          no, no, no, no, no, no, no, no};
+    alignas(16) static constexpr std::uint8_t zHigh[16] = {no, no, no, no, no, no, no, no,
+                                                           4,  5,  no, no, 10, 11, no, no};
+    const auto first = loadTwoEach(points), second = loadTwoEach(points + 2);
+    const auto pick = [&](auto from, const std::uint8_t* which) {
+        return hn::TableLookupBytesOr0(from, hn::LoadDup128(bytes, which));
+    };
+    constexpr Pairs pairs;
+    const auto low = hn::BitCast(pairs, pick(first, xy)), high = hn::BitCast(pairs, pick(second, xy));
+    const auto numbers = [](auto whole) { return hn::ConvertTo(floats, hn::BitCast(ints, whole)); };
+    return {numbers(hn::InterleaveLower(pairs, low, high)), numbers(hn::InterleaveUpper(pairs, low, high)),
+            numbers(hn::Or(pick(first, zLow), pick(second, zHigh)))};
+}
+
+#else
+
+HWY_INLINE Places loadUnguarded(const PackedPosition* points) {
     hn::VFromD<Shorts> x, y, z;
     hn::LoadInterleaved3(shorts, &points->x, x, y, z);
     return {hn::ConvertTo(floats, hn::PromoteTo(ints, x)), hn::ConvertTo(floats, hn::PromoteTo(ints, y)),
             hn::ConvertTo(floats, hn::PromoteTo(ints, z))};
 }
 
+#endif
+
+HWY_INLINE Places loadPlaces(const PackedPosition* points, const PackedPosition* end) {
+    std::array<PackedPosition, touchedPoints> tail;
+    if (HWY_UNLIKELY(static_cast<std::size_t>(end - points) < touchedPoints)) {
+        tail = {};
+        std::memcpy(tail.data(), points, static_cast<std::size_t>(end - points) * sizeof(PackedPosition));
+        points = tail.data();
+    }
+    return loadUnguarded(points);
+}
+
 /// A row of the map for the points of one leaf.
 struct LinearRow {
     Float origin, x, y, z;
     HWY_INLINE Float operator()(const Places& places) const {
-        return hn::MulAdd(places.z, z, hn::MulAdd(places.y, y, hn::MulAdd(places.x, x, origin)));
+        return mulAdd(places.z, z, mulAdd(places.y, y, mulAdd(places.x, x, origin)));
     }
 };
 
@@ -118,30 +170,44 @@ struct LeafMap {
     }
 };
 
+/// How far points lie from a leaf's pixel, times w: LeafPlaces::across or down.
+HWY_INLINE LinearRow distanceRow(const std::array<LeafPlaces::Numbers, 4>& steps, std::size_t leaf) {
+    return {hn::Set(floats, steps[0][leaf]), hn::Set(floats, steps[1][leaf]), hn::Set(floats, steps[2][leaf]),
+            hn::Set(floats, steps[3][leaf])};
+}
+
 /// How many points of a leaf fall into each of 2 x 2 pixels.
 struct Quarters {
     std::uint32_t leftTop, rightTop, leftBottom, rightBottom;
 };
 
-/// Of points that all fall into the pixels whose first is (left, top): those right of the middle border and
-/// those below it are counted, a vector at a time.
-template <bool perspective>
-HWY_INLINE Quarters countQuarters(const LeafMap<perspective>& toScreen, const PackedPosition* points,
-                                  std::size_t count, const PackedPosition* end, float left, float top) {
-    const Float borderX = hn::Set(floats, left + 1.0F), borderY = hn::Set(floats, top + 1.0F);
-    std::size_t right = 0, below = 0, both = 0;
+/// A mask's bits, its first lane's the lowest.
+HWY_INLINE std::uint64_t bitsOf(Mask mask) {
+    // As few bytes as it has, or compilers write and read memory.
+    using Bits = std::conditional_t<mostLanes <= 8, std::uint8_t,
+                                    std::conditional_t<mostLanes <= 16, std::uint16_t, std::uint64_t>>;
+    Bits bits = 0;
+    hn::StoreMaskBits(floats, mask, reinterpret_cast<std::uint8_t*>(&bits));
+    return bits;
+}
+
+/// Of points of a leaf that meets no more than 2 x 2 pixels: signs say which are in the second column and
+/// which in the second row, whatever w.
+HWY_INLINE Quarters countQuarters(const LeafPlaces& places, std::size_t leaf, const PackedPosition* points,
+                                  std::size_t count, const PackedPosition* end) {
+    const LinearRow across = distanceRow(places.across, leaf), down = distanceRow(places.down, leaf);
+    const Float zero = hn::Zero(floats);
+    std::uint32_t right = 0, below = 0, both = 0;
     for (std::size_t i = 0; i < count; i += hn::Lanes(floats)) {
-        const Projected at = toScreen(loadPlaces(points + i, end));
-        const Mask counted = hn::FirstN(floats, count - i);
-        const Mask isRight = hn::And(hn::Ge(at.x, borderX), counted);
-        const Mask isBelow = hn::And(hn::Ge(at.y, borderY), counted);
-        right += hn::CountTrue(floats, isRight);
-        below += hn::CountTrue(floats, isBelow);
-        both += hn::CountTrue(floats, hn::And(isRight, isBelow));
+        const Places at = loadPlaces(points + i, end);
+        const std::uint64_t counted = ~std::uint64_t{0} >> (64 - std::min<std::size_t>(count - i, 64));
+        const std::uint64_t isRight = bitsOf(hn::Ge(across(at), zero)) & counted;
+        const std::uint64_t isBelow = bitsOf(hn::Ge(down(at), zero)) & counted;
+        right += static_cast<std::uint32_t>(std::popcount(isRight));
+        below += static_cast<std::uint32_t>(std::popcount(isBelow));
+        both += static_cast<std::uint32_t>(std::popcount(isRight & isBelow));
     }
-    return {static_cast<std::uint32_t>(count - right - below + both),
-            static_cast<std::uint32_t>(right - both), static_cast<std::uint32_t>(below - both),
-            static_cast<std::uint32_t>(both)};
+    return {static_cast<std::uint32_t>(count) - right - below + both, right - both, below - both, both};
 }
 
 /// A vector of preview points: their places in the whole box, and whether they are drawn.

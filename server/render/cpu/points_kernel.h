@@ -25,8 +25,11 @@ struct LeafRun {
     std::size_t leaves = 0;
 };
 
-/// Adds one to the pixel of each point in view, counts[y * width + x]. Returns how many points were drawn,
-/// but for leaves out of view.
+/// Counts that are kept behind those of the pixels, for the lanes of a vector that shall count nowhere.
+inline constexpr std::size_t spareCounts = 64;
+
+/// Adds one to the pixel of each point in view, counts[y * width + x], behind which there are spareCounts
+/// more. Returns how many points were drawn, but for leaves out of view.
 std::uint64_t countPoints(const PointMap& map, const LeafRun& run, std::uint32_t* counts);
 
 /// Tiles [left, right) x [top, bottom).

@@ -24,7 +24,7 @@ void count(benchmark::State& state) {
                               .end = points.data() + points.size(),
                               .leaves = drawn.size()};
     const auto map = render::PointMap::make(plan, plan.layers[0]);
-    std::vector<std::uint32_t> counts(std::size_t{plan.width} * plan.height);
+    std::vector<std::uint32_t> counts(std::size_t{plan.width} * plan.height + render::spareCounts);
     for (auto _ : state) benchmark::DoNotOptimize(render::countPoints(map, run, counts.data()));
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
 }
