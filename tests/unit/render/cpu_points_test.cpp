@@ -257,6 +257,22 @@ std::vector<std::int64_t> vectorTargets() {
 INSTANTIATE_TEST_SUITE_P(All, CpuPointsTest, testing::ValuesIn(vectorTargets()),
                          [](const auto& target) { return std::string(hwy::TargetName(target.param)); });
 
+TEST(CpuPoints, EveryKindOfVectorsCountsTheSame) {
+    const auto targets = vectorTargets();
+    for (const auto* camera : cameras) {
+        const auto plan = makeFramePlan(scene(camera), {.slabs = 24});
+        hwy::SetSupportedTargetsForTest(targets.front());
+        const auto flat = flatCounts(plan);
+        const auto gathered = gather(plan);
+        for (const std::int64_t target : targets) {
+            hwy::SetSupportedTargetsForTest(target);
+            EXPECT_EQ(flatCounts(plan), flat) << camera << ", " << hwy::TargetName(target);
+            EXPECT_EQ(gather(plan).weight, gathered.weight) << camera << ", " << hwy::TargetName(target);
+        }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+}
+
 TEST(CpuPoints, AnyNumberOfThreadsCountsTheSame) {
     const auto plan = makeFramePlan(scene(cameras[1]), {.slabs = 24});
     const auto discs = makeFramePlan(scene(cameras[0], ", 'sizePixels': 3"), {.slabs = 24});
