@@ -219,6 +219,7 @@ HybridBricks BrickMaker::make() {
     bricks_.values.resize(told_.size() * HybridBricks::volume + more);
     bricks_.values.shrink_to_fit();
     bricks_.normals.resize(bricks_.values.size());
+    bricks_.normals.shrink_to_fit();
     tbb::parallel_for(std::size_t{0}, bricks_.numbers.size(), [this](std::size_t i) { fill(i); });
     tbb::parallel_for(std::size_t{0}, bricks_.numbers.size(), [this](std::size_t i) { finish(i); });
     return std::move(bricks_);
