@@ -32,6 +32,15 @@ bool inside(double value, std::uint32_t size) {
     return value >= 0.0 && value < size;
 }
 
+/// The pixels of a side that something around `center` may touch, from the first to before the end; of no
+/// reach, the one that holds it.
+std::pair<std::uint32_t, std::uint32_t> touched(double center, double reach, std::uint32_t side) {
+    const double first = std::max(std::floor(reach > 0.0 ? center - reach - 0.5 : center), 0.0);
+    const double end = reach > 0.0 ? std::ceil(center + reach + 0.5) : std::floor(center) + 1.0;
+    if (!(first < side && end > first)) return {0, 0};
+    return {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(std::min<double>(end, side))};
+}
+
 }  // namespace
 
 double nearestDepth(const Camera& camera) {
@@ -39,14 +48,13 @@ double nearestDepth(const Camera& camera) {
     return std::max(nearShare * glm::length(camera.target - camera.eye), 0.0);
 }
 
-PointHits::PointHits(const render::Scene& scene) {
-    const std::size_t pixels = std::size_t{scene.view.width} * scene.view.height;
-    ambiguous_.assign(pixels, 0);
+PointHits::PointHits(const render::Scene& scene) : width_(scene.view.width), height_(scene.view.height) {
+    ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
     }
     if (scene.dots != nullptr) addDots(scene);
-    sort(pixels);
+    sort();
 }
 
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
@@ -78,11 +86,13 @@ void PointHits::addDots(const render::Scene& scene) {
     const View& view = scene.view;
     auto number = static_cast<std::uint32_t>(view.layers.size());
     for (const auto& dot : *scene.dots) {
-        const double radius = dot.radius, x = dot.x, y = dot.y;
+        const double radius = dot.radius;
         const double soft = std::sqrt(std::max(radius * radius, 1.0 / 3.0) - 1.0 / 12.0);
-        Hit hit{0, number++, dot.depth, dot.opacity * std::min(1.0, 3.0 * radius * radius), dot.color};
+        const double alpha = dot.opacity * std::min(1.0, 3.0 * radius * radius);
         const bool near = std::isfinite(dot.depth) && dot.depth < nearestDepth(view.camera);
-        if (!near && hit.alpha > 0.0) addDisc(view, hit, x, y, 2.0 * soft);
+        if (!near && alpha > 0.0)
+            spots_.push_back({number, dot.depth, alpha, dot.color, dot.x, dot.y, soft + 0.5});
+        ++number;
     }
 }
 
@@ -94,59 +104,60 @@ void PointHits::addPoint(const View& view, std::uint32_t layer, const glm::dvec3
     const double halfWidth = halfHeight * view.aspect();
     const double px = 0.5 * (inEye.x / halfWidth + 1.0) * view.width;
     const double py = 0.5 * (1.0 - inEye.y / halfHeight) * view.height;
-    const Hit hit{0, layer, depth, style.pointOpacity, style.pointColor};
-    if (style.pointSize <= 1.0) {
-        addSquare(view, hit, px, py, style.pointSize);
-    } else {
-        addDisc(view, hit, px, py, style.pointSize);
-    }
+    const bool small = style.pointSize <= 1.0;
+    const double ink = small ? style.pointSize * style.pointSize : 1.0;
+    if (small) markAmbiguous(px, py);
+    spots_.push_back({layer, depth, ink * style.pointOpacity, style.pointColor, px, py,
+                      small ? 0.0 : 0.5 * style.pointSize + 0.5});
 }
 
-void PointHits::addSquare(const View& view, Hit hit, double px, double py, double size) {
-    markAmbiguous(view, px, py);
-    if (!inside(px, view.width) || !inside(py, view.height)) return;
-    hit.pixel = static_cast<std::uint32_t>(py) * view.width + static_cast<std::uint32_t>(px);
-    hit.alpha *= size * size;
-    hits_.push_back(hit);
-}
-
-void PointHits::addDisc(const View& view, Hit hit, double px, double py, double size) {
-    const double reach = 0.5 * size + 0.5;
-    const double opacity = hit.alpha;
-    const auto first = [&](double p) { return std::max(std::floor(p - reach - 0.5), 0.0); };
-    const auto end = [&](double p, double side) { return std::min(std::ceil(p + reach + 0.5), side); };
-    for (double row = first(py); row < end(py, view.height); ++row) {
-        for (double column = first(px); column < end(px, view.width); ++column) {
-            const double distance = std::hypot(column + 0.5 - px, row + 0.5 - py);
-            const double coverage = std::clamp(reach - distance, 0.0, 1.0);
-            if (coverage <= 0.0) continue;
-            hit.pixel = static_cast<std::uint32_t>(row) * view.width + static_cast<std::uint32_t>(column);
-            hit.alpha = opacity * coverage;
-            hits_.push_back(hit);
-        }
-    }
-}
-
-void PointHits::markAmbiguous(const View& view, double px, double py) {
+void PointHits::markAmbiguous(double px, double py) {
     const double x[] = {std::floor(px - doubtfulPixels), std::floor(px + doubtfulPixels)};
     const double y[] = {std::floor(py - doubtfulPixels), std::floor(py + doubtfulPixels)};
     if (x[0] == x[1] && y[0] == y[1]) return;
     for (const double row : y) {
         for (const double column : x) {
-            if (!inside(column, view.width) || !inside(row, view.height)) continue;
-            ambiguous_[static_cast<std::size_t>(row) * view.width + static_cast<std::size_t>(column)] = 1;
+            if (!inside(column, width_) || !inside(row, height_)) continue;
+            ambiguous_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)] = 1;
         }
     }
 }
 
-void PointHits::sort(std::size_t pixels) {
+void PointHits::sort() {
     // Points of one layer at one depth commute.
-    std::stable_sort(hits_.begin(), hits_.end(), [](const Hit& a, const Hit& b) {
-        return std::tie(a.pixel, a.depth, a.layer) < std::tie(b.pixel, b.depth, b.layer);
+    std::stable_sort(spots_.begin(), spots_.end(), [](const Spot& a, const Spot& b) {
+        return std::tie(a.depth, a.layer) < std::tie(b.depth, b.layer);
     });
-    begin_.assign(pixels + 1, 0);
-    for (const auto& hit : hits_) ++begin_[hit.pixel + 1];
-    for (std::size_t i = 0; i < pixels; ++i) begin_[i + 1] += begin_[i];
+    rows_.resize(height_);
+    for (std::uint32_t i = 0; i < spots_.size(); ++i) {
+        const auto [first, end] = touched(spots_[i].y, spots_[i].reach, height_);
+        for (auto row = first; row < end; ++row) rows_[row].push_back(i);
+    }
+}
+
+double PointHits::coverage(const Spot& spot, double column, double row) {
+    if (spot.reach == 0.0) return 1.0;
+    const double dx = column + 0.5 - spot.x, dy = row + 0.5 - spot.y;
+    return std::clamp(spot.reach - std::hypot(dx, dy), 0.0, 1.0);
+}
+
+RowHits PointHits::row(std::uint32_t row) const {
+    RowHits result;
+    for (const auto i : rows_[row]) {
+        const Spot& spot = spots_[i];
+        const auto [first, end] = touched(spot.x, spot.reach, width_);
+        for (auto column = first; column < end; ++column) {
+            const double alpha = spot.alpha * coverage(spot, column, row);
+            if (alpha > 0.0) result.hits_.push_back({column, spot.depth, alpha, spot.color});
+        }
+    }
+    // They lie front to back already.
+    std::stable_sort(result.hits_.begin(), result.hits_.end(),
+                     [](const Hit& a, const Hit& b) { return a.column < b.column; });
+    result.begin_.assign(std::size_t{width_} + 1, 0);
+    for (const auto& hit : result.hits_) ++result.begin_[hit.column + 1];
+    for (std::uint32_t i = 0; i < width_; ++i) result.begin_[i + 1] += result.begin_[i];
+    return result;
 }
 
 }  // namespace mote::reference

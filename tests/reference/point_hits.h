@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // PointHits: which points and dots touch which pixels, at what depth and opacity (docs/PICTURE.md, "Points",
-// "Dots"). A value; made once for a picture.
+// "Dots"). Made once for a picture; immutable, safe on any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -15,35 +15,55 @@ namespace mote::reference {
 
 /// A point's footprint in one pixel.
 struct Hit {
-    std::uint32_t pixel;  ///< row * width + column
-    std::uint32_t layer;  ///< or, after all layers, the dot
-    double depth;         ///< world units along the line of sight
-    double alpha;         ///< opacity of the point or dot times coverage, > 0
-    glm::dvec3 color{};   ///< linear RGB
+    std::uint32_t column;
+    double depth;      ///< world units along the line of sight
+    double alpha;      ///< opacity of the point or dot times coverage, > 0
+    glm::dvec3 color;  ///< linear RGB
+};
+
+/// The hits of one row of pixels.
+class RowHits {
+  public:
+    /// Front to back; equal depths by layer.
+    std::span<const Hit> of(std::uint32_t column) const {
+        return std::span(hits_).subspan(begin_[column], begin_[column + 1] - begin_[column]);
+    }
+
+  private:
+    friend class PointHits;
+    std::vector<Hit> hits_;
+    std::vector<std::size_t> begin_;  // of each pixel's hits, and the end
 };
 
 class PointHits {
   public:
     explicit PointHits(const render::Scene& scene);
 
-    /// Front to back; equal depths by layer.
-    std::span<const Hit> of(std::uint32_t pixel) const {
-        return std::span(hits_).subspan(begin_[pixel], begin_[pixel + 1] - begin_[pixel]);
-    }
+    RowHits row(std::uint32_t row) const;
     /// One a pixel: see Picture::ambiguous.
     const std::vector<std::uint8_t>& ambiguous() const { return ambiguous_; }
 
   private:
+    /// A point or a dot on the screen.
+    struct Spot {
+        std::uint32_t layer;  ///< or, after all layers, the dot
+        double depth;
+        double alpha;  ///< before coverage
+        glm::dvec3 color;
+        double x, y;   ///< pixels
+        double reach;  ///< beyond which, across and down, nothing is covered; 0: within one pixel
+    };
+
     void addLayer(const render::Scene& scene, std::uint32_t layer);
     void addDots(const render::Scene& scene);
     void addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye);
-    void addSquare(const View& view, Hit hit, double px, double py, double size);
-    void addDisc(const View& view, Hit hit, double px, double py, double size);
-    void markAmbiguous(const View& view, double px, double py);
-    void sort(std::size_t pixels);
+    void markAmbiguous(double px, double py);
+    void sort();
+    static double coverage(const Spot& spot, double column, double row);
 
-    std::vector<Hit> hits_;
-    std::vector<std::size_t> begin_;  // of each pixel's hits, and the end
+    std::uint32_t width_, height_;
+    std::vector<Spot> spots_;                       // front to back
+    std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<std::uint8_t> ambiguous_;
 };
 

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <span>
 
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
@@ -60,19 +61,10 @@ class Renderer {
         }
     }
 
-    glm::dvec3 pixel(std::uint32_t column, std::uint32_t row) const {
-        const auto rays = raysThrough(column, row);
-        const auto hits = hits_.of(row * view_.width + column);
-        Light light;
-        double depth = -infinity;
-        for (const auto& hit : hits) {
-            gather(rays, depth, hit.depth, light);
-            light.color += light.left * hit.alpha * hit.color;
-            light.left *= 1.0 - hit.alpha;
-            depth = hit.depth;
-        }
-        gather(rays, depth, infinity, light);
-        return light.color + light.left * view_.background;
+    void drawRow(std::uint32_t row, std::span<glm::dvec3> pixels) const {
+        const auto hits = hits_.row(row);
+        for (std::uint32_t column = 0; column < view_.width; ++column)
+            pixels[column] = pixel(column, row, hits.of(column));
     }
 
     const std::vector<std::uint8_t>& ambiguous() const { return hits_.ambiguous(); }
@@ -82,6 +74,21 @@ class Renderer {
         glm::dvec3 color{0.0};
         double left = 1.0;  ///< transmittance of all that lies in front
     };
+
+    glm::dvec3 pixel(std::uint32_t column, std::uint32_t row, std::span<const Hit> hits) const {
+        const auto rays = raysThrough(column, row);
+        Light light;
+        double depth = -infinity;
+        for (const auto& hit : hits) {
+            if (light.left <= opaque) break;
+            gather(rays, depth, hit.depth, light);
+            light.color += light.left * hit.alpha * hit.color;
+            light.left *= 1.0 - hit.alpha;
+            depth = hit.depth;
+        }
+        gather(rays, depth, infinity, light);
+        return light.color + light.left * view_.background;
+    }
 
     std::vector<LayerRay> raysThrough(std::uint32_t column, std::uint32_t row) const {
         const double half = view_.camera.halfHeight();
@@ -169,9 +176,8 @@ Picture render(const render::Scene& scene, const Options& options) {
     Picture picture{scene.view.width, scene.view.height, {}, renderer.ambiguous()};
     picture.linear.resize(picture.ambiguous.size());
     oneapi::tbb::parallel_for(0U, picture.height, [&](std::uint32_t row) {
-        for (std::uint32_t column = 0; column < picture.width; ++column) {
-            picture.linear[std::size_t{row} * picture.width + column] = renderer.pixel(column, row);
-        }
+        renderer.drawRow(row,
+                         std::span(picture.linear).subspan(std::size_t{row} * picture.width, picture.width));
     });
     return picture;
 }

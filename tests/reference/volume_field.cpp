@@ -37,8 +37,10 @@ double VolumeField::t(const glm::dvec3& inLayer) const {
 }
 
 VolumeMatter VolumeField::at(const glm::dvec3& inLayer) const {
-    const double here = t(inLayer);
-    return {extinction(here), color(here)};
+    const double here = t(inLayer), extinct = extinction(here);
+    // Most of a plot's box is empty, and a colour takes longer than all else.
+    if (!(extinct > 0.0)) return {};
+    return {extinct, color(here)};
 }
 
 std::vector<HalfSpace> VolumeField::within() const {

@@ -54,9 +54,14 @@ glm::dmat4 shift(const View& view, double pixels, double depth) {
     return result;
 }
 
+/// Of knots that move beyond the greatest place only the first is met, as if the others lay behind it.
 Curve movedCurve(const Curve& curve, double offset, double least, double greatest) {
-    auto knots = curve.knots();
-    for (auto& knot : knots) knot.x = std::clamp(knot.x + offset, least, greatest);
+    std::vector<Curve::Knot> knots;
+    for (const auto& knot : curve.knots()) {
+        const bool beyond = knot.x + offset > greatest;
+        knots.push_back({std::clamp(knot.x + offset, least, greatest), knot.y});
+        if (beyond) break;
+    }
     return Curve::create(std::move(knots), least, greatest).value();
 }
 

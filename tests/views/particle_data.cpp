@@ -92,7 +92,7 @@ std::shared_ptr<const MemoryStep> particleStep(const std::string& form, std::uin
     const std::uint64_t seed = 100 * std::uint64_t{number} + step + 1;
     Random random(seed, 1);
     MemoryStepOptions options{.leafCapacity = random.oneOf({1U, 8U, 64U, 256U}),
-                              .maxLevel = random.oneOf<std::uint8_t>({3, 7, 10, 20}),
+                              .maxLevel = random.oneOf<std::uint8_t>({3, 7, 10, 16}),
                               .volumeLevel = random.oneOf<std::uint8_t>({0, 1, 2, 3, 4, 5, 5, 6}),
                               .seed = seed};
     if (form == "beam" || form == "wide") {

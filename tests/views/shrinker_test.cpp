@@ -13,7 +13,7 @@ namespace {
 
 bool hasDiscs(const proto::View& view) {
     for (const auto& layer : view.layers())
-        if (layer.hybrid().point_shape() == "disc" && layer.hybrid().has_point_size()) return true;
+        if (layer.hybrid().point_shape() == "disc" && layer.hybrid().has_point_opacity()) return true;
     return false;
 }
 
