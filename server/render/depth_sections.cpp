@@ -33,12 +33,14 @@ std::vector<double> bordersOf(std::span<const DepthRange> contents) {
     return borders;
 }
 
-/// Infinite where nothing is.
+/// Infinite where nothing is; where nothing needs cuts, all of it.
 double thicknessWithin(std::span<const DepthRange> contents, double nearDepth, double farDepth) {
     double thickness = std::numeric_limits<double>::infinity();
     for (const auto& range : contents) {
-        if (range.nearDepth <= nearDepth && range.farDepth >= farDepth && longEnough(range))
-            thickness = std::min(thickness, (range.farDepth - range.nearDepth) / range.slabs);
+        if (range.nearDepth > nearDepth || range.farDepth < farDepth || !longEnough(range)) continue;
+        const double own = range.slabs > 0 ? (range.farDepth - range.nearDepth) / range.slabs
+                                           : std::numeric_limits<double>::max();
+        thickness = std::min(thickness, own);
     }
     return thickness;
 }

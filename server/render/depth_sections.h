@@ -13,7 +13,7 @@ namespace mote::render {
 /// Where something may be drawn.
 struct DepthRange {
     double nearDepth, farDepth;  ///< world units along the line of sight
-    std::uint32_t slabs;         ///< that it is to be cut into, by itself
+    std::uint32_t slabs;         ///< that it is to be cut into, by itself; 0: it needs no cuts
 };
 
 /// A part of the depth, cut into slabs of equal thickness.

@@ -74,7 +74,7 @@ DepthRange depthsOf(const Bounds& inEye, std::uint32_t slabs) {
 
 /// Of dots the depths that are finite. They stand where they are, whatever slab that is in.
 DepthRange depthsOf(const Dots& dots) {
-    constexpr std::uint32_t slabs = 24;
+    constexpr std::uint32_t slabs = 0;
     // A little more, so that there is a range where all dots have one depth, or none.
     const auto [low, high] = finiteDepths(dots);
     return {low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), slabs};

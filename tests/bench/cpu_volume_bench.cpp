@@ -13,6 +13,7 @@
 
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/ray_map.h"
+#include "server/render/screen_map.h"
 #include "tests/golden/comparison.h"
 #include "tests/reference/reference_renderer.h"
 #include "tests/support/memory_step.h"
@@ -80,7 +81,8 @@ double medianMilliseconds(render::Device& device, const render::Scene& scene,
 /// Samples, in millions, that the rays within the box would take if nothing were skipped.
 double millionSamples(const render::Scene& scene, const render::Quality& quality) {
     const auto plan = render::makeFramePlan(scene, quality);
-    const render::RayMap rays(plan, plan.layers[0]);
+    const render::RayMap rays(plan, plan.layers[0].layerToEye * render::boxToLayer(), plan.nearDepth,
+                              (plan.farDepth - plan.nearDepth) / plan.slabs);
     const double half = plan.camera.halfHeight();
     double cells = 0.0;
     for (std::uint32_t y = 2; y < plan.height; y += 4) {

@@ -3,8 +3,6 @@
 // Each device against the reference on each golden scene.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "tests/golden/device_pictures.h"
 #include "tests/golden/golden_files.h"
 #include "tests/golden/golden_scenes.h"
@@ -12,17 +10,6 @@
 
 namespace mote::test {
 namespace {
-
-/// The egl device mixes the points of a hybrid volume that lie in one pixel and slab, as docs/PICTURE.md lets
-/// it: where some stand behind each other there, more pixels are a little off.
-Limits limitsOf(const std::string& kind, const GoldenScene& golden, const View& view) {
-    const bool mixed =
-        kind == "egl" && std::any_of(view.layers.begin(), view.layers.end(), [](const Layer& layer) {
-            return layer.hybrid() != nullptr &&
-                   layer.hybrid()->representation == HybridRepresentation::points;
-        });
-    return mixed ? Limits{.psnr = golden.limits.psnr, .closeShare = 0.99, .worst = 20} : golden.limits;
-}
 
 class DeviceGoldenTest : public testing::TestWithParam<std::tuple<std::string, GoldenScene>> {};
 
@@ -35,7 +22,7 @@ TEST_P(DeviceGoldenTest, MeetsTheReference) {
     const auto actual = picture(*device, scene, render::Quality::exact());
     const auto result = compare(actual, expected, reference.ambiguous);
     RecordProperty("result", result.toString());
-    const bool good = result.within(limitsOf(kind, golden, scene.view));
+    const bool good = result.within(golden.limits);
     EXPECT_TRUE(good) << result.toString();
     if (good && !keepAll()) return;
     const auto name = golden.name + '-' + kind;

@@ -76,9 +76,9 @@ double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm:
 /// pixel shows either.
 double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
     constexpr double least = 0.25;
-    const double most = hybrid.corrected() ? 1.5 : 6.0;
+    const double most = hybrid.corrected() ? 2.0 : 6.0;
     const double pixels = pixelsPerCell(plan, hybrid, cells);
-    if (plan.exact) return most * std::clamp(0.5 * pixels, 1.0, hybrid.corrected() ? 4.0 : 2.0);
+    if (plan.exact) return most * std::clamp(0.5 * pixels, 1.0, hybrid.corrected() ? 3.0 : 2.0);
     return std::clamp(plan.samplesPerCell * std::min(1.0, pixels), least, most);
 }
 

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A fixed part of the generated views, held to what any legal view owes: see view_check.h. More of them:
+// tests/views/check --seed S --count N.
+#include <gtest/gtest.h>
+
+#include "tests/views/view_check.h"
+#include "tests/views/view_drawer.h"
+#include "tests/views/view_generator.h"
+#include "tests/views/view_report.h"
+
+namespace mote::test {
+namespace {
+
+using Kind = Verdict::Kind;
+
+/// What the views of a fixed part come to now; what they must come to all together is ViewReport::good().
+struct Fixed {
+    std::string device;
+    std::uint64_t count;
+    double nearShare;  ///< least share of the decided views at 45 dB or more
+};
+
+class FixedViews : public testing::TestWithParam<Fixed> {};
+
+TEST_P(FixedViews, AreLikeTheReference) {
+    const auto& [device, count, nearShare] = GetParam();
+    const auto check = viewCheckOf("difference", device);
+    ViewReport report("difference");
+    double decided = 0.0, close = 0.0;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const auto verdict = check->check(generatedView(1, i, {400}));
+        report.add(std::to_string(i), verdict);
+        ASSERT_NE(verdict.kind, Kind::broken) << i << ": " << verdict.text;
+        if (verdict.kind != Kind::measured) continue;
+        decided += 1.0;
+        close += verdict.psnr >= 45.0 ? 1.0 : 0.0;
+    }
+    EXPECT_GE(close / decided, nearShare) << report.toString();
+    RecordProperty("report", report.toString());
+}
+
+TEST_P(FixedViews, Survive) {
+    const auto check = viewCheckOf("survival", GetParam().device);
+    for (std::uint64_t i = 0; i < GetParam().count; ++i) {
+        const auto verdict = check->check(generatedView(2, i, {65536}));
+        EXPECT_EQ(verdict.kind, Kind::measured) << i << ": " << verdict.text;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, FixedViews,
+                         testing::Values(Fixed{"cpu", 100, 0.97}, Fixed{"egl", 12, 0.75},
+                                         Fixed{"ranks", 20, 0.95}),
+                         [](const auto& fixed) { return fixed.param.device; });
+
+TEST(FixedViewsByVectors, HaveTheSameBytes) {
+    const auto check = viewCheckOf("bytes", "cpu");
+    for (std::uint64_t i = 0; i < 100; ++i) {
+        const auto verdict = check->check(generatedView(3, i, {400}));
+        ASSERT_EQ(verdict.kind, Kind::measured) << i << ": " << verdict.text;
+        EXPECT_LE(verdict.worst, 1) << i;
+    }
+}
+
+}  // namespace
+}  // namespace mote::test
