@@ -72,11 +72,13 @@ DepthRange depthsOf(const Bounds& inEye, std::uint32_t slabs) {
                                      : DepthRange{low - margin, high + margin, slabs};
 }
 
-/// Of dots the depths that are finite. They stand where they are, whatever slab that is in.
-DepthRange depthsOf(const Dots& dots) {
+/// Of dots the depths that are finite. They stand where they are, whatever slab that is in. `nearest`: that
+/// is seen.
+DepthRange depthsOf(const Dots& dots, double nearest) {
     constexpr std::uint32_t slabs = 0;
-    // A little more, so that there is a range where all dots have one depth, or none.
-    const auto [low, high] = finiteDepths(dots);
+    // A little more, so that there is a range where all dots have one depth, or none: then where it is seen.
+    const auto [first, last] = finiteDepths(dots);
+    const double low = std::max(first, nearest), high = std::max(last, nearest);
     return {low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), slabs};
 }
 
@@ -88,7 +90,7 @@ void cutDepths(FramePlan& plan, std::uint32_t slabs) {
         contents.push_back(depthsOf(plotBounds.transformed(layer.layerToEye), slabs));
     for (const auto& layer : plan.hybrids)
         contents.push_back(depthsOf(box.transformed(layer.boxToEye), slabs));
-    if (plan.anyDots()) contents.push_back(depthsOf(*plan.dots));
+    if (plan.anyDots()) contents.push_back(depthsOf(*plan.dots, nearLimit(plan.camera)));
     for (auto& range : contents) range.nearDepth = std::max(range.nearDepth, nearLimit(plan.camera));
     plan.sections = depthSections(contents);
     if (plan.sections.empty()) return;
