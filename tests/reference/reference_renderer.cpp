@@ -21,7 +21,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // What is behind less transmittance than this changes no pixel by a thousandth of an 8-bit step.
-constexpr double opaque = 1e-9;
+constexpr double opaque = 1e-13;
 
 /// A pixel's ray in the space of one layer, told by depth: at(d) is where the ray has depth d.
 struct LayerRay {

@@ -20,7 +20,7 @@ class FakeControl {
     struct Render {
         std::uint32_t width, height;
         render::PixelFormat format;
-        render::Quality quality;  // as far as the plan tells: slabs, samplesPerCell
+        render::Quality quality;  // as far as the plan tells: slabs (192 of an exact one), samplesPerCell
         bool stopped = false;
     };
 
@@ -54,8 +54,11 @@ class FakeControl {
     bool render(const render::FramePlan& plan, render::PixelFormat format, std::stop_token stop) {
         std::unique_lock lock(mutex_);
         const std::size_t index = renders_.size();
-        renders_.push_back(
-            {plan.width, plan.height, format, {.slabs = plan.slabs, .samplesPerCell = plan.samplesPerCell}});
+        renders_.push_back({plan.width,
+                            plan.height,
+                            format,
+                            {.slabs = plan.exact ? render::Quality::exact().slabs : plan.slabs,
+                             .samplesPerCell = plan.samplesPerCell}});
         changed_.notify_all();
         if (!failures_.empty()) {
             const auto thrower = std::move(failures_.front());
