@@ -30,6 +30,8 @@ struct ConnectionSettings {
     std::function<void()> wake;
     std::chrono::milliseconds pingInterval{1000};     ///< the round trip is measured this often; 0: never
     std::chrono::milliseconds connectTimeout{10000};  ///< from the socket to the server's welcome
+    /// A line that broke is opened again for so long: a server whose process died is there again in a moment.
+    std::chrono::milliseconds returnPatience{5000};
 };
 
 struct ViewRequest {
@@ -59,6 +61,8 @@ struct ConnectionStatistics {
 
 class Connection {
   public:
+    /// A line that broke without a word of the server's is "connecting" while it is opened again. The latest
+    /// view and all questions but jobs that may have been submitted are then asked again.
     enum class State { connecting, connected, lost };
     template <class T>
     using Reply = std::function<void(Result<T>)>;

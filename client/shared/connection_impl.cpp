@@ -37,6 +37,7 @@ Connection::Impl::~Impl() {
     // Everything under way is aborted and ends by itself: no coroutine is left to be destroyed with the
     // context.
     asio::post(context_, [this] {
+        ending_ = true;
         if (line_) line_->close();
         line_.reset();
         timer_.cancel();
@@ -79,7 +80,10 @@ void Connection::Impl::reconnect() {
         setState(State::connecting);
     }
     notify();
-    asio::post(context_, [this] { connect(); });
+    asio::post(context_, [this] {
+        returning_.reset();
+        connect();
+    });
 }
 
 std::size_t Connection::Impl::poll() {
@@ -146,8 +150,8 @@ void Connection::Impl::ask(proto::ClientMessage question, Body expected, Answer 
             refuse({ErrorCode::invalidArgument, "", "the request is larger than a server accepts"});
         } else {
             question.set_request(++lastRequest_);
-            questions_[lastRequest_] = {expected, std::move(answer)};
-            outbox_.push_back(std::move(question));
+            outbox_.push_back(question);
+            questions_[lastRequest_] = {expected, std::move(answer), std::move(question)};
         }
     }
     notify();
@@ -186,18 +190,25 @@ void Connection::Impl::giveBackFrame() {
 
 void Connection::Impl::failAll(const Error& reason) {
     outbox_.clear();
+    for (auto& [request, question] : questions_) question.sent = true;
     failSent(reason);
 }
 
 void Connection::Impl::failSent(const Error& reason) {
-    std::map<std::uint64_t, Question> waiting;
-    for (const auto& message : outbox_) {
-        if (auto question = questions_.extract(message.request())) waiting.insert(std::move(question));
-    }
-    for (auto& [request, question] : questions_) {
-        push({}, [answer = std::move(question.answer), reason] { answer(reason); });
-    }
-    questions_ = std::move(waiting);
+    std::erase_if(questions_, [&](auto& entry) {
+        auto& question = entry.second;
+        if (question.sent) push({}, [answer = std::move(question.answer), reason] { answer(reason); });
+        return question.sent;
+    });
+}
+
+/// Of a job nobody knows whether it was submitted.
+void Connection::Impl::askAgain(const Error& reason) {
+    for (auto& [request, question] : questions_)
+        question.sent = question.sent && question.message.has_submit_job();
+    failSent(reason);
+    outbox_.clear();
+    for (const auto& [request, question] : questions_) outbox_.push_back(question.message);
 }
 
 void Connection::Impl::viewFailed(std::uint64_t viewId, const Error& error) {

@@ -51,6 +51,13 @@ class Connection::Impl {
     struct Question {
         Body expected;
         Answer answer;
+        proto::ClientMessage message;
+        bool sent = false;
+    };
+    /// A line that broke is opened again.
+    struct Returning {
+        Error reason;
+        std::chrono::steady_clock::time_point until;
     };
     struct WantedView {
         proto::SetView message;
@@ -59,8 +66,11 @@ class Connection::Impl {
 
     // I/O thread.
     void connect();
+    void prepareLine();
+    void lost(const Error& reason);
+    void comeBack();
     void openLine(const proto::ConnectionFile& server);
-    void drop(const Error& reason);
+    void drop(Error reason);
     std::optional<proto::ClientMessage> next();
     void received(proto::ServerMessage message, std::vector<std::uint8_t> payload);
     void welcomed(const proto::ServerMessage& message);
@@ -80,6 +90,7 @@ class Connection::Impl {
     std::optional<proto::ClientMessage> nextCredit();
     void failAll(const Error& reason);
     void failSent(const Error& reason);
+    void askAgain(const Error& reason);
     proto::ClientMessage nextQuestion();
     std::optional<proto::ClientMessage> nextView();
     void receivedNews(proto::ServerMessage message);
@@ -114,6 +125,9 @@ class Connection::Impl {
     // I/O thread.
     std::shared_ptr<Line> line_;
     bool welcomed_ = false;
+    bool ending_ = false;
+    std::optional<Returning> returning_;  // until a line has held for a while
+    std::chrono::steady_clock::time_point welcomedAt_;
     bool saysReceipts_ = false;        // to a server that understands them
     std::uint64_t receivedBytes_ = 0;  // of payloads of frames, on this line
     FrameAssembly assembly_;

@@ -18,6 +18,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Milliseconds = std::chrono::duration<double, std::milli>;
 
+/// Between two attempts to open a line that broke.
+constexpr std::chrono::milliseconds returnPause{20};
+/// A line that broke sooner than this after it was opened again counts as not opened: some end takes us on
+/// and drops us again and again.
+constexpr std::chrono::seconds holdsAfter{1};
+
 /// Requests whose view is remembered: a failure answers one of the latest.
 constexpr std::size_t rememberedViews = 64;
 
@@ -30,6 +36,13 @@ double msSince(std::int64_t ns, Clock::time_point now) {
 }  // namespace
 
 void Connection::Impl::connect() {
+    prepareLine();
+    const auto server = wire::readConnectionFile(connectionFile_);
+    if (!server.ok()) return lost(server.error());
+    openLine(*server);
+}
+
+void Connection::Impl::prepareLine() {
     if (line_) line_->close();
     line_.reset();
     welcomed_ = false;
@@ -40,24 +53,51 @@ void Connection::Impl::connect() {
     {
         const std::lock_guard lock(mutex_);
         if (state_ != State::connecting) setState(State::connecting);
-        // What was not sent yet waits for this connection; what an earlier one was asked is lost with it.
-        failSent({ErrorCode::internal, "", "the connection was given up for a new one"});
+        if (returning_) {
+            askAgain(returning_->reason);
+        } else {
+            // What was not sent yet waits for this connection; what an earlier one was asked is lost with it.
+            failSent({ErrorCode::internal, "", "the connection was given up for a new one"});
+            welcome_.Clear();
+        }
         frame_.reset();
         credit_.Clear();
         creditDue_ = false;
-        welcome_.Clear();
         sentViews_.clear();
         pingSince_.reset();
         if (view_) view_->sent = false;
     }
-    const auto server = wire::readConnectionFile(connectionFile_);
-    if (!server.ok()) return drop(server.error());
-    openLine(*server);
+}
+
+/// A line broke, or was not opened.
+void Connection::Impl::lost(const Error& reason) {
+    const bool mayReturn = reason.code == ErrorCode::internal || reason.code == ErrorCode::notFound;
+    const auto now = Clock::now();
+    if (welcomed_ && now - welcomedAt_ > holdsAfter) returning_.reset();
+    if (welcomed_ && mayReturn && !returning_) returning_ = Returning{reason, now + settings_.returnPatience};
+    if (!returning_) return drop(reason);
+    if (!mayReturn || now >= returning_->until) return drop(returning_->reason);
+    comeBack();
+}
+
+void Connection::Impl::comeBack() {
+    if (line_) line_->close();
+    line_.reset();
+    welcomed_ = false;
+    {
+        const std::lock_guard lock(mutex_);
+        if (state_ != State::connecting) setState(State::connecting);
+    }
+    notify();
+    timer_.expires_after(returnPause);
+    timer_.async_wait([this](const asio::error_code& code) {
+        if (!code && !ending_ && !line_) connect();
+    });
 }
 
 void Connection::Impl::openLine(const proto::ConnectionFile& server) {
     const auto address = wire::parseAddress(server.address());
-    if (!address.ok()) return drop(address.error());
+    if (!address.ok()) return lost(address.error());
     hello_.emplace();
     auto& hello = *hello_->mutable_hello();
     hello.set_token(server.token());
@@ -70,16 +110,18 @@ void Connection::Impl::openLine(const proto::ConnectionFile& server) {
     handlers.received = [this](proto::ServerMessage message, std::vector<std::uint8_t> payload) {
         received(std::move(message), std::move(payload));
     };
-    handlers.lost = [this](const Error& reason) { drop(reason); };
+    handlers.lost = [this](const Error& reason) { lost(reason); };
     line_ = std::make_shared<Line>(context_.get_executor(), std::move(handlers));
     line_->open(*address);
     watchTime(settings_.connectTimeout);
 }
 
-void Connection::Impl::drop(const Error& reason) {
+/// By value: the reason may be the one that goes here.
+void Connection::Impl::drop(Error reason) {
     if (line_) line_->close();
     line_.reset();
     timer_.cancel();
+    returning_.reset();
     {
         const std::lock_guard lock(mutex_);
         lostReason_ = reason;
@@ -99,7 +141,7 @@ void Connection::Impl::watchTime(std::chrono::milliseconds wait) {
 }
 
 void Connection::Impl::tick() {
-    if (!welcomed_) return drop({ErrorCode::internal, "", "the server did not answer in time"});
+    if (!welcomed_) return lost({ErrorCode::internal, "", "the server did not answer in time"});
     {
         const std::lock_guard lock(mutex_);
         if (!pingSince_) {
@@ -136,6 +178,8 @@ std::optional<proto::ClientMessage> Connection::Impl::nextCredit() {
 proto::ClientMessage Connection::Impl::nextQuestion() {
     auto message = std::move(outbox_.front());
     outbox_.pop_front();
+    if (const auto question = questions_.find(message.request()); question != questions_.end())
+        question->second.sent = true;
     if (message.has_ping()) message.mutable_ping()->set_sent_ns(Clock::now().time_since_epoch().count());
     return message;
 }
@@ -173,6 +217,7 @@ void Connection::Impl::welcomed(const proto::ServerMessage& message) {
     if (message.has_failure()) return drop(toError(message.failure()));
     if (!message.has_welcome()) return;
     welcomed_ = true;
+    welcomedAt_ = Clock::now();
     saysReceipts_ = message.welcome().minor() >= 1;
     {
         const std::lock_guard lock(mutex_);

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <cstdlib>
 
 namespace mote {
 
 void checkFailed(const char* condition, const char* file, int line) {
-    fmt::print(stderr, "mote: broken invariant {} at {}:{}\n", condition, file, line);
-    std::abort();
+    const std::string broken = fmt::format("broken invariant {} at {}:{}", condition, file, line);
+    fmt::print(stderr, "mote: {}\n", broken);
+    throw BrokenInvariant(broken);
 }
 
 std::string_view name(ErrorCode code) {

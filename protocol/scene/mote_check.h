@@ -4,9 +4,18 @@
 // input.
 #pragma once
 
+#include <stdexcept>
+
 namespace mote {
 
-/// Prints the broken invariant and aborts.
+/// An invariant of ours does not hold. What was being done is lost; who caught it must not go on with any
+/// object that took part in it. Where nobody catches it, the process ends.
+class BrokenInvariant : public std::logic_error {
+  public:
+    using std::logic_error::logic_error;
+};
+
+/// Prints the broken invariant and throws BrokenInvariant.
 [[noreturn]] void checkFailed(const char* condition, const char* file, int line);
 
 }  // namespace mote

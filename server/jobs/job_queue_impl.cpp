@@ -14,6 +14,7 @@
 #include <asio/post.hpp>
 #include <cerrno>
 #include <chrono>
+#include <thread>
 #include <utility>
 
 #include "server/jobs/job_request_check.h"
@@ -25,8 +26,19 @@ namespace {
 using State = proto::JobStatus;
 
 constexpr std::chrono::milliseconds kLookEvery(200);  // at what running jobs have written
+constexpr std::chrono::milliseconds kLockPatience(500), kLockPause(5);
 constexpr std::size_t kMostListed = 200;
 constexpr int kMostAttempts = 2;
+
+/// A server that was just killed keeps its lock until the kernel has taken it apart.
+bool lockSoon(int file) {
+    const auto end = std::chrono::steady_clock::now() + kLockPatience;
+    while (flock(file, LOCK_EX | LOCK_NB) != 0) {
+        if (std::chrono::steady_clock::now() >= end) return false;
+        std::this_thread::sleep_for(kLockPause);
+    }
+    return true;
+}
 
 std::int64_t nowMs() {
     const auto now = std::chrono::system_clock::now().time_since_epoch();
@@ -92,7 +104,7 @@ Status JobQueue::Impl::openState() {
     if (!lock_.valid()) {
         return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), strerror(errno)};
     }
-    if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (!lockSoon(lock_.get())) {
         return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};
     }
     auto store = JobStore::open(state / "jobs.sqlite");

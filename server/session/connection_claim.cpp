@@ -5,6 +5,8 @@
 
 #include <asio/io_context.hpp>
 #include <asio/local/stream_protocol.hpp>
+#include <chrono>
+#include <thread>
 
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
@@ -13,6 +15,10 @@ namespace mote::server {
 namespace {
 
 using Protocol = asio::local::stream_protocol;
+
+// A server that was just killed accepts until the kernel has taken it apart.
+constexpr int attempts = 50;
+constexpr std::chrono::milliseconds pause{10};
 
 /// Whether somebody accepts connections there.
 bool alive(const std::string& address) {
@@ -29,7 +35,11 @@ bool alive(const std::string& address) {
 
 Status checkNotInUse(const std::filesystem::path& file) {
     const auto old = wire::readConnectionFile(file);
-    if (!old.ok() || !alive(old->address())) return success();
+    if (!old.ok()) return success();
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+        if (!alive(old->address())) return success();
+        std::this_thread::sleep_for(pause);
+    }
     return Error{ErrorCode::alreadyExists, file.string(),
                  fmt::format("belongs to a server that runs (process {}); stop it or give --connection "
                              "another file",

@@ -102,13 +102,13 @@ Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& 
 
 }  // namespace
 
-PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps)
+PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs)
     : factory_(std::move(factory)),
       steps_(steps),
       photographs_(steps),
       device_(factory_()),
       name_(device_->name()),
-      costs_(device_->costs()) {}
+      costs_(costs ? *costs : device_->costs()) {}
 
 void PictureMaker::trim() {
     if (device_) device_->trim();
@@ -126,6 +126,8 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         if (*scene) made = draw(job, **scene, begun, history);
         failures_ = 0;
         return made;
+    } catch (const BrokenInvariant&) {
+        throw;
     } catch (const storage::StorageError& failure) {
         return failure.error();
     } catch (const render::DeviceError& failure) {

@@ -52,15 +52,17 @@ struct Making {
 
 class PictureMaker {
   public:
-    /// Throws render::DeviceError. `steps` must outlive it.
-    PictureMaker(DeviceFactory factory, StepSource& steps);
+    /// Throws render::DeviceError. `steps` must outlive it. `costs`: of such a device where they are known;
+    /// else it is measured.
+    PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs = {});
 
     const std::string& deviceName() const { return name_; }
+    const render::DeviceCosts& costs() const { return costs_; }
 
     /// A view in motion is drawn from what is in memory; the exact picture waits until all of its data is
     /// there, unless there is no room for it, when it is read as it is drawn. Errors: notFound, corrupt and
     /// so on of the data; internal of the device, which is made anew where it fails again and again;
-    /// resourceExhausted (memory).
+    /// resourceExhausted (memory). Throws BrokenInvariant: then neither it nor the history is good for more.
     Result<Making> make(const RenderJob& job, PictureHistory& history);
 
     /// The device frees what nobody needs any more.

@@ -39,6 +39,7 @@ void RenderSchedule::enter(Client& client, Stage stage) {
     client.waits = false;
     client.stage = refinement && client.task->moving ? Stage::done : stage;
     client.due = client.task->arrived + (refinement ? settings_.restDelay : Clock::duration::zero());
+    client.due = std::max(client.due, client.task->notBefore);
 }
 
 bool RenderSchedule::urgent(const Client& client, Clock::time_point now) const {

@@ -35,6 +35,10 @@ struct Drawn {
     std::shared_ptr<Client> client;
 };
 
+PictureHistory historyOf(const RenderSettings& settings) {
+    return {QualityController(settings.budgetMs)};
+}
+
 /// The picture as a document of its view's page.
 Result<EncodedPicture> encodePage(const MadePicture& made, const ViewTask& task) {
     VectorDrawing drawing{
@@ -77,8 +81,7 @@ class RenderService::Impl {
 
     void open(SessionId session, std::uint32_t credits, RenderEvents events) {
         const std::lock_guard lock(mutex_);
-        clients_[session] = std::make_shared<Client>(std::move(events),
-                                                     PictureHistory{QualityController(settings_.budgetMs)});
+        clients_[session] = std::make_shared<Client>(std::move(events), historyOf(settings_));
         schedule_.open(session, credits);
     }
 
@@ -128,7 +131,9 @@ class RenderService::Impl {
   private:
     void begin(std::promise<Result<std::string>>& ready) {
         try {
-            maker_.emplace(factory_, steps_);
+            auto* const crashes = settings_.crashes;
+            maker_.emplace(factory_, steps_, crashes != nullptr ? crashes->costs() : std::nullopt);
+            if (crashes != nullptr) crashes->learn(maker_->costs());
         } catch (const std::exception& failure) {
             ready.set_value(Error{ErrorCode::internal, "device", failure.what()});
             return;
@@ -164,11 +169,33 @@ class RenderService::Impl {
     }
 
     void serve(RenderJob job, std::shared_ptr<Client> client, std::uint64_t arrivals) {
-        auto made = maker_->make(job, client->history);
+        auto made = make(job, *client);
         if (!made.ok()) return fail(job, *client, made.error());
         if (made->waits) return waiting(job, arrivals);
         if (!made->picture) return stopped(job);
         send(std::make_shared<Drawn>(Drawn{*std::move(made->picture), std::move(job), std::move(client)}));
+    }
+
+    /// What is loaded for a picture that waits may still be the end of us.
+    Result<Making> make(const RenderJob& job, Client& client) {
+        auto* const crashes = settings_.crashes;
+        if (crashes != nullptr) crashes->begin(job.task->bytes);
+        auto made = makeOrRenew(job, client);
+        if (crashes != nullptr && !(made.ok() && made->waits)) crashes->end();
+        return made;
+    }
+
+    /// Where an invariant is broken, all that took part in the picture goes, and the next is made by others.
+    Result<Making> makeOrRenew(const RenderJob& job, Client& client) {
+        try {
+            return maker_->make(job, client.history);
+        } catch (const BrokenInvariant& broken) {
+            client.history = historyOf(settings_);
+            const auto costs = maker_->costs();
+            maker_.reset();
+            maker_.emplace(factory_, steps_, costs);
+            return Error{ErrorCode::internal, "view", broken.what()};
+        }
     }
 
     /// `arrivals`: before it was tried. What has arrived since may be what it waits for.
@@ -209,14 +236,23 @@ class RenderService::Impl {
         encoders_->post(session, [this, drawn = std::move(drawn)] { encode(*drawn); });
     }
 
+    Result<EncodedPicture> encodedOf(Drawn& drawn) {
+        try {
+            if (drawn.job.task->page) return encodePage(drawn.made, *drawn.job.task);
+            return drawn.client->encoder.encode(drawn.made.picture, drawn.job.stage == Stage::exact,
+                                                targetOf(*drawn.client));
+        } catch (const std::exception& failure) {
+            return Error{ErrorCode::internal, "view", failure.what()};
+        }
+    }
+
     void encode(Drawn& drawn) {
         const auto begun = Clock::now();
         const auto& task = *drawn.job.task;
         auto& message = drawn.made.message;
         const auto& picture = drawn.made.picture;
         const bool exact = drawn.job.stage == Stage::exact;
-        auto encoded = task.page ? encodePage(drawn.made, task)
-                                 : drawn.client->encoder.encode(picture, exact, targetOf(*drawn.client));
+        auto encoded = encodedOf(drawn);
         if (!encoded.ok()) {
             addCredits(drawn.job.session, 1);
             return drawn.client->events.failed(task.request, encoded.error());

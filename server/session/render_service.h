@@ -13,6 +13,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/encode/encoding_choice.h"
+#include "server/session/crash_record.h"
 #include "server/session/picture_maker.h"
 #include "server/session/render_schedule.h"
 #include "server/session/step_source.h"
@@ -43,6 +44,7 @@ struct RenderSettings {
     double budgetMs = 30.0;  ///< for a picture of a view in motion
     unsigned encodeThreads = 2;
     ScheduleSettings schedule;
+    CrashRecord* crashes = nullptr;  ///< outlives the service; null: nobody would read it
 };
 
 class RenderService {

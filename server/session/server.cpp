@@ -120,12 +120,13 @@ class Server::Impl {
     }
 
     void fillContext(const std::string& deviceName) {
-        context_.token = makeToken();
+        context_.token = settings_.token.empty() ? makeToken() : settings_.token;
         context_.server = "mote-server " MOTE_VERSION;
         context_.device = deviceName;
         context_.render = render_.get();
         context_.datasets = datasets_.get();
         context_.jobs = &*jobs_;
+        context_.crashes = settings_.render.crashes;
         context_.handshakeTimeout = settings_.handshakeTimeout;
         context_.closed = [this](SessionId id) {
             // Later: the session that says so is in the midst of its own function.

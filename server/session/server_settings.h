@@ -20,6 +20,7 @@ struct ServerSettings {
     std::filesystem::path connectionFile;  ///< written when the server accepts, removed when it ends
     std::filesystem::path prep;            ///< the program mote-prep, for jobs
     render::DeviceKind device = render::DeviceKind::automatic;
+    std::string token;         ///< what clients must know; empty: a fresh one
     std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
     unsigned threads = 0;      ///< of a job, and of the cpu device; 0: their own choice
 

@@ -21,6 +21,7 @@
 #include "protocol/scene/error.h"
 #include "protocol/wire/message_stream.h"
 #include "server/jobs/job_queue.h"
+#include "server/session/crash_record.h"
 #include "server/session/dataset_service.h"
 #include "server/session/flow_control.h"
 #include "server/session/outbox.h"
@@ -37,6 +38,7 @@ struct SessionContext {
     RenderService* render = nullptr;
     DatasetService* datasets = nullptr;
     JobQueue* jobs = nullptr;
+    const CrashRecord* crashes = nullptr;              ///< null: nothing is known
     std::chrono::milliseconds handshakeTimeout{5000};  ///< from the connection to a good token
     std::chrono::milliseconds farewellTimeout{1000};   ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;             ///< once, as the last thing
@@ -66,6 +68,7 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<bool> welcome();
     asio::awaitable<void> handle(proto::ClientMessage message);
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
+    Status beware(ViewTask& task) const;
     asio::awaitable<void> findDatasets(const View& view);
     void returnCredit(const proto::Credit& message);
     void begin(const proto::Hello& hello);

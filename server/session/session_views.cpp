@@ -8,6 +8,9 @@
 namespace mote::server {
 namespace {
 
+/// Others have seen a picture by then.
+constexpr std::chrono::seconds suspectDelay{1};
+
 Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::SetView& message) {
     if (message.format() != proto::PIXEL_FORMAT_UNSPECIFIED && message.format() != proto::SRGB8 &&
         message.format() != proto::LINEAR_HALF) {
@@ -24,6 +27,7 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
     auto task = std::make_shared<ViewTask>();
     task->view = *std::move(view);
     task->viewId = message.view_id();
+    task->bytes = message.view().SerializeAsString();
     task->request = request;
     task->page = page;
     // Of a picture in motion nobody wants a document.
@@ -49,12 +53,30 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
         co_return;
     }
     (*task)->arrived = arrived;
+    const auto safe = beware(**task);
+    if (!safe.ok()) {
+        reply(request, failureMessage(request, safe.error(), false));
+        co_return;
+    }
     co_await findDatasets((*task)->view);
     if (closed_) co_return;
     viewId_ = message.view_id();
     outbox_.dropOutdated([this](bool partlySent) { flow_->dropped(partlySent); });
     context_.render->setView(id_, *std::move(task));
     beginFrames();
+}
+
+/// A view that ended a server once is drawn when all others have had their turn, and after the second time
+/// never again.
+Status Session::beware(ViewTask& task) const {
+    const unsigned deaths = context_.crashes != nullptr ? context_.crashes->deaths(task.bytes) : 0;
+    if (deaths >= refusedAfterDeaths) {
+        return Error{ErrorCode::internal, "view",
+                     "drawing it has ended the server before, so it is not drawn again; the server's log "
+                     "holds its text"};
+    }
+    if (deaths > 0) task.notBefore = task.arrived + suspectDelay;
+    return success();
 }
 
 /// A dataset that was published a moment ago may not be known yet: only then is the disk asked first.

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "protocol/scene/page.h"
 #include "protocol/scene/view.h"
@@ -31,6 +32,8 @@ struct ViewTask {
     std::optional<Page> page;                                 ///< the exact picture as a document
     std::int64_t askedNs = 0;                                 ///< the client's clock
     Clock::time_point arrived;
+    Clock::time_point notBefore;  ///< others go first: it ended a server before
+    std::string bytes;            ///< of the view's message: whose fault a crash is
 };
 
 }  // namespace mote::server

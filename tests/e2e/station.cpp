@@ -74,8 +74,8 @@ std::vector<std::string> Station::serverArguments(const std::filesystem::path& r
             "--connection", connection().string()};
 }
 
-void Station::startServer() {
-    server_ = std::make_unique<Process>(program("mote-server"), serverArguments(root()));
+void Station::startServer(const std::string& name) {
+    server_ = std::make_unique<Process>(program(name), serverArguments(root()));
     awaitServer();
 }
 

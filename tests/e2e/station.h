@@ -29,7 +29,7 @@ class Station {
     Station& operator=(const Station&) = delete;
 
     /// Waits until it is ready. Throws std::runtime_error with what it said.
-    void startServer();
+    void startServer(const std::string& name = "mote-server");
     /// As startServer(), but of several ranks under mpirun, which server() is then; after `ranks` of them
     /// with the same root comes one for each of `otherRoots`, which has that in its place.
     void startRanks(int ranks, const std::vector<std::filesystem::path>& otherRoots = {});

@@ -8,19 +8,15 @@
 
 #include <cstdint>
 
+#include "server/render/cpu/vectors.h"
+
 namespace mote::test {
 
 class OnlyVectors {
   public:
     /// `target`: one of hwy::SupportedAndGeneratedTargets().
-    explicit OnlyVectors(std::int64_t target) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
-    ~OnlyVectors() {
-        hwy::SetSupportedTargetsForTest(0);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    }
+    explicit OnlyVectors(std::int64_t target) { render::useVectors(target); }
+    ~OnlyVectors() { render::useVectorsOfEnvironment(); }
     OnlyVectors(const OnlyVectors&) = delete;
     OnlyVectors& operator=(const OnlyVectors&) = delete;
 };

@@ -33,16 +33,6 @@ struct Run {
     bool serve = false, quiet = false;
 };
 
-std::optional<std::int64_t> targetNamed(std::string name) {
-    const auto lower = [](std::string text) {
-        for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-        return text;
-    };
-    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets())
-        if (lower(hwy::TargetName(target)) == lower(name)) return target;
-    return std::nullopt;
-}
-
 bool failed(const Run& run, const Verdict& verdict) {
     if (verdict.kind == Verdict::Kind::broken || verdict.kind == Verdict::Kind::dead) return true;
     if (verdict.kind == Verdict::Kind::undecided) return false;
@@ -110,7 +100,7 @@ int checkAll(const Run& run, ViewCheck& check) {
 int serve(const Run& run) {
     std::optional<OnlyVectors> only;
     if (!run.vectors.empty()) {
-        const auto target = targetNamed(run.vectors);
+        const auto target = render::vectorsNamed(run.vectors);
         if (!target) throw std::invalid_argument("this processor has no vectors called " + run.vectors);
         only.emplace(*target);
     }
@@ -125,7 +115,7 @@ void addOptions(CLI::App& app, Run& run) {
     app.add_option("--pixels", run.pixels, "most pixels of a picture");
     app.add_option("--check", run.check, "difference, survival or bytes");
     app.add_option("--device", run.device, "cpu, egl or ranks");
-    app.add_option("--vectors", run.vectors, "the only ones that are used: avx2, sse4, ssse3, emu128, ...");
+    app.add_option("--vectors", run.vectors, "the only ones that are used: avx-512, avx2, sse4, ssse3, scalar");
     app.add_option("--below", run.below, "dB: what is a failure of \"difference\"");
     app.add_option("--most", run.most, "steps of 255: beyond is a failure of \"bytes\"");
     app.add_option("--keep", run.keep, "folder for views that fail, whole and shrunk");

@@ -81,10 +81,5 @@ void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileC
     }
 }
 
-std::string vectorName() {
-    const std::string name = hwy::TargetName(hwy::SupportedTargets() & -hwy::SupportedTargets());
-    return name.rfind("AVX3", 0) == 0 ? "AVX-512" : name;
-}
-
 }  // namespace mote::render
 #endif  // HWY_ONCE

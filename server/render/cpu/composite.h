@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 
 #include "server/render/cpu/composite_frame.h"
 #include "server/render/cpu/tile.h"
@@ -20,8 +19,5 @@ namespace mote::render {
 /// of the whole picture.
 void compositeTile(const CompositeFrame& frame, Tile tile, std::span<const TileCells> points,
                    const TileDots* dots, std::uint8_t* picture);
-
-/// Of the instructions that are used: "AVX-512".
-std::string vectorName();
 
 }  // namespace mote::render

@@ -19,6 +19,7 @@
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/resident_hybrids.h"
 #include "server/render/cpu/resident_volumes.h"
+#include "server/render/cpu/vectors.h"
 
 namespace mote::render {
 
@@ -79,7 +80,9 @@ std::string cpuName(int threads) {
            (threads == 1 ? " thread)" : " threads)");
 }
 
-CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options)) {}
+CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options)) {
+    chooseVectors();
+}
 
 CpuDevice::~CpuDevice() = default;
 

@@ -16,11 +16,12 @@ namespace mote::client {
 
 using test::FakeServer;
 
-/// No pings but those that a test asks for.
+/// No pings but those that a test asks for; a line that breaks is lost.
 inline ConnectionSettings quietSettings() {
     ConnectionSettings settings;
     settings.client = "connection test";
     settings.pingInterval = std::chrono::milliseconds(0);
+    settings.returnPatience = std::chrono::milliseconds(0);
     return settings;
 }
 
@@ -54,8 +55,8 @@ class ConnectionTest : public testing::Test {
   protected:
     using State = Connection::State;
 
-    void connect() {
-        connection_.emplace(server_.connectionFile(), quietSettings());
+    void connect(const ConnectionSettings& settings = quietSettings()) {
+        connection_.emplace(server_.connectionFile(), settings);
         server_.welcome();
         ASSERT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::connected; }));
     }

@@ -31,6 +31,25 @@ class RenderScheduleTest : public testing::Test {
     RenderSchedule schedule_;
 };
 
+TEST_F(RenderScheduleTest, ViewThatIsNotToBeDrawnYetWaitsWhileOthersAreDrawn) {
+    ViewTask suspect;
+    suspect.moving = true;
+    suspect.arrived = now_;
+    suspect.notBefore = now_ + 1s;
+    schedule_.setView(1, std::make_shared<const ViewTask>(std::move(suspect)));
+    EXPECT_FALSE(next());
+    EXPECT_EQ(schedule_.nextDue(), now_ + 1s);
+    view(2, true);
+    const auto other = next();
+    ASSERT_TRUE(other);
+    EXPECT_EQ(other->session, 2u);
+    schedule_.finishDrawn(*other, Stage::done);
+    now_ += 1s;
+    const auto job = next();
+    ASSERT_TRUE(job);
+    EXPECT_EQ(job->session, 1u);
+}
+
 TEST_F(RenderScheduleTest, RestingViewGoesThroughItsStagesAndSleeps) {
     EXPECT_FALSE(next());
     EXPECT_FALSE(schedule_.nextDue());

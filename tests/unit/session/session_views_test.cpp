@@ -247,6 +247,48 @@ TEST_F(SessionViews, DeviceThatFailsTwiceIsMadeAnew) {
     EXPECT_EQ(control_->devices(), 2u);
 }
 
+TEST_F(SessionViews, ABrokenInvariantIsOneErrorAndANewDeviceDrawsTheNext) {
+    start();
+    const auto one = client(), other = client();
+    control_->failNext([] { MOTE_CHECK(1 + 1 == 3); });
+    one->setView(1, 64);
+    const auto failure = one->receive([](const auto& message) { return message.has_failure(); });
+    EXPECT_EQ(failure.message.failure().code(), "internal");
+    EXPECT_NE(failure.message.failure().message().find("1 + 1 == 3"), std::string::npos);
+    EXPECT_FALSE(failure.message.failure().fatal());
+    other->setView(2, 65);
+    EXPECT_EQ(other->receiveFrame().message.frame().width(), 65u);
+    one->setView(3, 64);
+    EXPECT_EQ(one->receiveFrame().message.frame().view_id(), 3u);
+    EXPECT_EQ(control_->devices(), 2u);
+}
+
+TEST_F(SessionViews, AViewThatEndedServersBeforeComesLateAndThenNeverAgain) {
+    server::CrashRecord crashes;
+    settings_.render.crashes = &crashes;
+    proto::View view;
+    for (const std::uint32_t width : {64, 65, 65}) {
+        view.set_width(width);
+        view.set_height(width);
+        crashes.count(view.SerializeAsString());
+    }
+    start();
+    const auto one = client();
+    one->setView(1, 65);
+    const auto failure = one->receive([](const auto& message) { return message.has_failure(); });
+    EXPECT_EQ(failure.message.failure().code(), "internal");
+    EXPECT_NE(failure.message.failure().message().find("not drawn again"), std::string::npos);
+    EXPECT_EQ(control_->renders().size(), 0u);
+    one->setView(2, 64);
+    one->barrier();
+    const auto other = client();
+    other->setView(1, 66);
+    other->receiveFrame();
+    EXPECT_EQ(control_->renders().front().width, 66u) << "it waits until others had their turn";
+    EXPECT_EQ(one->receiveFrame().message.frame().width(), 64u);
+    EXPECT_FALSE(crashes.view()) << "nothing is drawn any more";
+}
+
 TEST_F(SessionViews, SessionThatEndsStopsItsPicture) {
     start();
     control_->closeGate();
