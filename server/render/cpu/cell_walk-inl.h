@@ -163,7 +163,7 @@ HWY_INLINE void takeSmooth(const Sample& front, const Sample& middle, const Samp
 
 /// A change of density between two samples, as the VolumeTable counts it, from which on they are too far
 /// apart for transfer functions with kinks and steps.
-constexpr float steepChange = 0.03F * VolumeTable::cells;
+constexpr float steepChange = 0.035F * VolumeTable::cells;
 constexpr float mostPieces = 8.0F;
 
 /// The same for the rays whose density is steep in a part, each in as many pieces as it needs itself: what

@@ -2,8 +2,9 @@
 #include "server/render/cpu/composite.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
-#include <optional>
+#include <utility>
 
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/packet_sights.h"
@@ -18,21 +19,27 @@
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 
+/// A walk for each vector of a packet's rays.
+template <std::size_t... number>
+HWY_INLINE std::array<PacketWalk, sizeof...(number)> walksOf(const CompositeFrame& frame,
+                                                             const Packet& packet, PacketSights& sights,
+                                                             std::index_sequence<number...>) {
+    return {PacketWalk(frame, packet, number * hn::MaxLanes(Floats()), sights)...};
+}
+
 /// `pixels`: of the packet, row by row, as words of the picture's format.
 void compositePacket(const CompositeFrame& frame, Packet& packet, PacketSights& sights,
                      std::uint32_t* pixels) {
-    const std::size_t lanes = hn::Lanes(Floats());
+    constexpr std::size_t lanes = hn::MaxLanes(Floats());
     const std::size_t words = bytesPerPixel(frame.format) / sizeof(std::uint32_t);
-    std::array<std::optional<PacketWalk>, Tile::packetPixels> walks;
-    for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
-        walks[lane].emplace(frame, packet, lane, sights);
+    auto walks = walksOf(frame, packet, sights, std::make_index_sequence<Tile::packetPixels / lanes>());
     for (const auto& section : frame.sections) {
         packet.enter(section);
         sights.clear();
-        for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes) walks[lane]->run(section);
+        for (auto& walk : walks) walk.run(section);
     }
-    for (std::size_t lane = 0; lane < Tile::packetPixels; lane += lanes)
-        storePixels(frame, walks[lane]->light(), pixels + lane * words);
+    for (std::size_t i = 0; i < walks.size(); ++i)
+        storePixels(frame, walks[i].light(), pixels + i * lanes * words);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -71,15 +71,13 @@ double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm:
 
 /// Of a hybrid volume, stretches a cell's edge: a trilinear field bends within a cell, and light in it does.
 /// Cells of the low volume are large on the screen, and few. Those of bricks are small, and where a stretch
-/// absorbs much it is cut further; where they are large on the screen, too, what lies within one shows in
-/// many pixels. In motion a stretch is no shorter than a pixel is wide, up to four cells: what is finer, no
-/// pixel shows either.
+/// absorbs much or its value is steep it is cut further. In motion a stretch is no shorter than a pixel is
+/// wide, up to four cells: what is finer, no pixel shows either.
 double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
     constexpr double least = 0.25;
-    const double most = hybrid.corrected() ? 2.0 : 6.0;
-    const double pixels = pixelsPerCell(plan, hybrid, cells);
-    if (plan.exact) return most * std::clamp(0.5 * pixels, 1.0, hybrid.corrected() ? 3.0 : 2.0);
-    return std::clamp(plan.samplesPerCell * std::min(1.0, pixels), least, most);
+    const double most = hybrid.corrected() ? 1.25 : 6.0;
+    if (plan.exact) return most;
+    return std::clamp(plan.samplesPerCell * std::min(1.0, pixelsPerCell(plan, hybrid, cells)), least, most);
 }
 
 HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const VisibleHybrid& visible) {

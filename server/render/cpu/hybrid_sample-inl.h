@@ -93,7 +93,13 @@ HWY_INLINE V meanOfCodes(WordV codes, WordV weights) {
 }
 
 HWY_INLINE WordV gatherWord(const std::uint8_t* base, IntV bytes) {
+#if HWY_TARGET == HWY_SCALAR
     return hn::BitCast(Words(), hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), bytes));
+#else
+    alignas(64) std::array<std::int32_t, hn::MaxLanes(Floats())> at;
+    hn::Store(bytes, Ints(), at.data());
+    return loadEach(Words(), base, at.data());
+#endif
 }
 
 class HybridSource {
@@ -233,10 +239,8 @@ class HybridSource {
         const V held = hn::Min(hn::Max(density, hn::Set(d, 0.5F)), hn::Set(d, VolumeTable::cells + 1.25F));
         const Whole whole(held);
         const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
-        const auto* const colors = reinterpret_cast<const std::int32_t*>(layer_.table->colors());
-        return sampleOf({way, density, hn::Sub(density, whole.value),
-                         gather(layer_.table->integrals(), hn::ShiftLeft<3>(cell)),
-                         hn::BitCast(Words(), hn::GatherIndex(ints, colors, cell))});
+        return sampleOf(
+            {way, density, hn::Sub(density, whole.value), readEntries(layer_.table->entries(), cell)});
     }
 
     const HybridLayer& layer_;
@@ -261,10 +265,11 @@ struct LitPiece {
     }
 };
 
-/// An optical depth in one piece, and a change of value, as the table counts it, from which on it must be
-/// looked at more closely.
-constexpr float deepPiece = 0.15F;
-constexpr float steepPiece = 0.006F * VolumeTable::cells;
+/// An optical depth of one piece, a change of it by what changes within, and a change of value, as the table
+/// counts it, from which on it must be looked at more closely.
+constexpr float deepPiece = 0.04F;
+constexpr float bentPiece = 0.03F;
+constexpr float steepPiece = 0.04F * VolumeTable::cells;
 constexpr float mostPiecesOfOne = 16.0F;
 
 /// For each ray the one or the other sample.
@@ -289,7 +294,13 @@ HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, con
     if (hn::AllFalse(d, seen)) return;
     const V change = hn::Mul(hn::Abs(hn::Sub(back.density, front.density)), hn::Set(d, 1.0F / steepPiece));
     const V depth = hn::Mul(hn::Mul(whole.depth, length), hn::Set(d, 1.0F / deepPiece));
-    const V wanted = hn::IfThenElseZero(seen, hn::Max(change, depth));
+    // A wrong value between the two costs what extinction would have changed by.
+    const V level = hn::Mul(hn::Add(front.slope, back.slope), hn::Set(d, 0.5F));
+    const V bend = hn::MulAdd(hn::Abs(hn::Sub(whole.mean, level)), hn::Set(d, 4.0F),
+                              hn::Abs(hn::Sub(back.slope, front.slope)));
+    const V bent =
+        hn::Mul(hn::Mul(bend, hn::Sub(back.way, front.way)), hn::Mul(length, hn::Set(d, 1.0F / bentPiece)));
+    const V wanted = hn::IfThenElseZero(seen, hn::Max(hn::Max(change, bent), depth));
     if (!fine || hn::AllTrue(d, hn::Lt(wanted, hn::Set(d, 1.0F))))
         return take(LitPiece(source, rays, whole, front, back, length));
     const V pieces =

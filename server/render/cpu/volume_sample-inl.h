@@ -11,6 +11,8 @@
 
 #include <hwy/highway.h>
 
+#include <array>
+
 #include "server/render/cpu/composite_frame.h"
 #include "server/render/cpu/packet_rays.h"
 
@@ -51,16 +53,14 @@ struct VolumeSource {
     float sheetRows;
     std::uint32_t rowBytes;
     std::size_t sheetBytes;
-    const VolumeTable::Integral* integrals;
-    const std::uint32_t* colors;
+    const VolumeTable::Entry* entries;
 
     explicit VolumeSource(const VisibleVolume& visible)
         : words(reinterpret_cast<const std::uint8_t*>(visible.volume->words())),
           sheetRows(static_cast<float>(visible.volume->sheetRows())),
           rowBytes(4 * visible.volume->rowWords()),
           sheetBytes(std::size_t{4} * visible.volume->rowWords() * visible.volume->sheetRows()),
-          integrals(visible.table->integrals()),
-          colors(visible.table->colors()) {}
+          entries(visible.table->entries()) {}
 };
 
 /// Rays in registers, see PacketRays.
@@ -87,6 +87,12 @@ struct WordPairs {
     WordV low, high;
 };
 
+/// Entries of a VolumeTable.
+struct Entries {
+    V value, slope;
+    WordV color;
+};
+
 #if HWY_TARGET == HWY_SCALAR  // one lane: there are no halves and no pairs
 
 /// 8 bytes a lane, as they were read.
@@ -102,6 +108,10 @@ HWY_INLINE Reads gather(const void* base, IntV offset) {
 HWY_INLINE WordPairs pairsOf(const Reads& reads) {
     return reads;
 }
+HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
+    const auto& entry = entries[hn::GetLane(cell)];
+    return {hn::Set(Floats(), entry.value), hn::Set(Floats(), entry.slope), hn::Set(Words(), entry.color)};
+}
 
 /// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times PackedVolume::full.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
@@ -116,19 +126,59 @@ struct Reads {
     hn::Vec<hn::Repartition<std::uint64_t, Floats>> first, second;
 };
 
-/// At byte offsets.
+/// As many bytes as a lane of D has, from each of some addresses.
+template <class D>
+HWY_INLINE hn::Vec<D> loadEach(D d, const std::uint8_t* base, const std::int32_t* offset) {
+    if constexpr (hn::MaxLanes(D()) > 1) {
+        const hn::Half<D> half;
+        return hn::Combine(d, loadEach(half, base, offset + hn::MaxLanes(half)),
+                           loadEach(half, base, offset));
+    } else {
+        return hn::LoadU(d, reinterpret_cast<const hn::TFromD<D>*>(base + *offset));
+    }
+}
+
+/// At byte offsets. Plain loads: the processor's own gathers take as long or longer on all but a few.
 HWY_INLINE Reads gather(const void* base, IntV offset) {
     const hn::Repartition<std::uint64_t, Floats> reads;
-    const hn::RebindToSigned<decltype(reads)> offsets;
-    const auto* const bytes = static_cast<const std::uint64_t*>(base);
-    const auto first = hn::PromoteTo(offsets, hn::LowerHalf(offset));
-    const auto second = hn::PromoteTo(offsets, hn::UpperHalf(hn::Half<Ints>(), offset));
-    return {hn::GatherOffset(reads, bytes, first), hn::GatherOffset(reads, bytes, second)};
+    constexpr std::size_t half = hn::MaxLanes(Floats()) / 2;
+    alignas(64) std::int32_t at[2 * half];
+    hn::Store(offset, Ints(), at);
+    const auto* const bytes = static_cast<const std::uint8_t*>(base);
+    return {loadEach(reads, bytes, at), loadEach(reads, bytes, at + half)};
 }
 HWY_INLINE WordPairs pairsOf(const Reads& reads) {
     const Words words;
     const auto first = hn::BitCast(words, reads.first), second = hn::BitCast(words, reads.second);
     return {hn::ConcatEven(words, second, first), hn::ConcatOdd(words, second, first)};
+}
+
+/// 16 bytes of each fourth lane's entry.
+template <class D>
+HWY_INLINE hn::Vec<D> loadBlocks(D d, const VolumeTable::Entry* entries, const std::int32_t* cell) {
+    if constexpr (hn::MaxLanes(D()) > 4) {
+        const hn::Half<D> half;
+        return hn::Combine(d, loadBlocks(half, entries, cell + hn::MaxLanes(half)),
+                           loadBlocks(half, entries, cell));
+    } else {
+        return hn::Load(d, reinterpret_cast<const std::uint32_t*>(entries + *cell));
+    }
+}
+HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
+    const Words words;
+    const Floats floats;
+    const hn::Repartition<std::uint64_t, Floats> pairs;
+    alignas(64) std::array<std::int32_t, hn::MaxLanes(Floats())> at;
+    hn::Store(cell, Ints(), at.data());
+    const auto block = [&](std::size_t i) HWY_ATTR { return loadBlocks(words, entries, at.data() + i); };
+    const auto first = block(0), second = block(1), third = block(2), fourth = block(3);
+    const auto low = hn::BitCast(pairs, hn::InterleaveLower(words, first, second));
+    const auto high = hn::BitCast(pairs, hn::InterleaveLower(words, third, fourth));
+    const auto lowColor = hn::BitCast(pairs, hn::InterleaveUpper(words, first, second));
+    const auto highColor = hn::BitCast(pairs, hn::InterleaveUpper(words, third, fourth));
+    return {hn::BitCast(floats, hn::InterleaveLower(pairs, low, high)),
+            hn::BitCast(floats, hn::InterleaveUpper(pairs, low, high)),
+            hn::BitCast(words, hn::InterleaveLower(pairs, lowColor, highColor))};
 }
 
 /// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times PackedVolume::full.
@@ -183,17 +233,14 @@ HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, 
 /// Then, from their density, the tables.
 struct TableReads {
     V way, density, rest;
-    Reads entry;
-    WordV color;
+    Entries entry;
 };
 
 HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V density) {
     const Ints ints;
     const Whole whole(density);
     const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
-    const auto* const colors = reinterpret_cast<const std::int32_t*>(source.colors);
-    return {way, density, hn::Sub(density, whole.value), gather(source.integrals, hn::ShiftLeft<3>(cell)),
-            hn::BitCast(Words(), hn::GatherIndex(ints, colors, cell))};
+    return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, cell)};
 }
 
 /// And then it is a place on the rays with what a stretch needs of it.
@@ -209,9 +256,8 @@ constexpr float colorScale = 1.0F / (1023.0F * 1023.0F);
 HWY_INLINE Sample sampleOf(const TableReads& table) {
     const Floats d;
     const Words words;
-    const WordPairs entry = pairsOf(table.entry);
-    const V slope = hn::BitCast(d, entry.high);
-    const V integral = hn::MulAdd(slope, table.rest, hn::BitCast(d, entry.low));
+    const V integral = hn::MulAdd(table.entry.slope, table.rest, table.entry.value);
+    const WordV color = table.entry.color;
     const auto component = [&](WordV word) HWY_ATTR {
         const V root = hn::ConvertTo(d, hn::BitCast(Ints(), word));
         return hn::Mul(root, root);
@@ -220,10 +266,10 @@ HWY_INLINE Sample sampleOf(const TableReads& table) {
     return {table.way,
             table.density,
             integral,
-            slope,
-            component(hn::And(table.color, mask)),
-            component(hn::And(hn::ShiftRight<10>(table.color), mask)),
-            component(hn::ShiftRight<20>(table.color))};
+            table.entry.slope,
+            component(hn::And(color, mask)),
+            component(hn::And(hn::ShiftRight<10>(color), mask)),
+            component(hn::ShiftRight<20>(color))};
 }
 
 /// A place on the rays whose cells are on their way.

@@ -23,8 +23,8 @@ VolumeTable::VolumeTable(const ParticlesStyle& style)
           -LogDensity::fade, 1.0, [&](double t) { return style.extinction(t); },
           [&](double t) { return style.colorMap(t); }) {
     // Where x = 1 was rounded down, and above t = 1, there is nothing.
-    integrals_.front() = {0.0F, 0.0F};
-    integrals_.back().slope = 0.0F;
+    entries_.front().value = entries_.front().slope = 0.0F;
+    entries_.back().slope = 0.0F;
 }
 
 VolumeTable::VolumeTable(double low, double high, const std::function<double(double)>& extinction,
@@ -33,14 +33,12 @@ VolumeTable::VolumeTable(double low, double high, const std::function<double(dou
     const double width = (high - low) / cells;
     const auto slopes = table_.extinctions();
     // Of x = i: what lies below the low end comes first.
-    integrals_.push_back({-slopes.front(), slopes.front()});
-    colors_.push_back(packedRoot(color(low)));
+    entries_.push_back({-slopes.front(), slopes.front(), packedRoot(color(low))});
     double integral = 0.0;
     for (std::uint32_t i = 0; i <= cells; ++i) {
         const float slope = slopes[std::min(i, cells - 1)];
-        integrals_.push_back({static_cast<float>(integral), slope});
+        entries_.push_back({static_cast<float>(integral), slope, packedRoot(color(low + (i + 0.5) * width))});
         integral += slope;
-        colors_.push_back(packedRoot(color(low + (i + 0.5) * width)));
     }
 }
 

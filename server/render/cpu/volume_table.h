@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // VolumeTable: a volume's transfer functions as the composite reads them: running integrals of extinction
-// over t with their slopes, 8 bytes for one gather, and colours in 4. Built from a style; a value, safe on
+// over t with their slopes, and colours, 16 bytes for one read. Built from a style; a value, safe on
 // any number of threads.
 #pragma once
 
@@ -17,10 +17,13 @@ class VolumeTable {
     static constexpr std::uint32_t cells = TransferTable::cells;
 
     /// t is counted as x: 1 at the table's low end, 1 + cells at its high one. At x = i: the integral of
-    /// extinction over x up to i, and the extinction between i and i + 1, per unit length of layer space.
-    struct Integral {
+    /// extinction over x up to i; between i and i + 1: the extinction, per unit length of layer space, and
+    /// the colour: red, green, blue from the lowest bits, each the square root of the linear component in 10
+    /// bits.
+    struct alignas(16) Entry {
         float value;
         float slope;
+        std::uint32_t color;
     };
 
     explicit VolumeTable(const ParticlesStyle& style);
@@ -30,16 +33,12 @@ class VolumeTable {
 
     double low() const { return table_.low(); }
     double high() const { return table_.high(); }
-    const Integral* integrals() const { return integrals_.data(); }  ///< cells + 2
-    /// cells + 2, between x = i and i + 1: red, green, blue from the lowest bits, each the square root of the
-    /// linear component in 10 bits.
-    const std::uint32_t* colors() const { return colors_.data(); }
+    const Entry* entries() const { return entries_.data(); }  ///< cells + 2
     bool visible(double low, double high) const { return table_.visible(low, high); }
 
   private:
     TransferTable table_;
-    std::vector<Integral> integrals_;
-    std::vector<std::uint32_t> colors_;
+    std::vector<Entry> entries_;
 };
 
 }  // namespace mote::render

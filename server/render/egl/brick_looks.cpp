@@ -31,7 +31,7 @@ class Extinctions {
     }
 
   private:
-    float slope(std::size_t i) const { return table_.integrals()[i].slope; }
+    float slope(std::size_t i) const { return table_.entries()[i].slope; }
     std::size_t place(double value, double (*rounded)(double)) const {
         const double x = 1.0 + (value - table_.low()) / (table_.high() - table_.low()) * VolumeTable::cells;
         return static_cast<std::size_t>(std::clamp(rounded(x), 0.0, VolumeTable::cells + 1.0));
@@ -57,9 +57,9 @@ std::uint32_t longerBy(double depth) {
 std::vector<TableEntry> entriesOf(const VolumeTable& table) {
     std::vector<TableEntry> entries;
     for (std::size_t i = 0; i < VolumeTable::cells + 2; ++i) {
-        const auto& integral = table.integrals()[i];
-        entries.push_back({std::bit_cast<std::uint32_t>(integral.value),
-                           std::bit_cast<std::uint32_t>(integral.slope), table.colors()[i], 0});
+        const auto& entry = table.entries()[i];
+        entries.push_back({std::bit_cast<std::uint32_t>(entry.value),
+                           std::bit_cast<std::uint32_t>(entry.slope), entry.color, 0});
     }
     return entries;
 }
