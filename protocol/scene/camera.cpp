@@ -73,7 +73,7 @@ Result<Camera> parseCamera(const proto::Camera& message) {
         return Error{ErrorCode::invalidArgument, "up", "up must be a direction away from the line of sight"};
     }
     if (message.has_fov_y_degrees()) {
-        MOTE_RETURN_IF_ERROR(checkRange(message.fov_y_degrees(), 0.1, 170.0, "fovYDegrees"));
+        MOTE_RETURN_IF_ERROR(checkRange(message.fov_y_degrees(), 0.1, 179.0, "fovYDegrees"));
         camera.fovYDegrees = message.fov_y_degrees();
     }
     if (message.has_orthographic_height()) {

@@ -42,7 +42,7 @@ struct Camera {
 Camera fitCamera(const Bounds& bounds, double aspect);
 
 /// Errors: a vector that is not three finite numbers, eye equal to target, up along the line of sight, an
-/// angle outside [0.1, 170] degrees, a height that is not positive.
+/// angle outside [0.1, 179] degrees, a height that is not positive.
 Result<Camera> parseCamera(const proto::Camera& message);
 
 proto::Camera toProto(const Camera& camera);

@@ -115,7 +115,8 @@ void addOptions(CLI::App& app, Run& run) {
     app.add_option("--pixels", run.pixels, "most pixels of a picture");
     app.add_option("--check", run.check, "difference, survival or bytes");
     app.add_option("--device", run.device, "cpu, egl or ranks");
-    app.add_option("--vectors", run.vectors, "the only ones that are used: avx-512, avx2, sse4, ssse3, scalar");
+    app.add_option("--vectors", run.vectors,
+                   "the only ones that are used: avx-512, avx2, sse4, ssse3, scalar");
     app.add_option("--below", run.below, "dB: what is a failure of \"difference\"");
     app.add_option("--most", run.most, "steps of 255: beyond is a failure of \"bytes\"");
     app.add_option("--keep", run.keep, "folder for views that fail, whole and shrunk");

@@ -40,7 +40,7 @@ std::set<std::string> featuresOf(const proto::View& view) {
     if (view.width() == 1 && view.height() == 1) has.insert("one pixel");
     if (!view.has_camera()) has.insert("fitted");
     if (view.camera().fov_y_degrees() == 0.1) has.insert("telescope");
-    if (view.camera().fov_y_degrees() == 170.0) has.insert("wide angle");
+    if (view.camera().fov_y_degrees() == 179.0) has.insert("wide angle");
     if (view.camera().has_orthographic_height()) has.insert("orthographic");
     for (const auto& layer : view.layers()) {
         has.insert("step " + std::to_string(layer.step()));

@@ -66,7 +66,7 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"Camera.eye", {-1e12, 1e12}},
         {"Camera.target", {-1e12, 1e12}},
         {"Camera.up", {-1e12, 1e12}},
-        {"Camera.fov_y_degrees", {0.1, 170.0}},
+        {"Camera.fov_y_degrees", {0.1, 179.0}},
         {"Camera.orthographic_height", {1e-9, 1e12}},
         {"ClipBox.max", {-1e30, 1e30}},
         {"ClipBox.min", {-1e30, 1e30}},

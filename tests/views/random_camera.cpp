@@ -9,7 +9,7 @@ namespace mote::test {
 namespace {
 
 double anyAngle(Random& random) {
-    if (random.chance(0.2)) return random.oneOf({0.1, 1.0, 120.0, 170.0});
+    if (random.chance(0.2)) return random.oneOf({0.1, 1.0, 120.0, 179.0});
     return random.between(15.0, 75.0);
 }
 

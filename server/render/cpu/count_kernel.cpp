@@ -177,7 +177,10 @@ class LeafCount {
                                 std::size_t count) {
         const LinearRow across = distanceRow(places_.across, i), down = distanceRow(places_.down, i);
         const LinearRow w = linearRow(map_, cell, places_, i, PointMap::rowW);
-        const Int first = hn::Set(ints, ways_.first[i]);
+        // The pixel that the distances are told from; it may lie beyond the border, where no point does.
+        const auto row = static_cast<std::int32_t>(places_.row[i]);
+        const auto column = static_cast<std::int32_t>(places_.column[i]);
+        const Int first = hn::Set(ints, row * static_cast<std::int32_t>(map_.width) + column);
         for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
             const Places at = loadPlaces(points + k, run_.end);
             Float columns = across(at), rows = down(at);

@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
             },
             "up"},
         Bad{"angleZero", [](auto& m) { m.set_fov_y_degrees(0); }, "fovYDegrees"},
-        Bad{"angleTooWide", [](auto& m) { m.set_fov_y_degrees(170.5); }, "fovYDegrees"},
+        Bad{"angleTooWide", [](auto& m) { m.set_fov_y_degrees(179.5); }, "fovYDegrees"},
         Bad{"angleNan", [](auto& m) { m.set_fov_y_degrees(nan); }, "fovYDegrees"},
         Bad{"heightZero", [](auto& m) { m.set_orthographic_height(0); }, "orthographicHeight"},
         Bad{"heightNegative", [](auto& m) { m.set_orthographic_height(-1); }, "orthographicHeight"},
