@@ -286,7 +286,7 @@ HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample
 /// has arrived stays at `back`, where its pieces are empty. `length`: of a way of 1; `fine`: whether it is
 /// worth that.
 template <class Take>
-HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, const Sample& front,
+HWY_INLINE void takePieces(const HybridSource& source, const RayLanes& rays, const Sample& front,
                            const Sample& back, V length, bool fine, const Take& take) {
     const Floats d;
     const Piece whole(front, back);
@@ -318,6 +318,27 @@ HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, con
             take(LitPiece(source, rays, piece, from, to, length));
         from = to;
     }
+}
+
+/// As takePieces; where a ray shows nothing at either end it may in the middle.
+template <class Take>
+HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, const Sample& front,
+                           const Sample& back, V length, bool fine, const Take& take) {
+    const Floats d;
+    const auto dark = hn::And(hn::Le(Piece(front, back).depth, hn::Zero(d)), hn::Gt(back.way, front.way));
+    if (fine && !hn::AllFalse(d, dark)) {
+        const V half = hn::Mul(hn::Add(front.way, back.way), hn::Set(d, 0.5F));
+        const Sample middle = source.sampleAt(rays, half);
+        const V shown = hn::Add(Piece(front, middle).depth, Piece(middle, back).depth);
+        const auto hidden = hn::And(dark, hn::Gt(shown, hn::Zero(d)));
+        if (!hn::AllFalse(d, hidden)) {
+            const Sample there = choose(hidden, middle, back);
+            takePieces(source, rays, choose(hidden, front, back), there, length, fine, take);
+            takePieces(source, rays, there, back, length, fine, take);
+        }
+        if (hn::AllTrue(d, dark)) return;
+    }
+    takePieces(source, rays, front, back, length, fine, take);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE
