@@ -14,7 +14,7 @@ namespace mote::server {
 /// render::createDevice, or a test's. May throw render::DeviceError.
 using DeviceMaker = std::function<std::unique_ptr<render::Device>(render::DeviceKind, unsigned threads)>;
 
-/// To be called first and once, by a process with one thread. Returns the exit code.
+/// To be called first and once, before any thread of ours runs. Returns the exit code.
 int serverProgram(int argc, const char* const* argv, const DeviceMaker& maker);
 
 }  // namespace mote::server

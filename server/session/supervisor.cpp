@@ -34,11 +34,10 @@ constexpr std::array<int, 3> askingToEnd{SIGTERM, SIGINT, SIGHUP};
 /// Where the handler writes: one supervisor a process.
 int signalPipe = -1;
 
-/// What a terminal sends reaches the child without us.
+/// What a terminal sends reaches the child without us: its number is told as a negative one.
 void passOn(int number, siginfo_t* info, void*) {
-    if (info->si_code == SI_KERNEL) return;
     const int before = errno;
-    const auto byte = static_cast<char>(number);
+    const auto byte = static_cast<signed char>(info->si_code == SI_KERNEL ? -number : number);
     [[maybe_unused]] const auto ignored = ::write(signalPipe, &byte, 1);
     errno = before;
 }
@@ -72,9 +71,9 @@ class EndSignals {
 
     /// Readable when a signal came.
     int descriptor() const { return reader_.get(); }
-    /// Its number; 0 where none came.
+    /// Its number, negative where the child has it too; 0 where none came.
     int take() const {
-        char byte = 0;
+        signed char byte = 0;
         return ::read(reader_.get(), &byte, 1) == 1 ? byte : 0;
     }
 
@@ -143,7 +142,7 @@ End waitForEnd(pid_t child, const EndSignals& signals) {
         if (::poll(events.data(), events.size(), -1) < 0 && errno != EINTR) throwSystemError("poll");
         while (const int number = signals.take()) {
             end.asked = true;
-            ::kill(child, number);
+            if (number > 0) ::kill(child, number);
         }
         if (::waitpid(child, &end.status, WNOHANG) == child) return end;
     }

@@ -65,7 +65,7 @@ TEST(Result, TheMacroReturnsTheErrorOnly) {
     EXPECT_EQ(passOn(success()).error().message, "went on");
 }
 
-TEST(ResultDeathTest, TheWrongHalfIsABrokenInvariant) {
+TEST(Result, TheWrongHalfIsABrokenInvariant) {
     const Result<int> good = 3;
     const Result<int> bad = Error{};
     EXPECT_THROW(static_cast<void>(good.error()), BrokenInvariant);
