@@ -18,6 +18,8 @@ TransferTable::TransferTable(double low, double high, const std::function<double
     const double cellWidth = (high - low) / cells;
     // Extinction may jump within a cell (a step of the curve); color changes slowly.
     constexpr int parts = 8;
+    // What holds at the very end of a cell may be the next one's.
+    constexpr double end = 1e-6;
     glm::dvec4 integral(0.0);
     integrals_[0] = glm::vec4(0.0F);
     for (std::uint32_t i = 0; i < cells; ++i) {
@@ -26,7 +28,8 @@ TransferTable::TransferTable(double low, double high, const std::function<double
         for (int part = 0; part < parts; ++part)
             mean += extinction(from + (part + 0.5) / parts * cellWidth) / parts;
         if (mean > 0.0) integral += cellWidth * mean * glm::dvec4(color(from + 0.5 * cellWidth), 1.0);
-        extinctions_[i] = static_cast<float>(mean);
+        const double change = extinction(from + (1.0 - end) * cellWidth) - extinction(from + end * cellWidth);
+        extinctions_[i] = {static_cast<float>(mean), static_cast<float>(change)};
         integrals_[i + 1] = glm::vec4(integral);
         visibleBefore_[i + 1] = visibleBefore_[i] + (mean > 0.0 ? 1 : 0);
     }

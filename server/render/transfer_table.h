@@ -16,7 +16,7 @@ namespace mote::render {
 
 class TransferTable {
   public:
-    static constexpr std::uint32_t cells = 4096;  ///< of t in [-LogDensity::fade, 1]
+    static constexpr std::uint32_t cells = 4095;  ///< of t in [-LogDensity::fade, 1]; t = 0 ends one
 
     explicit TransferTable(const ParticlesStyle& style);
     /// Of any functions over [low, high]; beyond, both are as at its ends. What is said of t below holds of
@@ -28,15 +28,19 @@ class TransferTable {
     double high() const { return high_; }
     /// cells + 1 running integrals of (extinction * linear RGB, extinction) dt.
     const std::vector<glm::vec4>& integrals() const { return integrals_; }
-    /// Of each cell, its mean extinction per unit length of layer space.
-    const std::vector<float>& extinctions() const { return extinctions_; }
+    /// In a cell, per unit length of layer space.
+    struct Extinction {
+        float mean;
+        float change;  ///< from the beginning of the cell to its end
+    };
+    const std::vector<Extinction>& extinctions() const { return extinctions_; }
     /// Whether any t in [low, high] has extinction.
     bool visible(double low, double high) const;
 
   private:
     double low_, high_;
     std::vector<glm::vec4> integrals_;
-    std::vector<float> extinctions_;
+    std::vector<Extinction> extinctions_;
     std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction
 };
 

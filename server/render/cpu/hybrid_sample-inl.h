@@ -68,9 +68,8 @@ struct SamplePlace {
 
     HWY_INLINE SamplePlace(IntV first, V shareX, V y, V z) : index(first), shareY(y), shareZ(z) {
         const Words words;
-        constexpr std::uint32_t full = PackedVolume::full;
-        const WordV far = nearestWord(hn::Mul(shareX, hn::Set(Floats(), static_cast<float>(full))));
-        weights = hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, full)));
+        const WordV far = nearestWord(hn::Mul(shareX, hn::Set(Floats(), static_cast<float>(fullWeight))));
+        weights = hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, fullWeight)));
     }
     /// Of what was found along x: in the first row, the next one, and those two in the next sheet.
     HWY_INLINE V between(V near, V below, V far, V last) const {
@@ -80,7 +79,7 @@ struct SamplePlace {
     }
 };
 
-/// Of two 16-bit codes in each word, less 32768, the mean by 15-bit weights; times PackedVolume::full.
+/// Of two 16-bit codes in each word, less 32768, the mean by 15-bit weights; times fullWeight.
 HWY_INLINE V meanOfCodes(WordV codes, WordV weights) {
 #if HWY_TARGET == HWY_SCALAR
     const std::uint32_t c = hn::GetLane(codes), w = hn::GetLane(weights);
@@ -224,7 +223,7 @@ class HybridSource {
         };
         const Shade near = row(0), below = row(samples.row);
         const Shade far = row(samples.sheet), last = row(samples.sheet + samples.row);
-        const V one = hn::Set(Floats(), 1.0F / (float{PackedVolume::full} * float{PackedVolume::full}));
+        const V one = hn::Set(Floats(), 1.0F / (float{fullWeight} * float{fullWeight}));
         return {hn::Mul(one, place.between(near.diffuse, below.diffuse, far.diffuse, last.diffuse)),
                 hn::Mul(one, place.between(near.specular, below.specular, far.specular, last.specular))};
     }
@@ -234,7 +233,7 @@ class HybridSource {
         const Floats d;
         const Ints ints;
         const float scale = layer_.tableScale;
-        const V density = hn::MulAdd(code, hn::Set(d, scale / float{PackedVolume::full}),
+        const V density = hn::MulAdd(code, hn::Set(d, scale / float{fullWeight}),
                                      hn::Set(d, 32768.0F * scale + layer_.tableShift));
         const V held = hn::Min(hn::Max(density, hn::Set(d, 0.5F)), hn::Set(d, VolumeTable::cells + 1.25F));
         const Whole whole(held);

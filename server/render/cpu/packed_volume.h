@@ -19,7 +19,9 @@ namespace mote::render {
 class PackedVolume {
   public:
     static constexpr std::uint32_t mostCells = 512;  ///< a side: words are counted in 31 bits
-    static constexpr std::uint16_t full = 32767;     ///< t = 1; 0 is t = -LogDensity::fade
+    /// t = 1; 0 is t = -LogDensity::fade. A multiple of 9, so that t = 0, where extinction begins to fade, is
+    /// a code of its own and an end of a cell of the transfer functions' tables.
+    static constexpr std::uint16_t full = 32760;
 
     /// Works in parallel. Throws storage::StorageError where the volume is damaged or too large.
     explicit PackedVolume(const storage::ParticleStep& step);

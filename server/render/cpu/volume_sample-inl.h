@@ -47,6 +47,9 @@ HWY_INLINE WordV nearestWord(V x) {
     return hn::BitCast(Words(), hn::Add(x, hn::Set(Floats(), 8388608.0F)));
 }
 
+/// A weight of 1, of those of two neighbours that lie in one word.
+constexpr std::uint32_t fullWeight = 32767;
+
 /// What is read of one layer's volume.
 struct VolumeSource {
     const std::uint8_t* words;
@@ -89,7 +92,7 @@ struct WordPairs {
 
 /// Entries of a VolumeTable.
 struct Entries {
-    V value, slope;
+    V value, start, bend;
     WordV color;
 };
 
@@ -110,10 +113,11 @@ HWY_INLINE WordPairs pairsOf(const Reads& reads) {
 }
 HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
     const auto& entry = entries[hn::GetLane(cell)];
-    return {hn::Set(Floats(), entry.value), hn::Set(Floats(), entry.slope), hn::Set(Words(), entry.color)};
+    const auto set = [](float x) { return hn::Set(Floats(), x); };
+    return {set(entry.value), set(entry.start), set(entry.bend), hn::Set(Words(), entry.color)};
 }
 
-/// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times PackedVolume::full.
+/// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times fullWeight.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
     const std::uint32_t c = hn::GetLane(cells), w = hn::GetLane(weights);
     return hn::Set(Floats(), static_cast<float>((c & 0xffffU) * (w & 0xffffU) + (c >> 16) * (w >> 16)));
@@ -178,10 +182,11 @@ HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
     const auto highColor = hn::BitCast(pairs, hn::InterleaveUpper(words, third, fourth));
     return {hn::BitCast(floats, hn::InterleaveLower(pairs, low, high)),
             hn::BitCast(floats, hn::InterleaveUpper(pairs, low, high)),
+            hn::BitCast(floats, hn::InterleaveUpper(pairs, lowColor, highColor)),
             hn::BitCast(words, hn::InterleaveLower(pairs, lowColor, highColor))};
 }
 
-/// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times PackedVolume::full.
+/// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times fullWeight.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
     const Ints ints;
     const hn::Repartition<std::int16_t, Floats> shorts;
@@ -215,10 +220,10 @@ HWY_INLINE IntV cellOffset(const VolumeSource& source, const Whole& x, const Who
 HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, V shareY, V shareZ) {
     const Floats d;
     const Words words;
-    const V full = hn::Set(d, static_cast<float>(PackedVolume::full));
+    const V full = hn::Set(d, static_cast<float>(fullWeight));
     const WordV far = nearestWord(hn::Mul(shareY, full));
     const WordV weights =
-        hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, std::uint32_t{PackedVolume::full})));
+        hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, fullWeight)));
     const auto along = [&](const WordPairs& pairs) HWY_ATTR {
         const V low = meanOfPair(pairs.low, weights);
         return hn::MulAdd(shareX, hn::Sub(meanOfPair(pairs.high, weights), low), low);
@@ -226,7 +231,7 @@ HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, 
     const V low = along(front);
     const V mean = hn::MulAdd(shareZ, hn::Sub(along(back), low), low);
     constexpr float scale =
-        static_cast<float>(VolumeTable::cells) / (float{PackedVolume::full} * float{PackedVolume::full});
+        static_cast<float>(VolumeTable::cells) / (float{PackedVolume::full} * float{fullWeight});
     return hn::MulAdd(mean, hn::Set(d, scale), hn::Set(d, 1.0F));
 }
 
@@ -256,7 +261,9 @@ constexpr float colorScale = 1.0F / (1023.0F * 1023.0F);
 HWY_INLINE Sample sampleOf(const TableReads& table) {
     const Floats d;
     const Words words;
-    const V integral = hn::MulAdd(table.entry.slope, table.rest, table.entry.value);
+    const V half = hn::MulAdd(table.entry.bend, table.rest, table.entry.start);
+    const V integral = hn::MulAdd(half, table.rest, table.entry.value);
+    const V slope = hn::MulAdd(table.entry.bend, table.rest, half);
     const WordV color = table.entry.color;
     const auto component = [&](WordV word) HWY_ATTR {
         const V root = hn::ConvertTo(d, hn::BitCast(Ints(), word));
@@ -266,7 +273,7 @@ HWY_INLINE Sample sampleOf(const TableReads& table) {
     return {table.way,
             table.density,
             integral,
-            table.entry.slope,
+            slope,
             component(hn::And(color, mask)),
             component(hn::And(hn::ShiftRight<10>(color), mask)),
             component(hn::ShiftRight<20>(color))};

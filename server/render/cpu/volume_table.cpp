@@ -21,25 +21,23 @@ std::uint32_t packedRoot(const glm::dvec3& linear) {
 VolumeTable::VolumeTable(const ParticlesStyle& style)
     : VolumeTable(
           -LogDensity::fade, 1.0, [&](double t) { return style.extinction(t); },
-          [&](double t) { return style.colorMap(t); }) {
-    // Where x = 1 was rounded down, and above t = 1, there is nothing.
-    entries_.front().value = entries_.front().slope = 0.0F;
-    entries_.back().slope = 0.0F;
-}
+          [&](double t) { return style.colorMap(t); }) {}
 
 VolumeTable::VolumeTable(double low, double high, const std::function<double(double)>& extinction,
                          const std::function<glm::dvec3(double)>& color)
     : table_(low, high, extinction, color) {
     const double width = (high - low) / cells;
-    const auto slopes = table_.extinctions();
-    // Of x = i: what lies below the low end comes first.
-    entries_.push_back({-slopes.front(), slopes.front(), packedRoot(color(low))});
+    const auto& within = table_.extinctions();
+    const auto below = static_cast<float>(extinction(low)), above = static_cast<float>(extinction(high));
+    entries_.push_back({-below, below, packedRoot(color(low)), 0.0F});
     double integral = 0.0;
-    for (std::uint32_t i = 0; i <= cells; ++i) {
-        const float slope = slopes[std::min(i, cells - 1)];
-        entries_.push_back({static_cast<float>(integral), slope, packedRoot(color(low + (i + 0.5) * width))});
-        integral += slope;
+    for (std::uint32_t i = 0; i < cells; ++i) {
+        const float bend = 0.5F * within[i].change;
+        entries_.push_back({static_cast<float>(integral), within[i].mean - bend,
+                            packedRoot(color(low + (i + 0.5) * width)), bend});
+        integral += within[i].mean;
     }
+    entries_.push_back({static_cast<float>(integral), above, packedRoot(color(high)), 0.0F});
 }
 
 }  // namespace mote::render

@@ -17,13 +17,16 @@ class VolumeTable {
     static constexpr std::uint32_t cells = TransferTable::cells;
 
     /// t is counted as x: 1 at the table's low end, 1 + cells at its high one. At x = i: the integral of
-    /// extinction over x up to i; between i and i + 1: the extinction, per unit length of layer space, and
-    /// the colour: red, green, blue from the lowest bits, each the square root of the linear component in 10
-    /// bits.
+    /// extinction over x up to i. Between i and i + 1: the extinction, per unit length of layer space, which
+    /// changes linearly, from its start on by twice its bend; and the colour: red, green, blue from the
+    /// lowest bits, each the square root of the linear component in 10 bits.
     struct alignas(16) Entry {
         float value;
-        float slope;
+        float start;
         std::uint32_t color;
+        float bend;
+
+        float mean() const { return start + bend; }  ///< extinction
     };
 
     explicit VolumeTable(const ParticlesStyle& style);

@@ -31,7 +31,7 @@ class Extinctions {
     }
 
   private:
-    float slope(std::size_t i) const { return table_.entries()[i].slope; }
+    float slope(std::size_t i) const { return table_.entries()[i].mean(); }
     std::size_t place(double value, double (*rounded)(double)) const {
         const double x = 1.0 + (value - table_.low()) / (table_.high() - table_.low()) * VolumeTable::cells;
         return static_cast<std::size_t>(std::clamp(rounded(x), 0.0, VolumeTable::cells + 1.0));
@@ -59,7 +59,7 @@ std::vector<TableEntry> entriesOf(const VolumeTable& table) {
     for (std::size_t i = 0; i < VolumeTable::cells + 2; ++i) {
         const auto& entry = table.entries()[i];
         entries.push_back({std::bit_cast<std::uint32_t>(entry.value),
-                           std::bit_cast<std::uint32_t>(entry.slope), entry.color, 0});
+                           std::bit_cast<std::uint32_t>(entry.mean()), entry.color, 0});
     }
     return entries;
 }

@@ -16,9 +16,10 @@ ValueRange knotsOf(const Curve& curve, const ValueRange& all) {
     return {low, high > low ? high : low + (all.high - all.low) / 256.0};
 }
 
-/// With a margin, so that a step at a knot lies inside.
+/// With a margin, so that a step at a knot lies inside; of a table's 4095 cells 63 on either side, so that
+/// both ends of the range are ends of cells.
 ValueRange around(const ValueRange& range) {
-    const double margin = (range.high - range.low) / 64.0;
+    const double margin = (range.high - range.low) / 63.0;
     return {range.low - margin, range.high + margin};
 }
 
@@ -39,10 +40,11 @@ HybridTransfer::HybridTransfer(const HybridStyle& style, const HybridStep& step)
       colors_(style.colors),
       colorMap_(style.colorMap),
       colorRange_(style.colorRange ? *style.colorRange : knotsOf(opacity_, step.range)),
-      span_(around(knotsOf(opacity_, step.range))),
+      span_(knotsOf(opacity_, step.range)),
       opacityLength_(HybridStyle::opacityShare * step.longestEdge()) {
-    if (!colors_.empty()) return;
-    span_ = {std::min(span_.low, colorRange_.low), std::max(span_.high, colorRange_.high)};
+    if (colors_.empty())
+        span_ = {std::min(span_.low, colorRange_.low), std::max(span_.high, colorRange_.high)};
+    span_ = around(span_);
 }
 
 double HybridTransfer::extinction(double value) const {

@@ -26,7 +26,7 @@ layout(location = 0) uniform uint firstTile;   // of this dispatch, in `tiles`
 layout(location = 1) uniform uvec2 pass;   // cells [x, x + y) are present; pixels that start there are drawn
 
 const float fade = 0.125;       // LogDensity::fade
-const float tableCells = 4096.0;
+const float tableCells = 4095.0;
 const float tableScale = tableCells / (1.0 + fade);
 const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread over at least
 // Scaled log density at the front of the current stretch, and the transfer integral up to it.

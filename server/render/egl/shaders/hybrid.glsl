@@ -25,7 +25,7 @@ layout(binding = 15) uniform usamplerBuffer hybridTables;
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
 const float tableEntries = 4098.0;
 // A stretch is cut where it absorbs more or where the value changes by more places in the table; into so many parts.
-const float deepest = 0.4, steepest = 0.03 * 4096.0, mostParts = 8.0;
+const float deepest = 0.4, steepest = 0.03 * 4095.0, mostParts = 8.0;
 const float shown = 1e-6;   // optical depth that is worth its light
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
