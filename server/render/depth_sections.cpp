@@ -93,11 +93,8 @@ std::vector<DepthSection> depthSections(std::span<const DepthRange> contents) {
 }
 
 float SlabBends::steepest() const {
-    float slope = 1.0F, most = 1.0F;
-    for (const auto& bend : bends) {
-        slope += bend.turn;
-        most = std::max(most, slope);
-    }
+    float most = 1.0F;
+    for (const auto& bend : bends) most = std::max(most, bend.slope);
     return most;
 }
 
@@ -108,13 +105,11 @@ SlabBends slabBends(std::span<const DepthSection> sections, double nearDepth, do
     while (end < sections.size() && sections[end].nearDepth < farDepth) ++end;
     const DepthSection& first = sections[begin];
     SlabBends result{first, sections[end - 1].endSlab() - first.firstSlab, {}};
-    double slope = 1.0;
     for (std::size_t i = begin + 1; i < end; ++i) {
-        const double next = first.thickness() / sections[i].thickness();
         result.bends.push_back(
             {static_cast<float>((sections[i].nearDepth - first.nearDepth) / first.thickness()),
-             static_cast<float>(next - slope)});
-        slope = next;
+             static_cast<float>(sections[i].firstSlab - first.firstSlab),
+             static_cast<float>(first.thickness() / sections[i].thickness())});
     }
     return result;
 }

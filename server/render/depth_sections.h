@@ -43,8 +43,9 @@ std::vector<DepthSection> depthSections(std::span<const DepthRange> contents);
 /// of the sections that it goes through.
 struct SlabBends {
     struct Bend {
-        float at;    ///< slabs of the first section, from its first on
-        float turn;  ///< what is added to the slope beyond it
+        float at;     ///< slabs of the first section, from its first on
+        float slab;   ///< there; likewise
+        float slope;  ///< beyond
     };
     DepthSection first;   ///< its slabs are the unit, its first slab the zero, of what is bent
     std::uint32_t slabs;  ///< of all sections that it goes through
@@ -53,7 +54,9 @@ struct SlabBends {
     /// Slabs from the first section's first on.
     float operator()(float linear) const {
         float slab = linear;
-        for (const auto& bend : bends) slab += bend.turn * (linear > bend.at ? linear - bend.at : 0.0F);
+        for (const auto& bend : bends) {
+            if (linear > bend.at) slab = bend.slab + (linear - bend.at) * bend.slope;
+        }
         return slab;
     }
     /// The greatest slope.

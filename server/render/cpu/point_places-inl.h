@@ -136,8 +136,10 @@ struct SlabRow {
         const Float before = linear(places);
         Float slab = before;
         for (const auto& bend : bends.bends) {
-            const Float beyond = hn::Max(hn::Sub(before, hn::Set(floats, bend.at)), hn::Zero(floats));
-            slab = hn::MulAdd(hn::Set(floats, bend.turn), beyond, slab);
+            const Float at = hn::Set(floats, bend.at);
+            const Float beyond =
+                hn::MulAdd(hn::Sub(before, at), hn::Set(floats, bend.slope), hn::Set(floats, bend.slab));
+            slab = hn::IfThenElse(hn::Gt(before, at), beyond, slab);
         }
         return slab;
     }

@@ -73,11 +73,12 @@ PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
 
 BendBlock::BendBlock(const SlabBends& slabs) : shape(slabs.bends.size(), slabs.first.firstSlab, slabs.slabs) {
     MOTE_CHECK(slabs.bends.size() <= bends.size());
-    for (std::size_t i = 0; i < slabs.bends.size(); ++i) bends[i] = {slabs.bends[i].at, slabs.bends[i].turn};
+    for (std::size_t i = 0; i < slabs.bends.size(); ++i)
+        bends[i] = {slabs.bends[i].at, slabs.bends[i].slab, slabs.bends[i].slope};
 }
 
 void BendBlock::set(std::uint32_t program) const {
-    glProgramUniform2fv(program, glGetUniformLocation(program, "bends"), static_cast<GLsizei>(bends.size()),
+    glProgramUniform3fv(program, glGetUniformLocation(program, "bends"), static_cast<GLsizei>(bends.size()),
                         &bends[0].x);
     glProgramUniform3fv(program, glGetUniformLocation(program, "bendShape"), 1, &shape.x);
 }

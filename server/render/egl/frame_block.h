@@ -67,8 +67,8 @@ PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer);
 
 /// How the slabs of a layer are bent, for shaders/bends.glsl.
 struct BendBlock {
-    /// x: where a bend is, in slabs of the layer's first section; y: what is added to the slope.
-    std::array<glm::vec2, mostSections> bends{};
+    /// x: where a bend is, in slabs of the layer's first section; y: the slab there; z: the slope beyond.
+    std::array<glm::vec3, mostSections> bends{};
     glm::vec3 shape;  ///< how many bends; the layer's first slab; how many it has
 
     explicit BendBlock(const SlabBends& slabs);

@@ -2,11 +2,13 @@
 // Depths of a layer, linear in its box's places, told in slabs of the first section of the depth that it lies in, become
 // slabs of the picture (server/render/depth_sections.h). The array is mostSections long.
 
-uniform vec2 bends[17];
+uniform vec3 bends[17];
 uniform vec3 bendShape;   // how many bends; the layer's first slab; how many it has
 
 float bent(float linear) {
     float slab = linear;
-    for (int i = 0; i < int(bendShape.x); ++i) slab += bends[i].y * max(linear - bends[i].x, 0.0);
+    for (int i = 0; i < int(bendShape.x); ++i) {
+        if (linear > bends[i].x) slab = bends[i].y + (linear - bends[i].x) * bends[i].z;
+    }
     return slab;
 }
