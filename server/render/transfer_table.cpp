@@ -7,6 +7,28 @@
 #include "protocol/scene/log_density.h"
 
 namespace mote::render {
+namespace {
+
+TransferTable::Cell cellOf(double from, double width, const std::function<double(double)>& extinction,
+                           const std::function<glm::dvec3(double)>& color) {
+    // A curve may jump within a cell, and its colour with it.
+    constexpr int parts = 8;
+    // What holds at the very end of a cell may be the next one's.
+    constexpr double end = 1e-6;
+    TransferTable::Cell cell;
+    for (int part = 0; part < parts; ++part) {
+        const double at = from + (part + 0.5) / parts * width;
+        const double here = extinction(at) / parts;
+        cell.extinction += here;
+        if (here > 0.0) cell.color += here * color(at);
+    }
+    if (cell.extinction > 0.0) cell.color /= cell.extinction;
+    cell.change = extinction(from + (1.0 - end) * width) - extinction(from + end * width);
+    return cell;
+}
+
+}  // namespace
+
 TransferTable::TransferTable(const ParticlesStyle& style)
     : TransferTable(
           -LogDensity::fade, 1.0, [&](double t) { return style.extinction(t); },
@@ -14,25 +36,32 @@ TransferTable::TransferTable(const ParticlesStyle& style)
 
 TransferTable::TransferTable(double low, double high, const std::function<double(double)>& extinction,
                              const std::function<glm::dvec3(double)>& color)
-    : low_(low), high_(high), integrals_(cells + 1), extinctions_(cells), visibleBefore_(cells + 1, 0) {
+    : low_(low), high_(high), integrals_(cells + 1), ofCells_(cells), visibleBefore_(cells + 1, 0) {
     const double cellWidth = (high - low) / cells;
-    // Extinction may jump within a cell (a step of the curve); color changes slowly.
-    constexpr int parts = 8;
-    // What holds at the very end of a cell may be the next one's.
-    constexpr double end = 1e-6;
     glm::dvec4 integral(0.0);
     integrals_[0] = glm::vec4(0.0F);
     for (std::uint32_t i = 0; i < cells; ++i) {
-        const double from = low + i * cellWidth;
-        double mean = 0.0;
-        for (int part = 0; part < parts; ++part)
-            mean += extinction(from + (part + 0.5) / parts * cellWidth) / parts;
-        if (mean > 0.0) integral += cellWidth * mean * glm::dvec4(color(from + 0.5 * cellWidth), 1.0);
-        const double change = extinction(from + (1.0 - end) * cellWidth) - extinction(from + end * cellWidth);
-        extinctions_[i] = {static_cast<float>(mean), static_cast<float>(change)};
+        const Cell& cell = ofCells_[i] = cellOf(low + i * cellWidth, cellWidth, extinction, color);
+        integral += cellWidth * cell.extinction * glm::dvec4(cell.color, 1.0);
         integrals_[i + 1] = glm::vec4(integral);
-        visibleBefore_[i + 1] = visibleBefore_[i] + (mean > 0.0 ? 1 : 0);
+        visibleBefore_[i + 1] = visibleBefore_[i] + (cell.extinction > 0.0 ? 1 : 0);
     }
+    spreadColors();
+}
+
+void TransferTable::spreadColors() {
+    const auto shown = [](const Cell& cell) { return cell.extinction > 0.0; };
+    auto last = ofCells_.begin();  // after the cells that are done
+    glm::dvec3 before{0.0};        // of the last that is shown
+    for (auto next = std::find_if(last, ofCells_.end(), shown); next != ofCells_.end();
+         next = std::find_if(last, ofCells_.end(), shown)) {
+        const auto middle = last == ofCells_.begin() ? last : last + (next - last) / 2;
+        std::for_each(last, middle, [&](Cell& cell) { cell.color = before; });
+        std::for_each(middle, next, [&](Cell& cell) { cell.color = next->color; });
+        before = next->color;
+        last = next + 1;
+    }
+    std::for_each(last, ofCells_.end(), [&](Cell& cell) { cell.color = before; });
 }
 
 bool TransferTable::visible(double low, double high) const {

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <vector>
 
@@ -28,19 +29,23 @@ class TransferTable {
     double high() const { return high_; }
     /// cells + 1 running integrals of (extinction * linear RGB, extinction) dt.
     const std::vector<glm::vec4>& integrals() const { return integrals_; }
-    /// In a cell, per unit length of layer space.
-    struct Extinction {
-        float mean;
-        float change;  ///< from the beginning of the cell to its end
+    struct Cell {
+        double extinction = 0.0;  ///< mean, per unit length of layer space
+        double change = 0.0;      ///< of extinction from the cell's beginning to its end
+        /// Linear RGB, mean by extinction. Where there is none, that of the nearest cell which has some: what
+        /// lies on a ray between the two has that one's colour.
+        glm::dvec3 color{0.0};
     };
-    const std::vector<Extinction>& extinctions() const { return extinctions_; }
+    const std::vector<Cell>& ofCells() const { return ofCells_; }
     /// Whether any t in [low, high] has extinction.
     bool visible(double low, double high) const;
 
   private:
+    void spreadColors();
+
     double low_, high_;
     std::vector<glm::vec4> integrals_;
-    std::vector<Extinction> extinctions_;
+    std::vector<Cell> ofCells_;
     std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction
 };
 

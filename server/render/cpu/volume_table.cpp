@@ -26,18 +26,17 @@ VolumeTable::VolumeTable(const ParticlesStyle& style)
 VolumeTable::VolumeTable(double low, double high, const std::function<double(double)>& extinction,
                          const std::function<glm::dvec3(double)>& color)
     : table_(low, high, extinction, color) {
-    const double width = (high - low) / cells;
-    const auto& within = table_.extinctions();
+    const auto& ofCells = table_.ofCells();
     const auto below = static_cast<float>(extinction(low)), above = static_cast<float>(extinction(high));
-    entries_.push_back({-below, below, packedRoot(color(low)), 0.0F});
+    entries_.push_back({-below, below, packedRoot(ofCells.front().color), 0.0F});
     double integral = 0.0;
-    for (std::uint32_t i = 0; i < cells; ++i) {
-        const float bend = 0.5F * within[i].change;
-        entries_.push_back({static_cast<float>(integral), within[i].mean - bend,
-                            packedRoot(color(low + (i + 0.5) * width)), bend});
-        integral += within[i].mean;
+    for (const auto& cell : ofCells) {
+        const double bend = 0.5 * cell.change;
+        entries_.push_back({static_cast<float>(integral), static_cast<float>(cell.extinction - bend),
+                            packedRoot(cell.color), static_cast<float>(bend)});
+        integral += cell.extinction;
     }
-    entries_.push_back({static_cast<float>(integral), above, packedRoot(color(high)), 0.0F});
+    entries_.push_back({static_cast<float>(integral), above, packedRoot(ofCells.back().color), 0.0F});
 }
 
 }  // namespace mote::render
