@@ -77,22 +77,24 @@ class PacketWalk {
         return sight;
     }
 
-    /// The volumes, as bits, that may be seen from a slab on; `until`: how far this holds.
-    std::uint32_t visibleFrom(float slab, float& until) {
-        const float stretch = packet_.stretch;
+    /// The volumes, as bits, that may be seen from a slab on; `until`: how far this holds. In double
+    /// precision, in which multiples of a stretch are exact.
+    std::uint32_t visibleFrom(double slab, double& until) {
+        const double stretch = packet_.stretch;
         std::uint32_t visible = 0;
-        until = static_cast<float>(end_) + 1.0F;
+        until = end_ + 1.0;
         for (const std::size_t l : packet_.hitVolumes()) {
             VolumeSight& sight = sights_[l];
-            if (slab >= sight.until) sight = known_.of(l, asked_[l]++, [&] { return look(l, slab); });
+            if (slab >= sight.until)
+                sight = known_.of(l, asked_[l]++, [&] { return look(l, static_cast<float>(slab)); });
             if (sight.visible) visible |= 1U << l;
-            until =
-                std::min(until, sight.visible ? std::max(sight.until, slab + 2.0F * stretch) : sight.until);
+            const double holds = sight.until;
+            until = std::min(until, sight.visible ? std::max(holds, slab + 2.0 * stretch) : holds);
         }
         if (visible == 0 || packet_.hitVolumes().size() == 1) return visible;
         // What is walked ends at a multiple of the stretch: another volume must not begin before it.
         for (const std::size_t l : packet_.hitVolumes()) {
-            const float begins = std::floor(sights_[l].until / stretch) * stretch;
+            const double begins = std::floor(sights_[l].until / stretch) * stretch;
             if (sights_[l].visible || begins > until) continue;
             if (begins < slab + stretch) visible |= 1U << l;
             until = std::max(begins, slab + stretch);
@@ -102,23 +104,24 @@ class PacketWalk {
 
     /// From a slab to another, between which there are no points.
     HWY_NOINLINE void walkClear(float from, float to) {
-        const float stretch = packet_.stretch;
-        float done = from;   // gathered up to here
-        float clear = from;  // nothing is seen up to here
+        const double stretch = packet_.stretch;
+        double done = from;   // gathered up to here
+        double clear = from;  // nothing is seen up to here
         while (clear < to) {
-            float until = 0.0F;
+            double until = 0.0;
             const std::uint32_t visible = visibleFrom(clear, until);
             if (visible == 0) {
                 clear = until;
                 continue;
             }
-            const float start = std::max(done, std::floor(clear / stretch) * stretch);
-            const float stop = std::max(std::ceil(until / stretch) * stretch, start + 0.5F * stretch);
-            done = clear = std::min(stop, to);
+            const double start = std::max(done, std::floor(clear / stretch) * stretch);
+            const double stop = std::max(std::ceil(until / stretch) * stretch, start + 0.5 * stretch);
+            done = clear = std::min(stop, double{to});
+            const auto first = static_cast<float>(start), last = static_cast<float>(done);
             if ((visible & (visible - 1)) == 0) {
-                march(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible), start, done);
+                march(hwy::Num0BitsBelowLS1Bit_Nonzero32(visible), first, last);
             } else {
-                mix(visible, start, done, nullptr);
+                mix(visible, first, last, nullptr);
             }
             if (light_.gone()) return;
         }
@@ -151,8 +154,8 @@ class PacketWalk {
     HWY_NOINLINE void mixSlab(std::uint32_t slab) {
         const float from = static_cast<float>(slab);
         std::uint32_t visible = 0;
-        for (float at = from; !packet_.hitVolumes().empty() && at < from + 1.0F;) {
-            float until = 0.0F;
+        for (double at = from; !packet_.hitVolumes().empty() && at < from + 1.0F;) {
+            double until = 0.0;
             visible |= visibleFrom(at, until);
             at = until;
         }
