@@ -319,19 +319,47 @@ HWY_INLINE void takePieces(const HybridSource& source, const RayLanes& rays, con
     }
 }
 
-/// As takePieces; where a ray shows nothing at either end it may in the middle.
+/// Whether something shows from the front to the middle or from there to the back.
+HWY_INLINE hn::Mask<Floats> showsAt(const Sample& middle, const Sample& front, const Sample& back) {
+    return hn::Gt(hn::Add(Piece(front, middle).depth, Piece(middle, back).depth), hn::Zero(Floats()));
+}
+
+/// Where three samples in equal steps, the density taken as quadratic, have it least or greatest: so far from
+/// the middle, of the whole way; at 1/2 or more there is no such place between them.
+HWY_INLINE V extremum(const Sample& front, const Sample& middle, const Sample& back) {
+    const Floats d;
+    const V change = hn::Sub(front.density, back.density);
+    const V bend = hn::Sub(hn::Add(front.density, back.density), hn::Add(middle.density, middle.density));
+    return hn::Div(change, hn::Mul(hn::Set(d, 4.0F), bend));
+}
+
+/// Of a ray that shows nothing at either end, a sample between them that shows something, or the back.
+HWY_NOINLINE Sample hiddenBetween(const HybridSource& source, const RayLanes& rays, const Sample& front,
+                                  const Sample& back, hn::Mask<Floats> dark) {
+    const Floats d;
+    const V half = hn::Set(d, 0.5F);
+    const V centre = hn::Mul(hn::Add(front.way, back.way), half);
+    const Sample middle = source.sampleAt(rays, centre);
+    const auto found = hn::And(dark, showsAt(middle, front, back));
+    const V offset = extremum(front, middle, back);
+    const auto curved = hn::AndNot(found, hn::And(dark, hn::Lt(hn::Abs(offset), half)));
+    const Sample there = choose(found, middle, back);
+    if (hn::AllFalse(d, curved)) return there;
+    const V place = hn::MulAdd(hn::IfThenElseZero(curved, offset), hn::Sub(back.way, front.way), centre);
+    const Sample peak = source.sampleAt(rays, place);
+    return choose(hn::And(curved, showsAt(peak, front, back)), peak, there);
+}
+
+/// As takePieces; where a ray shows nothing at either end it may between them.
 template <class Take>
 HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, const Sample& front,
                            const Sample& back, V length, bool fine, const Take& take) {
     const Floats d;
     const auto dark = hn::And(hn::Le(Piece(front, back).depth, hn::Zero(d)), hn::Gt(back.way, front.way));
     if (fine && !hn::AllFalse(d, dark)) {
-        const V half = hn::Mul(hn::Add(front.way, back.way), hn::Set(d, 0.5F));
-        const Sample middle = source.sampleAt(rays, half);
-        const V shown = hn::Add(Piece(front, middle).depth, Piece(middle, back).depth);
-        const auto hidden = hn::And(dark, hn::Gt(shown, hn::Zero(d)));
+        const Sample there = hiddenBetween(source, rays, front, back, dark);
+        const auto hidden = hn::Lt(there.way, back.way);
         if (!hn::AllFalse(d, hidden)) {
-            const Sample there = choose(hidden, middle, back);
             takePieces(source, rays, choose(hidden, front, back), there, length, fine, take);
             takePieces(source, rays, there, back, length, fine, take);
         }
