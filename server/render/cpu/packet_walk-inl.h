@@ -191,8 +191,7 @@ class PacketWalk {
             next = dots_.nextCut(next);
             // However close the cuts, each step must go on in single precision.
             next = hn::Min(hn::Max(next, hn::Add(at, hn::Set(d, 1e-4F))), end);
-            Matter matter;
-            addVolumes(visible, next, matter);
+            Matter matter = thinVolumes(visible, at, next);
             if (points != nullptr) points->addSpread(at, next, matter);
             light_.gather(matter);
             if (points != nullptr) {
@@ -236,15 +235,35 @@ class PacketWalk {
     HWY_INLINE V thinStretch(std::size_t l) const {
         const Floats d;
         const PacketRays& rays = packet_.rays[l];
-        const V slope = hn::Load(d, fronts_[l].slope.data());
+        const V slope = hn::Load(d, samples_[l][front_[l]].slope.data());
         const V unit =
             hn::Mul(hn::LoadU(d, rays.length.data() + lane_), hn::LoadU(d, rays.rate.data() + lane_));
         const V stretch = hn::Div(hn::Set(d, 0.5F), hn::Max(hn::Mul(slope, unit), hn::Set(d, 1e-20F)));
         return hn::Max(stretch, hn::Set(d, packet_.stretch / 16.0F));
     }
 
-    HWY_INLINE void addVolumes(std::uint32_t visible, V next, Matter& matter) {
+    /// What lies in the volumes up to `next`, which comes nearer for rays that would mix too much in one step,
+    /// since nothing in it is in front of anything else.
+    HWY_INLINE Matter thinVolumes(std::uint32_t visible, V at, V& next) {
         const Floats d;
+        constexpr int mostTries = 4;
+        Matter matter = volumesTo(visible, next);
+        for (int i = 1; i < mostTries; ++i) {
+            const auto deep = hn::Gt(matter.tau, hn::Set(d, 0.5F));
+            if (hn::AllFalse(d, deep)) break;
+            const V nearer = hn::MulAdd(hn::Sub(next, at), hn::Set(d, 0.375F), at);
+            next = hn::IfThenElse(deep, nearer, next);
+            matter = volumesTo(visible, next);
+        }
+        for (std::uint32_t left = visible; left != 0; left &= left - 1)
+            front_[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)] ^= 1U;
+        return matter;
+    }
+
+    /// The samples at `next` are kept beside those at the front.
+    HWY_INLINE Matter volumesTo(std::uint32_t visible, V next) {
+        const Floats d;
+        Matter matter;
         for (; visible != 0; visible &= visible - 1) {
             const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
             const RayLanes rays(packet_.rays[l], lane_);
@@ -258,7 +277,7 @@ class PacketWalk {
                            [&](const LitPiece& piece) HWY_ATTR {
                                matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
                            });
-                storeFront(l, back, frontAt_[l]);
+                store(back, samples_[l][front_[l] ^ 1U]);
                 continue;
             }
             const VolumeSource source(frame_.layers[l].visible);
@@ -268,14 +287,15 @@ class PacketWalk {
                 takePart(source, rays, front, reads, back,
                          [&](V depth, const Sample& one, const Sample& other, V mean)
                              HWY_ATTR { matter.add(hn::Mul(depth, length), one, other, mean); });
-                storeFront(l, back, frontAt_[l]);
+                store(back, samples_[l][front_[l] ^ 1U]);
             } else {
                 const Sample back = sampleAt(source, rays, way);
                 const Piece piece(front, back);
                 matter.add(hn::Mul(piece.depth, length), front, back, piece.mean);
-                storeFront(l, back, frontAt_[l]);
+                store(back, samples_[l][front_[l] ^ 1U]);
             }
         }
+        return matter;
     }
 
     /// The sample at the front of what comes next; it may be there already.
@@ -288,15 +308,18 @@ class PacketWalk {
     }
     HWY_INLINE Sample loadFront(std::size_t l) const {
         const Floats d;
-        const StoredSample& stored = fronts_[l];
+        const StoredSample& stored = samples_[l][front_[l]];
         return {hn::Load(d, stored.way.data()),      hn::Load(d, stored.density.data()),
                 hn::Load(d, stored.integral.data()), hn::Load(d, stored.slope.data()),
                 hn::Load(d, stored.red.data()),      hn::Load(d, stored.green.data()),
                 hn::Load(d, stored.blue.data())};
     }
     HWY_INLINE void storeFront(std::size_t l, const Sample& sample, float slab) {
+        store(sample, samples_[l][front_[l]]);
+        frontAt_[l] = slab;
+    }
+    HWY_INLINE static void store(const Sample& sample, StoredSample& stored) {
         const Floats d;
-        StoredSample& stored = fronts_[l];
         hn::Store(sample.way, d, stored.way.data());
         hn::Store(sample.density, d, stored.density.data());
         hn::Store(sample.integral, d, stored.integral.data());
@@ -304,7 +327,6 @@ class PacketWalk {
         hn::Store(sample.red, d, stored.red.data());
         hn::Store(sample.green, d, stored.green.data());
         hn::Store(sample.blue, d, stored.blue.data());
-        frontAt_[l] = slab;
     }
 
     const CompositeFrame& frame_;
@@ -317,8 +339,10 @@ class PacketWalk {
     Light light_;
     DotCursor dots_;
     std::array<VolumeSight, Packet::mostLayers> sights_;
-    std::array<float, Packet::mostLayers> frontAt_;  // slab of the sample in fronts_
-    std::array<StoredSample, Packet::mostLayers> fronts_;
+    std::array<float, Packet::mostLayers> frontAt_;  // slab of the front sample
+    // Of each volume the sample at the front, and one beside it.
+    std::array<std::array<StoredSample, 2>, Packet::mostLayers> samples_;
+    std::array<std::uint32_t, Packet::mostLayers> front_{};  // which of the two
 };
 
 }  // namespace mote::render::HWY_NAMESPACE
