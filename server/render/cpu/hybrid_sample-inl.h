@@ -270,6 +270,8 @@ constexpr float deepPiece = 0.04F;
 constexpr float bentPiece = 0.03F;
 constexpr float steepPiece = 0.04F * VolumeTable::cells;
 constexpr float mostPiecesOfOne = 16.0F;
+/// So many that they are worth cutting; of what was cut once, more.
+constexpr float enoughPieces[] = {1.0F, 4.0F};
 
 /// For each ray the one or the other sample.
 HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample& other) {
@@ -280,17 +282,10 @@ HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample
             either(one.blue, other.blue)};
 }
 
-/// Hands to `take(LitPiece)` what lies between two samples, in several pieces where it is dense or steep:
-/// each ray in as many as it needs itself, what its neighbours in the vector need must not show. A ray that
-/// has arrived stays at `back`, where its pieces are empty. `length`: of a way of 1; `fine`: whether it is
-/// worth that.
-template <class Take>
-HWY_INLINE void takePieces(const HybridSource& source, const RayLanes& rays, const Sample& front,
-                           const Sample& back, V length, bool fine, const Take& take) {
+/// Into how many pieces a ray wants what lies between two samples to be cut, before it is rounded: where it is
+/// dense, where extinction bends, where the value is steep. 0 where nothing shows. `length`: of a way of 1.
+HWY_INLINE V piecesWanted(const Piece& whole, const Sample& front, const Sample& back, V length) {
     const Floats d;
-    const Piece whole(front, back);
-    const auto seen = hn::Gt(whole.depth, hn::Zero(d));
-    if (hn::AllFalse(d, seen)) return;
     const V change = hn::Mul(hn::Abs(hn::Sub(back.density, front.density)), hn::Set(d, 1.0F / steepPiece));
     const V depth = hn::Mul(hn::Mul(whole.depth, length), hn::Set(d, 1.0F / deepPiece));
     // A wrong value between the two costs what extinction would have changed by.
@@ -299,8 +294,21 @@ HWY_INLINE void takePieces(const HybridSource& source, const RayLanes& rays, con
                               hn::Abs(hn::Sub(back.slope, front.slope)));
     const V bent =
         hn::Mul(hn::Mul(bend, hn::Sub(back.way, front.way)), hn::Mul(length, hn::Set(d, 1.0F / bentPiece)));
-    const V wanted = hn::IfThenElseZero(seen, hn::Max(hn::Max(change, bent), depth));
-    if (!fine || hn::AllTrue(d, hn::Lt(wanted, hn::Set(d, 1.0F))))
+    return hn::IfThenElseZero(hn::Gt(whole.depth, hn::Zero(d)), hn::Max(hn::Max(change, bent), depth));
+}
+
+/// Hands to `take(LitPiece)` what lies between two samples, in several pieces where some of the rays `alive`
+/// want that, and these once more: each ray in as many as it needs itself, what its neighbours in the vector
+/// need must not show. A ray that has arrived stays at `back`, where its pieces are empty. `length`: of a way
+/// of 1.
+template <int level = 0, class Take>
+HWY_INLINE void takePieces(const HybridSource& source, const RayLanes& rays, const Sample& front,
+                           const Sample& back, V length, hn::Mask<Floats> alive, const Take& take) {
+    const Floats d;
+    const Piece whole(front, back);
+    if (hn::AllTrue(d, hn::Le(whole.depth, hn::Zero(d)))) return;
+    const V wanted = hn::IfThenElseZero(alive, piecesWanted(whole, front, back, length));
+    if (hn::AllTrue(d, hn::Lt(wanted, hn::Set(d, enoughPieces[level]))))
         return take(LitPiece(source, rays, whole, front, back, length));
     const V pieces =
         hn::Floor(hn::Add(hn::Min(wanted, hn::Set(d, mostPiecesOfOne - 1.0F)), hn::Set(d, 1.0F)));
@@ -312,9 +320,13 @@ HWY_INLINE void takePieces(const HybridSource& source, const RayLanes& rays, con
         const Sample to = hn::AllTrue(d, arrived)
                               ? back
                               : choose(arrived, back, source.sampleAt(rays, hn::Add(from.way, step)));
-        const Piece piece(from, to);
-        if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d))))
-            take(LitPiece(source, rays, piece, from, to, length));
+        if constexpr (level == 0) {
+            takePieces<1>(source, rays, from, to, length, alive, take);
+        } else {
+            const Piece piece(from, to);
+            if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d))))
+                take(LitPiece(source, rays, piece, from, to, length));
+        }
         from = to;
     }
 }
@@ -350,22 +362,29 @@ HWY_NOINLINE Sample hiddenBetween(const HybridSource& source, const RayLanes& ra
     return choose(hn::And(curved, showsAt(peak, front, back)), peak, there);
 }
 
-/// As takePieces; where a ray shows nothing at either end it may between them.
+/// As takePieces; where a ray shows nothing at either end it may between them. `fine`: whether pieces are
+/// worth it.
 template <class Take>
 HWY_INLINE void takeHybrid(const HybridSource& source, const RayLanes& rays, const Sample& front,
-                           const Sample& back, V length, bool fine, const Take& take) {
+                           const Sample& back, V length, bool fine, hn::Mask<Floats> alive,
+                           const Take& take) {
     const Floats d;
-    const auto dark = hn::And(hn::Le(Piece(front, back).depth, hn::Zero(d)), hn::Gt(back.way, front.way));
-    if (fine && !hn::AllFalse(d, dark)) {
-        const Sample there = hiddenBetween(source, rays, front, back, dark);
+    const Piece whole(front, back);
+    const auto dark = hn::Le(whole.depth, hn::Zero(d));
+    if (!fine) {
+        if (!hn::AllTrue(d, dark)) take(LitPiece(source, rays, whole, front, back, length));
+        return;
+    }
+    const auto unknown = hn::And(hn::And(dark, alive), hn::Gt(back.way, front.way));
+    if (!hn::AllFalse(d, unknown)) {
+        const Sample there = hiddenBetween(source, rays, front, back, unknown);
         const auto hidden = hn::Lt(there.way, back.way);
         if (!hn::AllFalse(d, hidden)) {
-            takePieces(source, rays, choose(hidden, front, back), there, length, fine, take);
-            takePieces(source, rays, there, back, length, fine, take);
+            takePieces(source, rays, choose(hidden, front, back), there, length, alive, take);
+            takePieces(source, rays, there, back, length, alive, take);
         }
-        if (hn::AllTrue(d, dark)) return;
     }
-    takePieces(source, rays, front, back, length, fine, take);
+    takePieces(source, rays, front, back, length, alive, take);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

@@ -135,6 +135,8 @@ struct Light {
         gather(matter.tau, seen(matter.red, matter.redChange), seen(matter.green, matter.greenChange),
                seen(matter.blue, matter.blueChange));
     }
+    /// By which rays something is still seen.
+    HWY_INLINE hn::Mask<Floats> seen() const { return hn::Gt(left, hn::Zero(Floats())); }
     /// Lets rays end of which no picture of 8 bits shows what is left, each by itself; whether all have.
     HWY_INLINE bool gone() {
         const Floats d;

@@ -249,7 +249,7 @@ class PacketWalk {
         constexpr int mostTries = 4;
         Matter matter = volumesTo(visible, next);
         for (int i = 1; i < mostTries; ++i) {
-            const auto deep = hn::Gt(matter.tau, hn::Set(d, 0.5F));
+            const auto deep = hn::And(light_.seen(), hn::Gt(matter.tau, hn::Set(d, 0.5F)));
             if (hn::AllFalse(d, deep)) break;
             const V nearer = hn::MulAdd(hn::Sub(next, at), hn::Set(d, 0.375F), at);
             next = hn::IfThenElse(deep, nearer, next);
@@ -273,7 +273,7 @@ class PacketWalk {
             if (isHybrid(l)) {
                 const HybridSource source(hybrid(l));
                 const Sample back = source.sampleAt(rays, way);
-                takeHybrid(source, rays, front, back, length, frame_.cellByCell,
+                takeHybrid(source, rays, front, back, length, frame_.cellByCell, light_.seen(),
                            [&](const LitPiece& piece) HWY_ATTR {
                                matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
                            });

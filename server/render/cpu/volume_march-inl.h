@@ -87,9 +87,10 @@ HWY_INLINE Sample marchHybrid(const HybridSource& source, const PacketRays& pack
     for (int i = 0; i < count; ++i) {
         const float place = std::min((first + static_cast<float>(i)) * stretch, to);
         const Sample back = source.sampleAt(rays, rays.way(hn::Set(d, place)));
-        takeHybrid(source, rays, front, back, length, fine, [&](const LitPiece& piece) HWY_ATTR {
-            light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
-        });
+        takeHybrid(source, rays, front, back, length, fine, light.seen(),
+                   [&](const LitPiece& piece) HWY_ATTR {
+                       light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
+                   });
         front = back;
         if (light.gone()) break;
     }
