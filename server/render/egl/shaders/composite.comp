@@ -33,6 +33,7 @@ const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread o
 float frontT[LAYERS];
 vec4 frontIntegral[LAYERS];
 float sampledTo = -1.0;   // where the front was sampled
+float stretch[LAYERS];    // slabs, of a layer of particles: the most that is gone at once where its volume is
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
 float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
@@ -188,7 +189,7 @@ void readPoints(uint l, float slab, bool present) {
 }
 
 // The nearest depth behind `at` where something begins or ends; at most `end`.
-float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
+float nextCut(float at, float end, bool volume[LAYERS]) {
     float next = end;
     for (uint l = 0u; l < layerCount; ++l) {
 #if POINTS
@@ -198,9 +199,9 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
 #if VOLUME
         next = min(next, enters[l] > at ? enters[l] : end);
         next = min(next, leaves[l] > at ? leaves[l] : end);
+        bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
 #if HYBRIDS
         if (l >= plots) {
-            bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
             float leaving = enterBrick(l, at);
             // Where there is something to mix with, only as far as the value is taken as linear.
             leaving = brickSeen[l - plots] && layerCount > 1u ? min(leaving, brickStep[l - plots]) : leaving;
@@ -208,14 +209,15 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
             continue;
         }
 #endif
-#if EXACT && LAYERS > HYBRIDS
-        next = min(next, volume[l] ? at + nextKink(l, at) : end);
+#if LAYERS > HYBRIDS
+        float most = stretch[l];
+#if EXACT
+        most = min(most, nextKink(l, at));
+#endif
+        next = min(next, inside ? at + most : end);
 #endif
 #endif
     }
-#if VOLUME && LAYERS > HYBRIDS
-    next = min(next, at + stretch);
-#endif
 #if DOTS
     next = min(next, dotDepth);
 #endif
@@ -223,23 +225,24 @@ float nextCut(float at, float end, float stretch, bool volume[LAYERS]) {
     return min(max(next, at + 1e-4), end);
 }
 
-// Where the ray is inside the layer's box, and into how many stretches its slabs are to be cut. At least 1.
-float aim(uint l, vec2 at) {
+// Where the ray is inside the layer's box, and how far it may go there in one stretch.
+void aim(uint l, vec2 at) {
     aimBox(l, at);
 #if HYBRIDS
     if (l >= plots) {
         clipWay(l);
         unitLength[l] = hybridLength(l);
-        return 1e-3;
+        return;
     }
 #endif
     unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
-    return length(advance[l]) * frame.layers[l].scale.y * frame.window.z * (EXACT == 1 ? 0.5 : 1.0);
+    float cells = length(advance[l]) * frame.layers[l].scale.y;
+    stretch[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.5 : 1.0), 1e-3, 64.0);
 }
 
 // From one depth to the next cut; returns it.
-float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
-    float next = nextCut(at, end, stretch, volume);
+float gatherStretch(float at, float end, bool volume[LAYERS]) {
+    float next = nextCut(at, end, volume);
 #if VOLUME && EXACT && LAYERS > HYBRIDS
     // After a gap the front must be sampled first: by a stretch of no length.
     next = sampledTo == at ? next : at;
@@ -277,11 +280,9 @@ float gatherStretch(float at, float end, float stretch, bool volume[LAYERS]) {
     return next;
 }
 
-// All layers, in the section; returns how far rays may go in one stretch.
-float aimAll(vec2 at) {
-    float stretches = 1e-3;
-    for (uint l = 0u; l < layerCount; ++l) stretches = max(stretches, aim(l, at));
-    return 1.0 / min(stretches, 64.0);
+// All layers, in the section.
+void aimAll(vec2 at) {
+    for (uint l = 0u; l < layerCount; ++l) aim(l, at);
 }
 
 void walk(uint tile, uint pixel, vec2 at) {
@@ -291,7 +292,7 @@ void walk(uint tile, uint pixel, vec2 at) {
 #else
     sectionEnd = float(frame.band.y);
 #endif
-    float stretch = aimAll(at);
+    aimAll(at);
     uint tileCount = uint(frame.band.x);
     uint word = 0u;
     uint bits = 0u;   // slabs of the current word that are ahead and not blank
@@ -323,7 +324,7 @@ void walk(uint tile, uint pixel, vec2 at) {
             if (depth >= sectionEnd) {
                 do enterSection(++section);
                 while (depth >= sectionEnd);
-                stretch = aimAll(at);
+                aimAll(at);
                 sampledTo = -1.0;
             }
 #endif
@@ -347,7 +348,7 @@ void walk(uint tile, uint pixel, vec2 at) {
             passDots(depth);
 #endif
         }
-        depth = gatherStretch(depth, end, stretch, volume);
+        depth = gatherStretch(depth, end, volume);
     }
 }
 
