@@ -29,8 +29,9 @@ const float fade = 0.125;       // LogDensity::fade
 const float tableCells = 4095.0;
 const float tableScale = tableCells / (1.0 + fade);
 const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread over at least
-// Scaled log density at the front of the current stretch, and the transfer integral up to it.
-float frontT[LAYERS];
+const float densest = 2.0;   // optical depth of a stretch, about, whose color is taken to change evenly
+// Scaled log density at the front of the current stretch, the transfer integral up to it, and extinction there.
+float frontT[LAYERS], frontExtinction[LAYERS];
 vec4 frontIntegral[LAYERS];
 float sampledTo = -1.0;   // where the front was sampled
 float stretch[LAYERS];    // slabs, of a layer of particles: the most that is gone at once where its volume is
@@ -129,23 +130,30 @@ vec4 meanBetween(float t, vec4 integral, float t2, vec4 integral2, vec4 slope) {
     return abs(change) > 1.0 / tableCells ? (integral2 - integral) / change : slope;
 }
 
-// Mean of (extinction * color, extinction) over a stretch of the ray; its front was sampled before.
-vec4 volumeBetween(uint l, float from, float to) {
+// Mean of (extinction * color, extinction) over a stretch of the ray; its front was sampled before. `change`: of the
+// first, from front to back.
+vec4 volumeBetween(uint l, float from, float to, out vec3 change) {
     vec4 slope;
+    change = vec3(0.0);
     float middleT = volumeAt(l, 0.5 * (from + to));
     vec4 middle = integralTo(l, middleT, slope);
 #if EXACT
     // The stretch lies between two planes of cell centres, so that t is smooth in it: the means over its halves and
     // over the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
-    vec4 unused;
+    vec4 backSlope;
     float backT = volumeAt(l, to);
-    vec4 back = integralTo(l, backT, unused);
+    vec4 back = integralTo(l, backT, backSlope);
     vec4 whole = meanBetween(frontT[l], frontIntegral[l], backT, back, slope);
-    vec4 halves = meanBetween(frontT[l], frontIntegral[l], middleT, middle, slope) +
-                  meanBetween(middleT, middle, backT, back, slope);
+    vec4 near = meanBetween(frontT[l], frontIntegral[l], middleT, middle, slope);
+    vec4 far = meanBetween(middleT, middle, backT, back, slope);
     frontT[l] = backT;
     frontIntegral[l] = back;
-    return max((2.0 * halves - whole) * (1.0 / 3.0), vec4(0.0));
+    frontExtinction[l] = backSlope.w;
+    vec4 mean = max((2.0 * (near + far) - whole) * (1.0 / 3.0), vec4(0.0));
+    // Of the colors, whatever extinction does.
+    bool both = min(near.w, far.w) > 0.0;
+    change = both ? 2.0 * mean.w * (far.rgb / far.w - near.rgb / near.w) : vec3(0.0);
+    return mean;
 #else
     return max(slope, vec4(0.0));
 #endif
@@ -212,7 +220,7 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
 #if LAYERS > HYBRIDS
         float most = stretch[l];
 #if EXACT
-        most = min(most, nextKink(l, at));
+        most = min(most, min(nextKink(l, at), densest / max(frontExtinction[l] * unitLength[l], 1e-20)));
 #endif
         next = min(next, inside ? at + most : end);
 #endif
@@ -249,6 +257,7 @@ float gatherStretch(float at, float end, bool volume[LAYERS]) {
     sampledTo = next;
 #endif
     vec4 matter = vec4(0.0);
+    vec3 change = vec3(0.0);
     vec4 single = vec4(0.0);
     for (uint l = 0u; l < layerCount; ++l) {
 #if POINTS
@@ -266,11 +275,14 @@ float gatherStretch(float at, float end, bool volume[LAYERS]) {
         }
 #endif
 #if LAYERS > HYBRIDS
-        matter += volumeBetween(l, at, next) * (inside ? unitLength[l] : 0.0);
+        vec3 ownChange;
+        float share = inside ? unitLength[l] : 0.0;
+        matter += volumeBetween(l, at, next, ownChange) * share;
+        change += ownChange * share;
 #endif
 #endif
     }
-    gather(matter * (next - at));
+    gather(matter * (next - at), change * (next - at));
 #if POINTS
     gather(single);
 #endif

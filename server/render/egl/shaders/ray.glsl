@@ -11,12 +11,18 @@ float transmittance = 1.0;
 vec3 entry[LAYERS], advance[LAYERS];
 float enters[LAYERS], leaves[LAYERS], unitLength[LAYERS];
 
-// `matter`: optical depth times color; optical depth.
-void gather(vec4 matter) {
+// `matter`: optical depth times color; optical depth. `change`: by how much its color, times optical depth, changes evenly
+// from front to back. What is dense shows its front.
+void gather(vec4 matter, vec3 change) {
     float passed = exp(-matter.w);
     float share = matter.w < 1e-3 ? 1.0 - 0.5 * matter.w : (1.0 - passed) / matter.w;
-    light += transmittance * share * matter.rgb;
+    float before = matter.w < 1e-2 ? matter.w * (1.0 / 12.0) : 0.5 * share - (share - passed) / matter.w;
+    light += transmittance * (share * matter.rgb - before * change);
     transmittance *= passed;
+}
+
+void gather(vec4 matter) {
+    gather(matter, vec3(0.0));
 }
 
 // The section of the depth that the ray goes through: slabs [first, end).
