@@ -6,6 +6,7 @@
 #include "server/render/calibration.h"
 #include "server/render/egl/egl_context.h"
 #include "server/render/egl/frame_run.h"
+#include "server/render/egl/sampler_states.h"
 
 namespace mote::render {
 namespace {
@@ -28,6 +29,14 @@ struct EglDevice::State {
     TransferBuffers transfers;
     FrameBuffers buffers;
     StageTimes times;
+
+    /// Before the first frame.
+    void begin() {
+        const float nothing = 0.0F;
+        GlTexture noVolume = volumeTexture(1, &nothing);
+        setSamplerStates(shaders, noVolume);
+        buffers.noVolume = std::move(noVolume);
+    }
 };
 
 EglDevice::EglDevice(EglOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -57,6 +66,7 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
     if (plan.blank()) return blankPicture(plan, format);
     const EglContext::Current current(context_);
     state_->shaders.reloadChanged();
+    if (!state_->buffers.noVolume) state_->begin();
     FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->hybridSteps,
                  state_->transfers, state_->buffers, std::move(stop));
     auto picture = run.draw();

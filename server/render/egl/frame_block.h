@@ -47,9 +47,10 @@ struct FrameBlock {
     glm::vec4 window;
     glm::vec4 background;
     glm::uvec4 blank;
+    glm::uvec4 counts;  ///< set by FrameRun
     std::array<LayerBlock, 8> layers;
 };
-static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 80 + 8 * 192);
+static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 96 + 8 * 192);
 
 /// How the points of a layer are placed on the screen and weighted.
 struct PointNumbers {

@@ -38,7 +38,7 @@ bool FrameRun::drawFlat(const Band& band) {
     buffers_.cells.bindStorage(cells);
     if (!addPoints({})) return false;
     ++times_.passes;
-    return composite(program("composite_flat"), 0, band.tiles);
+    return composite(shaders_.program("composite_flat", {}), 0, band.tiles);
 }
 
 bool FrameRun::drawCells(const Band& band, const Counts& counts) {
@@ -74,7 +74,7 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerWork& work = layers_[i];
         const auto unit = static_cast<GLuint>(i);
-        glBindTextureUnit(unit, work.volume == nullptr ? 0 : work.volume->texture());
+        glBindTextureUnit(unit, work.volume == nullptr ? buffers_.noVolume.get() : work.volume->texture());
     }
     for (std::size_t i = 0; i < hybrids_.size(); ++i)
         glBindTextureUnit(static_cast<GLuint>(layers_.size() + i), hybrids_[i].resident->volume.samples());
@@ -111,8 +111,7 @@ GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) co
     ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
                                    {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
                                    {"MIXED", std::any_of(hybrids_.begin(), hybrids_.end(), mixed) ? 1U : 0U},
-                                   {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U},
-                                   {"WORDS", words_}};
+                                   {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U}};
     if (!oneHybrid) {
         defines.insert(defines.end(), {{"POINTS", points ? 1U : 0U},
                                        {"DOTS", dots_.empty() ? 0U : 1U},

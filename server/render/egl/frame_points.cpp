@@ -57,9 +57,7 @@ void FrameRun::dispatchBlocks(const std::vector<std::uint32_t>& numbers) {
 
 GLuint FrameRun::usePointsProgram(std::string_view name, std::size_t layer, Selection selection,
                                   const Pass& pass) {
-    const GLuint program = shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layerCount())},
-                                                   {"WORDS", words_},
-                                                   {"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
+    const GLuint program = shaders_.program(name, {{"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
                                                    {"FLAT", flat_ ? 1U : 0U},
                                                    {"SELECTION", static_cast<unsigned>(selection)}});
     setPointUniforms(program, layer, pass);
@@ -108,10 +106,8 @@ bool FrameRun::addPoints(const Pass& pass) {
 }
 
 GLuint FrameRun::allocateProgram() const {
-    return shaders_.program("cells_allocate", {{"LAYERS", static_cast<unsigned>(layerCount())},
-                                               {"WORDS", words_},
-                                               {"DOTS", dots_.empty() ? 0U : 1U},
-                                               {"POINTS", anyPoints_ ? 1U : 0U}});
+    return shaders_.program("cells_allocate",
+                            {{"DOTS", dots_.empty() ? 0U : 1U}, {"POINTS", anyPoints_ ? 1U : 0U}});
 }
 
 }  // namespace mote::render

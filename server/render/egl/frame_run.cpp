@@ -8,17 +8,6 @@
 #include "server/render/screen_map.h"
 
 namespace mote::render {
-namespace {
-
-/// Of slab bits a pixel, at least: few different numbers, since shaders are compiled for each.
-std::uint32_t wordsFor(std::uint32_t slabs) {
-    for (const std::uint32_t words : {1U, 2U, 6U, 8U, 12U, 16U, 24U}) {
-        if (slabs <= 32 * words) return words;
-    }
-    return mostSlabs / 32;
-}
-
-}  // namespace
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
                    ShaderLibrary& shaders, ResidentSteps& steps, ResidentHybridSteps& hybridSteps,
@@ -32,7 +21,7 @@ FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& 
       transfers_(transfers),
       buffers_(buffers),
       pacer_(std::move(stop)),
-      words_(wordsFor(plan.slabs)),
+      words_(groups(std::max(plan.slabs, 1U), 32)),
       tilesAcross_(groups(plan.width, 8)),
       tilesDown_(groups(plan.height, 8)) {}
 
@@ -95,7 +84,8 @@ void FrameRun::gatherTransfers() {
     constexpr std::size_t size = (TransferTable::cells + 1) * sizeof(glm::vec4);
     buffers_.transfers.grow(layerCount() * size);
     for (std::size_t i = 0; i < layers_.size(); ++i) {
-        if (layers_[i].volume != nullptr) buffers_.transfers.copy(i * size, layers_[i].transfer->buffer);
+        if (layers_[i].volume != nullptr)
+            buffers_.transfers.copy(i * size, layers_[i].transfer->buffer, size);
     }
     buffers_.transfersTexture = bufferTexture(buffers_.transfers, GL_RGBA32F);
 }
@@ -118,7 +108,8 @@ void FrameRun::bindBand(const Band& band) {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         volumeSizes[i] = layers_[i].volume == nullptr ? 0 : layers_[i].volume->size();
     }
-    const FrameBlock block = frameBlock(plan_, format_, band.firstRow, band.rows, volumeSizes);
+    FrameBlock block = frameBlock(plan_, format_, band.firstRow, band.rows, volumeSizes);
+    block.counts = glm::uvec4(layerCount(), words_, 0, 0);
     buffers_.uniforms.grow(sizeof(block));
     buffers_.uniforms.write(0, sizeof(block), &block);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffers_.uniforms.get());
@@ -149,7 +140,7 @@ void FrameRun::bindBand(const Band& band) {
 
 void FrameRun::markVolumes() {
     const Stage stage(*this, times_.volumeMark);
-    const GLuint mark = program("volume_mark");
+    const GLuint mark = shaders_.program("volume_mark", {});
     glUseProgram(mark);
     const auto dispatch = [mark](std::size_t layer, const GlBuffer& visible, std::uint32_t count,
                                  const glm::vec3& edge, const glm::vec3& shift, const BendBlock& bends) {
@@ -183,10 +174,6 @@ void FrameRun::readBack(const Band& band, Picture& picture) {
     const std::uint32_t first = band.firstRow * 8;
     const std::uint32_t last = std::min(first + band.rows * 8, plan_.height);
     buffers_.pixels.read(0, (last - first) * rowBytes, picture.pixels.data() + first * rowBytes);
-}
-
-GLuint FrameRun::program(std::string_view name) const {
-    return shaders_.program(name, {{"LAYERS", static_cast<unsigned>(layerCount())}, {"WORDS", words_}});
 }
 
 }  // namespace mote::render

@@ -25,6 +25,7 @@ struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
     GlBuffer dots, dotLists, sections;
     GlBuffer hybrids, hybridBricks, hybridTables;
+    GlTexture noVolume;  ///< where a layer has none: a program is compiled for textures as they are
     GlTexture hybridBricksTexture, hybridTablesTexture;
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture, dotsTexture, dotListsTexture;
 };
@@ -102,7 +103,6 @@ class FrameRun {
     void readBack(const Band& band, Picture& picture);
     /// That the shaders are compiled for: they know no picture without any. Hybrid layers come last.
     std::size_t layerCount() const { return std::max<std::size_t>(layers_.size() + hybrids_.size(), 1); }
-    GLuint program(std::string_view name) const;
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
     GLuint allocateProgram() const;
 

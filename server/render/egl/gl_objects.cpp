@@ -15,16 +15,19 @@ GLuint newBuffer() {
     return name;
 }
 
+/// At least as many. Mesa's software rasteriser compiles a program anew where a buffer that it reads as
+/// texels becomes or ceases to be a power of two, or a multiple of 2^16: none of ours ever is.
+std::size_t allocated(std::size_t bytes) {
+    constexpr std::size_t unit = 1U << 16, beyond = 1U << 8;
+    return (std::max(bytes, beyond + 1) - beyond + unit - 1) / unit * unit + beyond;
+}
+
 }  // namespace
 
-GlBuffer::GlBuffer(std::size_t bytes, const void* data)
-    : name_(newBuffer()), bytes_(std::max<std::size_t>(bytes, 16)) {
-    // GL rejects empty buffers; data covers `bytes` only, so a padded buffer is filled in a second step.
-    const bool padded = bytes_ != bytes;
-    glNamedBufferStorage(get(), static_cast<GLsizeiptr>(bytes_), padded ? nullptr : data,
-                         GL_DYNAMIC_STORAGE_BIT);
+GlBuffer::GlBuffer(std::size_t bytes, const void* data) : name_(newBuffer()), bytes_(allocated(bytes)) {
+    glNamedBufferStorage(get(), static_cast<GLsizeiptr>(bytes_), nullptr, GL_DYNAMIC_STORAGE_BIT);
     checkGl("a buffer");
-    if (padded && data != nullptr && bytes > 0) write(0, bytes, data);
+    if (data != nullptr) write(0, bytes, data);
 }
 
 void GlBuffer::grow(std::size_t bytes) {
@@ -43,9 +46,9 @@ void GlBuffer::read(std::size_t offset, std::size_t bytes, void* data) const {
     glGetNamedBufferSubData(get(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), data);
 }
 
-void GlBuffer::copy(std::size_t offset, const GlBuffer& from) {
+void GlBuffer::copy(std::size_t offset, const GlBuffer& from, std::size_t bytes) {
     glCopyNamedBufferSubData(from.get(), get(), 0, static_cast<GLintptr>(offset),
-                             static_cast<GLsizeiptr>(from.bytes()));
+                             static_cast<GLsizeiptr>(bytes));
 }
 
 void GlBuffer::zero(std::size_t bytes) {

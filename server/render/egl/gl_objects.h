@@ -63,13 +63,14 @@ class GlBuffer {
     }
 
     GLuint get() const { return name_.get(); }
+    /// Of what it takes, at least what was asked for.
     std::size_t bytes() const { return bytes_; }
     /// Makes it at least as large; what it held is lost where it grows.
     void grow(std::size_t bytes);
     void write(std::size_t offset, std::size_t bytes, const void* data);
     void read(std::size_t offset, std::size_t bytes, void* data) const;
-    /// All of another buffer.
-    void copy(std::size_t offset, const GlBuffer& from);
+    /// The first of another buffer.
+    void copy(std::size_t offset, const GlBuffer& from, std::size_t bytes);
     /// Zeros the first `bytes`, a multiple of 4.
     void zero(std::size_t bytes);
     /// Repeats one or two words through the first `bytes`, a multiple of their size.

@@ -18,9 +18,12 @@ Reach reach(std::uint32_t brick, std::uint32_t brickCells, std::uint32_t size) {
     return {begin == 0 ? 0 : begin - 1, std::min(size, begin + brickCells + 1)};
 }
 
-GLuint newVolumeTexture(std::uint32_t size, const float* t) {
+}  // namespace
+
+GlTexture volumeTexture(std::uint32_t size, const float* t) {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_3D, 1, &name);
+    GlTexture texture(name);
     const auto side = static_cast<GLsizei>(size);
     glTextureStorage3D(name, 1, GL_R32F, side, side, side);
     glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -29,10 +32,8 @@ GLuint newVolumeTexture(std::uint32_t size, const float* t) {
         glTextureParameteri(name, axis, GL_CLAMP_TO_EDGE);
     }
     glTextureSubImage3D(name, 0, 0, 0, 0, side, side, side, GL_RED, GL_FLOAT, t);
-    return name;
+    return texture;
 }
-
-}  // namespace
 
 std::optional<StepVolume> StepVolume::load(const storage::ParticleStep& step, const Pacer& pacer) {
     const std::uint32_t size = step.volumeSize();
@@ -53,7 +54,7 @@ std::optional<StepVolume> StepVolume::load(const storage::ParticleStep& step, co
 }
 
 StepVolume::StepVolume(std::uint32_t size, const std::vector<float>& t)
-    : texture_(newVolumeTexture(size, t.data())),
+    : texture_(volumeTexture(size, t.data())),
       size_(size),
       brickCells_(std::max(2U, (size + 31) / 32)),
       bricks_((size + brickCells_ - 1) / brickCells_) {

@@ -16,6 +16,9 @@
 
 namespace mote::render {
 
+/// As shaders read them: of so many cells a side.
+GlTexture volumeTexture(std::uint32_t size, const float* t);
+
 class StepVolume {
   public:
     /// Empty where the frame is given up meanwhile. Throws DeviceError, storage::StorageError.

@@ -24,7 +24,7 @@ uint wordsOf(uint layer, uint pixel) {
 
 uint cellsOf(uint tile) {
     uint count = 0u;
-    for (uint layer = 0u; layer < layerCount; ++layer) {
+    for (uint layer = 0u; layer < frame.counts.x; ++layer) {
         uint first = (layer * uint(frame.band.x) + tile) * 64u * wordCount;
         for (uint word = first; word < first + 64u * wordCount; ++word) {
             count += uint(bitCount(texelFetch(slabBits, int(word)).x));
@@ -36,7 +36,7 @@ uint cellsOf(uint tile) {
 void allocate(uint firstPixel, uint pixels, uint next) {
     for (uint pixel = firstPixel; pixel < firstPixel + pixels; ++pixel) {
         offsets[pixel] = next;
-        for (uint layer = 0u; layer < layerCount; ++layer) {
+        for (uint layer = 0u; layer < frame.counts.x; ++layer) {
             uint first = wordsOf(layer, pixel);
             for (uint word = first; word < first + 2u * wordCount; word += 2u) {
                 masks[word + 1u] = next;
@@ -51,7 +51,7 @@ void main() {
     uint tileCount = uint(frame.band.x);
     if (tile >= tileCount) return;
     uint volume = 0u;
-    for (uint layer = 0u; layer < layerCount; ++layer) {
+    for (uint layer = 0u; layer < frame.counts.x; ++layer) {
         for (uint i = 0u; i < wordCount; ++i) volume |= volumeMasks[(layer * tileCount + tile) * wordCount + i];
     }
     uint count = POINTS != 0 ? cellsOf(tile) : 0u;

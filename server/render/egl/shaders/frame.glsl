@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What all shaders know of the frame; mirrors egl/frame_block.h. Compiled with LAYERS and WORDS.
+// What all shaders know of the frame; mirrors egl/frame_block.h.
 //
 // A picture is drawn in bands of tile rows. A tile is 8 x 8 pixels; pixels are numbered tile by tile, so that those of
 // a workgroup lie side by side. Depth is counted in slabs, from the frame's near depth; it is cut into sections whose
 // slabs are of different thickness.
-
-const uint layerCount = uint(LAYERS);
-const uint wordCount = uint(WORDS);   // of 32 slab bits a pixel or tile
 
 struct Layer {
     mat4 boxToScreen;    // box [0,1]^3 to (px * w, py * w, slab, w), before bends.glsl
@@ -22,8 +19,11 @@ layout(std140, binding = 0) uniform Frame {
     vec4 window;         // half width and half height of the picture at depth 1; samples a cell; unused
     vec4 background;     // linear RGB
     uvec4 blank;         // a pixel of background, encoded: one or two words
+    uvec4 counts;        // layers; words of 32 slab bits a pixel or tile; unused
     Layer layers[8];
 } frame;
+
+uint wordCount = frame.counts.y;
 
 // Of a pixel of the picture, row 0 on top. FLAT: row by row, which is quicker to compute.
 uint pixelNumber(uint x, uint y) {

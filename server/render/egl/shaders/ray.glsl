@@ -2,6 +2,7 @@
 // A pixel's ray through the layers' boxes, and what it has gathered; for composite.comp and composite_hybrid.comp.
 
 const float opaque = 5e-5;      // a transmittance that no 8-bit picture shows
+const uint layerCount = uint(LAYERS);
 const uint plots = layerCount - uint(HYBRIDS);   // the layers of particles; those after them are hybrid volumes
 
 vec3 light = vec3(0.0);
