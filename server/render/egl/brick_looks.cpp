@@ -54,12 +54,29 @@ std::uint32_t longerBy(double depth) {
     return static_cast<std::uint32_t>(std::clamp(std::floor(std::log2(times)), 0.0, double{mostLonger}));
 }
 
+constexpr std::size_t tableEntries = VolumeTable::cells + 2;
+
+/// From each entry, how many it is to one with extinction.
+std::vector<float> waysToExtinction(const VolumeTable& table) {
+    std::vector<float> ways(tableEntries, float{tableEntries});
+    const auto pass = [&](std::size_t i, float before) {
+        ways[i] = table.entries()[i].mean() > 0.0F ? 0.0F : std::min(ways[i], before + 1.0F);
+        return ways[i];
+    };
+    float way = float{tableEntries};
+    for (std::size_t i = 0; i < tableEntries; ++i) way = pass(i, way);
+    for (std::size_t i = tableEntries; i-- > 0;) way = pass(i, way);
+    return ways;
+}
+
 std::vector<TableEntry> entriesOf(const VolumeTable& table) {
+    const auto ways = waysToExtinction(table);
     std::vector<TableEntry> entries;
-    for (std::size_t i = 0; i < VolumeTable::cells + 2; ++i) {
+    for (std::size_t i = 0; i < tableEntries; ++i) {
         const auto& entry = table.entries()[i];
         entries.push_back({std::bit_cast<std::uint32_t>(entry.value),
-                           std::bit_cast<std::uint32_t>(entry.mean()), entry.color, 0});
+                           std::bit_cast<std::uint32_t>(entry.mean()), entry.color,
+                           std::bit_cast<std::uint32_t>(ways[i])});
     }
     return entries;
 }

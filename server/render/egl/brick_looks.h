@@ -14,7 +14,8 @@
 
 namespace mote::render {
 
-/// The integral of extinction and its slope, as the bits of floats; colour; unused.
+/// The integral of extinction and its slope, as the bits of floats; colour; how many entries it is to one
+/// with extinction, as the bits of a float.
 using TableEntry = std::array<std::uint32_t, 4>;
 
 struct BrickLooks {

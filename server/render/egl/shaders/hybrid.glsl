@@ -19,7 +19,8 @@ layout(binding = LAYERS - HYBRIDS) uniform usamplerBuffer hybridSamples[HYBRIDS]
 // may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where something is seen in it. At the
 // beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer hybridBricks;
-// [layer][x], VolumeTable: the integral of extinction up to x and its slope, as floats; color.
+// [layer][x], VolumeTable: the integral of extinction up to x and its slope, as floats; color; how far it is from x to where
+// something is seen, as a float.
 layout(binding = 15) uniform usamplerBuffer hybridTables;
 
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
@@ -82,7 +83,7 @@ float enterBrick(uint l, float at) {
     brickSamples[h].stride = fine ? ivec2(brickRow, brickSheet) : low.stride;
     brickSamples[h].scale = fine ? size : low.scale;
     brickSamples[h].shift = fine ? 0.5 + 8.0 * vec3(brick) : low.shift;
-    brickSamples[h].most = fine ? vec3(8.0) : low.most;
+    brickSamples[h].most = fine ? min(size - 1.0 - 8.0 * vec3(brick), vec3(8.0)) : low.most;
     brickSamples[h].steepness = fine ? hybrids[h].table.w : 1.0;
 #if MIXED
     brickFine[h] = fine;
@@ -161,9 +162,10 @@ float shareOfBrick(uint h) {
 }
 #endif
 
-// What is found at a depth: place in the table, the integral up to it and its slope, color.
+// What is found at a depth: place in the table, the integral up to it and its slope, how far it is in the table to where
+// something is seen, color.
 struct Found {
-    float x, integral, slope;
+    float x, integral, slope, away;
     vec3 color;
 };
 
@@ -181,6 +183,7 @@ Found foundAt(uint l, float slab) {
     found.x = x;
     found.slope = uintBitsToFloat(row.y);
     found.integral = uintBitsToFloat(row.x) + (x - cell) * found.slope;
+    found.away = uintBitsToFloat(row.w);
     vec3 root = vec3(row.z & 1023u, (row.z >> 10) & 1023u, row.z >> 20) * (1.0 / 1023.0);
     found.color = root * root;
     return found;
@@ -215,16 +218,18 @@ vec2 hybridShade(uint l, float slab) {
 // A way through a layer, and what was gathered since its light was looked up.
 struct Way {
     float at, stretch;   // slabs
+    float change;        // of places in the table, in the last stretch
     Found front;         // at `at`
     float tau, moment;   // optical depth; times its place
     vec3 color;          // times optical depth, without light
 };
 
 Way wayFrom(uint l, float slab) {
-    return Way(slab, brickStep[l - plots], foundAt(l, slab), 0.0, 0.0, vec3(0.0));
+    return Way(slab, brickStep[l - plots], 0.0, foundAt(l, slab), 0.0, 0.0, vec3(0.0));
 }
 
-// One stretch further, the value taken as linear in it; where that says too little, a shorter one comes first.
+// One stretch further, the value taken as linear in it; where that says too little, a shorter one comes first. One that
+// shows nothing at its ends may hide something between them, where values change as much around: it is halved.
 void goOn(uint l, float to, inout Way way) {
     float next = min(way.at + way.stretch, to);
     Found back = foundAt(l, next);
@@ -233,14 +238,20 @@ void goOn(uint l, float to, inout Way way) {
     float mean = change > 1.0 ? (back.integral - way.front.integral) / (back.x - way.front.x) : 0.5 * slopes;
     float depth = max(mean, 0.0) * (next - way.at) * unitLength[l];
     float parts = depth > shown ? min(ceil(max(depth * (1.0 / deepest), change * (1.0 / steepest))), mostParts) : 1.0;
-    if (parts > 1.0 && way.stretch * mostParts > brickStep[l - plots] * 1.001) {
+    bool hides = depth <= 0.0 && way.front.away + back.away < frame.window.w * (way.change + change);
+    parts = hides ? 2.0 : parts;
+    if (parts > 1.0 && way.stretch * (hides ? 2.0 : mostParts) > brickStep[l - plots] * 1.001) {
         way.stretch = max((next - way.at) / parts, brickStep[l - plots] / mostParts);
     } else {
+        // Where extinction has its middle; of what is dense only the front is seen, 1 / depth - 1 / (exp(depth) - 1) of the
+        // way where it is even, to a hundredth.
         float share = (way.front.slope + 2.0 * back.slope) / max(3.0 * slopes, 1e-30);
+        share -= 0.5 * depth * inversesqrt(depth * depth + 36.0);
         way.tau += depth;
         way.moment += depth * mix(way.at, next, clamp(share, 0.0, 1.0));
         way.color += depth * mix(way.front.color, back.color, clamp(share, 0.0, 1.0));
-        way.stretch = min(2.0 * way.stretch, brickStep[l - plots]);
+        way.stretch = min((hides ? 1.0 : 2.0) * way.stretch, brickStep[l - plots]);
+        way.change = change;
         way.at = next;
         way.front = back;
     }
