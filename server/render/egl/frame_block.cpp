@@ -21,7 +21,7 @@ namespace mote::render {
 namespace {
 
 /// Of exact pictures: as what part of the change in two stretches a value may rise and fall within one.
-constexpr float hidingChange = 0.4F;
+constexpr float hidingChange = 0.3F;
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
 /// By the picture's slabs, as they are in a section.

@@ -243,10 +243,7 @@ void goOn(uint l, float to, inout Way way) {
     if (parts > 1.0 && way.stretch * (hides ? 2.0 : mostParts) > brickStep[l - plots] * 1.001) {
         way.stretch = max((next - way.at) / parts, brickStep[l - plots] / mostParts);
     } else {
-        // Where extinction has its middle; of what is dense only the front is seen, 1 / depth - 1 / (exp(depth) - 1) of the
-        // way where it is even, to a hundredth.
         float share = (way.front.slope + 2.0 * back.slope) / max(3.0 * slopes, 1e-30);
-        share -= 0.5 * depth * inversesqrt(depth * depth + 36.0);
         way.tau += depth;
         way.moment += depth * mix(way.at, next, clamp(share, 0.0, 1.0));
         way.color += depth * mix(way.front.color, back.color, clamp(share, 0.0, 1.0));
