@@ -24,7 +24,7 @@ layout(binding = 14) uniform usamplerBuffer hybridBricks;
 layout(binding = 15) uniform usamplerBuffer hybridTables;
 
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
-const float tableEntries = 4098.0;
+const float tableEntries = 4097.0;   // of a layer: VolumeTable::cells + 2
 // A stretch is cut where it absorbs more or where the value changes by more places in the table; into so many parts.
 const float deepest = 0.4, steepest = 0.03 * 4095.0, mostParts = 8.0;
 const float shown = 1e-6;   // optical depth that is worth its light
