@@ -233,8 +233,8 @@ class HybridSource {
         const Floats d;
         const Ints ints;
         const float scale = layer_.tableScale;
-        const V density = hn::MulAdd(code, hn::Set(d, scale / float{fullWeight}),
-                                     hn::Set(d, 32768.0F * scale + layer_.tableShift));
+        const V density = snapped(hn::MulAdd(code, hn::Set(d, scale / float{fullWeight}),
+                                             hn::Set(d, 32768.0F * scale + layer_.tableShift)));
         const V held = hn::Min(hn::Max(density, hn::Set(d, 0.5F)), hn::Set(d, VolumeTable::cells + 1.25F));
         const Whole whole(held);
         const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
@@ -282,8 +282,9 @@ HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample
             either(one.blue, other.blue)};
 }
 
-/// Into how many pieces a ray wants what lies between two samples to be cut, before it is rounded: where it is
-/// dense, where extinction bends, where the value is steep. 0 where nothing shows. `length`: of a way of 1.
+/// Into how many pieces a ray wants what lies between two samples to be cut, before it is rounded: where it
+/// is dense, where extinction bends, where the value is steep. 0 where nothing shows. `length`: of a way
+/// of 1.
 HWY_INLINE V piecesWanted(const Piece& whole, const Sample& front, const Sample& back, V length) {
     const Floats d;
     const V change = hn::Mul(hn::Abs(hn::Sub(back.density, front.density)), hn::Set(d, 1.0F / steepPiece));

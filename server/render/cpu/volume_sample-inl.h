@@ -222,8 +222,7 @@ HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, 
     const Words words;
     const V full = hn::Set(d, static_cast<float>(fullWeight));
     const WordV far = nearestWord(hn::Mul(shareY, full));
-    const WordV weights =
-        hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, fullWeight)));
+    const WordV weights = hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, fullWeight)));
     const auto along = [&](const WordPairs& pairs) HWY_ATTR {
         const V low = meanOfPair(pairs.low, weights);
         return hn::MulAdd(shareX, hn::Sub(meanOfPair(pairs.high, weights), low), low);
@@ -235,14 +234,22 @@ HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, 
     return hn::MulAdd(mean, hn::Set(d, scale), hn::Set(d, 1.0F));
 }
 
+/// t as the VolumeTable counts it, to the nearest 256th: what is constant and lies right on a step of a curve
+/// is then on the same side of it by all kinds of vectors.
+HWY_INLINE V snapped(V density) {
+    const V large = hn::Set(Floats(), 49152.0F);
+    return hn::Sub(hn::Add(density, large), large);
+}
+
 /// Then, from their density, the tables.
 struct TableReads {
     V way, density, rest;
     Entries entry;
 };
 
-HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V density) {
+HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V exact) {
     const Ints ints;
+    const V density = snapped(exact);
     const Whole whole(density);
     const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
     return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, cell)};
