@@ -95,9 +95,7 @@ HWY_INLINE WordV gatherWord(const std::uint8_t* base, IntV bytes) {
 #if HWY_TARGET == HWY_SCALAR
     return hn::BitCast(Words(), hn::GatherOffset(Ints(), reinterpret_cast<const std::int32_t*>(base), bytes));
 #else
-    alignas(64) std::array<std::int32_t, hn::MaxLanes(Floats())> at;
-    hn::Store(bytes, Ints(), at.data());
-    return loadEach(Words(), base, at.data());
+    return loadEach(Words(), base, LaneNumbers(bytes).values.data());
 #endif
 }
 

@@ -71,9 +71,11 @@ class PacketWalk {
         if (slab >= rays.farthest) return {false, false, farthest};
         if (slab < rays.nearest) return {false, false, rays.nearest};
         const auto& blocks = isHybrid(l) ? hybrid(l).blocks : frame_.layers[l].visible.blocks;
-        const auto sight = lookAhead(*blocks, rays, slab, farthest);
+        auto sight = lookAhead(*blocks, rays, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
         if (!(sight.until >= slab + packet_.stretch)) return {true, true, slab + packet_.stretch};
+        // Blocks may be alike as far as the box reaches, and so beyond it: nothing is left to walk there.
+        sight.until = std::min(sight.until, rays.farthest);
         return sight;
     }
 

@@ -10,6 +10,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/render/cpu/cell_walk-inl.h"
@@ -53,24 +54,29 @@ HWY_INLINE Sample marchEvenly(const VolumeSource& source, const PacketRays& pack
     const RayLanes rays(packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
     const float first = std::floor(from / stretch) + 1.0F;
-    const auto count = static_cast<int>(std::ceil(to / stretch) - first) + 1;
-    const auto place = [&](int i) HWY_ATTR {
-        return rays.way(hn::Set(d, std::min((first + static_cast<float>(i)) * stretch, to)));
-    };
-    TableReads table = readTable(source, readPlace(source, rays, place(0)));
-    PlaceReads reads = readPlace(source, rays, place(1));
-    for (int i = 0; i < count; ++i) {
-        const PlaceReads nextReads = readPlace(source, rays, place(i + 2));
-        const TableReads nextTable = readTable(source, reads);
-        const Sample back = sampleOf(table);
-        const Piece piece(front, back);
-        if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d)))) {
-            light.gather(hn::Mul(piece.depth, length), front, back, piece.mean);
-            if (light.gone()) break;
+    const auto count = static_cast<std::size_t>(std::max(std::ceil(to / stretch) - first, 0.0F)) + 1;
+    // In passes over a block of samples: no step of one waits for another sample's, so that many reads of
+    // memory are under way at a time.
+    constexpr std::size_t block = 16;
+    std::array<Place, block> places;
+    std::array<V, block> densities;
+    for (std::size_t begin = 0; begin < count; begin += block) {
+        const std::size_t size = std::min(block, count - begin);
+        for (std::size_t i = 0; i < size; ++i) {
+            const float slab = std::min((first + static_cast<float>(begin + i)) * stretch, to);
+            places[i] = placeAt(source, rays, rays.way(hn::Set(d, slab)));
+            prefetchCells(source, places[i]);
         }
-        front = back;
-        table = nextTable;
-        reads = nextReads;
+        for (std::size_t i = 0; i < size; ++i) densities[i] = densityAt(source, places[i]);
+        for (std::size_t i = 0; i < size; ++i) {
+            const Sample back = sampleOf(readTable(source, places[i].way, densities[i]));
+            const Piece piece(front, back);
+            if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d)))) {
+                light.gather(hn::Mul(piece.depth, length), front, back, piece.mean);
+                if (light.gone()) return back;
+            }
+            front = back;
+        }
     }
     return front;
 }

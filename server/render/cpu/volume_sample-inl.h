@@ -98,6 +98,8 @@ struct Entries {
 
 #if HWY_TARGET == HWY_SCALAR  // one lane: there are no halves and no pairs
 
+using LaneNumbers = IntV;
+
 /// 8 bytes a lane, as they were read.
 using Reads = WordPairs;
 
@@ -125,14 +127,24 @@ HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
 
 #else
 
-/// 8 bytes a lane, as they were read: those of the first half of the lanes, and of the second.
+/// Numbers of lanes, for addresses; without a sign, which would have to be extended.
+struct LaneNumbers {
+    alignas(64) std::array<std::uint32_t, hn::MaxLanes(Words())> values;
+
+    HWY_INLINE explicit LaneNumbers(IntV numbers) {
+        hn::Store(hn::BitCast(Words(), numbers), Words(), values.data());
+    }
+};
+
+/// 8 bytes a lane, as they were read: of each four lanes the words of the first two, interleaved, and those
+/// of the other two.
 struct Reads {
-    hn::Vec<hn::Repartition<std::uint64_t, Floats>> first, second;
+    WordV first, second;
 };
 
 /// As many bytes as a lane of D has, from each of some addresses.
 template <class D>
-HWY_INLINE hn::Vec<D> loadEach(D d, const std::uint8_t* base, const std::int32_t* offset) {
+HWY_INLINE hn::Vec<D> loadEach(D d, const std::uint8_t* base, const std::uint32_t* offset) {
     if constexpr (hn::MaxLanes(D()) > 1) {
         const hn::Half<D> half;
         return hn::Combine(d, loadEach(half, base, offset + hn::MaxLanes(half)),
@@ -142,39 +154,56 @@ HWY_INLINE hn::Vec<D> loadEach(D d, const std::uint8_t* base, const std::int32_t
     }
 }
 
+/// 8 bytes from the first two of each four addresses, as Reads has them.
+template <class D>
+HWY_INLINE hn::Vec<D> loadPairs(D d, const std::uint8_t* base, const std::uint32_t* offset) {
+    const hn::Half<D> half;
+    if constexpr (hn::MaxLanes(D()) > 4) {
+        return hn::Combine(d, loadPairs(half, base, offset + hn::MaxLanes(half)),
+                           loadPairs(half, base, offset));
+    } else {
+        const auto load = [&](std::uint32_t at) HWY_ATTR {
+            return hn::ZeroExtendVector(d,
+                                        hn::LoadU(half, reinterpret_cast<const std::uint32_t*>(base + at)));
+        };
+        return hn::InterleaveLower(d, load(offset[0]), load(offset[1]));
+    }
+}
+
 /// At byte offsets. Plain loads: the processor's own gathers take as long or longer on all but a few.
-HWY_INLINE Reads gather(const void* base, IntV offset) {
-    const hn::Repartition<std::uint64_t, Floats> reads;
-    constexpr std::size_t half = hn::MaxLanes(Floats()) / 2;
-    alignas(64) std::int32_t at[2 * half];
-    hn::Store(offset, Ints(), at);
+HWY_INLINE Reads gather(const void* base, const LaneNumbers& offsets) {
     const auto* const bytes = static_cast<const std::uint8_t*>(base);
-    return {loadEach(reads, bytes, at), loadEach(reads, bytes, at + half)};
+    return {loadPairs(Words(), bytes, offsets.values.data()),
+            loadPairs(Words(), bytes, offsets.values.data() + 2)};
 }
 HWY_INLINE WordPairs pairsOf(const Reads& reads) {
     const Words words;
-    const auto first = hn::BitCast(words, reads.first), second = hn::BitCast(words, reads.second);
-    return {hn::ConcatEven(words, second, first), hn::ConcatOdd(words, second, first)};
+    const hn::Repartition<std::uint64_t, Floats> pairs;
+    const auto first = hn::BitCast(pairs, reads.first), second = hn::BitCast(pairs, reads.second);
+    return {hn::BitCast(words, hn::InterleaveLower(pairs, first, second)),
+            hn::BitCast(words, hn::InterleaveUpper(pairs, first, second))};
 }
 
-/// 16 bytes of each fourth lane's entry.
+/// 16 bytes of each fourth lane's entry, at byte offsets.
 template <class D>
-HWY_INLINE hn::Vec<D> loadBlocks(D d, const VolumeTable::Entry* entries, const std::int32_t* cell) {
+HWY_INLINE hn::Vec<D> loadBlocks(D d, const std::uint8_t* entries, const std::uint32_t* offset) {
     if constexpr (hn::MaxLanes(D()) > 4) {
         const hn::Half<D> half;
-        return hn::Combine(d, loadBlocks(half, entries, cell + hn::MaxLanes(half)),
-                           loadBlocks(half, entries, cell));
+        return hn::Combine(d, loadBlocks(half, entries, offset + hn::MaxLanes(half)),
+                           loadBlocks(half, entries, offset));
     } else {
-        return hn::Load(d, reinterpret_cast<const std::uint32_t*>(entries + *cell));
+        return hn::Load(d, reinterpret_cast<const std::uint32_t*>(entries + *offset));
     }
 }
 HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
     const Words words;
     const Floats floats;
     const hn::Repartition<std::uint64_t, Floats> pairs;
-    alignas(64) std::array<std::int32_t, hn::MaxLanes(Floats())> at;
-    hn::Store(cell, Ints(), at.data());
-    const auto block = [&](std::size_t i) HWY_ATTR { return loadBlocks(words, entries, at.data() + i); };
+    static_assert(sizeof(VolumeTable::Entry) == 1 << 4);
+    const LaneNumbers offsets(hn::ShiftLeft<4>(cell));
+    const auto* const bytes = reinterpret_cast<const std::uint8_t*>(entries);
+    const auto block = [&](std::size_t i)
+                           HWY_ATTR { return loadBlocks(words, bytes, offsets.values.data() + i); };
     const auto first = block(0), second = block(1), third = block(2), fourth = block(3);
     const auto low = hn::BitCast(pairs, hn::InterleaveLower(words, first, second));
     const auto high = hn::BitCast(pairs, hn::InterleaveLower(words, third, fourth));
@@ -205,7 +234,8 @@ struct CellReads {
 };
 
 HWY_INLINE CellReads readCells(const VolumeSource& source, IntV offset) {
-    return {gather(source.words, offset), gather(source.words + source.sheetBytes, offset)};
+    const LaneNumbers offsets(offset);
+    return {gather(source.words, offsets), gather(source.words + source.sheetBytes, offsets)};
 }
 
 /// Where the words of a cell are, from the whole parts of its place.
@@ -286,29 +316,38 @@ HWY_INLINE Sample sampleOf(const TableReads& table) {
             component(hn::ShiftRight<20>(color))};
 }
 
-/// A place on the rays whose cells are on their way.
-struct PlaceReads {
+/// A place on the rays, in its cell.
+struct Place {
     V way, shareX, shareY, shareZ;
-    CellReads cells;
+    IntV offset;  ///< of the cell's words
 };
 
-HWY_INLINE PlaceReads readPlace(const VolumeSource& source, const RayLanes& rays, V way) {
+HWY_INLINE Place placeAt(const VolumeSource& source, const RayLanes& rays, V way) {
     const V x = hn::MulAdd(way, rays.travelX, rays.entryX);
     const V y = hn::MulAdd(way, rays.travelY, rays.entryY);
     const V z = hn::MulAdd(way, rays.travelZ, rays.entryZ);
     const Whole wholeX(x), wholeY(y), wholeZ(z);
     return {way, hn::Sub(x, wholeX.value), hn::Sub(y, wholeY.value), hn::Sub(z, wholeZ.value),
-            readCells(source, cellOffset(source, wholeX, wholeY, wholeZ))};
+            cellOffset(source, wholeX, wholeY, wholeZ)};
 }
 
-HWY_INLINE TableReads readTable(const VolumeSource& source, const PlaceReads& place) {
-    return readTable(source, place.way,
-                     densityIn(pairsOf(place.cells.front), pairsOf(place.cells.back), place.shareX,
-                               place.shareY, place.shareZ));
+/// Lets the cells around the first and the last ray's place be brought near. The others' are mostly the same:
+/// rays side by side go through the same rows.
+HWY_INLINE void prefetchCells(const VolumeSource& source, const Place& place) {
+    constexpr std::size_t last = hn::MaxLanes(Ints()) - 1;
+    for (const std::int32_t offset : {hn::GetLane(place.offset), hn::ExtractLane(place.offset, last)}) {
+        __builtin_prefetch(source.words + offset);
+        __builtin_prefetch(source.words + source.sheetBytes + offset);
+    }
+}
+
+HWY_INLINE V densityAt(const VolumeSource& source, const Place& place) {
+    const CellReads cells = readCells(source, place.offset);
+    return densityIn(pairsOf(cells.front), pairsOf(cells.back), place.shareX, place.shareY, place.shareZ);
 }
 
 HWY_INLINE Sample sampleAt(const VolumeSource& source, const RayLanes& rays, V way) {
-    return sampleOf(readTable(source, readPlace(source, rays, way)));
+    return sampleOf(readTable(source, way, densityAt(source, placeAt(source, rays, way))));
 }
 
 /// 1 / x, rounded to the nearest: a guess by the processor's own table would differ from maker to maker.
