@@ -49,9 +49,10 @@ std::vector<FrameSection> sectionsOf(const FramePlan& plan) {
 }
 
 std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
-    constexpr float full = 32767;  // 15 bits
     std::array<std::uint32_t, 256> packed{};
-    const auto bits = [](float x) { return static_cast<std::uint32_t>(std::lround(x * full)); };
+    const auto bits = [](float x) {
+        return static_cast<std::uint32_t>(std::lround(x * HybridLayer::fullShade));
+    };
     for (std::size_t code = 0; code < packed.size(); ++code) {
         const auto& shade = light.shades()[code];
         packed[code] = bits(shade.diffuse) | bits(shade.specular) << 16;

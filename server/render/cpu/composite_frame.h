@@ -65,8 +65,9 @@ struct HybridLayer {
     float correction, steepness;   ///< HybridPlan's
     float coarse;                  ///< stretches to one where nothing is corrected
     glm::vec3 lowScale, lowShift;  ///< from a place in the space's cells to one in samples of the low volume
-    std::array<std::uint32_t, 256>
-        shades;  ///< of each normal: diffuse in the low 15 bits, specular from bit 16
+    static constexpr float fullShade = 32767.0F;
+    /// Of each normal, times fullShade: diffuse in the low 15 bits, specular from bit 16.
+    std::array<std::uint32_t, 256> shades;
 };
 
 /// A section of the depth (DepthSection), beside what rays are told by: s counts the picture's mean slabs

@@ -63,14 +63,11 @@ struct AxisCell {
 /// Where the eight samples around a place are, and how they weigh.
 struct SamplePlace {
     IntV index;     ///< of the first
-    WordV weights;  ///< along x, two of 15 bits
+    WordV weights;  ///< along x
     V shareY, shareZ;
 
-    HWY_INLINE SamplePlace(IntV first, V shareX, V y, V z) : index(first), shareY(y), shareZ(z) {
-        const Words words;
-        const WordV far = nearestWord(hn::Mul(shareX, hn::Set(Floats(), static_cast<float>(fullWeight))));
-        weights = hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, fullWeight)));
-    }
+    HWY_INLINE SamplePlace(IntV first, V shareX, V y, V z)
+        : index(first), weights(weightsOf(shareX)), shareY(y), shareZ(z) {}
     /// Of what was found along x: in the first row, the next one, and those two in the next sheet.
     HWY_INLINE V between(V near, V below, V far, V last) const {
         const V front = hn::MulAdd(shareY, hn::Sub(below, near), near);
@@ -79,7 +76,7 @@ struct SamplePlace {
     }
 };
 
-/// Of two 16-bit codes in each word, less 32768, the mean by 15-bit weights; times fullWeight.
+/// Of two 16-bit codes in each word, less 32768, the mean by weights of one; times fullWeight.
 HWY_INLINE V meanOfCodes(WordV codes, WordV weights) {
 #if HWY_TARGET == HWY_SCALAR
     const std::uint32_t c = hn::GetLane(codes), w = hn::GetLane(weights);
@@ -97,6 +94,13 @@ HWY_INLINE WordV gatherWord(const std::uint8_t* base, IntV bytes) {
 #else
     return loadEach(Words(), base, LaneNumbers(bytes).values.data());
 #endif
+}
+
+/// t as the VolumeTable counts it, to the nearest 256th: what is constant and lies right on a step of a curve
+/// is then on the same side of it by all kinds of vectors.
+HWY_INLINE V snapped(V density) {
+    const V large = hn::Set(Floats(), 49152.0F);
+    return hn::Sub(hn::Add(density, large), large);
 }
 
 class HybridSource {
@@ -221,7 +225,7 @@ class HybridSource {
         };
         const Shade near = row(0), below = row(samples.row);
         const Shade far = row(samples.sheet), last = row(samples.sheet + samples.row);
-        const V one = hn::Set(Floats(), 1.0F / (float{fullWeight} * float{fullWeight}));
+        const V one = hn::Set(Floats(), 1.0F / (HybridLayer::fullShade * float{fullWeight}));
         return {hn::Mul(one, place.between(near.diffuse, below.diffuse, far.diffuse, last.diffuse)),
                 hn::Mul(one, place.between(near.specular, below.specular, far.specular, last.specular))};
     }

@@ -244,8 +244,8 @@ class PacketWalk {
         return hn::Max(stretch, hn::Set(d, packet_.stretch / 16.0F));
     }
 
-    /// What lies in the volumes up to `next`, which comes nearer for rays that would mix too much in one step,
-    /// since nothing in it is in front of anything else.
+    /// What lies in the volumes up to `next`, which comes nearer for rays that would mix too much in one
+    /// step, since nothing in it is in front of anything else.
     HWY_INLINE Matter thinVolumes(std::uint32_t visible, V at, V& next) {
         const Floats d;
         constexpr int mostTries = 4;

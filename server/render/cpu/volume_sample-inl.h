@@ -47,8 +47,15 @@ HWY_INLINE WordV nearestWord(V x) {
     return hn::BitCast(Words(), hn::Add(x, hn::Set(Floats(), 8388608.0F)));
 }
 
-/// A weight of 1, of those of two neighbours that lie in one word.
-constexpr std::uint32_t fullWeight = 32767;
+/// A weight of 1, of those of two neighbours that lie in one word. A power of two: where all cells are alike
+/// their mean is exact, and on the same side of a step of a curve by all kinds of vectors.
+constexpr std::uint32_t fullWeight = 16384;
+
+/// Of two neighbours, by the share of the way to the second, which is in the high half.
+HWY_INLINE WordV weightsOf(V share) {
+    const WordV far = nearestWord(hn::Mul(share, hn::Set(Floats(), static_cast<float>(fullWeight))));
+    return hn::Or(hn::ShiftLeft<16>(far), hn::Sub(hn::Set(Words(), Whole::bias + fullWeight), far));
+}
 
 /// What is read of one layer's volume.
 struct VolumeSource {
@@ -119,7 +126,7 @@ HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
     return {set(entry.value), set(entry.start), set(entry.bend), hn::Set(Words(), entry.color)};
 }
 
-/// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times fullWeight.
+/// Of two 15-bit cells in each word the mean, by weights of one; times fullWeight.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
     const std::uint32_t c = hn::GetLane(cells), w = hn::GetLane(weights);
     return hn::Set(Floats(), static_cast<float>((c & 0xffffU) * (w & 0xffffU) + (c >> 16) * (w >> 16)));
@@ -215,7 +222,7 @@ HWY_INLINE Entries readEntries(const VolumeTable::Entry* entries, IntV cell) {
             hn::BitCast(words, hn::InterleaveLower(pairs, lowColor, highColor))};
 }
 
-/// Of two 15-bit cells in each word the mean, weighted by 15-bit weights; times fullWeight.
+/// Of two 15-bit cells in each word the mean, by weights of one; times fullWeight.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
     const Ints ints;
     const hn::Repartition<std::int16_t, Floats> shorts;
@@ -249,10 +256,7 @@ HWY_INLINE IntV cellOffset(const VolumeSource& source, const Whole& x, const Who
 /// t in a cell, as the VolumeTable counts it; shares of the way from its first corner to its last.
 HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, V shareY, V shareZ) {
     const Floats d;
-    const Words words;
-    const V full = hn::Set(d, static_cast<float>(fullWeight));
-    const WordV far = nearestWord(hn::Mul(shareY, full));
-    const WordV weights = hn::Or(hn::ShiftLeft<16>(far), hn::AndNot(far, hn::Set(words, fullWeight)));
+    const WordV weights = weightsOf(shareY);
     const auto along = [&](const WordPairs& pairs) HWY_ATTR {
         const V low = meanOfPair(pairs.low, weights);
         return hn::MulAdd(shareX, hn::Sub(meanOfPair(pairs.high, weights), low), low);
@@ -264,22 +268,14 @@ HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, 
     return hn::MulAdd(mean, hn::Set(d, scale), hn::Set(d, 1.0F));
 }
 
-/// t as the VolumeTable counts it, to the nearest 256th: what is constant and lies right on a step of a curve
-/// is then on the same side of it by all kinds of vectors.
-HWY_INLINE V snapped(V density) {
-    const V large = hn::Set(Floats(), 49152.0F);
-    return hn::Sub(hn::Add(density, large), large);
-}
-
 /// Then, from their density, the tables.
 struct TableReads {
     V way, density, rest;
     Entries entry;
 };
 
-HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V exact) {
+HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V density) {
     const Ints ints;
-    const V density = snapped(exact);
     const Whole whole(density);
     const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
     return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, cell)};
