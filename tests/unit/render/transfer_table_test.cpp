@@ -51,6 +51,34 @@ TEST(TransferTable, ColorsAreWeightedByExtinction) {
     for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(slope[channel] / slope.w, color[channel], 5e-3);
 }
 
+TEST(TransferTable, CellsSayHowExtinctionChangesInThem) {
+    // t = 0, where a plot of one density lies, ends a cell: a curve that begins there shows nothing of it.
+    const auto style = styleOf({{0.0, 0.0}, {0.003, 0.1}});
+    const TransferTable table(style);
+    const auto zero = static_cast<std::size_t>(
+        std::lround(LogDensity::fade / (1.0 + LogDensity::fade) * TransferTable::cells));
+    EXPECT_NEAR(tOf(static_cast<std::uint32_t>(zero)), 0.0, 1e-12);
+    const auto& cell = table.ofCells()[zero];
+    EXPECT_NEAR(cell.extinction - 0.5 * cell.change, 0.0, 1e-2 * cell.extinction);
+    EXPECT_NEAR(cell.extinction + 0.5 * cell.change,
+                style.extinction(tOf(static_cast<std::uint32_t>(zero) + 1)), 1e-2 * cell.extinction);
+    EXPECT_EQ(table.ofCells()[zero - 1].extinction, 0.0);
+}
+
+TEST(TransferTable, WhatIsNotSeenHasTheColorOfWhatIsSeenBesideIt) {
+    const auto extinction = [](double x) { return (x > 0.25 && x < 0.375) || x > 0.75 ? 1.0 : 0.0; };
+    const auto color = [](double x) { return glm::dvec3(x < 0.5 ? 0.25 : 1.0, 0.0, x); };
+    const TransferTable table(0.0, 1.0, extinction, color);
+    const auto redAt = [&](double x) {
+        return table.ofCells()[static_cast<std::size_t>(x * TransferTable::cells)].color.x;
+    };
+    for (const double x : {0.0, 0.2, 0.3, 0.45, 0.55}) EXPECT_EQ(redAt(x), 0.25) << x;
+    for (const double x : {0.6, 0.7, 0.8, 0.999}) EXPECT_EQ(redAt(x), 1.0) << x;
+    const TransferTable blank(
+        0.0, 1.0, [](double) { return 0.0; }, color);
+    EXPECT_EQ(blank.ofCells()[17].color, glm::dvec3(0.0));
+}
+
 TEST(TransferTable, KnowsWhereNothingIsSeen) {
     const TransferTable table(styleOf({{0.4, 0.0}, {0.5, 0.3}, {0.6, 0.0}}));
     EXPECT_FALSE(table.visible(-0.125F, 0.39F));
