@@ -82,8 +82,8 @@ DepthRange depthsOf(const Dots& dots, double nearest) {
     return {low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), slabs};
 }
 
-/// In a very wide picture the rays at its corners go through a slab slantwise, and a box may lie in one slab of
-/// theirs: beyond 60 degrees slabs are cut as much finer as the way through one is longer.
+/// In a very wide picture the rays at its corners go through a slab slantwise, and a box may lie in one slab
+/// of theirs: beyond 60 degrees slabs are cut as much finer as the way through one is longer.
 std::uint32_t slabsFor(const FramePlan& plan, std::uint32_t slabs) {
     if (!plan.camera.perspective()) return slabs;
     const double up = plan.camera.halfHeight(), right = up * plan.width / plan.height;
@@ -91,7 +91,8 @@ std::uint32_t slabsFor(const FramePlan& plan, std::uint32_t slabs) {
     return std::max(slabs, static_cast<std::uint32_t>(std::min<double>(slabs * way, mostSlabs)));
 }
 
-/// Cuts all depths at which layers' boxes and dots can be seen; none where there are none. `wanted`: slabs of each.
+/// Cuts all depths at which layers' boxes and dots can be seen; none where there are none. `wanted`: slabs of
+/// each.
 void cutDepths(FramePlan& plan, std::uint32_t wanted) {
     const std::uint32_t slabs = slabsFor(plan, wanted);
     const Bounds box{glm::dvec3(0.0), glm::dvec3(1.0)};
