@@ -14,7 +14,7 @@
 #include <cmath>
 
 #include "server/render/cpu/cell_walk-inl.h"
-#include "server/render/cpu/hybrid_sample-inl.h"
+#include "server/render/cpu/hybrid_pieces-inl.h"
 #include "server/render/cpu/light-inl.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
-// docs/RENDERING.md says how). Compiled with LAYERS, HYBRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the tiles hold none), EXACT (0:
-// for a picture that moves). Conditions are few inside the loops: a software rasteriser runs both sides of each.
+// docs/RENDERING.md says how). Compiled with LAYERS, HYBRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the
+// tiles hold none), EXACT (0: for a picture that moves). Conditions are few inside the loops: a software rasteriser runs
+// both sides of each.
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel, where a picture has one hybrid volume and nothing else: from brick to brick in which something
 // is seen, front to back. A software rasteriser runs the body of a loop at least once, and both sides of a condition: so
-// light is looked up in an outer loop, when the inner one has found something for it. Compiled with LAYERS, HYBRIDS and SECTIONS 1,
-// MIXED.
+// light is looked up in an outer loop, when the inner one has found something for it. Compiled with LAYERS, HYBRIDS and
+// SECTIONS 1, and MIXED.
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"

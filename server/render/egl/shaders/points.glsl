@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A point's pixels and slab, for points_mark and points_add, which include bends.glsl and define touch(). Both must find the very same ones,
-// hence `precise`. Compiled with DISCS (points larger
-// than a pixel), FLAT (depth does not matter), SELECTION.
+// A point's pixels and slab, for points_mark and points_add, which include bends.glsl and define touch(). Both must find
+// the very same ones, hence `precise`. Compiled with DISCS (points larger than a pixel), FLAT (depth does not matter),
+// SELECTION.
 
 layout(local_size_x = 256) in;
 layout(binding = 0) uniform usamplerBuffer points;   // place in units of 2^-31 of the box; leaf within the chunk
