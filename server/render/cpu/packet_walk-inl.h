@@ -133,23 +133,29 @@ class PacketWalk {
     HWY_NOINLINE void march(std::size_t l, float from, float to) {
         const PacketRays& rays = packet_.rays[l];
         Light light = light_;
-        const Sample front = frontOf(l, from);
         if (isHybrid(l)) {
-            const float stretch = sights_[l].fine ? packet_.stretch : packet_.stretch * hybrid(l).coarse;
+            marchHybrid(l, from, to, light);
+        } else {
+            const Sample front = frontOf(l, from);
+            const VolumeSource source(frame_.layers[l].visible);
             storeFront(l,
-                       marchHybrid(HybridSource(hybrid(l)), rays, lane_, front, from, to, stretch,
-                                   frame_.cellByCell, light),
+                       frame_.cellByCell
+                           ? marchCells(source, rays, lane_, front, to, light)
+                           : marchEvenly(source, rays, lane_, front, from, to, packet_.stretch, light),
                        to);
-            light_ = light;
-            return;
         }
-        const VolumeSource source(frame_.layers[l].visible);
+        light_ = light;
+    }
+    HWY_INLINE void marchHybrid(std::size_t l, float from, float to, Light& light) {
+        const PacketRays& rays = packet_.rays[l];
+        const HybridSource source(hybrid(l));
+        const Sample front = frontOf(l, from);
+        const float stretch = sights_[l].fine ? packet_.stretch : packet_.stretch * hybrid(l).coarse;
         storeFront(l,
                    frame_.cellByCell
-                       ? marchCells(source, rays, lane_, front, to, light)
-                       : marchEvenly(source, rays, lane_, front, from, to, packet_.stretch, light),
+                       ? marchHybridCells(source, rays, lane_, front, to, light)
+                       : marchHybridEvenly(source, rays, lane_, front, from, to, stretch, light),
                    to);
-        light_ = light;
     }
 
     /// A slab with points of some layer or dots.
@@ -210,26 +216,28 @@ class PacketWalk {
     HWY_INLINE V nextSample(std::uint32_t visible, V at, V end) const {
         const Floats d;
         if (visible == 0) return end;
-        const bool anyHybrid = visible >> layers_ != 0;
-        if (!frame_.cellByCell || anyHybrid) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
-        if (!frame_.cellByCell) return end;
-        for (std::uint32_t left = visible; left != 0; left &= left - 1)
-            end = hn::Min(end, hn::Add(at, thinStretch(hwy::Num0BitsBelowLS1Bit_Nonzero32(left))));
+        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
         // Several volumes are mixed in each step: it must be short where they change differently.
-        if ((visible & (visible - 1)) != 0)
-            end = hn::Min(end, hn::Add(at, hn::Set(d, 0.5F * packet_.stretch)));
-        for (visible &= (1U << layers_) - 1; visible != 0; visible &= visible - 1) {
-            const PacketRays& packet = packet_.rays[hwy::Num0BitsBelowLS1Bit_Nonzero32(visible)];
-            const RayLanes rays(packet, lane_);
+        if ((visible & (visible - 1)) != 0) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        for (; visible != 0; visible &= visible - 1) {
+            const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
+            end = hn::Min(end, hn::Add(at, thinStretch(l)));
+            const RayLanes rays(packet_.rays[l], lane_);
             // Also where rays enter and leave, so that what lies in one volume and not in another is not
             // mixed.
             const V way = rays.way(at);
-            const V plane = hn::Min(nextPlane(rays, packet, lane_, way), hn::Set(d, 1.0F));
+            const V plane = hn::Min(leaveCell(l, rays, way), hn::Set(d, 1.0F));
             const V cut = hn::Add(hn::Div(plane, rays.rate), rays.enter);
             const V next = hn::IfThenElse(hn::Gt(rays.enter, at), rays.enter, cut);
             end = hn::IfThenElse(hn::Lt(way, hn::Set(d, 1.0F)), hn::Min(end, next), end);
         }
         return end;
+    }
+
+    /// The way at which rays next leave their cell.
+    HWY_INLINE V leaveCell(std::size_t l, const RayLanes& rays, V way) const {
+        if (isHybrid(l)) return HybridPlace(hybrid(l), axesOf(rays, packet_.rays[l], lane_), way).leave;
+        return nextPlane(rays, packet_.rays[l], lane_, way);
     }
 
     /// So far, slabs, that a volume which goes on as at its front absorbs little: what is mixed in one step
@@ -273,13 +281,7 @@ class PacketWalk {
             const V length = hn::LoadU(d, packet_.rays[l].length.data() + lane_);
             const V way = rays.way(next);
             if (isHybrid(l)) {
-                const HybridSource source(hybrid(l));
-                const Sample back = source.sampleAt(rays, way);
-                takeHybrid(source, rays, front, back, length, frame_.cellByCell, light_.seen(),
-                           [&](const LitPiece& piece) HWY_ATTR {
-                               matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
-                           });
-                store(back, samples_[l][front_[l] ^ 1U]);
+                store(hybridTo(l, rays, front, way, matter), samples_[l][front_[l] ^ 1U]);
                 continue;
             }
             const VolumeSource source(frame_.layers[l].visible);
@@ -300,12 +302,29 @@ class PacketWalk {
         return matter;
     }
 
+    HWY_INLINE Sample hybridTo(std::size_t l, const RayLanes& rays, const Sample& front, V way,
+                               Matter& matter) const {
+        const V length = hn::LoadU(Floats(), packet_.rays[l].length.data() + lane_);
+        const auto take = [&](const LitPiece& piece) HWY_ATTR {
+            matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
+        };
+        const HybridSource source(hybrid(l));
+        const ThreeAxes axes = axesOf(rays, packet_.rays[l], lane_);
+        if (frame_.cellByCell) {
+            return takeCells(
+                source, axes, front, way, length, [&]() HWY_ATTR { return light_.seen(); }, take);
+        }
+        const Sample back = sampleAt(source, axes, way);
+        takeEvenly(source, axes, front, back, length, take);
+        return back;
+    }
+
     /// The sample at the front of what comes next; it may be there already.
     HWY_INLINE Sample frontOf(std::size_t l, float slab) const {
         if (frontAt_[l] == slab) return loadFront(l);
         const RayLanes rays(packet_.rays[l], lane_);
         const V way = rays.way(hn::Set(Floats(), slab));
-        if (isHybrid(l)) return HybridSource(hybrid(l)).sampleAt(rays, way);
+        if (isHybrid(l)) return sampleAt(HybridSource(hybrid(l)), axesOf(rays, packet_.rays[l], lane_), way);
         return sampleAt(VolumeSource(frame_.layers[l].visible), rays, way);
     }
     HWY_INLINE Sample loadFront(std::size_t l) const {

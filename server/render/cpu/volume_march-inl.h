@@ -81,22 +81,38 @@ HWY_INLINE Sample marchEvenly(const VolumeSource& source, const PacketRays& pack
     return front;
 }
 
+/// From `front`, in a slab, to another, through a hybrid volume cell by cell. Returns a sample there.
+HWY_INLINE Sample marchHybridCells(const HybridSource& source, const PacketRays& packet, std::size_t lane,
+                                   const Sample& front, float to, Light& light) {
+    const RayLanes rays(packet, lane);
+    const V length = hn::LoadU(Floats(), packet.length.data() + lane);
+    return takeCells(
+        source, axesOf(rays, packet, lane), front, rays.way(hn::Set(Floats(), to)), length,
+        [&]() HWY_ATTR {
+            light.gone();
+            return light.seen();
+        },
+        [&](const LitPiece& piece)
+            HWY_ATTR { light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue); });
+}
+
 /// From `front`, in a slab, to another, through a hybrid volume by samples at multiples of `stretch`. Returns
-/// the last one. `fine`: as takeHybrid.
-HWY_INLINE Sample marchHybrid(const HybridSource& source, const PacketRays& packet, std::size_t lane,
-                              Sample front, float from, float to, float stretch, bool fine, Light& light) {
+/// the last one.
+HWY_INLINE Sample marchHybridEvenly(const HybridSource& source, const PacketRays& packet, std::size_t lane,
+                                    Sample front, float from, float to, float stretch, Light& light) {
     const Floats d;
     const RayLanes rays(packet, lane);
+    const ThreeAxes axes = axesOf(rays, packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
     const float first = std::floor(from / stretch) + 1.0F;
     const auto count = static_cast<int>(std::ceil(to / stretch) - first) + 1;
     for (int i = 0; i < count; ++i) {
         const float place = std::min((first + static_cast<float>(i)) * stretch, to);
-        const Sample back = source.sampleAt(rays, rays.way(hn::Set(d, place)));
-        takeHybrid(source, rays, front, back, length, fine, light.seen(),
-                   [&](const LitPiece& piece) HWY_ATTR {
-                       light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
-                   });
+        const V way = rays.way(hn::Set(d, place));
+        const Sample back = sampleAt(source, axes, way);
+        takeEvenly(source, axes, front, back, length, [&](const LitPiece& piece) HWY_ATTR {
+            light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
+        });
         front = back;
         if (light.gone()) break;
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "protocol/scene/log_density.h"
 
@@ -37,6 +38,14 @@ VolumeTable::VolumeTable(double low, double high, const std::function<double(dou
         integral += cell.extinction;
     }
     entries_.push_back({static_cast<float>(integral), above, packedRoot(ofCells.back().color), 0.0F});
+    nextVisible_.assign(entries_.size(), std::numeric_limits<float>::infinity());
+    for (std::size_t i = entries_.size(); i-- > 0;) {
+        if (entries_[i].mean() > 0.0F) {
+            nextVisible_[i] = static_cast<float>(i);
+        } else if (i + 1 < entries_.size()) {
+            nextVisible_[i] = nextVisible_[i + 1];
+        }
+    }
 }
 
 }  // namespace mote::render

@@ -37,11 +37,14 @@ class VolumeTable {
     double low() const { return table_.low(); }
     double high() const { return table_.high(); }
     const Entry* entries() const { return entries_.data(); }  ///< cells + 2
+    /// Of each entry, the number of the first one from it on that has extinction; infinite where none has.
+    const float* nextVisible() const { return nextVisible_.data(); }
     bool visible(double low, double high) const { return table_.visible(low, high); }
 
   private:
     TransferTable table_;
     std::vector<Entry> entries_;
+    std::vector<float> nextVisible_;
 };
 
 }  // namespace mote::render
