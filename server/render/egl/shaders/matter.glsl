@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What transfer functions make of a volume, of particles or hybrid: of a place on a ray, and of what lies between places.
+// Needs frame.glsl.
+
+// [layer][x], VolumeTable: the integral of extinction up to x and its slope there, as floats; color; in the upper half of
+// a word a float's, by how much the slope bends, in the lower half how far it is from x to where something is seen.
+layout(binding = 8) uniform usamplerBuffer tables;
+
+const float tableCells = 4095.0;
+const float tableEntries = tableCells + 2.0;   // of a layer
+const float mostParts = 8.0;
+
+// A place on a ray: where it is in the table and what is found there.
+struct Sample {
+    float x, integral, extinction, away;
+    vec3 color;
+};
+
+// To the nearest 256th of a place: what is constant and lies right on a step of a curve stays on its side of it.
+Sample sampleOf(uint l, float place) {
+    float x = floor(place * 256.0 + 0.5) * (1.0 / 256.0);
+    float cell = clamp(floor(x), 0.0, tableEntries - 1.0);   // beyond the table's ends it goes on as there
+    uvec4 entry = texelFetch(tables, int(l) * int(tableEntries) + int(cell));
+    float rest = x - cell;
+    float bend = uintBitsToFloat(entry.w & 0xffff0000u) * rest;
+    float slope = uintBitsToFloat(entry.y) + bend;
+    vec3 root = vec3(entry.z & 1023u, (entry.z >> 10) & 1023u, entry.z >> 20) * (1.0 / 1023.0);
+    return Sample(x, uintBitsToFloat(entry.x) + slope * rest, slope + bend, float(entry.w & 0xffffu), root * root);
+}
+
+// Between two samples, x being taken as linear. `matter`: mean of (extinction * color, extinction); `change`: of the first,
+// from front to back. `centre`: of extinction, as a share of the way. `bend`: how much extinction bends.
+struct Piece {
+    vec4 matter;
+    vec3 change;
+    float centre, bend;
+};
+
+Piece pieceOf(Sample front, Sample back) {
+    float way = back.x - front.x;
+    float level = 0.5 * (front.extinction + back.extinction);
+    float rise = back.extinction - front.extinction;
+    float mean = max(abs(way) > 1.0 ? (back.integral - front.integral) / way : level, 0.0);
+    // Where extinction changes evenly; with the true mean also where it begins or ends on the way.
+    float centre = clamp(0.5 + rise / max(12.0 * mean, 1e-30), 0.0, 1.0);
+    return Piece(mean * vec4(mix(front.color, back.color, centre), 1.0), mean * (back.color - front.color), centre,
+                 4.0 * abs(mean - level) + abs(rise));
+}
+
+// From a sample to another through one in their middle.
+struct Part {
+    Piece near, far;
+    float wanted;   // into how many it should be cut; 1 or less: as it is
+};
+
+// `length`: of each half, in layer space. Where nothing shows something may hide in between: a smooth x leaves the range of
+// three samples by an eighth of how much they bend, one with a kink by a half.
+Part partOf(Sample front, Sample middle, Sample back, float length) {
+    Part part;
+    part.near = pieceOf(front, middle);
+    part.far = pieceOf(middle, back);
+    float bend = abs(front.x + back.x - 2.0 * middle.x);
+    bool hides = part.near.matter.w + part.far.matter.w <= 0.0 &&
+                 min(middle.away, min(front.away, back.away)) < 0.5 * bend;
+    part.wanted = hides ? 2.0 : 1.0;
+    return part;
+}
+
+float steepnessOf(Sample front, Sample middle, Sample back) {
+    return max(abs(middle.x - front.x), abs(back.x - middle.x)) * (1.0 / tableCells);
+}
