@@ -136,7 +136,7 @@ void aim(uint l, vec2 at) {
 #if VOLUME && LAYERS > HYBRIDS
     unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
     float cells = length(advance[l]) * frame.layers[l].scale.y;
-    stretch[l] = 1.0 / clamp(cells * frame.window.z * 0.5, 1e-3, 64.0);   // two samples each
+    stretch[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);
 #endif
 }
 
@@ -153,12 +153,12 @@ void add(inout Halves halves, Part part, float share) {
     halves.far += part.far.matter * share;
     halves.nearChange += part.near.change * share;
     halves.farChange += part.far.change * share;
-    halves.wanted = max(halves.wanted, share > 0.0 ? part.wanted : 1.0);
+    halves.wanted = max(halves.wanted, share > 0.0 ? part.wanted : 0.0);
 }
 
 // Of all layers between two depths; `back`: samples at the farther one.
 Halves volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[LAYERS]) {
-    Halves halves = Halves(vec4(0.0), vec4(0.0), vec3(0.0), vec3(0.0), 1.0);
+    Halves halves = Halves(vec4(0.0), vec4(0.0), vec3(0.0), vec3(0.0), 0.0);
     float halfStretch = 0.5 * (next - at);
     for (uint l = 0u; l < layerCount; ++l) {
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
@@ -194,11 +194,9 @@ float gatherStretch(float at, float end, bool volume[LAYERS]) {
     Halves halves = volumesBetween(at, next, volume, back);
     float depth = max(halves.near.w, halves.far.w);
     float wanted = layerCount == 1u ? halves.wanted : max(halves.wanted, depth * (frame.window.w / deepestMixed));
-    if (wanted > 1.0 && next - at > 2e-4) {
-        reach = (next - at) / clamp(ceil(wanted), 2.0, mostParts);
-        return at;
-    }
-    reach = max(reach, 2.0 * (next - at));
+    wanted = next - at > 2e-4 ? wanted : 0.0;
+    reach = nextStretch(next - at, reach, wanted);
+    if (wanted > 1.0) return at;
     front = back;
     sampledTo = next;
 #endif

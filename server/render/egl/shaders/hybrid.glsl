@@ -20,8 +20,8 @@ layout(binding = LAYERS - HYBRIDS) uniform usamplerBuffer hybridSamples[HYBRIDS]
 // beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer hybridBricks;
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
-// A stretch is cut where it absorbs more, where extinction bends or the value changes by more in one of its halves.
-const float deepest = 0.1, mostBent = 0.03, steepest = 0.04;
+// A stretch is cut where it absorbs more or extinction bends by more in one of its halves: optical depths.
+const float deepest = 0.1, mostBent = 0.03;
 const float shortest = 1.0 / 128.0;   // of a stretch as long as it may be
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
@@ -189,17 +189,13 @@ vec2 hybridShade(uint l, float slab) {
     return shade;
 }
 
-// Among places `half` of a stretch apart: as partOf. What lies behind little light may be told roughly.
+// Among places `half` of a stretch apart: as partOf.
 Part hybridPart(uint l, Sample front, Sample middle, Sample back, float halfStretch) {
     float length = halfStretch * unitLength[l];
     Part part = partOf(front, middle, back, length);
-    float depth = (part.near.matter.w + part.far.matter.w) * length;
-    float bent = max(part.near.bend, part.far.bend) * length;
-    float rough = max(transmittance, 0.05);
-    float wanted = max(rough * max(depth * (1.0 / deepest), bent * (1.0 / mostBent)),
-                       steepnessOf(front, middle, back) * (1.0 / steepest));
-    part.wanted = depth > 0.0 ? wanted : part.wanted;
-    part.wanted = 2.0 * halfStretch > shortest * brickStep[l - plots] ? part.wanted * frame.window.w : 1.0;
+    float bent = part.depth > 0.0 ? max(part.near.bend, part.far.bend) * length : 0.0;
+    part.wanted = max(part.wanted, part.seen * max(part.depth * (1.0 / deepest), bent * (1.0 / mostBent)));
+    part.wanted = 2.0 * halfStretch > shortest * brickStep[l - plots] ? part.wanted * frame.window.w : 0.0;
     return part;
 }
 
@@ -227,14 +223,12 @@ void goOn(uint l, float to, inout Way way) {
     float halfStretch = 0.5 * (next - way.at);
     Sample middle = hybridAt(l, way.at + halfStretch), back = hybridAt(l, next);
     Part part = hybridPart(l, way.front, middle, back, halfStretch);
-    if (part.wanted > 1.0) {
-        way.stretch = (next - way.at) / clamp(ceil(part.wanted), 2.0, mostParts);
-    } else {
+    way.stretch = min(nextStretch(next - way.at, way.stretch, part.wanted), brickStep[l - plots]);
+    if (part.wanted <= 1.0) {
         vec4 matter = (part.near.matter + part.far.matter) * halfStretch * unitLength[l];
         way.tau += matter.w;
         way.moment += matter.w * mix(way.at, next, centreOf(part));
         way.color += matter.rgb;
-        way.stretch = min(max(way.stretch, 2.0 * (next - way.at)), brickStep[l - plots]);
         way.at = next;
         way.front = back;
     }

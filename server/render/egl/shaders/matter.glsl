@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What transfer functions make of a volume, of particles or hybrid: of a place on a ray, and of what lies between places.
-// Needs frame.glsl.
+// Needs ray.glsl.
 
 // [layer][x], VolumeTable: the integral of extinction up to x and its slope there, as floats; color; in the upper half of
 // a word a float's, by how much the slope bends, in the lower half how far it is from x to where something is seen.
@@ -8,7 +8,8 @@ layout(binding = 8) uniform usamplerBuffer tables;
 
 const float tableCells = 4095.0;
 const float tableEntries = tableCells + 2.0;   // of a layer
-const float mostParts = 8.0;
+const float steepest = 0.04 * tableCells;   // change of x in half a part
+const float shown = 0.05;    // optical depth whose color matters
 
 // A place on a ray: where it is in the table and what is found there.
 struct Sample {
@@ -50,22 +51,31 @@ Piece pieceOf(Sample front, Sample back) {
 // From a sample to another through one in their middle.
 struct Part {
     Piece near, far;
+    float depth;    // optical
+    float seen;     // what of light from there is seen, at least a little
     float wanted;   // into how many it should be cut; 1 or less: as it is
 };
 
-// `length`: of each half, in layer space. Where nothing shows something may hide in between: a smooth x leaves the range of
-// three samples by an eighth of how much they bend, one with a kink by a half.
+// `length`: of each half, in layer space. Where x changes much, more is seen of it: that is worth it where something shows.
+// Where nothing shows it may hide in between: a smooth x leaves the range of three samples by an eighth of how much they
+// bend, one with a kink by a half.
 Part partOf(Sample front, Sample middle, Sample back, float length) {
     Part part;
     part.near = pieceOf(front, middle);
     part.far = pieceOf(middle, back);
+    part.depth = (part.near.matter.w + part.far.matter.w) * length;
+    part.seen = max(transmittance, 0.05);
     float bend = abs(front.x + back.x - 2.0 * middle.x);
-    bool hides = part.near.matter.w + part.far.matter.w <= 0.0 &&
-                 min(middle.away, min(front.away, back.away)) < 0.5 * bend;
-    part.wanted = hides ? 2.0 : 1.0;
+    bool hides = min(middle.away, min(front.away, back.away)) < 0.5 * bend;
+    float change = max(abs(middle.x - front.x), abs(back.x - middle.x));
+    float worth = min(part.seen * part.depth * (1.0 / shown), 1.0);
+    part.wanted = part.depth > 0.0 ? worth * change * (1.0 / steepest) : hides ? 2.0 : 0.0;
     return part;
 }
 
-float steepnessOf(Sample front, Sample middle, Sample back) {
-    return max(abs(middle.x - front.x), abs(back.x - middle.x)) * (1.0 / tableCells);
+// How long the next stretch may be, after one that was cut or not as it was `wanted`; `most`: what it might have been.
+float nextStretch(float stretch, float most, float wanted) {
+    float suited = stretch * clamp(0.9 / max(wanted, 1e-3), 0.125, 2.0);
+    // One that ended where something else begins says little.
+    return wanted <= 1.0 && stretch < most ? max(suited, most) : suited;
 }

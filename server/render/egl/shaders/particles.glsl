@@ -4,7 +4,7 @@
 layout(binding = 0) uniform sampler3D volumes[LAYERS - HYBRIDS];   // scaled log density
 
 const float fade = 0.125;       // LogDensity::fade
-const float steepestVolume = 0.035;   // by how much of the table density may change in half a stretch
+const float mostOff = 0.02;   // by which the optical depth of a stretch may differ from what its ends say
 float stretch[LAYERS];   // slabs: the most that is gone at once where the volume is
 
 float volumeAt(uint l, float slab) {
@@ -45,20 +45,18 @@ Sample particlesAt(uint l, float slab) {
 // As partOf. In an exact picture the stretch lies between two planes of cell centres, so that t is smooth in it: the depths
 // of its halves and of the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
 Part particlesPart(uint l, Sample middle, Sample back, float halfStretch) {
-    Part part = partOf(front[l], middle, back, halfStretch * unitLength[l]);
-    float steepness = steepnessOf(front[l], middle, back);
-    part.wanted = max(part.wanted, steepness * (1.0 / steepestVolume));
+    float length = halfStretch * unitLength[l];
+    Part part = partOf(front[l], middle, back, length);
 #if EXACT
-    float halves = part.near.matter.w + part.far.matter.w;
-    float whole = 2.0 * pieceOf(front[l], back).matter.w;
-    float scale = max(1.0 + (halves - whole) / max(3.0 * halves, 1e-30), 0.0);
-    scale = steepness > steepestVolume ? 1.0 : scale;
+    float off = part.depth - 2.0 * length * pieceOf(front[l], back).matter.w;
+    part.wanted = max(part.wanted, part.seen * abs(off) * (2.0 / mostOff));
+    float scale = max(1.0 + off / max(3.0 * part.depth, 1e-30), 0.0);
     part.near.matter *= scale;
     part.near.change *= scale;
     part.far.matter *= scale;
     part.far.change *= scale;
 #endif
-    part.wanted = 16.0 * halfStretch > stretch[l] ? part.wanted * frame.window.w : 1.0;
+    part.wanted = 32.0 * halfStretch > stretch[l] ? part.wanted * frame.window.w : 0.0;
     return part;
 }
 
