@@ -21,7 +21,7 @@ layout(binding = LAYERS - HYBRIDS) uniform usamplerBuffer hybridSamples[HYBRIDS]
 layout(binding = 14) uniform usamplerBuffer hybridBricks;
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
 // A stretch is cut where it absorbs more or extinction bends by more in one of its halves: optical depths.
-const float deepest = 0.1, mostBent = 0.03;
+const float deepest = 0.1, mostBent = 0.01;
 const float shortest = 1.0 / 128.0;   // of a stretch as long as it may be
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 

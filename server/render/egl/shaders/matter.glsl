@@ -9,7 +9,7 @@ layout(binding = 8) uniform usamplerBuffer tables;
 const float tableCells = 4095.0;
 const float tableEntries = tableCells + 2.0;   // of a layer
 const float steepest = 0.04 * tableCells;   // change of x in half a part
-const float shown = 0.05;    // optical depth whose color matters
+const float shown = 0.03;    // optical depth whose color matters
 
 // A place on a ray: where it is in the table and what is found there.
 struct Sample {
