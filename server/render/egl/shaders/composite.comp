@@ -24,7 +24,7 @@ const float densest = 2.0;   // optical depth of a stretch, about, whose color i
 const float deepestMixed = 0.5;   // the same where something else may be mixed with it
 Sample front[LAYERS];     // of the current stretch
 float sampledTo = -1.0;   // where it was sampled
-float reach = 1e30;       // slabs: the same for what was tried again in shorter stretches
+float reach = 1e30;       // slabs: how long a stretch may be by what the last one held
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
 float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
@@ -49,11 +49,9 @@ float hybridStretch(uint l, float at, bool inside) {
     return brickSeen[h] ? min(leaving, brickStep[h]) : leaving;
 }
 
-void shine(inout Part part, vec2 shade) {
-    part.near.matter.rgb = part.near.matter.rgb * shade.x + part.near.matter.w * shade.y;
-    part.far.matter.rgb = part.far.matter.rgb * shade.x + part.far.matter.w * shade.y;
-    part.near.change *= shade.x;
-    part.far.change *= shade.x;
+void shine(inout Piece piece, vec2 shade) {
+    piece.matter.rgb = piece.matter.rgb * shade.x + piece.matter.w * shade.y;
+    piece.change *= shade.x;
 }
 #endif
 
@@ -141,44 +139,46 @@ void aim(uint l, vec2 at) {
 }
 
 #if VOLUME
-// What a part of a layer adds to both halves of a stretch.
-struct Halves {
-    vec4 near, far;
-    vec3 nearChange, farChange;
-    float wanted;
-};
-
-void add(inout Halves halves, Part part, float share) {
-    halves.near += part.near.matter * share;
-    halves.far += part.far.matter * share;
-    halves.nearChange += part.near.change * share;
-    halves.farChange += part.far.change * share;
-    halves.wanted = max(halves.wanted, share > 0.0 ? part.wanted : 0.0);
+void add(inout Piece all, Piece piece, float length) {
+    all.matter += piece.matter * length;
+    all.change += piece.change * length;
 }
 
-// Of all layers between two depths; `back`: samples at the farther one.
-Halves volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[LAYERS]) {
-    Halves halves = Halves(vec4(0.0), vec4(0.0), vec3(0.0), vec3(0.0), 0.0);
+// Of all layers between two depths, optical depths in place of extinction; `back`: samples at the farther one.
+Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[LAYERS]) {
     float halfStretch = 0.5 * (next - at);
+    Part all;
+    all.near = all.far = Piece(vec4(0.0), vec3(0.0), 0.0, 0.0);
+    all.wanted = 0.0;
     for (uint l = 0u; l < layerCount; ++l) {
-        bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-#if HYBRIDS
+        Part part;
+        bool seen;
         if (l >= plots) {
+#if HYBRIDS
             Sample middle = hybridAt(l, at + halfStretch);
             back[l] = hybridAt(l, next);
-            Part part = hybridPart(l, front[l], middle, back[l], halfStretch);
-            shine(part, hybridShade(l, mix(at, next, centreOf(part))));
-            add(halves, part, brickSeen[l - plots] ? unitLength[l] * halfStretch : 0.0);
-            continue;
-        }
+            part = hybridPart(l, front[l], middle, back[l], halfStretch);
+            vec2 shade = hybridShade(l, mix(at, next, centreOf(part)));
+            shine(part.near, shade);
+            shine(part.far, shade);
+            seen = brickSeen[l - plots];
 #endif
+        } else {
 #if LAYERS > HYBRIDS
-        Sample middle = particlesAt(l, at + halfStretch);
-        back[l] = particlesAt(l, next);
-        add(halves, particlesPart(l, middle, back[l], halfStretch), inside ? unitLength[l] * halfStretch : 0.0);
+            Sample middle = particlesAt(l, at + halfStretch);
+            back[l] = particlesAt(l, next);
+            part = particlesPart(l, middle, back[l], halfStretch);
+            seen = volume[l] && enters[l] <= at && leaves[l] > at;
 #endif
+        }
+        add(all.near, part.near, seen ? unitLength[l] * halfStretch : 0.0);
+        add(all.far, part.far, seen ? unitLength[l] * halfStretch : 0.0);
+        all.wanted = max(all.wanted, seen ? part.wanted : 0.0);
     }
-    return halves;
+    // What is mixed is seen through each other.
+    all.depth = max(all.near.matter.w, all.far.matter.w);
+    if (layerCount > 1u && next - at > shortest) all.wanted = max(all.wanted, all.depth * (1.0 / deepestMixed));
+    return all;
 }
 #endif
 
@@ -191,12 +191,9 @@ float gatherStretch(float at, float end, bool volume[LAYERS]) {
     // After a gap the front must be sampled first: by a stretch of no length.
     next = sampledTo == at ? next : at;
     Sample back[LAYERS];
-    Halves halves = volumesBetween(at, next, volume, back);
-    float depth = max(halves.near.w, halves.far.w);
-    float wanted = layerCount == 1u ? halves.wanted : max(halves.wanted, depth * (frame.window.w / deepestMixed));
-    wanted = next - at > 2e-4 ? wanted : 0.0;
-    reach = nextStretch(next - at, reach, wanted);
-    if (wanted > 1.0) return at;
+    Part part = volumesBetween(at, next, volume, back);
+    reach = nextStretch(next - at, reach, part.wanted);
+    if (part.wanted > 1.0) return at;
     front = back;
     sampledTo = next;
 #endif
@@ -210,8 +207,8 @@ float gatherStretch(float at, float end, bool volume[LAYERS]) {
 #endif
     spread *= next - at;
 #if VOLUME
-    gather(halves.near + 0.5 * spread, halves.nearChange);
-    gather(halves.far + 0.5 * spread, halves.farChange);
+    gather(part.near.matter + 0.5 * spread, part.near.change);
+    gather(part.far.matter + 0.5 * spread, part.far.change);
 #else
     gather(spread);
 #endif

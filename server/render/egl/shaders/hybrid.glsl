@@ -19,10 +19,10 @@ layout(binding = LAYERS - HYBRIDS) uniform usamplerBuffer hybridSamples[HYBRIDS]
 // may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where something is seen in it. At the
 // beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer hybridBricks;
+
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
 // A stretch is cut where it absorbs more or extinction bends by more in one of its halves: optical depths.
-const float deepest = 0.1, mostBent = 0.01;
-const float shortest = 1.0 / 128.0;   // of a stretch as long as it may be
+const float deepest = 0.1, mostBent = 0.012;
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
 // Samples: where they begin, how far it is to the next row and sheet; a place of the box is place * scale - shift in
@@ -189,13 +189,13 @@ vec2 hybridShade(uint l, float slab) {
     return shade;
 }
 
-// Among places `half` of a stretch apart: as partOf.
+// As partOf, of samples half a stretch apart.
 Part hybridPart(uint l, Sample front, Sample middle, Sample back, float halfStretch) {
     float length = halfStretch * unitLength[l];
     Part part = partOf(front, middle, back, length);
     float bent = part.depth > 0.0 ? max(part.near.bend, part.far.bend) * length : 0.0;
     part.wanted = max(part.wanted, part.seen * max(part.depth * (1.0 / deepest), bent * (1.0 / mostBent)));
-    part.wanted = 2.0 * halfStretch > shortest * brickStep[l - plots] ? part.wanted * frame.window.w : 0.0;
+    limitCuts(part, 2.0 * halfStretch, brickStep[l - plots] * (1.0 / 128.0));
     return part;
 }
 

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What transfer functions make of a volume, of particles or hybrid: of a place on a ray, and of what lies between places.
-// Needs ray.glsl.
+// What transfer functions make of a volume, of particles or hybrid: of a place on a ray, and of what lies between
+// places. Needs ray.glsl.
 
-// [layer][x], VolumeTable: the integral of extinction up to x and its slope there, as floats; color; in the upper half of
-// a word a float's, by how much the slope bends, in the lower half how far it is from x to where something is seen.
+// [layer][x], VolumeTable: the integral of extinction up to x and extinction there, as floats; color; in the upper half
+// of a word that of a float, half of how extinction changes up to x + 1, in the lower half how far it is from x to where
+// something is seen.
 layout(binding = 8) uniform usamplerBuffer tables;
 
 const float tableCells = 4095.0;
 const float tableEntries = tableCells + 2.0;   // of a layer
-const float steepest = 0.04 * tableCells;   // change of x in half a part
-const float shown = 0.03;    // optical depth whose color matters
+// A part is cut where x changes by more in one of its halves, and from so much optical depth on.
+const float steepest = 0.05 * tableCells, shown = 0.02;
+const float shortest = 1e-3;   // slabs: an eighth of that still goes on in single precision
 
 // A place on a ray: where it is in the table and what is found there.
 struct Sample {
@@ -29,12 +31,12 @@ Sample sampleOf(uint l, float place) {
     return Sample(x, uintBitsToFloat(entry.x) + slope * rest, slope + bend, float(entry.w & 0xffffu), root * root);
 }
 
-// Between two samples, x being taken as linear. `matter`: mean of (extinction * color, extinction); `change`: of the first,
-// from front to back. `centre`: of extinction, as a share of the way. `bend`: how much extinction bends.
+// Between two samples, x being taken as linear.
 struct Piece {
-    vec4 matter;
-    vec3 change;
-    float centre, bend;
+    vec4 matter;    // mean of (extinction * color, extinction)
+    vec3 change;    // of extinction * color, evenly from front to back
+    float centre;   // of extinction, as a share of the way
+    float bend;     // of extinction
 };
 
 Piece pieceOf(Sample front, Sample back) {
@@ -53,27 +55,32 @@ struct Part {
     Piece near, far;
     float depth;    // optical
     float seen;     // what of light from there is seen, at least a little
-    float wanted;   // into how many it should be cut; 1 or less: as it is
+    float wanted;   // into how many it should be cut; at most 1: it does as it is
 };
 
-// `length`: of each half, in layer space. Where x changes much, more is seen of it: that is worth it where something shows.
-// Where nothing shows it may hide in between: a smooth x leaves the range of three samples by an eighth of how much they
-// bend, one with a kink by a half.
+// `length`: of each half, in layer space. Where x changes much it is cut, as far as that shows. Where nothing shows,
+// something may hide: a smooth x leaves the range of three samples by an eighth of how much they bend, one with a kink
+// by a half, one with several by about as much as they bend.
 Part partOf(Sample front, Sample middle, Sample back, float length) {
     Part part;
     part.near = pieceOf(front, middle);
     part.far = pieceOf(middle, back);
     part.depth = (part.near.matter.w + part.far.matter.w) * length;
     part.seen = max(transmittance, 0.05);
-    float bend = abs(front.x + back.x - 2.0 * middle.x);
-    bool hides = min(middle.away, min(front.away, back.away)) < 0.5 * bend;
-    float change = max(abs(middle.x - front.x), abs(back.x - middle.x));
     float worth = min(part.seen * part.depth * (1.0 / shown), 1.0);
+    float change = max(abs(middle.x - front.x), abs(back.x - middle.x));
+    float bend = abs(front.x + back.x - 2.0 * middle.x);
+    bool hides = min(middle.away, min(front.away, back.away)) < bend;
     part.wanted = part.depth > 0.0 ? worth * change * (1.0 / steepest) : hides ? 2.0 : 0.0;
     return part;
 }
 
-// How long the next stretch may be, after one that was cut or not as it was `wanted`; `most`: what it might have been.
+// Holds what is wanted of a part to what it is worth: to stretches longer than `least`, both in slabs.
+void limitCuts(inout Part part, float stretch, float least) {
+    part.wanted = stretch > max(least, shortest) ? part.wanted * frame.window.w : 0.0;
+}
+
+// How long the next stretch may be, after one of which so many were `wanted`; `most`: how long that might have been.
 float nextStretch(float stretch, float most, float wanted) {
     float suited = stretch * clamp(0.9 / max(wanted, 1e-3), 0.125, 2.0);
     // One that ended where something else begins says little.

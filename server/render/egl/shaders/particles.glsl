@@ -3,8 +3,8 @@
 
 layout(binding = 0) uniform sampler3D volumes[LAYERS - HYBRIDS];   // scaled log density
 
-const float fade = 0.125;       // LogDensity::fade
-const float mostOff = 0.02;   // by which the optical depth of a stretch may differ from what its ends say
+const float fade = 0.125;   // LogDensity::fade
+const float mostOff = 0.002;   // by which the optical depth of a stretch may differ from what its ends say
 float stretch[LAYERS];   // slabs: the most that is gone at once where the volume is
 
 float volumeAt(uint l, float slab) {
@@ -42,8 +42,13 @@ Sample particlesAt(uint l, float slab) {
     return sampleOf(l, (volumeAt(l, slab) + fade) * (tableCells / (1.0 + fade)) + 1.0);
 }
 
-// As partOf. In an exact picture the stretch lies between two planes of cell centres, so that t is smooth in it: the depths
-// of its halves and of the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
+void enlarge(inout Piece piece, float times) {
+    piece.matter *= times;
+    piece.change *= times;
+}
+
+// As partOf. In an exact picture the stretch lies between two planes of cell centres, so that t is smooth in it: the
+// depths of its halves and of the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
 Part particlesPart(uint l, Sample middle, Sample back, float halfStretch) {
     float length = halfStretch * unitLength[l];
     Part part = partOf(front[l], middle, back, length);
@@ -51,12 +56,10 @@ Part particlesPart(uint l, Sample middle, Sample back, float halfStretch) {
     float off = part.depth - 2.0 * length * pieceOf(front[l], back).matter.w;
     part.wanted = max(part.wanted, part.seen * abs(off) * (2.0 / mostOff));
     float scale = max(1.0 + off / max(3.0 * part.depth, 1e-30), 0.0);
-    part.near.matter *= scale;
-    part.near.change *= scale;
-    part.far.matter *= scale;
-    part.far.change *= scale;
+    enlarge(part.near, scale);
+    enlarge(part.far, scale);
 #endif
-    part.wanted = 32.0 * halfStretch > stretch[l] ? part.wanted * frame.window.w : 0.0;
+    limitCuts(part, 2.0 * halfStretch, stretch[l] * (1.0 / 16.0));
     return part;
 }
 
