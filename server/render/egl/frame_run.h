@@ -12,10 +12,10 @@
 #include "server/render/egl/egl_device.h"
 #include "server/render/egl/frame_block.h"
 #include "server/render/egl/pacer.h"
+#include "server/render/egl/particle_tables.h"
 #include "server/render/egl/resident_hybrid_steps.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
-#include "server/render/egl/particle_tables.h"
 #include "server/render/screen_dots.h"
 
 namespace mote::render {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ParticleTables: transfer tables of layers of particles, kept as long as their curves are in use. Owned by the
-// device.
+// ParticleTables: transfer tables of layers of particles, kept as long as their curves are in use. Owned by
+// the device.
 #pragma once
 
 #include <list>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TableEntry: a transfer table's entry as shaders/matter.glsl reads it. Made in main memory; the upload is the
-// frame's.
+// TableEntry: a transfer table's entry as shaders/matter.glsl reads it. Made in main memory; the upload is
+// the frame's.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace mote::render {
 
-/// The bits of a float: the integral of extinction up to the entry; its slope there; colour; in the upper half the
-/// most significant bits of a float, by how much the slope bends, in the lower half how many entries it is
-/// to one with extinction.
+/// The bits of a float: the integral of extinction up to the entry; its slope there; colour; in the upper
+/// half the most significant bits of a float, by how much the slope bends, in the lower half how many entries
+/// it is to one with extinction.
 using TableEntry = std::array<std::uint32_t, 4>;
 
 /// As many as VolumeTable has.
