@@ -21,7 +21,7 @@ namespace mote::render {
 namespace {
 
 /// How closely stretches of pictures in motion are looked at, beside those of exact ones.
-constexpr float looseness = 0.25F;
+constexpr float looseness = 0.1F;
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
 /// By the picture's slabs, as they are in a section.

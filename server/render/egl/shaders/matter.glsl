@@ -3,8 +3,8 @@
 // places. Needs ray.glsl.
 
 // [layer][x], VolumeTable: the integral of extinction up to x and extinction there, as floats; color; in the upper half
-// of a word that of a float, half of how extinction changes up to x + 1, in the lower half how far it is from x to where
-// something is seen.
+// of a word that of a float, half of how extinction changes up to x + 1, in the lower half how far it is from x to
+// where something is seen.
 layout(binding = 8) uniform usamplerBuffer tables;
 
 const float tableCells = 4095.0;
@@ -75,7 +75,7 @@ Part partOf(Sample front, Sample middle, Sample back, float length) {
     return part;
 }
 
-// Holds what is wanted of a part to what it is worth: to stretches longer than `least`, both in slabs.
+// Holds what is wanted of a part to what a stretch owes, less in motion, and to those longer than `least`; in slabs.
 void limitCuts(inout Part part, float stretch, float least) {
     part.wanted = stretch > max(least, shortest) ? part.wanted * frame.window.w : 0.0;
 }
