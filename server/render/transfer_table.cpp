@@ -36,14 +36,10 @@ TransferTable::TransferTable(const ParticlesStyle& style)
 
 TransferTable::TransferTable(double low, double high, const std::function<double(double)>& extinction,
                              const std::function<glm::dvec3(double)>& color)
-    : low_(low), high_(high), integrals_(cells + 1), ofCells_(cells), visibleBefore_(cells + 1, 0) {
+    : low_(low), high_(high), ofCells_(cells), visibleBefore_(cells + 1, 0) {
     const double cellWidth = (high - low) / cells;
-    glm::dvec4 integral(0.0);
-    integrals_[0] = glm::vec4(0.0F);
     for (std::uint32_t i = 0; i < cells; ++i) {
         const Cell& cell = ofCells_[i] = cellOf(low + i * cellWidth, cellWidth, extinction, color);
-        integral += cellWidth * cell.extinction * glm::dvec4(cell.color, 1.0);
-        integrals_[i + 1] = glm::vec4(integral);
         visibleBefore_[i + 1] = visibleBefore_[i] + (cell.extinction > 0.0 ? 1 : 0);
     }
     spreadColors();

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferTable: a volume's transfer functions as running integrals over t, from which the mean over any
-// stretch of t is a difference (pre-integration in one dimension, for a ray along which t changes linearly
-// between two samples). A value; the upload is the device's.
+// TransferTable: a volume's transfer functions in cells of t, whose running integrals give the mean over any
+// stretch of t as a difference (pre-integration in one dimension, for a ray along which t changes linearly
+// between two samples). A value.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <glm/vec3.hpp>
-#include <glm/vec4.hpp>
 #include <vector>
 
 #include "protocol/scene/particles_style.h"
@@ -27,8 +26,6 @@ class TransferTable {
 
     double low() const { return low_; }
     double high() const { return high_; }
-    /// cells + 1 running integrals of (extinction * linear RGB, extinction) dt.
-    const std::vector<glm::vec4>& integrals() const { return integrals_; }
     struct Cell {
         double extinction = 0.0;  ///< mean, per unit length of layer space
         double change = 0.0;      ///< of extinction from the cell's beginning to its end
@@ -44,7 +41,6 @@ class TransferTable {
     void spreadColors();
 
     double low_, high_;
-    std::vector<glm::vec4> integrals_;
     std::vector<Cell> ofCells_;
     std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction
 };

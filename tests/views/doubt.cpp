@@ -19,7 +19,7 @@ constexpr double pixelShift = 1e-3;     // pixels
 constexpr double depthShift = 0x1p-23;  // of the depths that are drawn
 constexpr double knotShift = 0x1p-16;   // of the range of values
 constexpr double cutShift = 0x1p-20;    // of the volume
-constexpr double fewestSamples = 24.0, mostSamples = 192.0;
+constexpr double fewestSamples = 24.0, mostSamples = 192.0, closeSamples = 768.0;
 constexpr double enoughCertain = 0.03;  // share in doubt with which no more samples are tried
 
 /// The box of a layer in layer space; of dots, where they are made.
@@ -135,6 +135,10 @@ Judgement judge(const render::Scene& scene) {
         if (samples >= mostSamples || judgement.doubtfulShare() <= enoughCertain) return judgement;
         samples *= 2.0;
     }
+}
+
+Judgement judgeClosely(const render::Scene& scene) {
+    return judgeWith(scene, closeSamples);
 }
 
 }  // namespace mote::test

@@ -28,6 +28,8 @@ struct Judgement {
 
 /// With as many samples as it takes, up to a limit.
 Judgement judge(const render::Scene& scene);
+/// With many more than that limit.
+Judgement judgeClosely(const render::Scene& scene);
 
 /// `way`: 1 or -1. Exposed for its test.
 render::Scene moved(const render::Scene& scene, double way);

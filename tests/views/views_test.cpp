@@ -51,7 +51,7 @@ TEST_P(FixedViews, Survive) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FixedViews,
-                         testing::Values(Fixed{"cpu", 100, 0.99, 40.0}, Fixed{"egl", 12, 0.9, 25.0},
+                         testing::Values(Fixed{"cpu", 100, 0.99, 40.0}, Fixed{"egl", 24, 0.95, 40.0},
                                          Fixed{"ranks", 20, 0.99, 40.0}),
                          [](const auto& fixed) { return fixed.param.device; });
 

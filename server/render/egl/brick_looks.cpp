@@ -2,7 +2,6 @@
 #include "server/render/egl/brick_looks.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -54,33 +53,6 @@ std::uint32_t longerBy(double depth) {
     return static_cast<std::uint32_t>(std::clamp(std::floor(std::log2(times)), 0.0, double{mostLonger}));
 }
 
-constexpr std::size_t tableEntries = VolumeTable::cells + 2;
-
-/// From each entry, how many it is to one with extinction.
-std::vector<float> waysToExtinction(const VolumeTable& table) {
-    std::vector<float> ways(tableEntries, float{tableEntries});
-    const auto pass = [&](std::size_t i, float before) {
-        ways[i] = table.entries()[i].mean() > 0.0F ? 0.0F : std::min(ways[i], before + 1.0F);
-        return ways[i];
-    };
-    float way = float{tableEntries};
-    for (std::size_t i = 0; i < tableEntries; ++i) way = pass(i, way);
-    for (std::size_t i = tableEntries; i-- > 0;) way = pass(i, way);
-    return ways;
-}
-
-std::vector<TableEntry> entriesOf(const VolumeTable& table) {
-    const auto ways = waysToExtinction(table);
-    std::vector<TableEntry> entries;
-    for (std::size_t i = 0; i < tableEntries; ++i) {
-        const auto& entry = table.entries()[i];
-        entries.push_back({std::bit_cast<std::uint32_t>(entry.value),
-                           std::bit_cast<std::uint32_t>(entry.mean()), entry.color,
-                           std::bit_cast<std::uint32_t>(ways[i])});
-    }
-    return entries;
-}
-
 /// Of each brick of a volume of which nothing is seen.
 std::vector<std::uint32_t> unseen(const glm::uvec3& grid) {
     const glm::uvec3 count = (grid + (HybridBricks::edge - 1U)) / HybridBricks::edge;
@@ -90,7 +62,7 @@ std::vector<std::uint32_t> unseen(const glm::uvec3& grid) {
 
 }  // namespace
 
-BrickLooks::BrickLooks(const HybridPlan& plan, const VisibleHybrid& seen) : table(entriesOf(*seen.table)) {
+BrickLooks::BrickLooks(const HybridPlan& plan, const VisibleHybrid& seen) : table(tableEntries(*seen.table)) {
     const HybridStep& step = *plan.step;
     const HybridBricks* const bricks = plan.corrected() ? step.bricks.get() : nullptr;
     const glm::uvec3& grid = bricks == nullptr ? step.low.size : bricks->size;

@@ -5,18 +5,14 @@
 // main memory, the upload is the frame's.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "server/render/cpu/composite_frame.h"
+#include "server/render/egl/table_entries.h"
 #include "server/render/hybrid/hybrid_plan.h"
 
 namespace mote::render {
-
-/// The integral of extinction and its slope, as the bits of floats; colour; how many entries it is to one
-/// with extinction, as the bits of a float.
-using TableEntry = std::array<std::uint32_t, 4>;
 
 struct BrickLooks {
     BrickLooks() = default;

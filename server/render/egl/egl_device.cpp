@@ -26,7 +26,7 @@ struct EglDevice::State {
     ShaderLibrary shaders;
     ResidentSteps steps;
     ResidentHybridSteps hybridSteps;
-    TransferBuffers transfers;
+    ParticleTables tables;
     FrameBuffers buffers;
     StageTimes times;
 
@@ -68,7 +68,7 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
     state_->shaders.reloadChanged();
     if (!state_->buffers.noVolume) state_->begin();
     FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->hybridSteps,
-                 state_->transfers, state_->buffers, std::move(stop));
+                 state_->tables, state_->buffers, std::move(stop));
     auto picture = run.draw();
     state_->times = run.times();
     return picture;

@@ -20,8 +20,8 @@
 namespace mote::render {
 namespace {
 
-/// Of exact pictures: as what part of the change in two stretches a value may rise and fall within one.
-constexpr float hidingChange = 0.3F;
+/// How closely stretches of pictures in motion are looked at, beside those of exact ones.
+constexpr float looseness = 0.1F;
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
 /// By the picture's slabs, as they are in a section.
@@ -129,7 +129,7 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     const std::uint32_t pixelRows = std::min(rows * 8, plan.height - firstRow * 8);
     block.band = glm::ivec4(tilesAcross * rows, plan.slabs, format == PixelFormat::linearHalf, pixelRows);
     block.window = glm::vec4(half * plan.width / plan.height, half, plan.samplesPerCell,
-                             plan.samplesPerCell >= 2.0 ? hidingChange : 0.0);
+                             plan.samplesPerCell >= 2.0 ? 1.0F : looseness);
     block.background = glm::vec4(plan.background, 1.0);
     const auto blank = blankPixel(plan.background, format);
     std::memcpy(&block.blank, blank.data(), blank.size());

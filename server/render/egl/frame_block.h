@@ -29,7 +29,7 @@ struct LayerBlock {
 struct HybridBlock {
     static constexpr std::size_t mostClips = 12;
     /// Of exact pictures, stretches that a cell's edge is cut into, where they absorb much.
-    static constexpr double fineStretches = 2.0, lowStretches = 4.0;
+    static constexpr double fineStretches = 1.6, lowStretches = 2.5;
 
     glm::vec4 grid;    ///< samples of the grid that is cut into bricks; stretches a cell
     glm::vec4 low;     ///< samples of the low volume; stretches a cell

@@ -80,10 +80,9 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         glBindTextureUnit(static_cast<GLuint>(layers_.size() + i), hybrids_[i].resident->volume.samples());
     if (!hybrids_.empty()) {
         glBindTextureUnit(hybridBrickUnit, buffers_.hybridBricksTexture.get());
-        glBindTextureUnit(hybridTableUnit, buffers_.hybridTablesTexture.get());
         glBindBufferBase(GL_UNIFORM_BUFFER, 1, buffers_.hybrids.get());
     }
-    glBindTextureUnit(transferUnit, buffers_.transfersTexture.get());
+    glBindTextureUnit(tableUnit, buffers_.tablesTexture.get());
     glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
     glBindTextureUnit(cellUnit, buffers_.cellsTexture.get());
     glBindTextureUnit(volumeMaskUnit, buffers_.volumeMasksTexture.get());

@@ -31,14 +31,13 @@ enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit, allocateDotsUni
 
 /// Texture units of composite.comp: eight volumes or hybrid volumes' samples from 0, then these.
 enum CompositeUnit : GLuint {
-    transferUnit = 8,
+    tableUnit = 8,
     maskUnit,
     cellUnit,
     volumeMaskUnit,
     dotUnit,
     dotListUnit,
-    hybridBrickUnit,
-    hybridTableUnit
+    hybridBrickUnit
 };
 
 /// What shaders wrote before is seen by whatever reads it after.

@@ -34,20 +34,16 @@ void FrameRun::gatherBricks() {
         for (const auto& shade : work.plan->light.shades())
             words.push_back(glm::packUnorm2x16({shade.diffuse, shade.specular}));
     }
-    std::vector<TableEntry> tables;
     std::array<HybridBlock, 8> blocks{};
     for (std::size_t i = 0; i < hybrids_.size(); ++i) {
         const HybridWork& work = hybrids_[i];
         const BrickLooks& bricks = *work.bricks;
         words.insert(words.end(), bricks.words.begin(), bricks.words.end());
-        tables.insert(tables.end(), bricks.table.begin(), bricks.table.end());
         const StepHybrid& volume = work.resident->volume;
         blocks[i] = hybridBlock(plan_, *work.plan, volume.grid(), work.firstBrick);
     }
     buffers_.hybridBricks = GlBuffer::of(std::span<const std::uint32_t>(words));
     buffers_.hybridBricksTexture = bufferTexture(buffers_.hybridBricks, GL_R32UI);
-    buffers_.hybridTables = GlBuffer::of(std::span<const TableEntry>(tables));
-    buffers_.hybridTablesTexture = bufferTexture(buffers_.hybridTables, GL_RGBA32UI);
     buffers_.hybrids = GlBuffer(sizeof(blocks), blocks.data());
 }
 

@@ -11,14 +11,14 @@ namespace mote::render {
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
                    ShaderLibrary& shaders, ResidentSteps& steps, ResidentHybridSteps& hybridSteps,
-                   TransferBuffers& transfers, FrameBuffers& buffers, std::stop_token stop)
+                   ParticleTables& tables, FrameBuffers& buffers, std::stop_token stop)
     : plan_(plan),
       format_(format),
       options_(options),
       shaders_(shaders),
       steps_(steps),
       hybridSteps_(hybridSteps),
-      transfers_(transfers),
+      tables_(tables),
       buffers_(buffers),
       pacer_(std::move(stop)),
       words_(groups(std::max(plan.slabs, 1U), 32)),
@@ -59,7 +59,7 @@ bool FrameRun::prepare() {
     // Points of one colour with nothing between them look the same in any order.
     flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && hybrids_.empty() && !plan_.anyDots();
     prepareDots();
-    if (!flat_) gatherTransfers();
+    if (!flat_) gatherTables();
     anyPoints_ =
         std::any_of(layers_.begin(), layers_.end(), [](const LayerWork& work) { return work.drawsPoints(); });
     return true;
@@ -70,8 +70,8 @@ bool FrameRun::prepareVolume(LayerWork& work) {
     if (!(style.volumeOpacity.maximum() > 0.0)) return true;
     const StepVolume* volume = steps_.volume(*work.resident, pacer_);
     if (volume == nullptr) return false;
-    work.transfer = &transfers_.of(style);
-    const auto visible = volume->visibleBricks(work.transfer->table);
+    work.table = &tables_.of(style);
+    const auto visible = volume->visibleBricks(work.table->table);
     if (visible.empty()) return true;
     work.volume = volume;
     work.bricks = GlBuffer::of(std::span<const std::uint32_t>(visible));
@@ -80,14 +80,17 @@ bool FrameRun::prepareVolume(LayerWork& work) {
 }
 
 /// One table after the other, so that a shader needs one texture for all.
-void FrameRun::gatherTransfers() {
-    constexpr std::size_t size = (TransferTable::cells + 1) * sizeof(glm::vec4);
-    buffers_.transfers.grow(layerCount() * size);
-    for (std::size_t i = 0; i < layers_.size(); ++i) {
-        if (layers_[i].volume != nullptr)
-            buffers_.transfers.copy(i * size, layers_[i].transfer->buffer, size);
-    }
-    buffers_.transfersTexture = bufferTexture(buffers_.transfers, GL_RGBA32F);
+void FrameRun::gatherTables() {
+    std::vector<TableEntry> all;
+    const auto add = [&](const std::vector<TableEntry>& table) {
+        all.insert(all.end(), table.begin(), table.end());
+    };
+    const std::vector<TableEntry> none(VolumeTable::cells + 2);
+    for (const auto& work : layers_) add(work.volume == nullptr ? none : work.table->entries);
+    for (const auto& work : hybrids_) add(work.bricks->table);
+    if (all.empty()) add(none);
+    buffers_.tables = GlBuffer::of(std::span<const TableEntry>(all));
+    buffers_.tablesTexture = bufferTexture(buffers_.tables, GL_RGBA32UI);
 }
 
 bool FrameRun::drawBand(const Band& band, Picture& picture) {

@@ -12,28 +12,28 @@
 #include "server/render/egl/egl_device.h"
 #include "server/render/egl/frame_block.h"
 #include "server/render/egl/pacer.h"
+#include "server/render/egl/particle_tables.h"
 #include "server/render/egl/resident_hybrid_steps.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
-#include "server/render/egl/transfer_buffers.h"
 #include "server/render/screen_dots.h"
 
 namespace mote::render {
 
 /// Buffers that frames use again.
 struct FrameBuffers {
-    GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks, transfers;
+    GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
     GlBuffer dots, dotLists, sections;
-    GlBuffer hybrids, hybridBricks, hybridTables;
+    GlBuffer hybrids, hybridBricks, tables;
     GlTexture noVolume;  ///< where a layer has none: a program is compiled for textures as they are
-    GlTexture hybridBricksTexture, hybridTablesTexture;
-    GlTexture masksTexture, cellsTexture, volumeMasksTexture, transfersTexture, dotsTexture, dotListsTexture;
+    GlTexture hybridBricksTexture, tablesTexture;
+    GlTexture masksTexture, cellsTexture, volumeMasksTexture, dotsTexture, dotListsTexture;
 };
 
 class FrameRun {
   public:
     FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
-             ResidentSteps& steps, ResidentHybridSteps& hybridSteps, TransferBuffers& transfers,
+             ResidentSteps& steps, ResidentHybridSteps& hybridSteps, ParticleTables& tables,
              FrameBuffers& buffers, std::stop_token stop);
 
     /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
@@ -47,7 +47,7 @@ class FrameRun {
         PointNumbers numbers;
         BendBlock bends;
         const StepVolume* volume = nullptr;  ///< null where none of it is visible
-        const TransferBuffer* transfer = nullptr;
+        const ParticleTable* table = nullptr;
         GlBuffer bricks;
         std::uint32_t brickCount = 0;
 
@@ -80,7 +80,7 @@ class FrameRun {
 
     bool prepare();
     bool prepareVolume(LayerWork& work);
-    void gatherTransfers();
+    void gatherTables();
     bool prepareHybrids();
     void gatherBricks();
     void prepareDots();
@@ -112,7 +112,7 @@ class FrameRun {
     ShaderLibrary& shaders_;
     ResidentSteps& steps_;
     ResidentHybridSteps& hybridSteps_;
-    TransferBuffers& transfers_;
+    ParticleTables& tables_;
     FrameBuffers& buffers_;
     Pacer pacer_;
     StageTimes times_;

@@ -6,7 +6,7 @@ uniform vec3 bends[17];
 uniform vec3 bendShape;   // how many bends; the layer's first slab; how many it has
 
 float bent(float linear) {
-    float slab = linear;
+    precise float slab = linear;   // points_mark and points_add must find the very same
     for (int i = 0; i < int(bendShape.x); ++i) {
         if (linear > bends[i].x) slab = bends[i].y + (linear - bends[i].x) * bends[i].z;
     }

@@ -6,19 +6,12 @@
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"
+#include "matter.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#if LAYERS > HYBRIDS
-layout(binding = 0) uniform sampler3D volumes[LAYERS - HYBRIDS];           // scaled log density
-#endif
-layout(binding = 8) uniform samplerBuffer transfers;                       // integrals of (sigma * color, sigma) over t: [layer][cell]
 layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
 layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment
 layout(binding = 11) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
-#if DOTS
-layout(binding = 12) uniform samplerBuffer dotData;                        // x, y, reach, slab; color, opacity
-layout(binding = 13) uniform usamplerBuffer dotLists;                      // of each tile: where its list begins; dots
-#endif
 layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
 
 layout(std430, binding = 6) readonly buffer Tiles { uint tiles[]; };   // to be drawn
@@ -26,16 +19,12 @@ layout(std430, binding = 6) readonly buffer Tiles { uint tiles[]; };   // to be 
 layout(location = 0) uniform uint firstTile;   // of this dispatch, in `tiles`
 layout(location = 1) uniform uvec2 pass;   // cells [x, x + y) are present; pixels that start there are drawn
 
-const float fade = 0.125;       // LogDensity::fade
-const float tableCells = 4095.0;
-const float tableScale = tableCells / (1.0 + fade);
 const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread over at least
 const float densest = 2.0;   // optical depth of a stretch, about, whose color is taken to change evenly
-// Scaled log density at the front of the current stretch, the transfer integral up to it, and extinction there.
-float frontT[LAYERS], frontExtinction[LAYERS];
-vec4 frontIntegral[LAYERS];
-float sampledTo = -1.0;   // where the front was sampled
-float stretch[LAYERS];    // slabs, of a layer of particles: the most that is gone at once where its volume is
+const float deepestMixed = 0.5;   // the same where something else may be mixed with it
+Sample front[LAYERS];     // of the current stretch
+float sampledTo = -1.0;   // where it was sampled
+float reach = 1e30;       // slabs: how long a stretch may be by what the last one held
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
 float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
@@ -43,134 +32,31 @@ float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYE
 uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
 
 #if DOTS
-const float beyond = 1e30;   // slabs; of a pixel without further dots
-int dotAt, dotEnd;           // in dotLists
-float dotDepth = beyond;     // of the pixel's next dot
-vec4 dotInk;                 // its color; its opacity in this pixel
-vec2 pixelCentre;
-
-// Goes on to the next dot that covers the pixel, from dotAt on.
-void findDot() {
-    dotDepth = beyond;
-    while (dotAt < dotEnd && dotDepth == beyond) {
-        int index = 2 * int(texelFetch(dotLists, dotAt).x);
-        vec4 place = texelFetch(dotData, index);
-        dotInk = texelFetch(dotData, index + 1);
-        dotInk.a *= clamp(place.z - distance(pixelCentre, place.xy), 0.0, 1.0);
-        dotDepth = dotInk.a > 0.0 ? place.w : beyond;
-        ++dotAt;
-    }
-}
-
-// The dots up to a depth.
-void passDots(float to) {
-    while (dotDepth <= to) {
-        light += transmittance * dotInk.a * dotInk.rgb;
-        transmittance *= 1.0 - dotInk.a;
-        findDot();
-    }
-}
-
-void aimDots(uint tile, vec2 centre) {
-    pixelCentre = centre;
-    dotAt = int(texelFetch(dotLists, int(tile)).x);
-    dotEnd = int(texelFetch(dotLists, int(tile) + 1).x);
-    findDot();
-}
+#include "dots.glsl"
 #endif
 
 #if HYBRIDS
 #include "hybrid.glsl"
+
+// How far it may go from `at`, in its brick, in one stretch. `inside`: whether the layer is looked at.
+float hybridStretch(uint l, float at, bool inside) {
+    uint h = l - plots;
+    bool seen = brickSeen[h], fine = brickFine[h];
+    float leaving = enterBrick(l, at);
+    brickSeen[h] = brickSeen[h] && inside;
+    // The field jumps where corrections begin or end; where nothing is seen, no sample is right.
+    if (brickSeen[h] && !(seen && fine == brickFine[h])) sampledTo = -1.0;
+    return brickSeen[h] ? min(leaving, brickStep[h]) : leaving;
+}
+
+void shine(inout Piece piece, vec2 shade) {
+    piece.matter.rgb = piece.matter.rgb * shade.x + piece.matter.w * shade.y;
+    piece.change *= shade.x;
+}
 #endif
 
 #if VOLUME && LAYERS > HYBRIDS
-vec4 integralTo(uint l, float t, out vec4 slope) {
-    float x = clamp((t + fade) * tableScale, 0.0, tableCells);
-    float cell = min(floor(x), tableCells - 1.0);
-    int index = int(l) * (int(tableCells) + 1) + int(cell);
-    vec4 low = texelFetch(transfers, index);
-    vec4 high = texelFetch(transfers, index + 1);
-    slope = (high - low) * tableScale;
-    return mix(low, high, x - cell);
-}
-
-float volumeAt(uint l, float slab) {
-    vec3 place = entry[l] + slab * advance[l];
-#if HYBRIDS == 0
-    return textureLod(volumes[l], place, 0.0).r;
-#else
-    // By constant numbers, see wordAt() of hybrid.glsl.
-    float t = 0.0;
-#define VOLUME_OF(i) if (l == uint(i)) t = textureLod(volumes[i], place, 0.0).r;
-    VOLUME_OF(0)
-#if LAYERS - HYBRIDS > 1
-    VOLUME_OF(1)
-#endif
-#if LAYERS - HYBRIDS > 2
-    VOLUME_OF(2)
-#endif
-#if LAYERS - HYBRIDS > 3
-    VOLUME_OF(3)
-#endif
-#if LAYERS - HYBRIDS > 4
-    VOLUME_OF(4)
-#endif
-#if LAYERS - HYBRIDS > 5
-    VOLUME_OF(5)
-#endif
-#if LAYERS - HYBRIDS > 6
-    VOLUME_OF(6)
-#endif
-    return t;
-#endif
-}
-
-// The mean of the transfer function over a stretch in which t goes evenly from one value to another.
-vec4 meanBetween(float t, vec4 integral, float t2, vec4 integral2, vec4 slope) {
-    float change = t2 - t;
-    return abs(change) > 1.0 / tableCells ? (integral2 - integral) / change : slope;
-}
-
-// Mean of (extinction * color, extinction) over a stretch of the ray; its front was sampled before. `change`: of the
-// first, from front to back.
-vec4 volumeBetween(uint l, float from, float to, out vec3 change) {
-    vec4 slope;
-    change = vec3(0.0);
-    float middleT = volumeAt(l, 0.5 * (from + to));
-    vec4 middle = integralTo(l, middleT, slope);
-#if EXACT
-    // The stretch lies between two planes of cell centres, so that t is smooth in it: the means over its halves and
-    // over the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
-    vec4 backSlope;
-    float backT = volumeAt(l, to);
-    vec4 back = integralTo(l, backT, backSlope);
-    vec4 whole = meanBetween(frontT[l], frontIntegral[l], backT, back, slope);
-    vec4 near = meanBetween(frontT[l], frontIntegral[l], middleT, middle, slope);
-    vec4 far = meanBetween(middleT, middle, backT, back, slope);
-    frontT[l] = backT;
-    frontIntegral[l] = back;
-    frontExtinction[l] = backSlope.w;
-    vec4 mean = max((2.0 * (near + far) - whole) * (1.0 / 3.0), vec4(0.0));
-    // Of the colors, whatever extinction does.
-    bool both = min(near.w, far.w) > 0.0;
-    change = both ? 2.0 * mean.w * (far.rgb / far.w - near.rgb / near.w) : vec3(0.0);
-    return mean;
-#else
-    return max(slope, vec4(0.0));
-#endif
-}
-
-// How far from `slab` the ray next crosses a plane of cell centres, where t has a kink.
-float nextKink(uint l, float slab) {
-    vec3 speed = advance[l] * frame.layers[l].scale.y;
-    vec3 place = (entry[l] + slab * advance[l]) * frame.layers[l].scale.y - 0.5;
-    vec3 way = sign(speed);
-    // A crossing less than a thousandth of a cell ahead counts as passed, or rounding would find it again.
-    vec3 plane = floor(place * way + 1.001) * way;
-    vec3 distance = (plane - place) / mix(speed, vec3(1e-30), lessThan(abs(speed), vec3(1e-20)));
-    distance = mix(distance, vec3(1e30), lessThan(abs(speed), vec3(1e-20)));
-    return min(distance.x, min(distance.y, distance.z));
-}
+#include "particles.glsl"
 #endif
 
 // Reads the points of a layer in this slab. n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far
@@ -211,17 +97,16 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
 #if HYBRIDS
         if (l >= plots) {
-            float leaving = enterBrick(l, at);
-            // Where there is something to mix with, only as far as the value is taken as linear.
-            leaving = brickSeen[l - plots] && layerCount > 1u ? min(leaving, brickStep[l - plots]) : leaving;
-            next = min(next, inside ? at + leaving : end);
+            float most = hybridStretch(l, at, inside);
+            next = min(next, inside ? at + most : end);
             continue;
         }
 #endif
 #if LAYERS > HYBRIDS
         float most = stretch[l];
 #if EXACT
-        most = min(most, min(nextKink(l, at), densest / max(frontExtinction[l] * unitLength[l], 1e-20)));
+        float thin = (layerCount == 1u ? densest : deepestMixed) / max(front[l].extinction * unitLength[l], 1e-20);
+        most = min(most, min(nextKink(l, at), thin));
 #endif
         next = min(next, inside ? at + most : end);
 #endif
@@ -230,6 +115,7 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
 #if DOTS
     next = min(next, dotDepth);
 #endif
+    next = min(next, at + reach);
     // However close the cuts, each step must go on in single precision.
     return min(max(next, at + 1e-4), end);
 }
@@ -240,50 +126,92 @@ void aim(uint l, vec2 at) {
 #if HYBRIDS
     if (l >= plots) {
         clipWay(l);
+        brickSeen[l - plots] = false;
         unitLength[l] = hybridLength(l);
         return;
     }
 #endif
+#if VOLUME && LAYERS > HYBRIDS
     unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
     float cells = length(advance[l]) * frame.layers[l].scale.y;
-    stretch[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.5 : 1.0), 1e-3, 64.0);
+    stretch[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);
+#endif
 }
 
-// From one depth to the next cut; returns it.
+#if VOLUME
+void add(inout Piece all, Piece piece, float length) {
+    all.matter += piece.matter * length;
+    all.change += piece.change * length;
+}
+
+// Of all layers between two depths, optical depths in place of extinction; `back`: samples at the farther one.
+Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[LAYERS]) {
+    float halfStretch = 0.5 * (next - at);
+    Part all;
+    all.near = all.far = Piece(vec4(0.0), vec3(0.0), 0.0, 0.0);
+    all.wanted = 0.0;
+    for (uint l = 0u; l < layerCount; ++l) {
+        Part part;
+        bool seen;
+        if (l >= plots) {
+#if HYBRIDS
+            Sample middle = hybridAt(l, at + halfStretch);
+            back[l] = hybridAt(l, next);
+            part = hybridPart(l, front[l], middle, back[l], halfStretch);
+            vec2 shade = hybridShade(l, mix(at, next, centreOf(part)));
+            shine(part.near, shade);
+            shine(part.far, shade);
+            seen = brickSeen[l - plots];
+#endif
+        } else {
+#if LAYERS > HYBRIDS
+            Sample middle = particlesAt(l, at + halfStretch);
+            back[l] = particlesAt(l, next);
+            part = particlesPart(l, middle, back[l], halfStretch);
+            seen = volume[l] && enters[l] <= at && leaves[l] > at;
+#endif
+        }
+        add(all.near, part.near, seen ? unitLength[l] * halfStretch : 0.0);
+        add(all.far, part.far, seen ? unitLength[l] * halfStretch : 0.0);
+        all.wanted = max(all.wanted, seen ? part.wanted : 0.0);
+    }
+    // What is mixed is seen through each other.
+    all.depth = max(all.near.matter.w, all.far.matter.w);
+    if (layerCount > 1u && next - at > shortest) all.wanted = max(all.wanted, all.depth * (1.0 / deepestMixed));
+    return all;
+}
+#endif
+
+// From one depth to the next cut; returns it. A stretch that says too little of what is in it is tried again, shorter.
 float gatherStretch(float at, float end, bool volume[LAYERS]) {
     float next = nextCut(at, end, volume);
-#if VOLUME && EXACT && LAYERS > HYBRIDS
+    vec4 spread = vec4(0.0);
+    vec4 single = vec4(0.0);
+#if VOLUME
     // After a gap the front must be sampled first: by a stretch of no length.
     next = sampledTo == at ? next : at;
+    Sample back[LAYERS];
+    Part part = volumesBetween(at, next, volume, back);
+    reach = nextStretch(next - at, reach, part.wanted);
+    if (part.wanted > 1.0) return at;
+    front = back;
     sampledTo = next;
 #endif
-    vec4 matter = vec4(0.0);
-    vec3 change = vec3(0.0);
-    vec4 single = vec4(0.0);
-    for (uint l = 0u; l < layerCount; ++l) {
 #if POINTS
+    for (uint l = 0u; l < layerCount; ++l) {
         vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
-        matter += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
+        spread += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
         // A single point ends the stretch before it.
         single += (pointsFrom[l] > at && pointsFrom[l] <= next ? pointTau[l] : 0.0) * color;
-#endif
-#if VOLUME
-        bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-#if HYBRIDS
-        if (l >= plots) {
-            matter += hybridBetween(l, at, inside && brickSeen[l - plots] ? next : at);
-            continue;
-        }
-#endif
-#if LAYERS > HYBRIDS
-        vec3 ownChange;
-        float share = inside ? unitLength[l] : 0.0;
-        matter += volumeBetween(l, at, next, ownChange) * share;
-        change += ownChange * share;
-#endif
-#endif
     }
-    gather(matter * (next - at), change * (next - at));
+#endif
+    spread *= next - at;
+#if VOLUME
+    gather(part.near.matter + 0.5 * spread, part.near.change);
+    gather(part.far.matter + 0.5 * spread, part.far.change);
+#else
+    gather(spread);
+#endif
 #if POINTS
     gather(single);
 #endif

@@ -6,6 +6,7 @@
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"
+#include "matter.glsl"
 #include "hybrid.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -19,15 +19,10 @@ layout(binding = LAYERS - HYBRIDS) uniform usamplerBuffer hybridSamples[HYBRIDS]
 // may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where something is seen in it. At the
 // beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer hybridBricks;
-// [layer][x], VolumeTable: the integral of extinction up to x and its slope, as floats; color; how far it is from x to where
-// something is seen, as a float.
-layout(binding = 15) uniform usamplerBuffer hybridTables;
 
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
-const float tableEntries = 4097.0;   // of a layer: VolumeTable::cells + 2
-// A stretch is cut where it absorbs more or where the value changes by more places in the table; into so many parts.
-const float deepest = 0.4, steepest = 0.03 * 4095.0, mostParts = 8.0;
-const float shown = 1e-6;   // optical depth that is worth its light
+// A stretch is cut where it absorbs more or extinction bends by more in one of its halves: optical depths.
+const float deepest = 0.1, mostBent = 0.012;
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
 // Samples: where they begin, how far it is to the next row and sheet; a place of the box is place * scale - shift in
@@ -41,11 +36,9 @@ struct Samples {
 
 // The brick of the current stretch.
 bool brickSeen[HYBRIDS];
+bool brickFine[HYBRIDS];
 float brickStep[HYBRIDS];   // slabs, of a stretch
 Samples brickSamples[HYBRIDS];
-#if MIXED
-bool brickFine[HYBRIDS];
-#endif
 
 Samples lowSamples(uint h) {
     ivec3 low = ivec3(hybrids[h].low.xyz);
@@ -85,9 +78,7 @@ float enterBrick(uint l, float at) {
     brickSamples[h].shift = fine ? 0.5 + 8.0 * vec3(brick) : low.shift;
     brickSamples[h].most = fine ? min(size - 1.0 - 8.0 * vec3(brick), vec3(8.0)) : low.most;
     brickSamples[h].steepness = fine ? hybrids[h].table.w : 1.0;
-#if MIXED
     brickFine[h] = fine;
-#endif
     float stretches = fine ? hybrids[h].grid.w : hybrids[h].low.w;
     float longer = float(1u << ((word >> 21) & 7u));
     brickStep[h] = longer / max(length(advance[l] * brickSamples[h].scale) * stretches, 1e-20);
@@ -162,31 +153,14 @@ float shareOfBrick(uint h) {
 }
 #endif
 
-// What is found at a depth: place in the table, the integral up to it and its slope, how far it is in the table to where
-// something is seen, color.
-struct Found {
-    float x, integral, slope, away;
-    vec3 color;
-};
-
-Found foundAt(uint l, float slab) {
+Sample hybridAt(uint l, float slab) {
     uint h = l - plots;
     vec3 place = placeAt(l, slab);
     float code = valueIn(h, cornerAt(brickSamples[h], place));
 #if MIXED
     code = mix(valueIn(h, cornerAt(lowSamples(h), place)), code, shareOfBrick(h));
 #endif
-    float x = code * hybrids[h].table.x + hybrids[h].table.y;
-    float cell = clamp(floor(x), 0.0, tableEntries - 1.0);   // beyond the table's ends it goes on as there
-    uvec4 row = texelFetch(hybridTables, int(h) * int(tableEntries) + int(cell));
-    Found found;
-    found.x = x;
-    found.slope = uintBitsToFloat(row.y);
-    found.integral = uintBitsToFloat(row.x) + (x - cell) * found.slope;
-    found.away = uintBitsToFloat(row.w);
-    vec3 root = vec3(row.z & 1023u, (row.z >> 10) & 1023u, row.z >> 20) * (1.0 / 1023.0);
-    found.color = root * root;
-    return found;
+    return sampleOf(l, code * hybrids[h].table.x + hybrids[h].table.y);
 }
 
 // Likewise.
@@ -215,40 +189,46 @@ vec2 hybridShade(uint l, float slab) {
     return shade;
 }
 
+// As partOf, of samples half a stretch apart.
+Part hybridPart(uint l, Sample front, Sample middle, Sample back, float halfStretch) {
+    float length = halfStretch * unitLength[l];
+    Part part = partOf(front, middle, back, length);
+    float bent = part.depth > 0.0 ? max(part.near.bend, part.far.bend) * length : 0.0;
+    part.wanted = max(part.wanted, part.seen * max(part.depth * (1.0 / deepest), bent * (1.0 / mostBent)));
+    limitCuts(part, 2.0 * halfStretch, brickStep[l - plots] * (1.0 / 128.0));
+    return part;
+}
+
+// Where a part's extinction is, from 0 at its front to 1 at its back.
+float centreOf(Part part) {
+    float near = part.near.matter.w, far = part.far.matter.w;
+    return 0.5 * (near * part.near.centre + far * (1.0 + part.far.centre)) / max(near + far, 1e-30);
+}
+
 // A way through a layer, and what was gathered since its light was looked up.
 struct Way {
     float at, stretch;   // slabs
-    float change;        // of places in the table, in the last stretch
-    Found front;         // at `at`
+    Sample front;        // at `at`
     float tau, moment;   // optical depth; times its place
     vec3 color;          // times optical depth, without light
 };
 
 Way wayFrom(uint l, float slab) {
-    return Way(slab, brickStep[l - plots], 0.0, foundAt(l, slab), 0.0, 0.0, vec3(0.0));
+    return Way(slab, brickStep[l - plots], hybridAt(l, slab), 0.0, 0.0, vec3(0.0));
 }
 
-// One stretch further, the value taken as linear in it; where that says too little, a shorter one comes first. One that
-// shows nothing at its ends may hide something between them, where values change as much around: it is halved.
+// One stretch further; where that says too little, a shorter one comes first.
 void goOn(uint l, float to, inout Way way) {
     float next = min(way.at + way.stretch, to);
-    Found back = foundAt(l, next);
-    float change = abs(back.x - way.front.x);
-    float slopes = way.front.slope + back.slope;
-    float mean = change > 1.0 ? (back.integral - way.front.integral) / (back.x - way.front.x) : 0.5 * slopes;
-    float depth = max(mean, 0.0) * (next - way.at) * unitLength[l];
-    float parts = depth > shown ? min(ceil(max(depth * (1.0 / deepest), change * (1.0 / steepest))), mostParts) : 1.0;
-    bool hides = depth <= 0.0 && way.front.away + back.away < frame.window.w * (way.change + change);
-    parts = hides ? 2.0 : parts;
-    if (parts > 1.0 && way.stretch * (hides ? 2.0 : mostParts) > brickStep[l - plots] * 1.001) {
-        way.stretch = max((next - way.at) / parts, brickStep[l - plots] / mostParts);
-    } else {
-        float share = (way.front.slope + 2.0 * back.slope) / max(3.0 * slopes, 1e-30);
-        way.tau += depth;
-        way.moment += depth * mix(way.at, next, clamp(share, 0.0, 1.0));
-        way.color += depth * mix(way.front.color, back.color, clamp(share, 0.0, 1.0));
-        way.stretch = min((hides ? 1.0 : 2.0) * way.stretch, brickStep[l - plots]);
-        way.change = change;
+    float halfStretch = 0.5 * (next - way.at);
+    Sample middle = hybridAt(l, way.at + halfStretch), back = hybridAt(l, next);
+    Part part = hybridPart(l, way.front, middle, back, halfStretch);
+    way.stretch = min(nextStretch(next - way.at, way.stretch, part.wanted), brickStep[l - plots]);
+    if (part.wanted <= 1.0) {
+        vec4 matter = (part.near.matter + part.far.matter) * halfStretch * unitLength[l];
+        way.tau += matter.w;
+        way.moment += matter.w * mix(way.at, next, centreOf(part));
+        way.color += matter.rgb;
         way.at = next;
         way.front = back;
     }
@@ -261,23 +241,6 @@ vec4 litMatter(uint l, inout Way way) {
     way.tau = way.moment = 0.0;
     way.color = vec3(0.0);
     return matter;
-}
-
-// Mean of (extinction * lit color, extinction) per slab over a stretch within one brick, among other layers'.
-vec4 hybridBetween(uint l, float from, float to) {
-    Way way = wayFrom(l, from);
-    float left = 1.0, tau = 0.0;
-    vec3 color = vec3(0.0);
-    while (way.at < to) {
-        while (way.at < to && way.tau < lightEvery) goOn(l, to, way);
-        vec4 matter = litMatter(l, way);
-        float passed = exp(-matter.w);
-        color += left * (matter.w < 1e-3 ? 1.0 - 0.5 * matter.w : (1.0 - passed) / matter.w) * matter.rgb;
-        left *= passed;
-        tau += matter.w;
-    }
-    // So that what the stretch gathers as a whole is what its parts did: the color of what is dense is that of its front.
-    return vec4(color * (tau < 1e-3 ? 1.0 + 0.5 * tau : tau / (1.0 - left)), tau) / max(to - from, 1e-20);
 }
 
 // Cuts the ray's way through the layer where the clips do.
