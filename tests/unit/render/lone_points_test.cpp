@@ -75,17 +75,22 @@ TEST(LonePoints, AreFewAndAtRest) {
 }
 
 TEST(LonePoints, EdgesOfOpaqueDiscsAreAsDefined) {
-    constexpr double size = 3.3, opacity = 0.9999;
-    const Points one{{{0.53, 0.52, 0.5}}};
-    const auto picture = draw(sceneOf("'width': 8, 'height': 8, 'background': [0, 0, 0]",
-                                      "'opacity': 1, 'sizePixels': 3.3, 'color': [1, 1, 1]", {one}));
-    for (int i = 0; i < 64; ++i) {
-        const double dx = i % 8 + 0.5 - 8 * 0.53, dy = i / 8 + 0.5 - 8 * 0.48;
-        const double coverage = std::clamp(0.5 * size + 0.5 - std::hypot(dx, dy), 0.0, 1.0);
-        const double expected = 255.0 * linearToSrgb(opacity * coverage);
-        // Coverage is told in 1024 steps, optical depth in 512 a unit: in the darkest tone each is worth 3.2
-        // steps of 255.
-        EXPECT_NEAR(picture[4 * static_cast<std::size_t>(i)], expected, 0.5 * (3.2 + 6.4 + 1.0)) << i;
+    constexpr double opacity = 0.9999;
+    for (int tenths = 30; tenths < 40; ++tenths) {
+        const Points one{{{0.53, 0.52, 0.5}}};
+        const double size = tenths / 10.0;
+        const auto picture =
+            draw(sceneOf("'width': 8, 'height': 8, 'background': [0, 0, 0]",
+                         "'opacity': 1, 'color': [1, 1, 1], 'sizePixels': " + std::to_string(size), {one}));
+        for (int i = 0; i < 64; ++i) {
+            const double dx = i % 8 + 0.5 - 8 * 0.53, dy = i / 8 + 0.5 - 8 * 0.48;
+            const double coverage = std::clamp(0.5 * size + 0.5 - std::hypot(dx, dy), 0.0, 1.0);
+            const double expected = 255.0 * linearToSrgb(opacity * coverage);
+            // Coverage is told in 1024 steps, optical depth in 512 a unit: in the darkest tone they are worth
+            // 3.2 and 6.4 steps of 255.
+            EXPECT_NEAR(picture[4 * static_cast<std::size_t>(i)], expected, 0.5 * (3.2 + 6.4 + 1.0))
+                << size << ' ' << i;
+        }
     }
 }
 
