@@ -146,35 +146,46 @@ HWY_INLINE PartReads readPart(const VolumeSource& source, const RayLanes& rays, 
             density.read(source, rays, part.to)};
 }
 
+/// A way through a cell by three samples, as far apart as each other, and what lies between them.
+struct CellPieces {
+    Piece near, far, whole;
+    V halves;  ///< optical depth of both halves, over that of a way of length 1
+
+    HWY_INLINE CellPieces(const Sample& front, const Sample& middle, const Sample& back)
+        : near(front, middle),
+          far(middle, back),
+          whole(front, back),
+          halves(hn::Add(near.depth, far.depth)) {}
+};
+
 /// Hands to `take(depth, from, to, mean)` what lies between two samples around which the density is smooth:
 /// the depths of the halves and of the whole, each with the density taken as linear, are extrapolated
 /// (Romberg).
 template <class Take>
-HWY_INLINE void takeSmooth(const Sample& front, const Sample& middle, const Sample& back, const Take& take) {
+HWY_INLINE void takeSmooth(const CellPieces& pieces, const Sample& front, const Sample& middle,
+                           const Sample& back, const Take& take) {
     const Floats d;
-    const Piece near(front, middle), far(middle, back), whole(front, back);
-    const V halves = hn::Add(near.depth, far.depth);
-    if (hn::AllTrue(d, hn::Le(halves, hn::Zero(d)))) return;
-    const V change = hn::Mul(hn::Sub(halves, whole.depth), reciprocal(hn::Max(halves, hn::Set(d, 1e-20F))));
+    if (hn::AllTrue(d, hn::Le(pieces.halves, hn::Zero(d)))) return;
+    const V change = hn::Mul(hn::Sub(pieces.halves, pieces.whole.depth),
+                             reciprocal(hn::Max(pieces.halves, hn::Set(d, 1e-20F))));
     const V scale = hn::Max(hn::MulAdd(change, hn::Set(d, 1.0F / 3.0F), hn::Set(d, 1.0F)), hn::Zero(d));
-    take(hn::Mul(near.depth, scale), front, middle, near.mean);
-    take(hn::Mul(far.depth, scale), middle, back, far.mean);
+    take(hn::Mul(pieces.near.depth, scale), front, middle, pieces.near.mean);
+    take(hn::Mul(pieces.far.depth, scale), middle, back, pieces.far.mean);
 }
 
 /// A change of density between two samples, as the VolumeTable counts it, from which on they are too far
-/// apart for transfer functions with kinks and steps.
+/// apart for transfer functions with kinks and steps; and an optical depth by which halves may differ from
+/// the whole where a parabola still tells what lies between.
 constexpr float steepChange = 0.035F * VolumeTable::cells;
-constexpr float mostPieces = 8.0F;
+constexpr float bentDepth = 0.02F;
+constexpr float mostPieces = 8.0F, leastOfBent = 4.0F;
 
 /// The same for the rays whose density is steep in a part, each in as many pieces as it needs itself: what
-/// its neighbours in the vector need must not show. `steep`: which; `change`: of their densities.
+/// its neighbours in the vector need must not show. `steep`: which; `pieces`: how many.
 template <class Take>
 HWY_INLINE void takeSteep(const VolumeSource& source, const RayLanes& rays, const Sample& front,
-                          const Sample& back, hn::Mask<Floats> steep, V change, const Take& take) {
+                          const Sample& back, hn::Mask<Floats> steep, V pieces, const Take& take) {
     const Floats d;
-    const V one = hn::Set(d, 1.0F);
-    const V wanted = hn::Floor(hn::MulAdd(change, hn::Set(d, 1.0F / steepChange), one));
-    const V pieces = hn::IfThenElse(steep, hn::Min(wanted, hn::Set(d, mostPieces)), one);
     const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
     const PartDensity density(rays, partBetween(source, rays, front.way, back.way));
     const V step = hn::Div(hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 0.5F)), pieces);
@@ -195,24 +206,32 @@ HWY_INLINE void takeSteep(const VolumeSource& source, const RayLanes& rays, cons
     }
 }
 
-/// The same for a part of which the table was read, in several pieces where the density is steep.
+/// The same for a part of which the table was read, in several pieces where the density is steep or what
+/// shows of it bends much. `length`: of a way of 1.
 template <class Take>
 HWY_INLINE void takePart(const VolumeSource& source, const RayLanes& rays, const Sample& front,
-                         const PartReads& reads, const Sample& back, const Take& take) {
+                         const PartReads& reads, const Sample& back, V length, const Take& take) {
     const Floats d;
     const Sample middle = sampleOf(reads.middle);
+    const CellPieces pieces(front, middle, back);
     const V change = hn::Max(hn::Abs(hn::Sub(middle.density, front.density)),
                              hn::Abs(hn::Sub(back.density, middle.density)));
     const auto moved = hn::Gt(back.way, front.way);
-    const auto steep = hn::And(moved, hn::Gt(change, hn::Set(d, steepChange)));
+    const V wrong = hn::Mul(hn::Abs(hn::Sub(pieces.halves, pieces.whole.depth)), length);
+    const auto bent = hn::Gt(wrong, hn::Set(d, bentDepth));
+    const auto steep = hn::And(moved, hn::Or(bent, hn::Gt(change, hn::Set(d, steepChange))));
     if (hn::AllFalse(d, steep)) {
-        takeSmooth(front, middle, back, take);
+        takeSmooth(pieces, front, middle, back, take);
         return;
     }
-    takeSmooth(front, middle, back, [&](V depth, const Sample& one, const Sample& other, V mean) HWY_ATTR {
-        take(hn::IfThenZeroElse(steep, depth), one, other, mean);
-    });
-    takeSteep(source, rays, front, back, steep, change, take);
+    takeSmooth(pieces, front, middle, back,
+               [&](V depth, const Sample& one, const Sample& other, V mean)
+                   HWY_ATTR { take(hn::IfThenZeroElse(steep, depth), one, other, mean); });
+    const V most = hn::Set(d, mostPieces), one = hn::Set(d, 1.0F);
+    const V wanted = hn::Floor(hn::MulAdd(change, hn::Set(d, 1.0F / steepChange), one));
+    const V least = hn::IfThenElse(bent, hn::Set(d, leastOfBent), one);
+    const V count = hn::IfThenElse(steep, hn::Min(hn::Max(wanted, least), most), one);
+    takeSteep(source, rays, front, back, steep, count, take);
 }
 
 }  // namespace mote::render::HWY_NAMESPACE

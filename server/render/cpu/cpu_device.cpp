@@ -61,7 +61,7 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
         if (stop.stop_requested()) return;
         const Tile tile{number % columns, number / columns};
         const bool any = points.any(tile);
-        compositeTile(frame, tile, any ? points.gather(tile) : std::span<TileCells>(), dots.of(tile),
+        compositeTile(frame, tile, any ? points.gather(tile) : std::span<TileCells>(), dots.of(tile, points),
                       picture.pixels.data());
     });
     if (stop.stop_requested()) return std::nullopt;

@@ -24,12 +24,16 @@ class Shades {
         : background_(plan.background), color_(layer.style.pointColor), format_(format) {
         const double size = std::min(layer.style.pointSize, 1.0);
         tau_ = -std::log1p(-layer.style.pointOpacity * size * size) * points.weightOfOne();
-        // What is left behind an optical depth of 20 shows in no format.
-        constexpr double opaque = 20.0;
+        // What is left behind so much shows in no pixel of the format.
+        const double opaque = format == PixelFormat::srgb8 ? 12.0 : 20.0;
         constexpr double most = 65536.0;
-        const double needed = std::min(opaque / std::max(tau_, opaque / most), most);
+        const auto pixels = static_cast<double>(points.counts().size());
+        const double needed = std::min({opaque / std::max(tau_, opaque / most), most, pixels});
         known_.resize(static_cast<std::size_t>(needed) + 1);
-        for (std::uint32_t i = 0; i < known_.size(); ++i) known_[i] = shade(i);
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, known_.size(), 256), [this](const auto& block) {
+            for (std::size_t i = block.begin(); i < block.end(); ++i)
+                known_[i] = shade(static_cast<std::uint32_t>(i));
+        });
         solid_ = static_cast<double>(known_.size()) * tau_ >= opaque;
     }
 

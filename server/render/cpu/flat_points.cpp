@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -22,6 +23,13 @@ namespace {
 constexpr std::size_t chunkLeaves = 4096;
 /// Room for the counts of all threads, bytes: of very large pictures fewer threads count.
 constexpr std::size_t countBytes = std::size_t{1} << 30;
+
+/// What a disc of full coverage counts: of an opaque one a step of its edge's optical depth, of which there
+/// is much, must not be seen either. Few enough that counts saturate only where all is opaque.
+double discUnit(const ParticlesStyle& style) {
+    constexpr double least = 256.0, most = 8192.0, stepsOfDepth = 512.0;
+    return std::round(std::clamp(-std::log1p(-style.pointOpacity) * stepsOfDepth, least, most));
+}
 
 /// So that a sum never wraps and does not depend on its order.
 std::uint32_t saturatingSum(std::uint32_t a, std::uint32_t b) {
@@ -41,6 +49,7 @@ class Counting {
           cells_(cells),
           map_(map),
           preview_(blocks),
+          unit_(static_cast<float>(discUnit(layer.style))),
           end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
         if (layer.style.pointSize > 1.0) {
             discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
@@ -111,8 +120,7 @@ class Counting {
             discs_->spread(at.x, at.y, box, [&](std::int32_t column, std::int32_t row, float weight) {
                 auto& count =
                     counts[static_cast<std::size_t>(row) * map_.width + static_cast<std::size_t>(column)];
-                count =
-                    saturatingSum(count, static_cast<std::uint32_t>(weight * FlatPoints::discUnit + 0.5F));
+                count = saturatingSum(count, static_cast<std::uint32_t>(weight * unit_ + 0.5F));
             });
         }
     }
@@ -122,6 +130,7 @@ class Counting {
     const std::span<const LeafCell> cells_;
     const PointMap& map_;
     const PreviewBlocks preview_;
+    const float unit_;
     std::optional<DiscFootprint> discs_;
     const storage::PackedPosition* end_;
 };
@@ -140,7 +149,7 @@ bool FlatPoints::draw(const FramePlan& plan, const LayerPlan& layer, std::span<c
     const bool stream = PointStream::serves(plan, layer, map);
     const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
                             stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer));
-    weightOfOne_ = layer.style.pointSize > 1.0 ? 1.0 / discUnit : 1.0;
+    weightOfOne_ = layer.style.pointSize > 1.0 ? 1.0 / discUnit(layer.style) : 1.0;
     const std::size_t parts = partsFor(pixels);
     parts_.resize(parts - 1);
     pixels_ = pixels;

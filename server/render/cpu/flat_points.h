@@ -18,14 +18,12 @@ namespace mote::render {
 
 class FlatPoints {
   public:
-    /// A point of one pixel and full coverage counts so much; discs less where they cover a pixel in part.
-    static constexpr std::uint32_t discUnit = 256;
-
     /// Draws what the plan selects. False where `stop` was requested meanwhile. Throws storage::StorageError.
     bool draw(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
               std::stop_token stop);
 
-    /// Optical depth of a count over that of one point: 1, or 1 / discUnit.
+    /// Optical depth of a count over that of one point: 1, or what discs, which cover pixels in part, are
+    /// counted by.
     double weightOfOne() const { return weightOfOne_; }
     /// Of each pixel, row by row; valid until the next draw().
     std::span<const std::uint32_t> counts() const { return {counts_.data(), pixels_}; }

@@ -47,13 +47,23 @@ void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
         });
 }
 
-const TileDots* FrameDots::of(Tile tile) {
-    if (dots_.empty()) return nullptr;
-    const auto own = tiles_.of(std::size_t{tile.row} * columns_ + tile.column);
-    if (own.empty()) return nullptr;
-    TileDots& local = local_.local();
-    local.set(tile, dots_, own, slabs_);
-    return &local;
+const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
+    Local& local = local_.local();
+    local.points.clear();
+    local.all.clear();
+    points.appendAlone(tile, local.points);
+    for (const auto& point : local.points) local.all.push_back(&point);
+    if (!dots_.empty()) {
+        for (const auto dot : tiles_.of(std::size_t{tile.row} * columns_ + tile.column))
+            local.all.push_back(&dots_[dot]);
+    }
+    if (local.all.empty()) return nullptr;
+    // Dots are front to back already; one at a point's depth lies behind it.
+    if (!local.points.empty())
+        std::stable_sort(local.all.begin(), local.all.end(),
+                         [](const ScreenDot* a, const ScreenDot* b) { return a->place < b->place; });
+    local.tile.set(tile, local.all, slabs_);
+    return &local.tile;
 }
 
 }  // namespace mote::render

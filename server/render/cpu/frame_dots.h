@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FrameDots: the dots of one picture, sorted by depth and by the tiles that they touch. Owned by the device,
-// its memory reused from picture to picture.
+// FrameDots: the dots of one picture, sorted by depth and by the tiles that they touch; with them, points
+// that stand alone. Owned by the device, its memory reused from picture to picture.
 #pragma once
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/tile_dots.h"
 #include "server/render/cpu/tile_lists.h"
 #include "server/render/frame_plan.h"
@@ -21,15 +22,22 @@ class FrameDots {
     /// Uses all threads of the calling arena. Stops early where `stop` is requested.
     void sort(const FramePlan& plan, const std::stop_token& stop);
 
-    /// Null where a tile has no dots. It belongs to the calling thread until it asks again.
-    const TileDots* of(Tile tile);
+    /// With the points that stand alone; null where a tile has neither. It belongs to the calling thread
+    /// until it asks again.
+    const TileDots* of(Tile tile, const FramePoints& points);
 
   private:
+    struct Local {
+        std::vector<ScreenDot> points;
+        std::vector<const ScreenDot*> all;
+        TileDots tile;
+    };
+
     std::uint32_t slabs_ = 0;
     std::uint32_t columns_ = 0;       // of tiles
     std::vector<ScreenDot> dots_;     // front to back
     TileLists<std::uint32_t> tiles_;  // indices into them
-    tbb::enumerable_thread_specific<TileDots> local_;
+    tbb::enumerable_thread_specific<Local> local_;
 };
 
 }  // namespace mote::render

@@ -34,9 +34,13 @@ std::span<TileCells> FramePoints::gather(Tile tile) {
     return cells;
 }
 
-std::uint64_t FramePoints::pointsDrawn() const {
+void FramePoints::appendAlone(Tile tile, std::vector<ScreenDot>& out) const {
+    for (const auto& layer : layers_) layer.appendAlone(tile, out);
+}
+
+std::uint64_t FramePoints::pointsDrawn(bool alone) const {
     std::uint64_t points = 0;
-    for (const auto& layer : layers_) points += layer.pointsDrawn();
+    for (const auto& layer : layers_) points += layer.alone() && !alone ? 0 : layer.pointsDrawn();
     return points;
 }
 

@@ -21,12 +21,16 @@ class FramePoints {
     /// As TilePoints::sort, for each layer.
     bool sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop);
 
-    /// Whether any layer may have points in a tile.
+    /// Whether any layer may have cells in a tile.
     bool any(Tile tile) const;
     /// The cells of a tile, one a layer. They belong to the calling thread, which may add to them, until it
     /// asks again.
     std::span<TileCells> gather(Tile tile);
-    std::uint64_t pointsDrawn() const;
+    /// Appends the points of a tile that have no cells since they stand alone, layer by layer. From any
+    /// thread.
+    void appendAlone(Tile tile, std::vector<ScreenDot>& out) const;
+    /// `alone`: also those that stand alone.
+    std::uint64_t pointsDrawn(bool alone = true) const;
 
   private:
     std::vector<TilePoints> layers_;

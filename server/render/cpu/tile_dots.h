@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TileDots: the dots of one tile, spread over its pixels: what each pixel meets of them, front to back.
+// TileDots: the dots of one tile, and points that stand alone, spread over its pixels: what each pixel meets
+// of them, front to back.
 // Reused from tile to tile by the thread that owns it.
 #pragma once
 
@@ -23,9 +24,8 @@ struct DotHit {
 
 class TileDots {
   public:
-    /// `dots`: all of the picture; `own`: those that touch the tile, front to back.
-    void set(Tile tile, std::span<const ScreenDot> dots, std::span<const std::uint32_t> own,
-             std::uint32_t slabs);
+    /// `dots`: those that touch the tile, front to back; one without a reach lies in one pixel alone.
+    void set(Tile tile, std::span<const ScreenDot* const> dots, std::uint32_t slabs);
 
     /// Front to back. `pixel`: a Tile::pixelIndex.
     std::span<const DotHit> of(std::uint32_t pixel) const {
@@ -41,9 +41,11 @@ class TileDots {
     };
     void spread(Tile tile, const ScreenDot& dot, std::uint32_t slabs);
 
-    std::vector<Placed> placed_;
+    std::vector<Placed> placed_;  // the first `placedCount_`; room beyond
+    std::size_t placedCount_ = 0;
     std::vector<DotHit> hits_;
     std::array<std::uint32_t, Tile::pixels + 1> begin_{};
+    std::array<float, Tile::pixels> left_;  // of the light behind those placed so far
     std::vector<std::uint64_t> occupied_;
 };
 

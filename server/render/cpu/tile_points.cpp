@@ -6,6 +6,8 @@
 #include <atomic>
 #include <numeric>
 
+#include "server/render/cpu/lone_points.h"
+
 namespace mote::render {
 namespace {
 
@@ -94,8 +96,11 @@ bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<c
     points_ = layer.step->positions(0, 0).data();
     end_ = points_ + layer.step->pointCount();
     pointsDrawn_ = 0;
+    alone_ = standAlone(plan, layer);
+    ink_ = pointFootprint(layer.style);
+    color_ = glm::vec3(layer.style.pointColor);
     // Not by what is found: of several processes each has its own part of the points.
-    slabs_ = layer.pointsDrawn > 0 ? map_->slabs() : 0;
+    slabs_ = layer.pointsDrawn > 0 && !alone_ ? map_->slabs() : 0;
     const bool stream = PointStream::serves(plan, layer, *map_);
     const PreviewBlocks blocks = stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer);
     sortLeaves(layer, stream ? std::span<const LeafCell>() : cells, stop);
@@ -170,6 +175,7 @@ void TilePoints::visitTiles(const ScreenPoint& point, Visit visit) const {
 }
 
 void TilePoints::gather(Tile tile, TileCells& cells) const {
+    if (alone_) return;
     const auto leaves = leaves_.of(index(tile));
     if (discs_) {
         addDiscs(leaves, tile, cells);
@@ -194,6 +200,23 @@ void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCel
         const std::size_t hits =
             projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
         for (std::size_t i = 0; i < hits; ++i) addDisc(screen[i], tile, cells);
+    }
+}
+
+void TilePoints::appendAlone(Tile tile, std::vector<ScreenDot>& out) const {
+    if (!alone_) return;
+    const float left = static_cast<float>(tile.column * Tile::edge) - reach();
+    const float top = static_cast<float>(tile.row * Tile::edge) - reach();
+    const float edge = static_cast<float>(Tile::edge) + 2.0F * reach();
+    const auto first = static_cast<float>(firstSlab());
+    std::array<ScreenPoint, LeafPoints::mostPoints> screen;
+    for (const auto& leaf : leaves_.of(index(tile))) {
+        const std::size_t hits =
+            projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
+        for (const auto& point : std::span(screen).first(hits)) {
+            if (point.x < left || point.x > left + edge || point.y < top || point.y > top + edge) continue;
+            out.push_back({point.x, point.y, ink_, first + point.slab, color_});
+        }
     }
 }
 

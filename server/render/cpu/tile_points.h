@@ -19,6 +19,7 @@
 #include "server/render/cpu/preview_blocks.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_lists.h"
+#include "server/render/screen_dots.h"
 
 namespace mote::render {
 
@@ -29,13 +30,19 @@ class TilePoints {
     bool sort(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
               const std::stop_token& stop);
 
+    /// Whether each point is drawn where it stands (standAlone) and none has a cell.
+    bool alone() const { return alone_; }
+    /// Whether a tile may have cells.
     bool any(Tile tile) const {
         const std::size_t i = index(tile);
-        return !leaves_.of(i).empty() || !discPoints_.of(i).empty() || !pixelPoints_.of(i).empty();
+        return !alone_ &&
+               (!leaves_.of(i).empty() || !discPoints_.of(i).empty() || !pixelPoints_.of(i).empty());
     }
     /// Adds the points of a tile to its cells. From any thread.
     void gather(Tile tile, TileCells& cells) const;
-    /// Of the picture's slabs those that the points lie in; 0 where there are no points.
+    /// Appends those of a tile that stand alone, in the order of the file. From any thread.
+    void appendAlone(Tile tile, std::vector<ScreenDot>& out) const;
+    /// Of the picture's slabs those that the points have cells in; 0 where there are none.
     std::uint32_t firstSlab() const { return map_->bends.first.firstSlab; }
     std::uint32_t slabs() const { return slabs_; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
@@ -51,6 +58,9 @@ class TilePoints {
     void addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) const;
     void addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const;
 
+    bool alone_ = false;
+    DotFootprint ink_{0.0F};  // of one that stands alone
+    glm::vec3 color_{0.0F};
     std::optional<PointMap> map_;
     std::optional<DiscFootprint> discs_;
     std::uint32_t columns_ = 0;  // of tiles

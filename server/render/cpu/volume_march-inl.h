@@ -35,7 +35,7 @@ HWY_INLINE Sample marchCells(const VolumeSource& source, const PacketRays& packe
         const CellPart nextPart = walk.next(source);
         const PartReads nextReads = readPart(source, rays, part);
         const Sample back = sampleOf(reads.back);
-        takePart(source, rays, front, reads, back,
+        takePart(source, rays, front, reads, back, length,
                  [&](V depth, const Sample& one, const Sample& other, V mean)
                      HWY_ATTR { light.gather(hn::Mul(depth, length), one, other, mean); });
         if (light.gone()) break;

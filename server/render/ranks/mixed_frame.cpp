@@ -107,16 +107,17 @@ void MixedFrame::composite(Batch batch, const std::vector<Bytes>& incoming) {
 
 void MixedFrame::compositeTile(std::uint32_t tile, const std::vector<std::span<const std::byte>>& packed) {
     const Tile at = deal_.at(tile);
+    const TileDots* const dots = parts_.dots.of(at, parts_.points);
     const bool more = std::any_of(packed.begin(), packed.end(), [](auto bytes) { return !bytes.empty(); });
     if (!more && !parts_.points.any(at)) {
-        return render::compositeTile(*frame_, at, {}, parts_.dots.of(at), picture_.pixels.data());
+        return render::compositeTile(*frame_, at, {}, dots, picture_.pixels.data());
     }
     const auto cells = parts_.points.gather(at);
     for (const auto bytes : packed) {
         if (!bytes.empty()) addCells(bytes, cells);
     }
     for (auto& layer : cells) layer.settle();
-    render::compositeTile(*frame_, at, cells, parts_.dots.of(at), picture_.pixels.data());
+    render::compositeTile(*frame_, at, cells, dots, picture_.pixels.data());
 }
 
 template <class Visit>
@@ -138,7 +139,8 @@ void MixedFrame::collect() {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
     const auto incoming = ranks_.exchange(outgoing);
-    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn());
+    // Of those that stand alone every rank has all.
+    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn(rank_ == 0));
     if (rank_ != 0) return;
     for (std::uint32_t rank = 1; rank < deal_.ranks; ++rank) {
         const auto* next = incoming[rank].data();

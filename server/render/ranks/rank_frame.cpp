@@ -2,6 +2,7 @@
 #include "server/render/ranks/rank_frame.h"
 
 #include "server/render/cpu/flat_picture.h"
+#include "server/render/cpu/lone_points.h"
 #include "server/render/ranks/count_sum.h"
 #include "server/render/ranks/leaf_deal.h"
 #include "server/render/ranks/mixed_frame.h"
@@ -35,10 +36,11 @@ std::optional<Picture> drawFlat(Ranks& ranks, RankParts& parts, const FrameOrder
 
 }  // namespace
 
-void keepOwnPoints(FramePlan& plan, const Ranks& ranks) {
-    for (auto& layer : plan.layers) {
+void keepOwnPoints(FrameOrder& order, const Ranks& ranks) {
+    for (auto& layer : order.plan.layers) {
         const std::size_t leaves = layer.selection->drawn.size();
-        if (leaves == 0) continue;
+        const bool alone = !order.flatLayer && standAlone(order.plan, layer);
+        if (leaves == 0 || alone) continue;
         const LeafDeal deal(layer.step->leaves().size(), ranks.size());
         layer.leavesInView = deal.own(layer.leavesInView, leaves, ranks.rank());
     }

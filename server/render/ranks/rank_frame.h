@@ -15,8 +15,8 @@
 
 namespace mote::render {
 
-/// Leaves in the plan what this rank draws of it.
-void keepOwnPoints(FramePlan& plan, const Ranks& ranks);
+/// Leaves in the order's plan what this rank draws of it; of points that stand alone, all.
+void keepOwnPoints(FrameOrder& order, const Ranks& ranks);
 
 /// On rank 0 the picture, or nothing where `agreement` did not go on; nothing on the others. `order`: with
 /// the rank's own steps and leaves, unless something failed before, which `agreement` knows.

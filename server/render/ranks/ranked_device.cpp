@@ -80,7 +80,7 @@ std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat f
     auto bytes = packOrder(order);
     state_->ranks.broadcast(bytes);
     Agreement agreement(state_->ranks);
-    agreement.attempt([&] { keepOwnPoints(order.plan, state_->ranks); });
+    agreement.attempt([&] { keepOwnPoints(order, state_->ranks); });
     auto picture = drawTogether(state_->ranks, state_->parts, order, agreement, stop);
     if (agreement.failure()) throw storage::StorageError(*agreement.failure());
     return picture;

@@ -46,7 +46,7 @@ void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads) {
         Agreement agreement(ranks);
         agreement.attempt([&] {
             parts.arena.execute([&] { complete(order, steps, selections); });
-            keepOwnPoints(order.plan, ranks);
+            keepOwnPoints(order, ranks);
         });
         drawTogether(ranks, parts, order, agreement, {});
     }

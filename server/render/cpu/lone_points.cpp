@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/lone_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/render/cpu/tile.h"
+
+namespace mote::render {
+namespace {
+
+// Beyond, points take longer to be sorted than to be added up, and among so many the order of two is seen in
+// few pixels.
+constexpr std::uint64_t mostPoints = 1 << 14;
+constexpr std::size_t mostLeaves = 1 << 16;  // that are looked at for them
+constexpr double mostHits = 1 << 19;         // of a layer in a tile, in memory at a time
+// Of points that are all but clear none hides another: they are mixed, but for a few.
+constexpr std::uint64_t mostClear = 1 << 10;
+constexpr double clear = 1.0 / 64.0;
+
+/// Of points that all lie in one tile, at most; where some are opaque those behind are left out.
+double hitsInTile(const FramePlan& plan, const LayerPlan& layer) {
+    constexpr double opaque = 10.0;  // optical depth
+    const double across = std::max(layer.style.pointSize, 0.0) + 2.0;
+    const double pixels = std::min<double>({Tile::pixels, double(plan.width) * plan.height, across * across});
+    const double depth = -std::log1p(-pointFootprint(layer.style).most);
+    return pixels * std::min(static_cast<double>(layer.pointsDrawn), 1.0 + opaque / std::max(depth, 1e-9));
+}
+
+}  // namespace
+
+bool standAlone(const FramePlan& plan, const LayerPlan& layer) {
+    if (!plan.exact || layer.preview != nullptr) return false;
+    if (layer.pointsDrawn > mostPoints || layer.selection->drawn.size() > mostLeaves) return false;
+    if (layer.pointsDrawn > mostClear && pointFootprint(layer.style).most < clear) return false;
+    return hitsInTile(plan, layer) <= mostHits;
+}
+
+DotFootprint pointFootprint(const ParticlesStyle& style) {
+    const auto size = static_cast<float>(style.pointSize), opacity = static_cast<float>(style.pointOpacity);
+    if (size > 1.0F) return {0.5F * size + 0.5F, opacity};
+    return {0.0F, size * size * opacity};
+}
+
+}  // namespace mote::render

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Points that are so few that each is drawn where it stands, as a dot is: in exact order with volumes, dots
+// and the points of other layers, not mixed within a slab (docs/PICTURE.md). Pure functions.
+#pragma once
+
+#include "server/render/cpu/disc_footprint.h"
+#include "server/render/frame_plan.h"
+#include "server/render/screen_dots.h"
+
+namespace mote::render {
+
+/// Whether each point of a layer is drawn where it stands. The same on all ranks, before points are dealt.
+bool standAlone(const FramePlan& plan, const LayerPlan& layer);
+
+/// What a point of a style covers of a pixel. Its reach is 0 where it lies in one pixel alone.
+DotFootprint pointFootprint(const ParticlesStyle& style);
+
+}  // namespace mote::render
