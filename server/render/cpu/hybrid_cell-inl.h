@@ -251,7 +251,7 @@ class HybridCell {
         const V wayTo = hn::Mul(hn::Sub(first, origin), inverse),
                 wayBeyond = hn::Mul(hn::Sub(second, origin), inverse);
         // As with planes, a thousandth of a cell ahead counts as passed.
-        const V passed = hn::MulAdd(hn::Abs(inverse), hn::Set(d, 1e-3F), way);
+        const V passed = hn::MulAdd(hn::Abs(inverse), hn::Set(d, 1e-5F), way);
         return hn::IfThenElse(hn::Gt(wayTo, passed), wayTo,
                               hn::IfThenElse(hn::Gt(wayBeyond, passed), wayBeyond, place_.leave));
     }

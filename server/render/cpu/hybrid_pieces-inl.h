@@ -77,13 +77,16 @@ struct CellPath {
     V way;
     V c1, c2, c3;
 
-    /// `y1`, `y2`: the density at both thirds.
-    HWY_INLINE CellPath(const Sample& first, V y1, V y2, const Sample& last)
+    /// `y1`, `y2`: the density at both thirds. `even`: the rays along which it is taken as linear, whatever
+    /// these say: a cubic through a kink would leave the range of the cell's corners.
+    HWY_INLINE CellPath(const Sample& first, V y1, V y2, const Sample& last, hn::Mask<Floats> even)
         : front(first), back(last), way(hn::Sub(back.way, front.way)) {
         const Floats d;
         const V ends = hn::Sub(back.density, front.density), thirds = hn::Sub(y2, y1);
-        c3 = hn::Mul(hn::Sub(ends, hn::Mul(thirds, hn::Set(d, 3.0F))), hn::Set(d, 4.5F));
-        c2 = hn::Sub(hn::Mul(hn::Sub(hn::Sub(y1, front.density), thirds), hn::Set(d, -4.5F)), c3);
+        const V third = hn::Mul(hn::Sub(ends, hn::Mul(thirds, hn::Set(d, 3.0F))), hn::Set(d, 4.5F));
+        const V bend = hn::Mul(hn::Sub(hn::Sub(y1, front.density), thirds), hn::Set(d, -4.5F));
+        c3 = hn::IfThenZeroElse(even, third);
+        c2 = hn::IfThenZeroElse(even, hn::Sub(bend, third));
         c1 = hn::Sub(hn::Sub(ends, c2), c3);
     }
     HWY_INLINE V wayAt(V s) const { return hn::MulAdd(s, way, front.way); }
@@ -217,7 +220,7 @@ HWY_INLINE Sample takeCell(const HybridSource& source, const HybridCell& cell, c
         const V third = hn::Mul(hn::Sub(next, front.way), hn::Set(d, 1.0F / 3.0F));
         const V y1 = cell.densityAt(hn::Add(front.way, third)), y2 = cell.densityAt(hn::Sub(next, third));
         const Sample back = cell.sampleAt(next);
-        takePath(source, cell, CellPath(front, y1, y2, back), length, alive, light, take);
+        takePath(source, cell, CellPath(front, y1, y2, back, even), length, alive, light, take);
         front = back;
     } while (!hn::AllTrue(d, hn::Ge(front.way, end)));
     return front;
