@@ -70,10 +70,9 @@ double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm:
     return edge / away * plan.height / (2.0 * plan.camera.halfHeight());
 }
 
-/// Of a hybrid volume, stretches a cell's edge: a trilinear field bends within a cell, and light in it does.
-/// Cells of the low volume are large on the screen, and few. Those of bricks are small, and where a stretch
-/// absorbs much or its value is steep it is cut further. In motion a stretch is no shorter than a pixel is
-/// wide, up to four cells: what is finer, no pixel shows either.
+/// The stretches of a hybrid volume to a cell's edge. At rest they bound what is leapt over and what is mixed
+/// in one step. In motion they are the distances of samples: no shorter than a pixel is wide, up to four
+/// cells, as what is finer no pixel shows either.
 double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
     constexpr double least = 0.25;
     const double most = hybrid.corrected() ? 1.25 : 6.0;

@@ -63,7 +63,7 @@ struct HybridLayer {
     const HybridGrid* low;
     const HybridBricks* bricks;    ///< null: it is not corrected
     float correction, steepness;   ///< HybridPlan's
-    float coarse;                  ///< stretches to one where nothing is corrected
+    float coarse;                  ///< in motion: stretches to one where nothing is corrected
     glm::vec3 lowScale, lowShift;  ///< from a place in the space's cells to one in samples of the low volume
     static constexpr float fullShade = 32767.0F;
     /// Of each normal, times fullShade: diffuse in the low 15 bits, specular from bit 16.

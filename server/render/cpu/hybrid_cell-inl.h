@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// What stands at a cell's corners, x fastest.
 using Corners = std::array<V, 8>;
 
-/// Of two 16-bit numbers in a word.
+/// The number in the low and in the high 16 bits of a word.
 HWY_INLINE V lowHalf(WordV word) {
     return hn::ConvertTo(Floats(), hn::BitCast(Ints(), hn::And(word, hn::Set(Words(), 0xffffU))));
 }
@@ -179,6 +179,7 @@ struct HybridPlace {
 
 class HybridCell {
   public:
+    /// Both must outlive it.
     HWY_INLINE HybridCell(const HybridSource& source, const HybridPlace& place)
         : source_(source),
           place_(place),
@@ -187,6 +188,8 @@ class HybridCell {
         read([](const HybridSamples& samples, IntV index) HWY_ATTR { return codesAt(samples, index); },
              values_);
     }
+
+    const HybridSource& source() const { return source_; }
 
     /// Densities between those of its corners.
     struct Range {
@@ -202,7 +205,7 @@ class HybridCell {
     }
 
     /// Its colour is the transfer function's, without light.
-    HWY_INLINE Sample sampleAt(V way) const { return source_.sampleOf(way, densityAt(way)); }
+    HWY_INLINE Sample sampleAt(V way) const { return source_.sampleWith(way, densityAt(way)); }
     /// Its density alone, as the VolumeTable counts it.
     HWY_INLINE V densityAt(V way) const { return source_.densityOf(between(values_, Shares(*this, way))); }
 

@@ -106,7 +106,7 @@ struct LitPath {
     HWY_INLINE Sample sampleAt(V way) const {
         const Floats d;
         const V share = hn::Div(hn::Sub(way, path.front.way), hn::Max(path.way, hn::Set(d, 1e-12F)));
-        return source.sampleOf(way, path.densityAt(share));
+        return source.sampleWith(way, path.densityAt(share));
     }
     HWY_INLINE LitPiece piece(const Piece& piece, const Sample& from, const Sample& to) const {
         return {[&](V way) HWY_ATTR { return light.shadeAt(way); }, piece, from, to, length};
@@ -183,13 +183,14 @@ struct MonotoneCuts {
 
 /// Hands to `take(LitPiece)` what rays meet on a path in a cell. `light`: the cell's, once it is needed.
 template <class Take>
-HWY_INLINE void takePath(const HybridSource& source, const HybridCell& cell, const CellPath& path, V length,
-                         hn::Mask<Floats> alive, CellLight& light, const Take& take) {
+HWY_INLINE void takePath(const HybridCell& cell, const CellPath& path, V length, hn::Mask<Floats> alive,
+                         CellLight& light, const Take& take) {
     const Floats d;
+    const HybridSource& source = cell.source();
     const Sample &front = path.front, &back = path.back;
     const MonotoneCuts cuts(path);
     const auto sampleAt = [&](hn::Mask<Floats> cut, V s) HWY_ATTR {
-        return choose(cut, source.sampleOf(path.wayAt(s), path.densityAt(s)), back);
+        return choose(cut, source.sampleWith(path.wayAt(s), path.densityAt(s)), back);
     };
     const bool once = !hn::AllFalse(d, cuts.once), twice = !hn::AllFalse(d, cuts.twice);
     const Sample first = once ? sampleAt(cuts.once, cuts.first) : back;
@@ -208,9 +209,8 @@ HWY_INLINE void takePath(const HybridSource& source, const HybridCell& cell, con
 /// The same of what rays meet in a cell from a sample to a way, path by path. Returns a sample there.
 /// `even`: the rays to which its density does not change much.
 template <class Take>
-HWY_INLINE Sample takeCell(const HybridSource& source, const HybridCell& cell, const ThreeAxes& rays,
-                           Sample front, V end, V length, hn::Mask<Floats> alive, hn::Mask<Floats> even,
-                           const Take& take) {
+HWY_INLINE Sample takeCell(const HybridCell& cell, const ThreeAxes& rays, Sample front, V end, V length,
+                           hn::Mask<Floats> alive, hn::Mask<Floats> even, const Take& take) {
     const Floats d;
     CellLight light;
     do {
@@ -220,7 +220,7 @@ HWY_INLINE Sample takeCell(const HybridSource& source, const HybridCell& cell, c
         const V third = hn::Mul(hn::Sub(next, front.way), hn::Set(d, 1.0F / 3.0F));
         const V y1 = cell.densityAt(hn::Add(front.way, third)), y2 = cell.densityAt(hn::Sub(next, third));
         const Sample back = cell.sampleAt(next);
-        takePath(source, cell, CellPath(front, y1, y2, back, even), length, alive, light, take);
+        takePath(cell, CellPath(front, y1, y2, back, even), length, alive, light, take);
         front = back;
     } while (!hn::AllTrue(d, hn::Ge(front.way, end)));
     return front;
@@ -252,7 +252,7 @@ HWY_INLINE Sample takeCells(const HybridSource& source, const ThreeAxes& rays, c
         known = known && hn::AllFalse(d, hn::Xor(kind, place.corrected));
         if (!known) front = cell.sampleAt(front.way);
         const auto even = hn::Or(dark, hn::Lt(hn::Sub(range.high, range.low), hn::Set(d, bentDensity)));
-        front = takeCell(source, cell, rays, front, leave, length, alive, even, take);
+        front = takeCell(cell, rays, front, leave, length, alive, even, take);
         kind = place.corrected;
         known = true;
     }

@@ -52,7 +52,7 @@ HWY_INLINE V snapped(V density) {
     return hn::Sub(hn::Add(density, large), large);
 }
 
-/// Cells of the error grid, in the brick that each is in.
+/// The first samples of cells of the error grid, each in the brick that it lies in.
 struct BrickCell {
     hn::Mask<Floats> corrected;
     IntV index;  ///< of the first sample
@@ -84,33 +84,30 @@ class HybridSource {
     const HybridSamples& low() const { return low_; }
     const HybridSamples& bricks() const { return bricks_; }
 
-    /// Its colour is the transfer function's, without light.
-    HWY_INLINE Sample sampleOf(V way, V exact) const {
+    /// The sample at a way where the density is `exact`. Its colour is the transfer function's, without
+    /// light.
+    HWY_INLINE Sample sampleWith(V way, V exact) const {
         const V density = snapped(exact);
         const Whole whole(held(density));
-        const IntV cell = hn::BitCast(Ints(), hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
-        return render::HWY_NAMESPACE::sampleOf(
-            {way, density, hn::Sub(density, whole.value), readEntries(layer_.table->entries(), cell)});
+        return sampleOf({way, density, hn::Sub(density, whole.value),
+                         readEntries(layer_.table->entries(), whole.number())});
     }
 
     /// Whether no density from `low` to `high` has extinction.
     HWY_INLINE hn::Mask<Floats> showsNothing(V low, V high) const {
-        const Floats d;
-        const Ints ints;
         const Whole first(held(snapped(low))), last(held(snapped(high)));
-        const IntV cell = hn::BitCast(ints, hn::Sub(first.word, hn::Set(Words(), Whole::bias)));
-        const V next = hn::GatherIndex(d, layer_.table->nextVisible(), cell);
+        const V next = hn::GatherIndex(Floats(), layer_.table->nextVisible(), first.number());
         return hn::Gt(next, last.value);
     }
 
-    /// As the VolumeTable counts it.
+    /// The density of a code, as the VolumeTable counts it.
     HWY_INLINE V densityOf(V code) const {
         const Floats d;
         return hn::MulAdd(code, hn::Set(d, layer_.tableScale), hn::Set(d, layer_.tableShift));
     }
 
   private:
-    /// Within the table.
+    /// The density, or the nearest one within the table.
     HWY_INLINE static V held(V density) {
         const Floats d;
         return hn::Min(hn::Max(density, hn::Set(d, 0.5F)), hn::Set(d, VolumeTable::cells + 1.25F));

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // TileDots: the dots of one tile, and points that stand alone, spread over its pixels: what each pixel meets
-// of them, front to back.
-// Reused from tile to tile by the thread that owns it.
+// of them, front to back. The thread that owns it uses it again from tile to tile.
 #pragma once
 
 #include <array>

@@ -40,6 +40,7 @@ struct Whole {
         value = hn::Sub(shifted, hn::Set(d, 8388608.0F));
         word = hn::BitCast(Words(), shifted);
     }
+    HWY_INLINE IntV number() const { return hn::BitCast(Ints(), hn::Sub(word, hn::Set(Words(), bias))); }
 };
 
 /// The nearest integer to a number from 0 to 2^22 in the low bits of a word, the others being Whole::bias.
@@ -275,10 +276,8 @@ struct TableReads {
 };
 
 HWY_INLINE TableReads readTable(const VolumeSource& source, V way, V density) {
-    const Ints ints;
     const Whole whole(density);
-    const IntV cell = hn::BitCast(ints, hn::Sub(whole.word, hn::Set(Words(), Whole::bias)));
-    return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, cell)};
+    return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, whole.number())};
 }
 
 /// And then it is a place on the rays with what a stretch needs of it.
