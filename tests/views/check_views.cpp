@@ -25,7 +25,7 @@ namespace {
 
 struct Run {
     std::uint64_t seed = 1, first = 0, count = 100, pixels = 768;
-    std::string check = "difference", device = "cpu", vectors, keep;
+    std::string check = "difference", device = "cpu", vectors, keep, record;
     std::vector<std::string> files;
     double below = 45.0;  ///< dB, what is a failure that is told and kept
     int most = 1;         ///< steps of 255, likewise
@@ -64,17 +64,24 @@ void keep(const Run& run, const std::string& name, const proto::View& view, cons
 }
 
 std::string told(const std::string& name, const Verdict& verdict) {
-    return fmt::format("{}: {}{:.2f} dB, worst {}, {:.1f}% in doubt, {} samples {}", name,
-                       verdict.kind == Verdict::Kind::dead     ? "DEAD "
-                       : verdict.kind == Verdict::Kind::broken ? "BROKEN "
-                                                               : "",
-                       verdict.psnr, verdict.worst, 100.0 * verdict.doubtful, verdict.samples, verdict.text);
+    const char* const end = verdict.kind == Verdict::Kind::dead     ? "DEAD "
+                            : verdict.kind == Verdict::Kind::broken ? "BROKEN "
+                                                                    : "";
+    return fmt::format("{}: {}{:.2f} dB, worst {}, {:.1f}% in doubt, {} samples {}", name, end, verdict.psnr,
+                       verdict.worst, 100.0 * verdict.doubtful, verdict.samples, verdict.text);
+}
+
+/// Of each view a hash of its pictures: what two builds draw alike has the same.
+void record(const Run& run, const std::string& name, const Verdict& verdict) {
+    if (run.record.empty()) return;
+    std::ofstream(run.record, std::ios::app) << name << ' ' << verdict.pictures << '\n';
 }
 
 void examine(const Run& run, const std::string& name, const proto::View& view, ViewCheck& check,
              ViewReport& report) {
     const auto verdict = check.check(view);
     report.add(name, verdict);
+    record(run, name, verdict);
     const bool fails = failed(run, verdict);
     if (fails || !run.quiet) std::cout << told(name, verdict) << std::endl;
     if (fails && !run.keep.empty()) keep(run, name, view, verdict, check);
@@ -120,6 +127,8 @@ void addOptions(CLI::App& app, Run& run) {
     app.add_option("--below", run.below, "dB: what is a failure of \"difference\"");
     app.add_option("--most", run.most, "steps of 255: beyond is a failure of \"bytes\"");
     app.add_option("--keep", run.keep, "folder for views that fail, whole and shrunk");
+    app.add_option("--record", run.record,
+                   "of \"survival\": file to which a line is added with a hash of each view's pictures");
     app.add_option("--questions", run.questions, "most pictures that are drawn to shrink a view");
     app.add_option("--view", run.files, "files with views, in place of generated ones");
     app.add_flag("--quiet", run.quiet, "tell of failures alone");

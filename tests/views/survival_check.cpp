@@ -3,8 +3,11 @@
 
 #include <array>
 #include <chrono>
+#include <span>
 #include <stdexcept>
+#include <vector>
 
+#include "storage/hash.h"
 #include "storage/storage_error.h"
 
 namespace mote::test {
@@ -21,11 +24,12 @@ constexpr std::array<Quality, 5> qualities{
      {.resolutionScale = 1.0, .pointFraction = 1.0, .slabs = 1, .samplesPerCell = 0.25},
      {.resolutionScale = 0.015625, .pointFraction = 0x1p-20, .slabs = 256, .samplesPerCell = 16.0}}};
 
-/// Empty, or what a device said instead of a picture.
+/// Empty, or what a device said instead of a picture, whose bytes are added to `pixels`.
 std::string drawOrSay(ViewDrawer& drawer, const render::Scene& scene, const Quality& quality,
-                      PixelFormat format) {
+                      PixelFormat format, std::vector<std::uint8_t>& pixels) {
     try {
-        drawer.draw(scene, quality, format);
+        const auto picture = drawer.draw(scene, quality, format);
+        pixels.insert(pixels.end(), picture.pixels.begin(), picture.pixels.end());
         return {};
     } catch (const render::DeviceError& failure) {
         return failure.what();
@@ -40,12 +44,14 @@ Verdict SurvivalCheck::examine(const proto::View& view) {
     const auto scene = data_.scene(view);
     if (!scene.ok()) throw std::invalid_argument(scene.error().toString());
     Verdict verdict;
+    std::vector<std::uint8_t> pixels;
     const auto begin = std::chrono::steady_clock::now();
     for (const auto& quality : qualities) {
-        const auto said = drawOrSay(*drawer_, *scene, quality, PixelFormat::srgb8);
+        const auto said = drawOrSay(*drawer_, *scene, quality, PixelFormat::srgb8, pixels);
         if (!said.empty()) verdict.text = said;
     }
-    drawOrSay(*drawer_, *scene, qualities[1], PixelFormat::linearHalf);
+    drawOrSay(*drawer_, *scene, qualities[1], PixelFormat::linearHalf, pixels);
+    verdict.pictures = storage::hash128(std::as_bytes(std::span(pixels)));
     verdict.deviceSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return verdict;
 }

@@ -12,9 +12,9 @@ std::string Verdict::toLine() const {
     std::string sentence = text;
     std::replace(sentence.begin(), sentence.end(), '\n', ' ');
     // Streams do not read infinity.
-    return fmt::format("verdict {} {:.4f} {} {:.6f} {} {} {:.6f} {:.6f} {}", static_cast<int>(kind),
+    return fmt::format("verdict {} {:.4f} {} {:.6f} {} {} {:.6f} {:.6f} {} {}", static_cast<int>(kind),
                        std::min(psnr, 999.0), worst, doubtful, blank ? 1 : 0, samples, referenceSeconds,
-                       deviceSeconds, sentence);
+                       deviceSeconds, pictures, sentence);
 }
 
 Result<Verdict> Verdict::parse(const std::string& line) {
@@ -23,7 +23,7 @@ Result<Verdict> Verdict::parse(const std::string& line) {
     int kind = 0;
     Verdict verdict;
     stream >> word >> kind >> verdict.psnr >> verdict.worst >> verdict.doubtful >> verdict.blank >>
-        verdict.samples >> verdict.referenceSeconds >> verdict.deviceSeconds;
+        verdict.samples >> verdict.referenceSeconds >> verdict.deviceSeconds >> verdict.pictures;
     if (!stream || word != "verdict" || kind < 0 || kind > static_cast<int>(Kind::dead))
         return Error{ErrorCode::invalidArgument, "verdict", "is no verdict: " + line};
     verdict.kind = static_cast<Kind>(kind);

@@ -24,7 +24,8 @@ struct Verdict {
     bool blank = false;     ///< nothing is seen but background
     double samples = 0.0;   ///< a cell, of the reference
     double referenceSeconds = 0.0, deviceSeconds = 0.0;
-    std::string text = {};  ///< what went wrong
+    std::string pictures = "-";  ///< a hash of all that a device drew, where a check tells it: no spaces
+    std::string text = {};       ///< what went wrong
 
     std::string toLine() const;
     /// Errors: invalidArgument.
