@@ -5,8 +5,8 @@
 #include <unistd.h>
 
 #include "preprocess/export_grids.h"
+#include "storage/files/write_file.h"
 #include "storage/vdb/vdb_file.h"
-#include "storage/write_file.h"
 
 namespace mote::prep {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
+#include "preprocess/hybrid/volume_job.h"
+#include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/image/image_job.h"
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/stipple/stipple_job.h"
 #include "preprocess/stipple/surface/surface_job.h"
-#include "preprocess/volume/volume_job.h"
-#include "preprocess/volume/volume_plan.h"
 
 #ifdef MOTE_HAVE_SYNTH
 #include "preprocess/synth/beam.h"

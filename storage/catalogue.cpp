@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "storage/files/system_error.h"
 #include "storage/manifest.h"
-#include "storage/system_error.h"
 
 namespace mote::storage {
 

@@ -8,10 +8,10 @@
 #include <cerrno>
 #include <utility>
 
+#include "storage/files/system_error.h"
+#include "storage/files/write_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
-#include "storage/system_error.h"
-#include "storage/write_file.h"
 
 namespace mote::storage {
 

@@ -9,10 +9,10 @@
 #include <set>
 
 #include "protocol/scene/json.h"
+#include "storage/files/read_file.h"
+#include "storage/files/write_file.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/image/image_limits.h"
-#include "storage/read_file.h"
-#include "storage/write_file.h"
 
 namespace mote::storage {
 namespace {

@@ -6,17 +6,17 @@
 #include <optional>
 
 #include "storage/arrays/array_file.h"
+#include "storage/files/packed_file.h"
+#include "storage/files/read_file.h"
+#include "storage/files/system_error.h"
 #include "storage/hash.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/packed_file.h"
 #include "storage/particles/mapped_step.h"
-#include "storage/read_file.h"
 #include "storage/stipple/hierarchy_file.h"
-#include "storage/system_error.h"
 
 namespace mote::storage {
 namespace {

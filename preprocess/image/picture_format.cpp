@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "storage/read_file.h"
-#include "storage/system_error.h"
+#include "storage/files/read_file.h"
+#include "storage/files/system_error.h"
 
 namespace mote::prep {
 namespace {

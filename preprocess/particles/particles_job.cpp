@@ -22,9 +22,9 @@
 #include "preprocess/particles/step_output.h"
 #include "preprocess/particles/step_selection.h"
 #include "preprocess/particles/two_stages.h"
+#include "storage/files/write_file.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_writer.h"
-#include "storage/write_file.h"
 
 namespace mote::prep {
 namespace {

@@ -10,8 +10,8 @@
 #include <cstring>
 #include <utility>
 
-#include "storage/system_error.h"
-#include "storage/write_file.h"
+#include "storage/files/system_error.h"
+#include "storage/files/write_file.h"
 
 namespace mote::prep {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::prep {
 

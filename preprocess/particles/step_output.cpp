@@ -9,7 +9,7 @@
 
 #include "preprocess/particles/point_output.h"
 #include "protocol/scene/json.h"
-#include "storage/write_file.h"
+#include "storage/files/write_file.h"
 
 namespace mote::prep {
 namespace {

@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <utility>
 
-#include "storage/file_descriptor.h"
-#include "storage/system_error.h"
-#include "storage/write_file.h"
+#include "storage/files/file_descriptor.h"
+#include "storage/files/system_error.h"
+#include "storage/files/write_file.h"
 
 namespace mote::prep {
 

@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "storage/file_descriptor.h"
-#include "storage/system_error.h"
+#include "storage/files/file_descriptor.h"
+#include "storage/files/system_error.h"
 
 namespace mote::prep {
 namespace {

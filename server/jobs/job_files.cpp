@@ -12,7 +12,7 @@
 #include <cstring>
 
 #include "protocol/scene/json.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::server {
 namespace {

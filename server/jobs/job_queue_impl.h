@@ -13,7 +13,7 @@
 #include "server/jobs/job_queue.h"
 #include "server/jobs/job_table.h"
 #include "server/jobs/runner.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 #include "storage/roots.h"
 
 namespace mote::server {

@@ -20,7 +20,7 @@
 #include <system_error>
 
 #include "server/jobs/process_identity.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::server {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::server {
 

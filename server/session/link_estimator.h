@@ -10,7 +10,7 @@
 #include <deque>
 #include <optional>
 
-#include "server/session/view_task.h"
+#include "server/frames/view_task.h"
 
 namespace mote::server {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/session/outbox.h"
 
-#include "server/session/utf8.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::server {
 

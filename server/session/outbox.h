@@ -14,7 +14,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/session/render_service.h"
+#include "server/frames/render_service.h"
 
 namespace mote::server {
 

@@ -7,8 +7,8 @@
 #include <asio/detached.hpp>
 #include <asio/post.hpp>
 
+#include "protocol/scene/utf8.h"
 #include "server/session/token.h"
-#include "server/session/utf8.h"
 
 namespace mote::server {
 

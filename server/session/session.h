@@ -20,12 +20,12 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/wire/message_stream.h"
+#include "server/data/dataset_service.h"
+#include "server/frames/crash_record.h"
+#include "server/frames/render_service.h"
 #include "server/jobs/job_queue.h"
-#include "server/session/crash_record.h"
-#include "server/session/dataset_service.h"
 #include "server/session/flow_control.h"
 #include "server/session/outbox.h"
-#include "server/session/render_service.h"
 #include "server/session/wakeup.h"
 
 namespace mote::server {

@@ -7,9 +7,9 @@
 
 #include "protocol/scene/json.h"
 #include "storage/arrays/array_file_writer.h"
+#include "storage/files/read_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
-#include "storage/read_file.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {

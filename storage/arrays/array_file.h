@@ -16,8 +16,8 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "storage/arrays/array_layout.h"
-#include "storage/mapped_file.h"
-#include "storage/particles/verified_array.h"
+#include "storage/blocks/mapped_file.h"
+#include "storage/blocks/verified_array.h"
 
 namespace mote::storage {
 

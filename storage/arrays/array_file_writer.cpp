@@ -9,9 +9,9 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
 #include "storage/arrays/hdf5_layout.h"
+#include "storage/files/system_error.h"
+#include "storage/files/write_file.h"
 #include "storage/hash.h"
-#include "storage/system_error.h"
-#include "storage/write_file.h"
 
 namespace mote::storage {
 

@@ -12,7 +12,7 @@
 
 #include "protocol/scene/error.h"
 #include "storage/arrays/array_layout.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::storage {
 

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
+#include "storage/files/system_error.h"
 #include "storage/particles/hdf5_id.h"
-#include "storage/system_error.h"
 
 namespace mote::storage {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "storage/files/packed_file.h"
 #include "storage/hybrid/check_hybrid.h"
-#include "storage/packed_file.h"
 
 namespace mote::storage {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
+#include "storage/files/scratch_file.h"
 #include "storage/hybrid/hybrid_limits.h"
-#include "storage/scratch_file.h"
 
 namespace mote::storage {
 

@@ -12,11 +12,11 @@
 #include <istream>
 #include <memory>
 
+#include "storage/files/packed_file.h"
 #include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/residual_encoder.h"
 #include "storage/manifest.h"
-#include "storage/packed_file.h"
 
 namespace mote::storage {
 namespace {

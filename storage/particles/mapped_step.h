@@ -10,11 +10,11 @@
 #include <optional>
 #include <vector>
 
-#include "storage/mapped_file.h"
+#include "storage/blocks/mapped_file.h"
+#include "storage/blocks/verified_array.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_layout.h"
 #include "storage/particles/step_need.h"
-#include "storage/particles/verified_array.h"
 #include "storage/step_origin.h"
 
 namespace mote::storage {

@@ -7,9 +7,9 @@
 #include <cerrno>
 
 #include "storage/arrays/hdf5_layout.h"
+#include "storage/files/system_error.h"
+#include "storage/files/write_file.h"
 #include "storage/hash.h"
-#include "storage/system_error.h"
-#include "storage/write_file.h"
 
 namespace mote::storage {
 namespace {

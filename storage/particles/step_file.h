@@ -15,7 +15,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "storage/arrays/array_layout.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 #include "storage/particles/step_content.h"
 
 namespace mote::storage {

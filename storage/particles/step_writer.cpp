@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "protocol/scene/json.h"
+#include "storage/files/write_file.h"
 #include "storage/particles/step_file.h"
-#include "storage/write_file.h"
 
 namespace mote::storage {
 namespace {

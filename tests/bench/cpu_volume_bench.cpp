@@ -12,8 +12,8 @@
 #include <glm/geometric.hpp>
 
 #include "server/render/cpu/cpu_device.h"
-#include "server/render/ray_map.h"
-#include "server/render/screen_map.h"
+#include "server/render/plan/ray_map.h"
+#include "server/render/plan/screen_map.h"
 #include "tests/golden/comparison.h"
 #include "tests/reference/reference_renderer.h"
 #include "tests/support/memory_step.h"

@@ -15,7 +15,7 @@
 #include <map>
 #include <vector>
 
-#include "server/render/stipple/surface_dots.h"
+#include "server/render/layers/stipple/surface_dots.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/hierarchy_file.h"

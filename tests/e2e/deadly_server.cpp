@@ -4,7 +4,7 @@
 // pixels wide break an invariant.
 #include <cstdlib>
 
-#include "server/session/server_program.h"
+#include "server/app/server_program.h"
 
 namespace mote::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "preprocess/volume/source/volume_source.h"
+#include "preprocess/volume/volume_source.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace mote::test {

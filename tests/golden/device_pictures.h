@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/render/device.h"
-#include "server/render/quality.h"
+#include "server/render/plan/quality.h"
 #include "tests/support/image.h"
 
 namespace mote::test {

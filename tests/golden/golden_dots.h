@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "protocol/scene/view.h"
-#include "server/render/stipple/dot.h"
+#include "server/render/plan/dot.h"
 
 namespace mote::test {
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "server/render/scene.h"
+#include "server/render/plan/scene.h"
 
 namespace mote::test {
 

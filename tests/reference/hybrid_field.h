@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "protocol/scene/view.h"
-#include "server/render/hybrid/hybrid_step.h"
-#include "server/render/hybrid/hybrid_transfer.h"
+#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/layers/hybrid/hybrid_transfer.h"
 #include "tests/reference/volume.h"
 
 namespace mote::reference {

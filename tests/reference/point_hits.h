@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "server/render/scene.h"
+#include "server/render/plan/scene.h"
 
 namespace mote::reference {
 

@@ -37,11 +37,11 @@ MAY_INCLUDE = {
 NETWORK = re.compile(r"(asio(/|\.hpp)|sys/socket\.h|sys/un\.h|netinet/|arpa/|netdb\.h|openssl/)")
 ONLY_IN = [
     (re.compile(r"(asio/|asio\.hpp)"), "Asio",
-     ("protocol/wire/", "server/session/", "server/jobs/", "client/", "tests/")),
+     ("protocol/wire/", "server/app/", "server/session/", "server/jobs/", "client/", "tests/")),
 ]
 # Foreign headers that the given folders may not include.
 NEVER_IN = [
-    (NETWORK, "networking", ("protocol/scene/", "storage/", "preprocess/", "server/render/", "server/encode/")),
+    (NETWORK, "networking", ("protocol/scene/", "storage/", "preprocess/", "server/render/", "server/encode/", "server/data/")),
     (re.compile(r"(hdf5|H5|openvdb/|nanovdb/|CGAL/|mpi\.h|embree)"), "HDF5, OpenVDB, CGAL, MPI and Embree",
      ("protocol/", "client/")),
 ]

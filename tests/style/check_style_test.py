@@ -31,14 +31,14 @@ class Includes(unittest.TestCase):
     def test_what_the_table_forbids(self):
         for path, include in [
             ("client/view/a.cpp", '"storage/manifest.h"'),
-            ("client/view/a.cpp", '"server/render/scene.h"'),
+            ("client/view/a.cpp", '"server/render/plan/scene.h"'),
             ("client/frames/a.cpp", "<hdf5.h>"),
             ("client/frames/a.cpp", "<openvdb/openvdb.h>"),
             ("client/frames/a.cpp", "<CGAL/Point_3.h>"),
             ("client/frames/a.cpp", "<mpi.h>"),
             ("storage/a.cpp", '"protocol/wire/frame.h"'),
             ("storage/a.cpp", '"preprocess/progress.h"'),
-            ("storage/a.cpp", '"server/render/scene.h"'),
+            ("storage/a.cpp", '"server/render/plan/scene.h"'),
             ("preprocess/particles/a.cpp", '"server/jobs/job_queue.h"'),
             ("preprocess/particles/a.cpp", '"protocol/wire/frame.h"'),
             ("server/jobs/a.cpp", '"preprocess/progress.h"'),

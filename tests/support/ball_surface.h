@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "server/render/stipple/stipple_surface.h"
+#include "server/render/layers/stipple/stipple_surface.h"
 #include "storage/mesh/surface_mesh.h"
 
 namespace mote::test {

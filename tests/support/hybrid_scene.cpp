@@ -10,7 +10,7 @@
 #include <glm/vector_relational.hpp>
 #include <stdexcept>
 
-#include "server/render/hybrid/brick_maker.h"
+#include "server/render/layers/hybrid/brick_maker.h"
 #include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/normal_table.h"
 

@@ -8,7 +8,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 
-#include "server/render/hybrid/hybrid_step.h"
+#include "server/render/layers/hybrid/hybrid_step.h"
 
 namespace mote::test {
 

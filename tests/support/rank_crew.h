@@ -9,9 +9,9 @@
 #include <thread>
 #include <vector>
 
+#include "server/render/plan/scene.h"
 #include "server/render/ranks/rank_steps.h"
 #include "server/render/ranks/ranked_device.h"
-#include "server/render/scene.h"
 #include "tests/support/thread_ranks.h"
 
 namespace mote::test {

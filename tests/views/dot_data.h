@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "protocol/scene/view.h"
-#include "server/render/stipple/dot.h"
+#include "server/render/plan/dot.h"
 
 namespace mote::test {
 

@@ -9,7 +9,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "server/render/hybrid/hybrid_transfer.h"
+#include "server/render/layers/hybrid/hybrid_transfer.h"
 #include "tests/reference/reference_renderer.h"
 
 namespace mote::test {

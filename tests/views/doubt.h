@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/render/scene.h"
+#include "server/render/plan/scene.h"
 #include "tests/support/image.h"
 
 namespace mote::test {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/render/scene.h"
+#include "server/render/plan/scene.h"
 #include "tests/views/random.h"
 
 namespace mote::test {

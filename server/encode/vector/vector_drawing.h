@@ -15,7 +15,7 @@
 #include "protocol/scene/page.h"
 #include "server/encode/vector/page_layout.h"
 #include "server/render/picture.h"
-#include "server/render/stipple/dot.h"
+#include "server/render/plan/dot.h"
 
 namespace mote::server {
 

@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "server/jobs/supervise/rights.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::server {
 namespace {

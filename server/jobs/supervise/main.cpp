@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "server/jobs/supervise/rights.h"
-#include "storage/file_descriptor.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::server {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/packed_volume.h"
-#include "server/render/screen_map.h"
+#include "server/render/plan/screen_map.h"
 
 namespace mote::render {
 namespace {

@@ -13,10 +13,10 @@
 #include "server/render/cpu/box_space.h"
 #include "server/render/cpu/packed_volume.h"
 #include "server/render/cpu/volume_blocks.h"
-#include "server/render/cpu/volume_table.h"
-#include "server/render/frame_plan.h"
 #include "server/render/picture.h"
-#include "server/render/ray_map.h"
+#include "server/render/plan/frame_plan.h"
+#include "server/render/plan/ray_map.h"
+#include "server/render/plan/volume_table.h"
 
 namespace mote::render {
 

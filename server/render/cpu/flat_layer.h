@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/render/cpu/composite_frame.h"
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

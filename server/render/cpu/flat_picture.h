@@ -5,8 +5,8 @@
 #pragma once
 
 #include "server/render/cpu/flat_points.h"
-#include "server/render/frame_plan.h"
 #include "server/render/picture.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

@@ -13,7 +13,7 @@
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/tile_dots.h"
 #include "server/render/cpu/tile_lists.h"
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

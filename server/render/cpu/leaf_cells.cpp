@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 #include "storage/storage_error.h"
 
 namespace mote::render {

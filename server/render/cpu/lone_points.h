@@ -5,8 +5,8 @@
 #pragma once
 
 #include "server/render/cpu/disc_footprint.h"
-#include "server/render/frame_plan.h"
-#include "server/render/screen_dots.h"
+#include "server/render/plan/frame_plan.h"
+#include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "server/render/screen_map.h"
+#include "server/render/plan/screen_map.h"
 
 namespace mote::render {
 PointMap PointMap::make(const FramePlan& plan, const LayerPlan& layer) {

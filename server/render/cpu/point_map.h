@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "server/render/cpu/leaf_cells.h"
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

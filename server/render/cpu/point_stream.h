@@ -12,7 +12,7 @@
 
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

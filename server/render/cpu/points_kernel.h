@@ -10,7 +10,7 @@
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/tile_cells.h"
-#include "server/render/preview_selection.h"
+#include "server/render/plan/preview_selection.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "server/render/cpu/points_kernel.h"
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "server/render/cpu/latest.h"
+#include "server/render/plan/latest.h"
 
 namespace mote::render {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/resident_volumes.h"
 
-#include "server/render/cpu/latest.h"
+#include "server/render/plan/latest.h"
 
 namespace mote::render {
 VisibleVolume ResidentVolumes::of(const std::shared_ptr<const storage::ParticleStep>& step,

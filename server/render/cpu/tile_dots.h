@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/render/cpu/tile.h"
-#include "server/render/screen_dots.h"
+#include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
 

@@ -19,7 +19,7 @@
 #include "server/render/cpu/preview_blocks.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_lists.h"
-#include "server/render/screen_dots.h"
+#include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
 

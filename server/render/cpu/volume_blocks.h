@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "server/render/cpu/packed_volume.h"
-#include "server/render/cpu/volume_table.h"
+#include "server/render/plan/volume_table.h"
 
 namespace mote::render {
 

@@ -10,7 +10,7 @@
 
 #include "server/render/cpu/composite_frame.h"
 #include "server/render/egl/table_entries.h"
-#include "server/render/hybrid/hybrid_plan.h"
+#include "server/render/layers/hybrid/hybrid_plan.h"
 
 namespace mote::render {
 

@@ -13,9 +13,9 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
-#include "server/render/ray_map.h"
-#include "server/render/screen_map.h"
-#include "server/render/transfer_table.h"
+#include "server/render/plan/ray_map.h"
+#include "server/render/plan/screen_map.h"
+#include "server/render/plan/transfer_table.h"
 
 namespace mote::render {
 namespace {

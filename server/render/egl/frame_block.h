@@ -12,8 +12,8 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
-#include "server/render/frame_plan.h"
 #include "server/render/picture.h"
+#include "server/render/plan/frame_plan.h"
 
 namespace mote::render {
 

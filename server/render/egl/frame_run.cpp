@@ -5,7 +5,7 @@
 
 #include "server/render/egl/frame_gl.h"
 #include "server/render/egl/frame_stage.h"
-#include "server/render/screen_map.h"
+#include "server/render/plan/screen_map.h"
 
 namespace mote::render {
 

@@ -16,7 +16,7 @@
 #include "server/render/egl/resident_hybrid_steps.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
-#include "server/render/screen_dots.h"
+#include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/render/cpu/volume_table.h"
 #include "server/render/egl/table_entries.h"
+#include "server/render/plan/volume_table.h"
 
 namespace mote::render {
 

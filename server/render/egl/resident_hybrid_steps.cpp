@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/render/cpu/latest.h"
+#include "server/render/plan/latest.h"
 
 namespace mote::render {
 std::optional<HybridParts> ResidentHybridSteps::of(const HybridPlan& plan, const Pacer& pacer) {

@@ -12,7 +12,7 @@
 #include "server/render/cpu/resident_hybrids.h"
 #include "server/render/egl/brick_looks.h"
 #include "server/render/egl/step_hybrid.h"
-#include "server/render/hybrid/hybrid_plan.h"
+#include "server/render/layers/hybrid/hybrid_plan.h"
 
 namespace mote::render {
 

@@ -11,7 +11,7 @@
 
 #include "server/render/egl/gl_objects.h"
 #include "server/render/egl/pacer.h"
-#include "server/render/hybrid/hybrid_step.h"
+#include "server/render/layers/hybrid/hybrid_step.h"
 
 namespace mote::render {
 

@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <string>
 
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 #include "storage/storage_error.h"
 
 namespace mote::render {

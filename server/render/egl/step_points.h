@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/render/egl/gl_objects.h"
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {

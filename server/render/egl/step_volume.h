@@ -9,9 +9,9 @@
 #include <optional>
 #include <vector>
 
-#include "server/render/cpu/volume_table.h"
 #include "server/render/egl/gl_objects.h"
 #include "server/render/egl/pacer.h"
+#include "server/render/plan/volume_table.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {

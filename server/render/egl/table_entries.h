@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/render/cpu/volume_table.h"
+#include "server/render/plan/volume_table.h"
 
 namespace mote::render {
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "server/render/frame_plan.h"
 #include "server/render/picture.h"
+#include "server/render/plan/frame_plan.h"
 #include "server/render/ranks/rank_steps.h"
 #include "server/render/ranks/ranks.h"
 

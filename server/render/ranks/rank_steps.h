@@ -8,7 +8,7 @@
 #include <string>
 
 #include "protocol/scene/error.h"
-#include "server/render/hybrid/hybrid_step.h"
+#include "server/render/layers/hybrid/hybrid_step.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {

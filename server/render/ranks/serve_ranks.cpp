@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/selection_cache.h"
 #include "server/render/ranks/rank_frame.h"
 #include "server/render/ranks/ranked_device.h"
-#include "server/render/selection_cache.h"
 
 namespace mote::render {
 namespace {

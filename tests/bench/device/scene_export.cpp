@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "protocol/scene/srgb.h"
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 
 namespace mote::bench {
 namespace {

@@ -12,7 +12,7 @@
 #include <fstream>
 #include <vector>
 
-#include "preprocess/volume/source/volume_source.h"
+#include "preprocess/volume/volume_source.h"
 #include "storage/hybrid/grid_axis.h"
 #include "tests/bench/hybrid/bubble.h"
 

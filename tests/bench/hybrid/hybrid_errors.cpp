@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "preprocess/volume/source/volume_source.h"
+#include "preprocess/volume/volume_source.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_file.h"

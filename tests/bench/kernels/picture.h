@@ -4,7 +4,7 @@
 #pragma once
 
 #include "server/render/picture.h"
-#include "server/render/scene.h"
+#include "server/render/plan/scene.h"
 #include "tests/bench/device/bench_scene.h"
 
 namespace mote::bench {

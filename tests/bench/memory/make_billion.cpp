@@ -14,14 +14,14 @@
 
 #include "protocol/scene/drawn_points.h"
 #include "protocol/scene/json.h"
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 #include "storage/dataset_writer.h"
+#include "storage/files/write_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_file.h"
 #include "storage/particles/step_writer.h"
 #include "storage/storage_error.h"
-#include "storage/write_file.h"
 #include "tests/bench/memory/synthetic_tree.h"
 
 namespace mote::bench {

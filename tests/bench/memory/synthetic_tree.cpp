@@ -7,7 +7,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 
 namespace mote::bench {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "client/frames/private_server.h"
 #include "protocol/wire/connection_file.h"
-#include "server/render/hybrid/hybrid_load.h"
+#include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/manifest.h"
 #include "tests/bench/orbit/orbit_client.h"
 #include "tests/bench/orbit/page_cache.h"

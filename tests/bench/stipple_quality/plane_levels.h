@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 #include "tests/support/plane_measures.h"
 
 namespace mote::bench {

@@ -8,7 +8,7 @@
 #include <glm/vec2.hpp>
 #include <vector>
 
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 
 namespace mote::bench {
 

@@ -18,9 +18,9 @@
 #include <optional>
 
 #include "preprocess/image/read_picture.h"
-#include "server/render/stipple/photograph.h"
-#include "server/render/stipple/photograph_tone.h"
-#include "server/render/stipple/tone.h"
+#include "server/render/layers/stipple/photograph.h"
+#include "server/render/layers/stipple/photograph_tone.h"
+#include "server/render/layers/stipple/tone.h"
 #include "storage/manifest.h"
 #include "storage/stipple/hierarchy_file.h"
 #include "tests/bench/stipple_tone/reference_stipples.h"

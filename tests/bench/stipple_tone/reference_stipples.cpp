@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "server/render/stipple/dot_cells.h"
+#include "server/render/layers/stipple/dot_cells.h"
 
 namespace mote::bench {
 namespace {

@@ -8,7 +8,7 @@
 #include <glm/vec2.hpp>
 #include <vector>
 
-#include "server/render/stipple/pixel_map.h"
+#include "server/render/layers/stipple/pixel_map.h"
 
 namespace mote::bench {
 

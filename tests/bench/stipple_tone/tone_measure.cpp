@@ -8,8 +8,8 @@
 #include <numbers>
 
 #include "protocol/scene/srgb.h"
-#include "server/render/stipple/dot.h"
-#include "server/render/stipple/tone.h"
+#include "server/render/layers/stipple/tone.h"
+#include "server/render/plan/dot.h"
 
 namespace mote::bench {
 namespace {

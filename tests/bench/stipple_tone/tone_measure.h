@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "server/render/stipple/pixel_map.h"
+#include "server/render/layers/stipple/pixel_map.h"
 
 namespace mote::bench {
 

@@ -12,7 +12,7 @@
 #include <numeric>
 
 #include "preprocess/mesh/surface_topology.h"
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/hierarchy_file.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "preprocess/volume/source/volume_source.h"
-#include "preprocess/volume/volume_job.h"
+#include "preprocess/hybrid/volume_job.h"
+#include "preprocess/volume/volume_source.h"
 #include "storage/hybrid/hybrid_limits.h"
 #include "tests/unit/particles/quiet_progress.h"
 

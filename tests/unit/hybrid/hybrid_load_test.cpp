@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/hybrid/hybrid_load.h"
+#include "server/render/layers/hybrid/hybrid_load.h"
 
 #include <gtest/gtest.h>
 

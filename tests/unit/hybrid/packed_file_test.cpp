@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "storage/packed_file.h"
+#include "storage/files/packed_file.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <random>
 #include <string>
 
+#include "storage/blocks/mapped_file.h"
 #include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/manifest.h"
-#include "storage/mapped_file.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/hybrid/volume_job_run.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/volume_job.h"
+#include "preprocess/hybrid/volume_job.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -9,9 +9,9 @@
 #include <fstream>
 
 #include "preprocess/image/read_picture.h"
+#include "storage/files/read_file.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
-#include "storage/read_file.h"
 #include "storage/verify.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "server/render/point_selection.h"
+#include "server/render/plan/point_selection.h"
 #include "server/render/ranks/leaf_deal.h"
 #include "server/render/ranks/tile_deal.h"
 

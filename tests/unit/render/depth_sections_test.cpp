@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/depth_sections.h"
+#include "server/render/plan/depth_sections.h"
 
 #include <gtest/gtest.h>
 

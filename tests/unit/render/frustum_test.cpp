@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/frustum.h"
+#include "server/render/plan/frustum.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/hybrid/hybrid_plan.h"
+#include "server/render/layers/hybrid/hybrid_plan.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 
 #include <gtest/gtest.h>
 

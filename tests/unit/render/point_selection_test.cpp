@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/point_selection.h"
+#include "server/render/plan/point_selection.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "protocol/scene/drawn_points.h"
-#include "server/render/octree_cell.h"
+#include "server/render/plan/octree_cell.h"
 #include "storage/storage_error.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"

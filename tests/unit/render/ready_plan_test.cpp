@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "server/render/frame_plan.h"
+#include "server/render/plan/frame_plan.h"
 #include "tests/support/view_text.h"
 
 namespace mote::render {

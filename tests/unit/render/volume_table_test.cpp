@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/cpu/volume_table.h"
+#include "server/render/plan/volume_table.h"
 
 #include <gtest/gtest.h>
 

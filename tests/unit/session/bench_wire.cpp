@@ -13,7 +13,7 @@
 
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
-#include "server/session/view_task.h"
+#include "server/frames/view_task.h"
 #include "tests/unit/session/test_client.h"
 
 namespace mote::test {

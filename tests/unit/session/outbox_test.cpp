@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "protocol/scene/utf8.h"
 #include "server/session/token.h"
-#include "server/session/utf8.h"
 
 namespace mote::server {
 namespace {

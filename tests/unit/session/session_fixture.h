@@ -11,9 +11,9 @@
 
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
-#include "server/session/server.h"
+#include "server/app/server.h"
 #include "tests/support/temp_dir.h"
-#include "tests/unit/session/fake_device.h"
+#include "tests/unit/frames/fake_device.h"
 #include "tests/unit/session/test_client.h"
 
 namespace mote::test {

@@ -8,7 +8,7 @@
 #include <deque>
 #include <optional>
 
-#include "server/session/view_task.h"
+#include "server/frames/view_task.h"
 
 namespace mote::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/dot_cells.h"
+#include "server/render/layers/stipple/dot_cells.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/photograph.h"
+#include "server/render/layers/stipple/photograph.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -8,8 +8,8 @@
 #include <set>
 #include <tuple>
 
-#include "server/render/stipple/dot_cells.h"
-#include "server/render/stipple/photograph_dots.h"
+#include "server/render/layers/stipple/dot_cells.h"
+#include "server/render/layers/stipple/photograph_dots.h"
 #include "tests/unit/stipple/small_hierarchy.h"
 
 namespace mote::render {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/pixel_map.h"
+#include "server/render/layers/stipple/pixel_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/plane_tiles.h"
+#include "server/render/layers/stipple/plane_tiles.h"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -11,7 +11,7 @@
 #include <random>
 #include <tuple>
 
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 
 namespace mote::render {
 namespace {

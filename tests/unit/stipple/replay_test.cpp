@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 
 #include <gmock/gmock.h>
 #include <tbb/task_arena.h>

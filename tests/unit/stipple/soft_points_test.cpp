@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/soft_points.h"
+#include "server/render/layers/stipple/soft_points.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "preprocess/stipple/plane_start.h"
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 #include "tests/support/plane_measures.h"
 #include "tests/unit/stipple/test_progress.h"
 

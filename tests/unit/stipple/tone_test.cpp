@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/stipple/tone.h"
+#include "server/render/layers/stipple/tone.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "server/render/stipple/photograph_tone.h"
+#include "server/render/layers/stipple/photograph_tone.h"
 
 namespace mote::render {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "storage/mapping_guard.h"
+#include "storage/blocks/mapping_guard.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "storage/mapped_file.h"
+#include "storage/blocks/mapped_file.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::storage {

@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
+#include "server/data/step_loader.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
-#include "storage/particles/step_loader.h"
 #include "storage/storage_error.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/storage/forged_digest.h"

@@ -5,8 +5,8 @@
 
 #include <numeric>
 
+#include "storage/blocks/mapping_guard.h"
 #include "storage/manifest.h"
-#include "storage/mapping_guard.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_layout.h"
 #include "storage/storage_error.h"

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "preprocess/stipple/surface/surface_start.h"
-#include "server/render/stipple/replay.h"
+#include "server/render/layers/stipple/replay.h"
 #include "tests/support/surface_measures.h"
 #include "tests/unit/particles/quiet_progress.h"
 #include "tests/unit/surface/test_surfaces.h"

@@ -10,7 +10,7 @@
 
 #include "preprocess/stipple/surface/surface_start.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
-#include "server/render/stipple/surface_dots.h"
+#include "server/render/layers/stipple/surface_dots.h"
 #include "tests/support/view_text.h"
 #include "tests/unit/particles/quiet_progress.h"
 #include "tests/unit/surface/test_surfaces.h"

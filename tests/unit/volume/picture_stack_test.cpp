@@ -9,7 +9,7 @@
 
 #include <fstream>
 
-#include "preprocess/volume/source/picture_files.h"
+#include "preprocess/volume/picture_files.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::test {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "preprocess/volume/source/volume_source.h"
+#include "preprocess/volume/volume_source.h"
 
 namespace mote::test {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Depths of a layer, linear in its box's places, told in slabs of the first section of the depth that it lies in, become
-// slabs of the picture (server/render/depth_sections.h). The array is mostSections long.
+// slabs of the picture (server/render/plan/depth_sections.h). The array is mostSections long.
 
 uniform vec3 bends[17];
 uniform vec3 bendShape;   // how many bends; the layer's first slab; how many it has

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/hybrid/error_pass.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace mote::prep {
+namespace {
+
+using storage::Between;
+
+std::array<std::vector<Between>, 3> placesIn(const storage::GridSize& grid, const storage::GridSize& other) {
+    std::array<std::vector<Between>, 3> places;
+    for (std::size_t a = 0; a < 3; ++a) {
+        for (std::uint32_t i = 0; i < grid[a]; ++i) {
+            places[a].push_back(storage::between(storage::placeIn(i, grid[a], other[a]), other[a]));
+        }
+    }
+    return places;
+}
+
+void mix(const float* first, const float* second, float fraction, std::span<float> out) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = first[i] + fraction * (second[i] - first[i]);
+}
+
+/// Slice `at` of a grid between two of its slices, at the places of another grid's samples: calls row(y,
+/// values) for each of its rows.
+template <class Row>
+void interpolate(const float* first, const float* second, float fraction, std::size_t width,
+                 std::size_t height, const std::vector<Between>& x, const std::vector<Between>& y,
+                 const Row& row) {
+    std::vector<float> slice(width * height);
+    mix(first, second, fraction, slice);
+    std::vector<float> line(width);
+    std::vector<float> values(x.size());
+    for (std::uint32_t j = 0; j < y.size(); ++j) {
+        mix(slice.data() + y[j].first * width, slice.data() + y[j].second * width, y[j].fraction, line);
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            const float left = line[x[i].first];
+            values[i] = left + x[i].fraction * (line[x[i].second] - left);
+        }
+        row(j, values);
+    }
+}
+
+}  // namespace
+
+ErrorPass::ErrorPass(VolumeSource& source, const VolumePlan& plan, const ValueRange& range,
+                     const LowVolume& low, std::uint32_t together)
+    : source_(source),
+      plan_(plan),
+      range_(range),
+      low_(low),
+      together_(together),
+      same_(plan.error == plan.source),
+      inSource_(placesIn(plan.error, plan.source)),
+      inLow_(placesIn(plan.error, plan.low)) {
+    MOTE_CHECK(together % storage::residualBrickSide == 0);
+}
+
+Status ErrorPass::run(std::uint32_t e0, std::uint32_t e1,
+                      const std::function<Status(const ErrorSlab&)>& visit) const {
+    SlabWindow window(source_, range_.min);
+    std::vector<float> sampled;
+    ErrorSlab slab;
+    slab.grid = plan_.error;
+    for (auto z = e0; z < e1; z += together_) {
+        slab.z0 = z;
+        slab.z1 = std::min(e1, z + together_);
+        MOTE_RETURN_IF_ERROR(cover(window, slab));
+        sampleSource(window, slab, sampled);
+        slab.errors.resize(slab.slice() * (slab.z1 - slab.z0));
+        tbb::parallel_for(slab.z0, slab.z1, [&](std::uint32_t at) { subtractLow(at, slab); });
+        MOTE_RETURN_IF_ERROR(visit(slab));
+    }
+    return success();
+}
+
+/// The slices of the source that the slab and its neighbours need.
+Status ErrorPass::cover(SlabWindow& window, const ErrorSlab& slab) const {
+    const auto below = slab.z0 > 0 ? slab.z0 - 1 : 0;
+    const auto above = std::min(slab.z1, plan_.error[2] - 1);
+    return window.cover(inSource_[2][below].first, inSource_[2][above].second + 1);
+}
+
+void ErrorPass::sampleSource(const SlabWindow& window, ErrorSlab& slab, std::vector<float>& sampled) const {
+    const auto begin = slab.z0 > 0 ? slab.z0 - 1 : 0;
+    const auto end = std::min(slab.z1 + 1, plan_.error[2]);
+    slab.valuesBegin_ = begin;
+    slab.values_.resize(end - begin);
+    if (!same_) sampled.resize(slab.slice() * (end - begin));
+    tbb::parallel_for(begin, end, [&](std::uint32_t z) {
+        if (same_) {
+            slab.values_[z - begin] = window.slice(z).data();
+            return;
+        }
+        const auto out = std::span(sampled).subspan((z - begin) * slab.slice(), slab.slice());
+        sampleSlice(window, z, out);
+        slab.values_[z - begin] = out.data();
+    });
+}
+
+void ErrorPass::sampleSlice(const SlabWindow& window, std::uint32_t z, std::span<float> out) const {
+    const auto& at = inSource_[2][z];
+    interpolate(
+        window.slice(at.first).data(), window.slice(at.second).data(), at.fraction, plan_.source[0],
+        plan_.source[1], inSource_[0], inSource_[1], [&](std::uint32_t y, std::span<const float> row) {
+            std::copy(row.begin(), row.end(), out.begin() + static_cast<std::ptrdiff_t>(y * row.size()));
+        });
+}
+
+void ErrorPass::subtractLow(std::uint32_t z, ErrorSlab& slab) const {
+    const auto& at = inLow_[2][z];
+    std::vector<float> low(2 * low_.slice());
+    const auto all = std::span(low);
+    low_.decode(at.first, all.first(low_.slice()));
+    low_.decode(at.second, all.last(low_.slice()));
+    auto* errors = slab.errors.data() + (z - slab.z0) * slab.slice();
+    const auto* values = slab.value(z);
+    interpolate(low.data(), low.data() + low_.slice(), at.fraction, low_.size[0], low_.size[1], inLow_[0],
+                inLow_[1], [&](std::uint32_t y, std::span<const float> row) {
+                    const auto first = y * row.size();
+                    for (std::size_t x = 0; x < row.size(); ++x)
+                        errors[first + x] = values[first + x] - row[x];
+                });
+}
+
+}  // namespace mote::prep

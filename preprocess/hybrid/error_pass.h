@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ErrorPass: goes through the error grid in slabs of z and says where the low-resolution volume is wrong. One
+// owner; works on the caller's oneTBB threads. The same source gives the same numbers for any threads and
+// slabs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "preprocess/hybrid/low_volume.h"
+#include "preprocess/hybrid/slab_window.h"
+#include "preprocess/hybrid/value_range.h"
+#include "preprocess/hybrid/volume_plan.h"
+#include "storage/hybrid/grid_axis.h"
+
+namespace mote::prep {
+
+/// Slices [z0, z1) of the error grid, x fastest. Good during a visit.
+class ErrorSlab {
+  public:
+    std::uint32_t z0 = 0, z1 = 0;
+    storage::GridSize grid{};
+    std::vector<float> errors;  ///< source minus low-resolution volume, of all samples of the slab
+
+    std::size_t slice() const { return std::size_t{grid[0]} * grid[1]; }
+    const float* error(std::uint32_t z) const { return errors.data() + (z - z0) * slice(); }
+    /// The source at slice z and its neighbours, the slice itself at the grid's ends.
+    std::array<const float*, 3> values(std::uint32_t z) const {
+        return {value(z > 0 ? z - 1 : z), value(z), value(z + 1 < grid[2] ? z + 1 : z)};
+    }
+
+  private:
+    friend class ErrorPass;
+    const float* value(std::uint32_t z) const { return values_[z - valuesBegin_]; }
+
+    std::uint32_t valuesBegin_ = 0;
+    std::vector<const float*> values_;  ///< of slices valuesBegin_ on
+};
+
+class ErrorPass {
+  public:
+    /// All must outlive this; `together` slices make a slab, a multiple of residualBrickSide.
+    ErrorPass(VolumeSource& source, const VolumePlan& plan, const ValueRange& range, const LowVolume& low,
+              std::uint32_t together);
+
+    /// Visits slices [e0, e1) in ascending order. The source's values between samples are interpolated
+    /// linearly. Errors: the source's, and the visit's.
+    Status run(std::uint32_t e0, std::uint32_t e1,
+               const std::function<Status(const ErrorSlab&)>& visit) const;
+
+  private:
+    Status cover(SlabWindow& window, const ErrorSlab& slab) const;
+    void sampleSource(const SlabWindow& window, ErrorSlab& slab, std::vector<float>& sampled) const;
+    void sampleSlice(const SlabWindow& window, std::uint32_t z, std::span<float> out) const;
+    void subtractLow(std::uint32_t z, ErrorSlab& slab) const;
+
+    VolumeSource& source_;
+    const VolumePlan& plan_;
+    const ValueRange& range_;
+    const LowVolume& low_;
+    std::uint32_t together_;
+    bool same_;                                                      ///< the error grid is the source's
+    std::array<std::vector<storage::Between>, 3> inSource_, inLow_;  ///< of each sample along x, y, z
+};
+
+}  // namespace mote::prep

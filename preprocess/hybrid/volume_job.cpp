@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/hybrid/volume_job.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "preprocess/hybrid/rank_part.h"
+#include "preprocess/hybrid/step_maker.h"
+#include "preprocess/hybrid/volume_manifest.h"
+#include "preprocess/on_threads.h"
+#include "preprocess/parallel/shared_dataset.h"
+#include "storage/manifest.h"
+
+namespace mote::prep {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of the job's time, what finding the range takes.
+constexpr double rangeShare = 0.15;
+/// Differences of floats must be floats.
+constexpr double greatestSpan = 1e37;
+
+class Job {
+  public:
+    Job(const proto::JobRequest& request, const OpenVolume& open, const std::vector<fs::path>& inputs,
+        const fs::path& output, const VolumeJobOptions& options, Progress& progress)
+        : request_(request),
+          open_(open),
+          inputs_(inputs),
+          output_(output),
+          options_(options),
+          ranks_(*options.ranks),
+          progress_(progress) {}
+
+    Result<proto::Manifest> run() {
+        MOTE_RETURN_IF_ERROR(agree(ranks_, check()));
+        // Before the work: a place that cannot be had is said at once.
+        auto dataset = SharedDataset::create(ranks_, output_);
+        if (!dataset.ok()) return dataset.error();
+        MOTE_RETURN_IF_ERROR(findRanges());
+        auto manifest = describeVolume(request_, inputs_, output_, shape_, plan_, range_);
+        for (std::size_t step = 0; step < inputs_.size(); ++step) {
+            auto entry = makeStep(step, dataset->directory());
+            if (!entry.ok()) return inInput(step, entry.error());
+            MOTE_RETURN_IF_ERROR(
+                agree(ranks_, ranks_.first() ? addFiles(*entry, dataset->writer()) : success()));
+            *manifest.mutable_hybrid()->add_steps() = *std::move(entry);
+        }
+        MOTE_RETURN_IF_ERROR(
+            agree(ranks_, ranks_.first() ? publish(dataset->writer(), manifest) : success()));
+        dataset->finish();
+        progress_.report(1.0, "done");
+        return manifest;
+    }
+
+  private:
+    static Error cancelled() { return {ErrorCode::cancelled, "", "cancelled"}; }
+
+    Status check() const {
+        MOTE_RETURN_IF_ERROR(checkVolumeJob(request_.volume()));
+        if (inputs_.size() <= static_cast<std::size_t>(storage::maxSteps)) return success();
+        return Error{ErrorCode::resourceExhausted, "inputs",
+                     fmt::format("are more than the {} steps that one dataset holds", storage::maxSteps)};
+    }
+
+    /// An error that names no place is one of the input's.
+    Error inInput(std::size_t step, const Error& error) const {
+        if (!error.where.empty() || error.code == ErrorCode::cancelled) return error;
+        return {error.code, inputs_[step].string(), error.message};
+    }
+
+    /// The plan follows from the first volume; the others must be like it.
+    Status planFrom(const VolumeShape& shape) {
+        shape_ = shape;
+        auto plan = planVolume(request_.volume(), shape);
+        if (!plan.ok()) return plan.error();
+        plan_ = *std::move(plan);
+        const auto memory = planMemory(plan_, options_.memory, tbb::this_task_arena::max_concurrency());
+        if (!memory.ok()) return memory.error();
+        memory_ = *memory;
+        return success();
+    }
+
+    Status checkLikeFirst(std::size_t step, const VolumeShape& shape) const {
+        if (shape.nx == shape_.nx && shape.ny == shape_.ny && shape.nz == shape_.nz &&
+            shape.indexToWorld == shape_.indexToWorld) {
+            return success();
+        }
+        return Error{ErrorCode::invalidArgument, inputs_[step].string(),
+                     fmt::format("has another size or place than {}: the steps of a dataset share both",
+                                 inputs_.front().string())};
+    }
+
+    Status findRanges() {
+        for (std::size_t step = 0; step < inputs_.size(); ++step) {
+            const auto range = rangeOf(step);
+            MOTE_RETURN_IF_ERROR(agree(ranks_, range.ok() ? success() : inInput(step, range.error())));
+            const auto all = shareValues<ValueRange>(ranks_, std::span(&*range, 1));
+            if (!all.ok()) return all.error();
+            auto& united = ranges_.emplace_back();
+            for (const auto& of : *all) united = united.united(of.front());
+            range_ = range_.united(united);
+        }
+        noteInvalid();
+        if (range_.span() <= greatestSpan) return success();
+        return Error{ErrorCode::unsupported, inputs_.front().string(), "has values further apart than 1e37"};
+    }
+
+    /// Of this rank's slices.
+    Result<ValueRange> rangeOf(std::size_t step) {
+        auto source = open_(step);
+        if (!source.ok()) return source.error();
+        const auto& shape = (*source)->shape();
+        const auto fits = step == 0 ? planFrom(shape) : checkLikeFirst(step, shape);
+        if (!fits.ok()) return fits.error();
+        progress_.report(rangeShare * static_cast<double>(step) / static_cast<double>(inputs_.size()),
+                         phase("looking for the range of", step));
+        const auto own = partOf(plan_, ranks_.rank(), ranks_.size()).source;
+        auto range =
+            findRange(**source, own.begin, own.end, memory_.slices, [this] { return progress_.cancelled(); });
+        if (inputs_.size() == 1) only_ = *std::move(source);
+        return range;
+    }
+
+    void noteInvalid() {
+        if (range_.invalid == 0) return;
+        progress_.note(fmt::format("{} samples are not finite numbers and were taken as the least value, {}",
+                                   range_.invalid, range_.min));
+    }
+
+    std::string phase(std::string_view what, std::size_t step) const {
+        return inputs_.size() == 1 ? fmt::format("{} volume", what)
+                                   : fmt::format("{} volume {} of {}", what, step + 1, inputs_.size());
+    }
+
+    Result<proto::HybridStepEntry> makeStep(std::size_t step, const fs::path& directory) {
+        auto source = only_ ? Result(std::move(only_)) : open_(step);
+        MOTE_RETURN_IF_ERROR(agree(ranks_, source.ok() ? success() : Status(source.error())));
+        StepTask task{ranks_, plan_, range_, memory_, directory, static_cast<std::uint32_t>(step), {}};
+        task.report = [&](double done, std::string_view what) -> Status {
+            if (progress_.cancelled()) return cancelled();
+            const double all = (static_cast<double>(step) + done) / static_cast<double>(inputs_.size());
+            progress_.report(rangeShare + (0.97 - rangeShare) * all, phase(fmt::format("{}:", what), step));
+            return success();
+        };
+        auto entry = makeHybridStep(**source, task);
+        if (!entry.ok()) return entry.error();
+        entry->set_time(static_cast<double>(step));
+        entry->set_invalid(ranges_[step].invalid);
+        return entry;
+    }
+
+    Status addFiles(const proto::HybridStepEntry& entry, storage::DatasetWriter& writer) const {
+        const auto stop = [this] { return progress_.cancelled(); };
+        MOTE_RETURN_IF_ERROR(writer.add(entry.file(), stop));
+        MOTE_RETURN_IF_ERROR(writer.add(entry.digest(), stop));
+        return entry.residual_file().empty() ? success() : writer.add(entry.residual_file(), stop);
+    }
+
+    Status publish(storage::DatasetWriter& writer, proto::Manifest& manifest) {
+        if (progress_.cancelled()) return cancelled();
+        MOTE_RETURN_IF_ERROR(writer.publish(manifest));
+        manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
+        return success();
+    }
+
+    const proto::JobRequest& request_;
+    const OpenVolume& open_;
+    const std::vector<fs::path>& inputs_;
+    fs::path output_;
+    VolumeJobOptions options_;
+    Communicator& ranks_;
+    Progress& progress_;
+
+    VolumeShape shape_;
+    VolumePlan plan_;
+    VolumeMemory memory_;
+    std::vector<ValueRange> ranges_;      ///< by step
+    ValueRange range_;                    ///< of all steps
+    std::unique_ptr<VolumeSource> only_;  ///< of a single step: opened once
+};
+
+}  // namespace
+
+Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const OpenVolume& open,
+                                     const std::vector<fs::path>& inputs, const fs::path& output,
+                                     const VolumeJobOptions& options, Progress& progress) {
+    const auto alone = singleProcess();
+    VolumeJobOptions all = options;
+    if (!all.ranks) all.ranks = alone.get();
+    return onThreads(options.threads,
+                     [&] { return Job(request, open, inputs, output, all, progress).run(); });
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// HeaderFields: the named fields of a text header (NRRD, MetaImage), asked for by name. A value, free of
+// threads.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "preprocess/volume/scalar_type.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+/// A format's word for a scalar type.
+struct ScalarTypeName {
+    std::string_view name;
+    ScalarType type;
+};
+
+class HeaderFields {
+  public:
+    /// `file` is the header's name, for errors.
+    explicit HeaderFields(std::string file) : file_(std::move(file)) {}
+
+    /// Case and blanks of a name do not matter. Errors: corrupt (a field that is there already).
+    Status add(std::string_view name, std::string_view value);
+    bool has(std::string_view name) const { return fields_.contains(plain(name)); }
+    /// "" where there is no such field.
+    std::string_view text(std::string_view name) const;
+    /// All numbers of a field, blanks between them; empty where there is no such field. Errors: corrupt (no
+    /// number; more than 64 of them).
+    Result<std::vector<double>> numbers(std::string_view name) const;
+    /// Exactly `count` finite numbers. Errors: corrupt.
+    Result<std::vector<double>> numbers(std::string_view name, std::size_t count) const;
+    /// All numbers of a field, whole and not negative. Errors: corrupt.
+    Result<std::vector<std::uint64_t>> wholeNumbers(std::string_view name) const;
+    /// One such number; `otherwise` where there is no such field. Errors: corrupt.
+    Result<std::uint64_t> wholeNumber(std::string_view name, std::uint64_t otherwise) const;
+    /// Errors: unsupported (none of `names`).
+    Result<ScalarType> type(std::string_view name, std::span<const ScalarTypeName> names) const;
+    /// A field that says yes or no, "True" or "1"; `otherwise` where there is none.
+    bool flag(std::string_view name, bool otherwise) const;
+
+    const std::string& file() const { return file_; }
+    std::string where(std::string_view name) const { return file_ + ": " + std::string(name); }
+    Error unsupported(std::string_view name, std::string message) const {
+        return {ErrorCode::unsupported, where(name), std::move(message)};
+    }
+    Error corrupt(std::string_view name, std::string message) const {
+        return {ErrorCode::corrupt, where(name), std::move(message)};
+    }
+
+  private:
+    static std::string plain(std::string_view name);
+
+    std::string file_;
+    std::map<std::string, std::string> fields_;
+};
+
+}  // namespace mote::prep

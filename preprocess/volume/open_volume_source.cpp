@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <array>
+#include <glm/geometric.hpp>
+#include <string_view>
+
+#include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/metaimage_header.h"
+#include "preprocess/volume/metaimage_volume.h"
+#include "preprocess/volume/nifti_header.h"
+#include "preprocess/volume/nifti_volume.h"
+#include "preprocess/volume/nrrd_header.h"
+#include "preprocess/volume/nrrd_volume.h"
+#include "preprocess/volume/picture_files.h"
+#include "preprocess/volume/picture_stack.h"
+#include "preprocess/volume/raw_volume.h"
+#include "preprocess/volume/vdb_volume.h"
+#include "preprocess/volume/volume_source.h"
+#include "preprocess/volume/vti_header.h"
+#include "preprocess/volume/vti_volume.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t headBytes = 4096;
+
+/// Messages may quote the file, which need not be text.
+Error quotable(Error error) {
+    error.message = printableText(error.message);
+    return error;
+}
+
+/// A volume as the job sees it: in the place that the options say, with messages that can be shown.
+class PlacedVolume : public VolumeSource {
+  public:
+    PlacedVolume(std::unique_ptr<VolumeSource> source, VolumeShape shape)
+        : source_(std::move(source)), shape_(std::move(shape)) {}
+    std::string format() const override { return source_->format(); }
+    const VolumeShape& shape() const override { return shape_; }
+    bool sequential() const override { return source_->sequential(); }
+    Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
+        auto status = source_->read(z0, z1, values);
+        return status ? std::move(status) : Status(quotable(status.error()));
+    }
+
+  private:
+    std::unique_ptr<VolumeSource> source_;
+    VolumeShape shape_;
+};
+
+Error wrongOption(std::string where, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
+}
+
+Status place(VolumeShape& shape, const proto::VolumeSourceOptions& options) {
+    glm::dmat3 steps(shape.indexToWorld);
+    glm::dvec3 origin(shape.indexToWorld[3]);
+    for (int i = 0; i < options.spacing_size(); ++i) {
+        if (!(options.spacing(i) > 0.0)) return wrongOption("spacing", "is not over 0");
+        steps[i] *= options.spacing(i) / glm::length(steps[i]);
+    }
+    for (int i = 0; i < options.origin_size(); ++i) origin[i] = options.origin(i);
+    const auto status = setPlacement(shape, steps, origin, "spacing and origin");
+    return status.ok() ? success() : Status(wrongOption(status.error().where, status.error().message));
+}
+
+struct Format {
+    std::string_view name;
+    bool (*begins)(std::string_view bytes);
+};
+constexpr std::array<Format, 6> formats{{{"nrrd", NrrdHeader::begins},
+                                         {"nifti", NiftiHeader::begins},
+                                         {"vdb", beginsAsVdb},
+                                         {"pictures", beginsAsPicture},
+                                         {"metaimage", MetaImageHeader::begins},
+                                         {"vti", VtiHeader::begins}}};
+
+Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
+                                  const std::filesystem::path& input) {
+    if (!options.format().empty() && options.format() != "auto") return std::string_view(options.format());
+    if (options.dimensions_size() > 0) return std::string_view("raw");
+    if (namesPictures(input)) return std::string_view("pictures");
+    auto file = fileStream(input);
+    if (!file) return file.error();
+    const auto head = readHead(**file, headBytes);
+    if (!head) return head.error();
+    for (const Format& format : formats) {
+        if (format.begins(*head)) return format.name;
+    }
+    return Error{
+        ErrorCode::unsupported, (*file)->name(),
+        "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, PNG or TIFF file; a raw one needs its dimensions and "
+        "type"};
+}
+
+Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
+                                             const proto::VolumeSourceOptions& options,
+                                             const std::filesystem::path& input, Progress& progress) {
+    if (format == "raw") return openRaw(options, input);
+    if (format == "nrrd") return openNrrd(input);
+    if (format == "metaimage") return openMetaImage(input);
+    if (format == "nifti") return openNifti(input);
+    if (format == "vti") return openVti(input, options.field(), progress);
+    if (format == "pictures") return openPictureStack(input, progress);
+    if (format == "vdb") return openVdb(input, options.field());
+    return wrongOption(
+        "format",
+        fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures and vdb",
+                    format));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
+                                                       const std::filesystem::path& input,
+                                                       Progress& progress) {
+    if (options.spacing_size() != 0 && options.spacing_size() != 3) {
+        return wrongOption("spacing", "needs three numbers");
+    }
+    if (options.origin_size() != 0 && options.origin_size() != 3) {
+        return wrongOption("origin", "needs three numbers");
+    }
+    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    const auto format = formatOf(options, input);
+    if (!format) return format.error();
+    auto source = openAs(*format, options, input, progress);
+    if (!source) return quotable(source.error());
+    VolumeShape shape = (*source)->shape();
+    MOTE_RETURN_IF_ERROR(place(shape, options));
+    return std::unique_ptr<VolumeSource>(
+        std::make_unique<PlacedVolume>(std::move(source).value(), std::move(shape)));
+}
+
+}  // namespace mote::prep

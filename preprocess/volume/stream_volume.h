@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// StreamVolume: a VolumeSource whose numbers lie one after the other in a ByteStream, x fastest. One owner,
+// one thread at a time.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/volume_source.h"
+
+namespace mote::prep {
+
+class StreamVolume : public VolumeSource {
+  public:
+    /// What may follow the last number in the stream: nothing, or something else of the same file.
+    enum class Ending : std::uint8_t { end, more };
+
+    /// Holds the shape against the stream's length before anything is read. Errors: corrupt (the stream is
+    /// too short, or too long where it should end).
+    static Result<std::unique_ptr<VolumeSource>> make(std::string format, VolumeShape shape,
+                                                      const SampleFormat& samples, ByteStreamPtr stream,
+                                                      Ending ending = Ending::end);
+
+    std::string format() const override { return format_; }
+    const VolumeShape& shape() const override { return shape_; }
+    bool sequential() const override { return stream_->sequential(); }
+    Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override;
+
+  private:
+    StreamVolume(std::string format, VolumeShape shape, const SampleFormat& samples, ByteStreamPtr stream,
+                 Ending ending);
+    Status checkLength() const;
+    Error contradiction(const std::string& held) const;
+    Status checkEnd();
+
+    std::string format_;
+    VolumeShape shape_;
+    SampleFormat samples_;
+    ByteStreamPtr stream_;
+    Ending ending_;
+    std::vector<char> block_;
+};
+
+}  // namespace mote::prep

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VolumeShape: how many voxels a volume has, where they lie, and what their values are. A value, free of
+// threads.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <string>
+#include <string_view>
+
+#include "preprocess/volume/scalar_type.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct VolumeShape {
+    static constexpr std::uint32_t maxDimension = 1u << 16;
+
+    std::uint32_t nx = 0, ny = 0, nz = 0;  ///< voxels, 1 to maxDimension each
+    ScalarType type = ScalarType::u8;      ///< as the file stores a value, before slope and intercept
+    double valueStep = 0.0;  ///< of integers with a slope: between neighbouring values; 0: not known
+    /// From voxel indices (the centre of the first voxel is 0, 0, 0) to the file's own world; invertible.
+    glm::dmat4 indexToWorld{1.0};
+    std::string worldUnit;  ///< of a length in the world: "mm"; "" where the file does not say
+    std::string valueUnit;  ///< of a value: "HU"; "" where the file does not say
+
+    std::uint64_t voxelsOfSlice() const { return std::uint64_t{nx} * ny; }
+    std::uint64_t voxels() const { return voxelsOfSlice() * nz; }
+};
+
+/// Sets nx, ny and nz. Errors, at `where`: corrupt (a dimension of 0), resourceExhausted (more than
+/// maxDimension).
+Status setDimensions(VolumeShape& shape, std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
+                     const std::string& where);
+
+/// Three axes (one voxel's step along each) and the first voxel's centre, in world units. Errors, at `where`:
+/// corrupt (numbers that are not finite; axes without length or in one plane).
+Status setPlacement(VolumeShape& shape, const glm::dmat3& axes, const glm::dvec3& origin,
+                    const std::string& where);
+
+/// `text` where it may be a unit: at most 16 printable characters; else "".
+std::string unitText(std::string_view text);
+
+/// Text of a file as it may stand in a message: what is not printable ASCII becomes '?'.
+std::string printableText(std::string_view text);
+
+}  // namespace mote::prep

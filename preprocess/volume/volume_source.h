@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VolumeSource: one volume in a foreign format, read in slabs of z as floats. Owned by the job; used from one
+// thread at a time. Untrusted bytes become Errors that name file and field; no size that a file declares is
+// believed before it is checked against the file, and none of the volume is held but what is asked for.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "preprocess/progress.h"
+#include "preprocess/volume/volume_shape.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class VolumeSource {
+  public:
+    virtual ~VolumeSource() = default;
+    virtual std::string format() const = 0;  ///< as in --format
+    virtual const VolumeShape& shape() const = 0;
+    /// Whether slabs are best asked for in ascending z: going back decompresses the file from its beginning.
+    virtual bool sequential() const = 0;
+    /// The values of slices [z0, z1), x fastest, slope and intercept of the file applied. 32-bit integers and
+    /// doubles are rounded to float; values that are not finite stay so. `values` holds voxelsOfSlice()
+    /// times z1 - z0. Errors: corrupt (the data end early, go on behind the last slice, or are damaged),
+    /// internal, resourceExhausted.
+    virtual Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) = 0;
+};
+
+/// Opens the volume of one input (a path of the file system): format by `options.format()` or by content.
+/// `options.spacing()` and `origin()` go before what the file says. `progress` must outlive the source.
+/// Errors: notFound, permissionDenied, unsupported (an unknown format, vectors, several volumes), corrupt,
+/// invalidArgument (an option), resourceExhausted, cancelled.
+Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
+                                                       const std::filesystem::path& input,
+                                                       Progress& progress);
+
+}  // namespace mote::prep

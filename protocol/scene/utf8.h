@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Text in messages is UTF-8, file names are bytes, and a log has lines. Pure functions.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace mote {
+
+/// Whether all of it is UTF-8 as Unicode defines it: no overlong forms, no surrogates.
+bool isUtf8(std::string_view text);
+
+/// Each byte that belongs to no character becomes "?".
+std::string toUtf8(std::string_view text);
+
+/// For a line of the log: as toUtf8, control characters "?" too, so that no text of a client looks like a
+/// line of ours, and cut to 500 bytes.
+std::string toLogText(std::string_view text);
+
+}  // namespace mote

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/app/server_program.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
+#include <pthread.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <semaphore>
+#include <thread>
+#include <utility>
+
+#include "server/app/connection_claim.h"
+#include "server/app/options.h"
+#include "server/app/rank_program.h"
+#include "server/app/server.h"
+#include "server/app/supervisor.h"
+#include "server/render/ranks/mpi_ranks.h"
+#include "server/session/token.h"
+#include "storage/blocks/mapping_guard.h"
+
+namespace mote::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int failed = 1;
+// The promise is 10 s from the signal; a driver that hangs must not break it.
+constexpr auto endTimeout = 8s;
+
+std::filesystem::path programBeside(const char* name) {
+    std::error_code code;
+    return std::filesystem::read_symlink("/proc/self/exe", code).parent_path() / name;
+}
+
+void setUpLog() {
+    spdlog::set_default_logger(spdlog::stderr_color_mt("mote-server"));
+    spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+    // What a client sends must not fill the log; it becomes an Error that we report.
+    google::protobuf::SetLogHandler(nullptr);
+}
+
+/// Ends the process where `finished` is not released in time.
+class Watchdog {
+  public:
+    void start() {
+        thread_ = std::thread([this] {
+            if (finished_.try_acquire_for(endTimeout)) return;
+            spdlog::error("the device does not end; leaving it behind");
+            std::_Exit(0);
+        });
+    }
+    ~Watchdog() {
+        finished_.release();
+        if (thread_.joinable()) thread_.join();
+    }
+
+  private:
+    std::binary_semaphore finished_{0};
+    std::thread thread_;
+};
+
+/// Until a signal ends it. Returns the exit code.
+int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
+    Watchdog watchdog;
+    Server server(settings, std::move(device));
+    const auto started = server.start();
+    if (!started.ok()) {
+        fmt::print(stderr, "mote-server: {}\n", started.error().toString());
+        return failed;
+    }
+    if (settings.render.crashes != nullptr) settings.render.crashes->ready();
+    if (!again) {
+        fmt::print("ready {} {}\n", settings.connectionFile.string(), server.deviceName());
+        std::fflush(stdout);
+    }
+    server.run();
+    server.withdraw();
+    watchdog.start();
+    return 0;
+}
+
+/// A server that starts again has the token that its clients know.
+int serveSupervised(ServerSettings settings, const DeviceFactory& device) {
+    CrashRecord crashes;
+    settings.token = makeToken();
+    settings.render.crashes = &crashes;
+    const int code = supervise(crashes, [&](bool again) { return serve(settings, device, again); });
+    removeIfOurs(settings.connectionFile, settings.token);
+    return code;
+}
+
+}  // namespace
+
+int serverProgram(int argc, const char* const* argv, const DeviceMaker& maker) {
+    auto options = parseOptions(argc, argv);
+    if (const int* code = std::get_if<int>(&options)) return *code;
+    auto settings = std::get<ServerSettings>(std::move(options));
+    settings.prep = programBeside("mote-prep");
+    settings.stopOnSignals = true;
+    setUpLog();
+    std::signal(SIGPIPE, SIG_IGN);
+    storage::catchMappingFaults();
+    const DeviceFactory device = [maker, kind = settings.device, threads = settings.threads] {
+        return maker(kind, threads);
+    };
+    try {
+        // What a launcher started ends with the launcher.
+        if (const auto ranks = render::joinRanks()) {
+            return runRank(*ranks, settings,
+                           [](const auto& own, auto ranked) { return serve(own, std::move(ranked), false); });
+        }
+        return serveSupervised(std::move(settings), device);
+    } catch (const std::exception& failure) {
+        fmt::print(stderr, "mote-server: {}\n", failure.what());
+        return failed;
+    }
+}
+
+}  // namespace mote::server

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/data/dataset_service.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "protocol/scene/utf8.h"
+#include "server/data/replot.h"
+#include "storage/manifest.h"
+
+namespace mote::server {
+namespace {
+
+std::string withoutSuffix(const std::string& dataset) {
+    const std::string_view suffix = storage::datasetSuffix;
+    return dataset.ends_with(suffix) ? dataset.substr(0, dataset.size() - suffix.size()) : dataset;
+}
+
+Error unknownDataset(const std::string& dataset) {
+    return {ErrorCode::notFound, "dataset",
+            fmt::format("there is no dataset \"{}\" here; the catalogue lists those that are",
+                        toUtf8(dataset.substr(0, 200)))};
+}
+
+}  // namespace
+
+DatasetService::DatasetService(storage::Roots roots, std::function<void()> changed, std::uint64_t memory,
+                               std::function<void()> arrived)
+    : catalogue_(std::move(roots)),
+      changed_(std::move(changed)),
+      known_(std::make_shared<Known>()),
+      budget_(std::make_shared<storage::BlockBudget>(memory)),
+      steps_(budget_, std::thread::hardware_concurrency(), arrived),
+      hybrids_(budget_, std::min<unsigned>(std::thread::hardware_concurrency(), stepsAhead),
+               std::move(arrived)) {
+    thread_ = std::thread([this] { run(); });
+}
+
+DatasetService::~DatasetService() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+}
+
+void DatasetService::run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        wake_.wait(lock, [this] { return stopping_ || !work_.empty(); });
+        if (stopping_) return;
+        const auto work = std::move(work_.front());
+        work_.pop_front();
+        lock.unlock();
+        work();
+        lock.lock();
+    }
+}
+
+void DatasetService::enqueue(std::function<void()> work) {
+    {
+        const std::lock_guard lock(mutex_);
+        work_.push_back(std::move(work));
+    }
+    wake_.notify_one();
+}
+
+void DatasetService::look() {
+    const auto begun = std::chrono::steady_clock::now();
+    const bool changed = catalogue_.refresh();
+    lookTime_ = std::chrono::steady_clock::now() - begun;
+    if (!changed) return;
+    auto known = std::make_shared<Known>();
+    const auto summary = catalogue_.summary();
+    for (const auto& entry : summary.datasets()) {
+        // A name that is not UTF-8 cannot stand in a message.
+        if (isUtf8(entry.name()) && isUtf8(entry.title())) *known->summary.add_datasets() = entry;
+    }
+    for (const auto& entry : catalogue_.entries()) known->entries.emplace(entry.name, entry);
+    {
+        const std::lock_guard lock(mutex_);
+        known_ = std::move(known);
+    }
+    changed_();
+}
+
+/// Every broken dataset is said once, not at every look.
+void DatasetService::report() {
+    std::set<std::string> errors;
+    for (const auto& error : catalogue_.errors()) errors.insert(error.toString());
+    for (const auto& text : errors) {
+        if (!reported_.contains(text)) spdlog::warn("left out of the catalogue: {}", toLogText(text));
+    }
+    reported_ = std::move(errors);
+}
+
+void DatasetService::rescan() {
+    {
+        const std::lock_guard lock(mutex_);
+        if (std::exchange(rescanWaits_, true)) return;
+    }
+    enqueue([this] {
+        {
+            const std::lock_guard lock(mutex_);
+            rescanWaits_ = false;
+        }
+        look();
+        report();
+    });
+}
+
+void DatasetService::rescan(std::function<void()> done) {
+    rescan();
+    enqueue(std::move(done));
+}
+
+std::shared_ptr<const DatasetService::Known> DatasetService::known() const {
+    const std::lock_guard lock(mutex_);
+    return known_;
+}
+
+std::shared_ptr<const proto::Catalogue> DatasetService::catalogue() const {
+    const auto all = known();
+    return {all, &all->summary};
+}
+
+bool DatasetService::contains(const std::string& dataset) const {
+    return known()->entries.contains(withoutSuffix(dataset));
+}
+
+void DatasetService::describe(std::string dataset, std::function<void(Result<proto::Description>)> done) {
+    if (!contains(dataset)) rescan();
+    enqueue([this, dataset = std::move(dataset), done = std::move(done)] { done(describeKnown(dataset)); });
+}
+
+Result<proto::Description> DatasetService::describeKnown(const std::string& dataset) const {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    const auto& entry = found->second;
+    proto::Description description;
+    description.set_dataset(entry.name);
+    *description.mutable_manifest() = *entry.manifest;
+    auto replot = replotOf(entry.manifest->request(), entry.directory.parent_path(), catalogue_.roots());
+    if (replot) *description.mutable_replot() = *std::move(replot);
+    return description;
+}
+
+Result<DatasetPlace> DatasetService::place(const std::string& dataset) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    return DatasetPlace{found->second.directory, found->second.manifest};
+}
+
+Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
+                                                                          std::uint32_t index) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    auto step = steps_.step(found->second, index);
+    if (!step.ok()) return step.error();
+    return std::shared_ptr<const storage::ParticleStep>(*std::move(step));
+}
+
+Result<std::shared_ptr<const render::StippleSurface>> DatasetService::surface(const std::string& dataset) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    return stipples_.surface(found->second);
+}
+
+Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybrid(
+    const std::string& dataset, std::uint32_t index, HybridRepresentation representation) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    return hybrids_.step(found->second, index, representation);
+}
+
+Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybridVolume(const std::string& dataset,
+                                                                               std::uint32_t index,
+                                                                               bool moving) {
+    const auto all = known();
+    const auto found = all->entries.find(withoutSuffix(dataset));
+    if (found == all->entries.end()) return unknownDataset(dataset);
+    if (!moving && hybrids_.played(found->second)) return std::shared_ptr<const render::HybridStep>();
+    return hybrids_.volume(found->second, index);
+}
+
+bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {
+    return steps_.want(step, need);
+}
+
+}  // namespace mote::server

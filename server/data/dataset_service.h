@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// DatasetService: the datasets that the server offers. It owns the catalogue and looks at the disk on a
+// thread of its own, so that a slow file system delays nobody who does not ask for it; what it last saw can
+// be asked for from any thread at once. Opened steps are kept for the renderer within a bound of memory.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "server/data/hybrid_cache.h"
+#include "server/data/step_cache.h"
+#include "server/data/step_source.h"
+#include "server/data/stipple_cache.h"
+#include "server/frames/view_task.h"
+#include "storage/catalogue.h"
+
+namespace mote::server {
+
+class DatasetService final : public StepSource {
+  public:
+    /// `changed` is called on the service's thread when the datasets are not the same as before.
+    /// Steps take `memory` bytes; `arrived` is called on other threads when nothing more will come of what
+    /// want() asked for, and must be quick.
+    DatasetService(storage::Roots roots, std::function<void()> changed, std::uint64_t memory,
+                   std::function<void()> arrived);
+    /// Waits for what the thread does.
+    ~DatasetService() override;
+    DatasetService(const DatasetService&) = delete;
+    DatasetService& operator=(const DatasetService&) = delete;
+
+    /// Looks at the disk soon. Requests that come meanwhile are one.
+    void rescan();
+    /// As rescan(), then calls `done` on the service's thread: what was on the disk when this was called is
+    /// known then.
+    void rescan(std::function<void()> done);
+
+    /// What the last look at the disk took: whoever looks often should mind it.
+    std::chrono::steady_clock::duration lookTime() const { return lookTime_; }
+
+    std::shared_ptr<const proto::Catalogue> catalogue() const;
+    bool contains(const std::string& dataset) const;
+
+    /// Calls `done` on the service's thread. Errors: notFound.
+    void describe(std::string dataset, std::function<void(Result<proto::Description>)> done);
+
+    Result<DatasetPlace> place(const std::string& dataset) override;
+    Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
+                                                              std::uint32_t index) override;
+    Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;
+    Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset, std::uint32_t index,
+                                                             HybridRepresentation representation) override;
+    Result<std::shared_ptr<const render::HybridStep>> hybridVolume(const std::string& dataset,
+                                                                   std::uint32_t index, bool moving) override;
+    bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
+    void beginPicture() override { budget_->beginTurn(); }
+
+  private:
+    /// What a scan found; immutable.
+    struct Known {
+        proto::Catalogue summary;
+        std::map<std::string, storage::Catalogue::Entry> entries;
+    };
+
+    void run();
+    void look();
+    void report();
+    void enqueue(std::function<void()> work);
+    std::shared_ptr<const Known> known() const;
+    Result<proto::Description> describeKnown(const std::string& dataset) const;
+
+    // Of the thread.
+    storage::Catalogue catalogue_;
+    std::set<std::string> reported_;  // what the last look left out
+    const std::function<void()> changed_;
+    std::atomic<std::chrono::steady_clock::duration> lookTime_{std::chrono::steady_clock::duration::zero()};
+
+    mutable std::mutex mutex_;
+    std::condition_variable wake_;
+    // Under the mutex.
+    std::shared_ptr<const Known> known_;
+    std::deque<std::function<void()>> work_;
+    bool rescanWaits_ = false;
+    bool stopping_ = false;
+
+    // Of the thread that renders.
+    const std::shared_ptr<storage::BlockBudget> budget_;
+    StepCache steps_;
+    StippleCache stipples_;
+    HybridCache hybrids_;
+    std::thread thread_;
+};
+
+}  // namespace mote::server

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// SharedFileSteps: the RankSteps of a file system that all ranks see, beneath roots of the same names. Keeps
+// the latest steps open. One thread.
+#pragma once
+
+#include <cstdint>
+#include <list>
+
+#include "server/render/ranks/rank_steps.h"
+#include "storage/blocks/block_budget.h"
+#include "storage/roots.h"
+
+namespace mote::render {
+
+class SharedFileSteps final : public RankSteps {
+  public:
+    /// `memory`: bytes of the steps that were opened.
+    SharedFileSteps(storage::Roots roots, std::uint64_t memory);
+
+    Result<Name> nameOf(const storage::ParticleStep& step) override;
+    Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
+    Result<Name> nameOf(const HybridStep& step) override;
+    Result<std::shared_ptr<const HybridStep>> openHybrid(const Name& name,
+                                                         HybridRepresentation representation) override;
+    void beginPicture() override { budget_->beginTurn(); }
+
+  private:
+    static constexpr std::size_t mostOpen = 16;
+
+    struct OpenStep {
+        Name name;
+        std::shared_ptr<const storage::ParticleStep> step;
+    };
+    struct OpenHybrid {
+        Name name;
+        HybridRepresentation representation;
+        std::shared_ptr<const HybridStep> step;
+    };
+    Result<Name> nameOf(const storage::StepOrigin& origin) const;
+    Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
+    Result<std::shared_ptr<const HybridStep>> loadFile(const Name& name, HybridRepresentation representation);
+    Status makeRoom(std::uint64_t bytes);
+
+    const storage::Roots roots_;
+    const std::shared_ptr<storage::BlockBudget> budget_;
+    std::list<OpenStep> open_;       // the latest first
+    std::list<OpenHybrid> hybrids_;  // likewise
+};
+
+}  // namespace mote::render

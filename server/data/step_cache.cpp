@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/data/step_cache.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "storage/storage_error.h"
+
+namespace mote::server {
+namespace {
+
+/// Devices keep their own form of an open step's volume and octree: all that are open take no more of these
+/// together than this share of the budget.
+constexpr std::uint64_t openShare = 2;
+
+bool intact(const storage::MappedStep& step) {
+    try {
+        step.check();
+        return true;
+    } catch (const storage::StorageError&) {
+        return false;
+    }
+}
+
+bool ready(const storage::MappedStep& step, const storage::StepNeed& need) {
+    if (need.octree && !step.octreeReady()) return false;
+    if (need.volume && !step.volumeReady()) return false;
+    if (step.previewReady(need.preview) < need.preview) return false;
+    return std::all_of(need.points.begin(), need.points.end(), [&](const storage::PointRange& range) {
+        const auto begin = std::min(range.begin, step.pointCount());
+        const auto count = std::min(range.count, step.pointCount() - begin);
+        return step.positionsReady(begin, count) == count;
+    });
+}
+
+/// The same share of another step's points.
+storage::StepNeed scaled(storage::StepNeed need, std::uint64_t from, std::uint64_t to) {
+    const double factor = from == 0 ? 1.0 : static_cast<double>(to) / static_cast<double>(from);
+    for (auto& range : need.points) {
+        range.begin = static_cast<std::uint64_t>(static_cast<double>(range.begin) * factor);
+        range.count = static_cast<std::uint64_t>(static_cast<double>(range.count) * factor) + 1;
+    }
+    return need;
+}
+
+}  // namespace
+
+StepCache::StepCache(std::shared_ptr<storage::BlockBudget> budget, unsigned threads,
+                     std::function<void()> arrived)
+    : budget_(std::move(budget)),
+      loader_(budget_, threads, std::move(arrived)),
+      thread_([this] { prefetch(); }) {}
+
+StepCache::~StepCache() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+}
+
+Result<StepCache::Step> StepCache::open(const Place& place) {
+    return storage::MappedStep::open(place.directory, *place.manifest, place.index, budget_);
+}
+
+/// Null where it is not open, or not to be used any more.
+StepCache::Step StepCache::find(const Place& place) {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(steps_.begin(), steps_.end(),
+                                    [&](const OpenStep& opened) { return opened.place == place; });
+    if (found == steps_.end()) return nullptr;
+    if (!intact(*found->step)) {
+        steps_.erase(found);
+        return nullptr;
+    }
+    steps_.splice(steps_.begin(), steps_, found);
+    return found->step;
+}
+
+/// Keeps it, unless somebody else opened it meanwhile; returns the one that is kept.
+StepCache::Step StepCache::insert(const Place& place, Step step) {
+    if (auto other = find(place)) return other;
+    std::list<OpenStep> closed;  // unmapped when the mutex is free
+    const std::lock_guard lock(mutex_);
+    steps_.push_front({place, step});
+    std::uint64_t bytes = 0;
+    std::size_t kept = 0;
+    auto last = steps_.begin();
+    for (; last != steps_.end() && kept < mostSteps; ++last, ++kept) {
+        bytes += last->step->bytesAtOnce();
+        if (kept > stepsAhead && bytes > budget_->limit() / openShare) break;
+    }
+    closed.splice(closed.begin(), steps_, last, steps_.end());
+    return step;
+}
+
+Result<StepCache::Step> StepCache::step(const storage::Catalogue::Entry& entry, std::uint32_t index) {
+    const Place place{entry.manifest, entry.directory, index};
+    Step step = find(place);
+    if (!step) {
+        auto opened = open(place);
+        if (!opened.ok()) return opened;
+        step = insert(place, *std::move(opened));
+    }
+    expectNext(place);
+    return step;
+}
+
+/// Under the mutex.
+StepCache::Played::Series& StepCache::seriesOf(const Place& place) {
+    return series_.of(place.manifest, place.manifest->particles().steps_size());
+}
+
+void StepCache::expectNext(const Place& place) {
+    {
+        const std::lock_guard lock(mutex_);
+        auto& series = seriesOf(place);
+        series.order.asked(place.index);
+        expected_.clear();
+        for (const auto index : series.order.next(stepsAhead)) {
+            expected_.push_back({place.manifest, place.directory, index});
+        }
+        if (expected_.empty()) return;
+    }
+    wake_.notify_one();
+}
+
+bool StepCache::want(const storage::ParticleStep& step, const storage::StepNeed& need) {
+    Step mapped;
+    {
+        const std::lock_guard lock(mutex_);
+        const auto found = std::find_if(steps_.begin(), steps_.end(),
+                                        [&](const OpenStep& opened) { return opened.step.get() == &step; });
+        if (found == steps_.end()) return false;
+        mapped = found->step;
+        auto& series = seriesOf(found->place);
+        series.need = {need, mapped->pointCount()};
+    }
+    if (!ready(*mapped, need)) return loader_.want(mapped, need, storage::StepLoader::Urgency::inUse);
+    loader_.want(mapped, {}, storage::StepLoader::Urgency::inUse);
+    return false;
+}
+
+storage::StepNeed StepCache::needOf(const Place& place, const storage::MappedStep& step) {
+    const std::lock_guard lock(mutex_);
+    const auto& last = seriesOf(place).need;
+    return scaled(last.need, last.points, step.pointCount());
+}
+
+/// The thread: opens what is expected, and has it loaded as far as the pictures so far needed it.
+void StepCache::prefetch() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        wake_.wait(lock, [this] { return stopping_ || !expected_.empty(); });
+        if (stopping_) return;
+        const Place place = expected_.front();
+        expected_.erase(expected_.begin());
+        const auto at = std::find_if(steps_.begin(), steps_.end(),
+                                     [&](const OpenStep& opened) { return opened.place == place; });
+        Step step = at == steps_.end() ? nullptr : at->step;
+        lock.unlock();
+        if (!step) {
+            // What is wrong with it will be said when it is asked for.
+            auto opened = open(place);
+            if (opened.ok()) step = insert(place, *std::move(opened));
+        }
+        if (step) {
+            const auto need = needOf(place, *step);
+            if (!ready(*step, need)) loader_.want(step, need, storage::StepLoader::Urgency::expected);
+        }
+        step.reset();
+        lock.lock();
+    }
+}
+
+std::size_t StepCache::openSteps() const {
+    const std::lock_guard lock(mutex_);
+    return steps_.size();
+}
+
+}  // namespace mote::server

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// EncodePool: a few threads that encode pictures while the next ones are rendered. Work of one session is
+// done in order and never at the same time. Any thread may post; destroying it waits for what is under way
+// and drops the rest.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "server/frames/view_task.h"
+
+namespace mote::server {
+
+class EncodePool {
+  public:
+    explicit EncodePool(unsigned threads);
+    ~EncodePool();
+    EncodePool(const EncodePool&) = delete;
+    EncodePool& operator=(const EncodePool&) = delete;
+
+    /// Nothing is dropped but by destruction: callers post no more than they have credits for. `work` must
+    /// not throw.
+    void post(SessionId session, std::function<void()> work);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mote::server

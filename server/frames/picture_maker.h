@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PictureMaker: the device, and how one picture comes about: data, quality, plan, pixels. Made, used and
+// destroyed on the thread that renders.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "server/data/photograph_cache.h"
+#include "server/data/step_source.h"
+#include "server/frames/dot_maker.h"
+#include "server/frames/quality_controller.h"
+#include "server/frames/render_schedule.h"
+#include "server/render/device.h"
+#include "server/render/plan/scene.h"
+#include "server/render/plan/selection_cache.h"
+
+namespace mote::server {
+
+/// Makes a device. May throw render::DeviceError.
+using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
+
+/// What is remembered of one session's pictures, to choose the quality of the next.
+struct PictureHistory {
+    QualityController quality;
+    std::vector<std::shared_ptr<const storage::ParticleStep>> steps = {};  ///< of the latest picture
+    std::vector<const render::HybridStep*> hybrids = {};  ///< likewise; not held, only told apart
+    double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
+    DotHistory dots = {};
+};
+
+/// A picture, and the message that goes with it as far as it is known now.
+struct MadePicture {
+    render::Picture picture;
+    proto::Frame message;
+    Stage next = Stage::done;                            ///< of its view
+    std::shared_ptr<const render::Dots> dots = nullptr;  ///< of a view with a page: not in the picture
+    bool onlyDots = false;                               ///< there is nothing else in it but background
+};
+
+/// What came of a job: a picture, or none, because it was stopped or waits for data.
+struct Making {
+    std::optional<MadePicture> picture = std::nullopt;
+    bool waits = false;
+};
+
+class PictureMaker {
+  public:
+    /// Throws render::DeviceError. `steps` must outlive it. `costs`: of such a device where they are known;
+    /// else it is measured.
+    PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs = {});
+
+    const std::string& deviceName() const { return name_; }
+    const render::DeviceCosts& costs() const { return costs_; }
+
+    /// A view in motion is drawn from what is in memory; the exact picture waits until all of its data is
+    /// there, unless there is no room for it, when it is read as it is drawn. Errors: notFound, corrupt and
+    /// so on of the data; internal of the device, which is made anew where it fails again and again;
+    /// resourceExhausted (memory). Throws BrokenInvariant: then neither it nor the history is good for more.
+    Result<Making> make(const RenderJob& job, PictureHistory& history);
+
+    /// The device frees what nobody needs any more.
+    void trim();
+
+  private:
+    Making draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
+                PictureHistory& history);
+    std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
+                                             const render::Quality& quality);
+    bool want(const render::FramePlan& plan);
+    Status addHybrid(render::Scene& scene, const Layer& layer, const RenderJob& job, Making& why);
+    Status addLayer(render::Scene& scene, const Layer& layer, const RenderJob& job,
+                    DotHistory::Layer& history, Making& why);
+    Result<std::optional<render::Scene>> makeScene(const RenderJob& job, PictureHistory& history,
+                                                   Making& why);
+    Result<render::Scene> sceneOf(const View& view, const RenderJob& job, DotHistory& history, Making& why);
+    Result<std::shared_ptr<const render::Dots>> stippled(const render::Scene& scene, const Layer& layer,
+                                                         const RenderJob& job, PictureHistory& history,
+                                                         Making& why);
+    void deviceFailed();
+
+    const DeviceFactory factory_;
+    StepSource& steps_;
+    PhotographCache photographs_;
+    render::SelectionCache selections_;
+    std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
+    std::string name_;
+    render::DeviceCosts costs_;
+    int failures_ = 0;  // of the device, in a row
+};
+
+}  // namespace mote::server

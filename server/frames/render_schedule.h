@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// RenderSchedule: which session's picture is rendered next, and at which stage. It knows neither threads nor
+// devices nor clocks: its owner locks it, tells it the time and does what it says.
+//
+// - A session has one view, the latest; a newer one replaces it.
+// - A frame takes a credit; without one, nothing is rendered for that session.
+// - Sessions take turns. Quick pictures go before refinements, and a quick picture that becomes possible
+//   stops a refinement under way, unless that refinement has waited longer than `patience`: then it takes its
+//   turn among the quick ones.
+// - A newer view stops the refinement of the older one; a quick picture is never stopped, or a hand that
+// moves
+//   faster than pictures are rendered would see none.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include "server/frames/view_task.h"
+
+namespace mote::server {
+
+/// What a view's next picture is. A view that only wants the exact one starts there.
+enum class Stage { quick, intermediate, exact, done };
+
+struct ScheduleSettings {
+    Clock::duration restDelay = std::chrono::milliseconds(40);  ///< a view so old is at rest: about a frame
+    Clock::duration patience = std::chrono::seconds(2);         ///< a refinement waits no longer for others
+};
+
+/// One picture to render.
+struct RenderJob {
+    SessionId session = 0;
+    std::shared_ptr<const ViewTask> task;
+    Stage stage = Stage::quick;
+    std::stop_token stop;
+};
+
+class RenderSchedule {
+  public:
+    explicit RenderSchedule(ScheduleSettings settings = {}) : settings_(settings) {}
+
+    void open(SessionId session, std::uint32_t credits);
+    /// Forgets a session; stops its picture if that is under way.
+    void close(SessionId session);
+    /// Unknown sessions are ignored, here and below: they closed meanwhile.
+    void setView(SessionId session, std::shared_ptr<const ViewTask> task);
+    void addCredits(SessionId session, std::uint32_t count);
+
+    /// Takes the next picture and a credit for it. Only one may be under way at a time: finish it first.
+    std::optional<RenderJob> next(Clock::time_point now);
+    /// When next() may have something although nothing else happened; nothing: never.
+    std::optional<Clock::time_point> nextDue() const;
+    /// Whether the job's view is still the one that its session wants.
+    bool current(const RenderJob& job) const;
+
+    /// The job's picture goes out; its view, if still wanted, is at `next` now.
+    void finishDrawn(const RenderJob& job, Stage next);
+    /// It was stopped or nobody wants it: the credit comes back, the stage stays.
+    void finishStopped(const RenderJob& job);
+    /// It waits for data: the credit comes back, and it is tried again when some arrived.
+    void finishWaiting(const RenderJob& job);
+    /// Data arrived that somebody may wait for.
+    void dataArrived(Clock::time_point now);
+    /// It cannot be drawn: the credit comes back, and nothing more is tried for this view.
+    void finishFailed(const RenderJob& job);
+
+  private:
+    struct Client {
+        std::shared_ptr<const ViewTask> task;
+        Stage stage = Stage::done;
+        std::uint32_t credits = 0;
+        std::uint64_t served = 0;  ///< the turn in which it was served last
+        Clock::time_point due;     ///< the stage may begin
+        bool waits = false;        ///< for data: it may not
+
+        bool open() const { return stage != Stage::done && credits > 0 && !waits; }
+    };
+    struct Running {
+        SessionId session;
+        std::shared_ptr<const ViewTask> task;
+        Stage stage;
+        bool preemptible;
+        std::stop_source stop;
+    };
+
+    bool urgent(const Client& client, Clock::time_point now) const;
+    void enter(Client& client, Stage stage);
+    void finish(const RenderJob& job, bool returnCredit, std::optional<Stage> stage);
+    /// Stops what runs where something better came up.
+    void reconsider();
+
+    ScheduleSettings settings_;
+    std::map<SessionId, Client> clients_;
+    std::optional<Running> running_;
+    std::uint64_t turn_ = 0;
+};
+
+}  // namespace mote::server

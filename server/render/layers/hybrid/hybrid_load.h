@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Steps of hybrid datasets, as they are drawn, from their files. Pure functions but for the files, which are
+// not trusted: every byte is held to what the dataset says of it. Loading works in parallel.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <glm/mat4x4.hpp>
+#include <memory>
+#include <string>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
+#include "protocol/scene/error.h"
+#include "server/render/layers/hybrid/hybrid_step.h"
+
+namespace mote::render {
+
+/// The volume's box to layer space. `hybrid`: of a manifest that was checked.
+glm::dmat4 hybridBox(const proto::HybridManifest& hybrid);
+Bounds hybridBounds(const proto::HybridManifest& hybrid);
+
+/// What the dataset has of what was asked for; never `best`. Errors: unsupported, where it has not.
+Result<HybridRepresentation> hybridParts(const proto::HybridManifest& hybrid, HybridRepresentation asked);
+
+/// An estimate from the manifest of what a step takes in memory, loaded for a representation.
+std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
+                          HybridRepresentation representation);
+
+/// The same of what loading takes beside.
+std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
+                                 HybridRepresentation representation);
+
+/// The same for datasets that are drawn the same: of the manifest, and so of all of its files.
+std::string hybridDigest(const proto::Manifest& manifest);
+
+/// `representation`: as hybridParts gives it; only what it draws is loaded. Errors: notFound (there is no
+/// such step), as storage::HybridStep::open and storage::readResidual, resourceExhausted (too many bricks).
+Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
+                                                     const proto::Manifest& manifest, std::uint32_t step,
+                                                     HybridRepresentation representation,
+                                                     const std::function<bool()>& cancelled = {});
+
+}  // namespace mote::render

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/stipple/photograph.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "server/render/layers/stipple/dot_cells.h"
+
+namespace mote::render {
+namespace {
+
+/// A cell that holds less is given to its neighbours; one that holds more than `most` gets another dot
+/// (Deussen, Spicker and Zheng, "Weighted Linde-Buzo-Gray stippling", 2017).
+constexpr double least = 0.65;
+constexpr double most = 1.35;
+/// In the last step, after which nobody fills what a dot leaves.
+constexpr double leastAtLast = 0.5;
+
+/// To the weighted middle of the quarters of the square that is the dot's share of the picture: half a step
+/// of weighted Voronoi relaxation, without cells (dissertation 2.2.3.3).
+glm::vec2 weighted(const PixelMap& wanted, const glm::vec2& place) {
+    const double density = wanted.mean(place.x, place.y, 1.0);
+    const double side = std::min(1.0 / std::sqrt(std::max(density, 1e-6)), 64.0);
+    const double quarter = 0.25 * side;
+    glm::dvec2 sum(0.0);
+    double weight = 0.0;
+    for (const auto& [x, y] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {-1.0, 1.0}, {1.0, 1.0}}) {
+        const double w = wanted.mean(place.x + x * quarter, place.y + y * quarter, 0.5 * side);
+        sum += w * glm::dvec2(x, y);
+        weight += w;
+    }
+    return weight > 0.0 ? place + glm::vec2(sum * (quarter / weight)) : place;
+}
+
+void weigh(const PixelMap& wanted, std::vector<TileDot>& dots) {
+    using Range = tbb::blocked_range<std::size_t>;
+    tbb::parallel_for(Range(0, dots.size(), 1024), [&](const Range& range) {
+        for (auto i = range.begin(); i != range.end(); ++i) dots[i].place = weighted(wanted, dots[i].place);
+    });
+}
+
+std::vector<DotCell> cellsOf(const PixelMap& wanted, const std::vector<TileDot>& dots) {
+    std::vector<glm::vec2> places(dots.size());
+    std::transform(dots.begin(), dots.end(), places.begin(), [](const TileDot& dot) { return dot.place; });
+    return dotCells(wanted, places);
+}
+
+/// From a cell's middle to that of its half along its longer axis, were it an ellipse of even density.
+glm::dvec2 halfWay(const DotCell& cell) {
+    const double mean = 0.5 * (cell.xx + cell.yy);
+    const double apart = std::hypot(0.5 * (cell.xx - cell.yy), cell.xy);
+    const double angle = 0.5 * std::atan2(2.0 * cell.xy, cell.xx - cell.yy);
+    return 0.85 * std::sqrt(std::max(mean + apart, 0.0)) * glm::dvec2(std::cos(angle), std::sin(angle));
+}
+
+/// A step of weighted Voronoi relaxation; cells that hold too much are halved.
+void relax(const PlaneTiles& tiles, const PixelMap& wanted, TileSelection& selection, bool last) {
+    const auto cells = cellsOf(wanted, selection.dots);
+    std::vector<TileDot> next;
+    next.reserve(selection.dots.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        const auto& cell = cells[i];
+        auto dot = selection.dots[i];
+        if (cell.mass < (last ? leastAtLast : least)) {
+            tiles.letSleep(selection, dot);
+            continue;
+        }
+        dot.place = cell.centroid;
+        next.push_back(dot);
+        if (cell.mass <= most || last) continue;
+        auto woken = tiles.wake(selection, cell.centroid);
+        if (!woken) continue;
+        const auto half = halfWay(cell);
+        next.back().place = cell.centroid - half;
+        woken->place = cell.centroid + half;
+        next.push_back(*woken);
+    }
+    selection.dots = std::move(next);
+}
+
+}  // namespace
+
+std::vector<TileDot> stipplePhotograph(const PlaneTiles& tiles, const PixelMap& wanted,
+                                       const TileFrame& frame, const PhotographEffort& effort) {
+    auto selection = tiles.select(wanted, frame);
+    tiles.place(selection);
+    if (effort.weighting) weigh(wanted, selection.dots);
+    for (int i = 0; i < effort.relaxations; ++i) {
+        relax(tiles, wanted, selection, i + 1 == effort.relaxations);
+    }
+    std::erase_if(selection.dots, [&](const TileDot& dot) {
+        const auto& [x, y] = std::pair{dot.place.x, dot.place.y};
+        return x < 0.0F || y < 0.0F || x >= static_cast<float>(wanted.width()) ||
+               y >= static_cast<float>(wanted.height());
+    });
+    return std::move(selection.dots);
+}
+
+}  // namespace mote::render

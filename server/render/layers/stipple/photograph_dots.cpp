@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/stipple/photograph_dots.h"
+
+#include <array>
+#include <limits>
+
+#include "protocol/scene/mote_check.h"
+#include "protocol/scene/srgb.h"
+#include "server/render/layers/stipple/photograph_tone.h"
+
+namespace mote::render {
+
+Dots photographDots(const PlaneTiles& tiles, const PixelMap& luminance, std::uint32_t width,
+                    std::uint32_t height, const StippleStyle& style, const PhotographEffort& effort) {
+    const PhotographTone tone{style.spacing, style.dotSize, style.gamma, style.denseDark};
+    const auto wanted = wantedDensity(luminance, width, height, tone);
+    Dots dots;
+    for (const auto& dot : stipplePhotograph(tiles, wanted, {tone.fullDensity()}, effort)) {
+        dots.push_back({dot.place.x, dot.place.y, std::numeric_limits<double>::infinity(),
+                        static_cast<float>(0.5 * style.dotSize), static_cast<float>(style.opacity),
+                        glm::vec3(style.color)});
+    }
+    return dots;
+}
+
+PixelMap luminanceOf(const Picture& picture) {
+    MOTE_CHECK(picture.format == PixelFormat::srgb8);
+    std::array<float, 256> linear{};
+    for (std::size_t i = 0; i < linear.size(); ++i) {
+        linear[i] = static_cast<float>(srgbToLinear(static_cast<double>(i) / 255.0));
+    }
+    std::vector<float> values(picture.pixels.size() / 4);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::uint8_t* pixel = &picture.pixels[4 * i];
+        values[i] = 0.2126F * linear[pixel[0]] + 0.7152F * linear[pixel[1]] + 0.0722F * linear[pixel[2]];
+    }
+    return {picture.width, picture.height, std::move(values)};
+}
+
+}  // namespace mote::render

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// StippleSurface: what a stippled surface is drawn from: its hierarchy and the mesh that hides some of it.
+// Made once for a dataset, immutable, shared by pictures.
+#pragma once
+
+#include "protocol/scene/bounds.h"
+#include "server/render/layers/stipple/replay.h"
+#include "server/render/layers/stipple/surface_rays.h"
+
+namespace mote::render {
+
+class StippleSurface {
+  public:
+    /// `area`: of the mesh, in its own units; above 0.
+    StippleSurface(StippleReplay replay, SurfaceRays rays, const Bounds& bounds, double area);
+
+    const StippleReplay& replay() const { return replay_; }
+    const SurfaceRays& rays() const { return rays_; }
+    /// Of the mesh, layer space.
+    const Bounds& bounds() const { return bounds_; }
+    /// Points an area where all are drawn.
+    double density() const { return density_; }
+    /// Rays start this far off the surface, a twentieth of the mean distance of points: what lies closer
+    /// together hides nothing.
+    float tolerance() const { return tolerance_; }
+
+    /// Whether the surface hides a place on it from a direction or, where it is `reach` away, a place in that
+    /// direction. `normal`: there, unit, on either side.
+    bool hides(const glm::vec3& place, const glm::vec3& normal, const glm::vec3& direction,
+               float reach) const;
+
+  private:
+    StippleReplay replay_;
+    SurfaceRays rays_;
+    Bounds bounds_;
+    double density_;
+    float tolerance_;
+};
+
+}  // namespace mote::render

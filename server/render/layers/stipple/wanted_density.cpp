@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/stipple/wanted_density.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <numbers>
+
+namespace mote::render {
+namespace {
+
+using Range = tbb::blocked_range<std::size_t>;
+constexpr std::size_t grain = 2048;     // points a task
+constexpr double shininess = 32.0;      // exponent of the highlight (Blinn)
+constexpr double marginSpacings = 4.0;  // a dot's neighbours, and theirs
+
+}  // namespace
+
+WantedDensity::WantedDensity(const StippleSurface& surface, const StippleStyle& style,
+                             const SurfaceView& view)
+    : surface_(surface),
+      style_(style),
+      view_(view),
+      light_(style.light.fixed ? view.turnToEye * style.light.direction : style.light.direction),
+      lightInLayer_(glm::normalize(glm::inverse(glm::dmat3(view.layerToEye)) * light_)),
+      // Evenly spaced points stand on a hexagonal grid, one in sqrt(3) / 2 of the square of their distance.
+      fullDensity_(2.0 / (std::numbers::sqrt3 * style.spacing * style.spacing)),
+      margin_(marginSpacings * style.spacing) {}
+
+double WantedDensity::brightness(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool lit) const {
+    const Light& light = style_.light;
+    if (!lit) return std::min(light.ambient, 1.0);
+    const double diffuse = std::max(glm::dot(normal, light_), 0.0);
+    double sum = light.ambient + light.diffuse * diffuse;
+    if (light.specular > 0.0 && diffuse > 0.0) {
+        const double half = glm::dot(normal, glm::normalize(light_ + towardsEye));
+        sum += light.specular * std::pow(std::max(half, 0.0), shininess);
+    }
+    return std::min(sum, 1.0);
+}
+
+double WantedDensity::tone(double brightness) const {
+    const double bright = style_.gamma == 1.0 ? brightness : std::pow(brightness, style_.gamma);
+    return style_.denseDark ? 1.0 - bright : bright;
+}
+
+WantedDensity::Wanted WantedDensity::at(std::size_t point) const {
+    const StippleReplay& replay = surface_.replay();
+    const glm::dvec3 place = view_.toEye(replay.position(point));
+    if (!view_.inFront(place)) return {};
+    const glm::dvec2 screen = view_.onScreen(place);
+    if (!(screen.x > -margin_ && screen.y > -margin_ && screen.x < view_.size.x + margin_ &&
+          screen.y < view_.size.y + margin_)) {
+        return {};
+    }
+    const glm::dvec3 area = view_.areaToEye * glm::dvec3(replay.normal(point));
+    const glm::dvec3 towardsEye = view_.towardsEye(place);
+    glm::dvec3 normal = glm::normalize(area);
+    if (glm::dot(normal, towardsEye) < 0.0) normal = -normal;  // both sides of a sheet can be seen
+    const double wanted = fullDensity_ * view_.pixelArea(place, area) / surface_.density();
+    const auto asked = [&](bool lit) {
+        const double share = tone(brightness(normal, towardsEye, lit));
+        return Wanted{static_cast<float>(share), static_cast<float>(share * wanted)};
+    };
+    const Wanted lit = asked(true);
+    if (!style_.light.shadow || glm::dot(normal, light_) <= 0.0) return lit;
+    const Wanted dark = asked(false);
+    // A ray only where it decides.
+    const bool decides = style_.value == DotValue::tone ||
+                         replay.selects(point, lit.share) != replay.selects(point, dark.share);
+    if (!decides) return lit;
+    const bool shaded = surface_.hides(replay.position(point), replay.normal(point), lightInLayer_, INFINITY);
+    return shaded ? dark : lit;
+}
+
+std::vector<float> WantedDensity::shares() const {
+    std::vector<float> shares(surface_.replay().size());
+    tbb::parallel_for(Range(0, shares.size(), grain), [&](const Range& range) {
+        for (auto i = range.begin(); i != range.end(); ++i) shares[i] = at(i).share;
+    });
+    return shares;
+}
+
+}  // namespace mote::render

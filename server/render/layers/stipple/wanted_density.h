@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// WantedDensity: how dense the dots of a surface are to be around each point of its hierarchy, so that they
+// are even on the screen where the tone is: from light, scale and viewing angle (section 2.2.3 of the
+// dissertation). Refers to a surface; made once a picture, used by any number of threads.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "protocol/scene/stipple_style.h"
+#include "server/render/layers/stipple/stipple_surface.h"
+#include "server/render/layers/stipple/surface_view.h"
+
+namespace mote::render {
+
+class WantedDensity {
+  public:
+    /// What it is given must outlive it.
+    WantedDensity(const StippleSurface& surface, const StippleStyle& style, const SurfaceView& view);
+
+    struct Wanted {
+        float tone = 0.0F;  ///< share of the full density on the screen, 0 to 1
+        float share =
+            0.0F;  ///< of the hierarchy's density; above 1 where it has too few points; 0 out of view
+    };
+    /// Around a point's first position.
+    Wanted at(std::size_t point) const;
+    /// The shares of all points. Uses all threads of the calling arena.
+    std::vector<float> shares() const;
+
+  private:
+    double tone(double brightness) const;
+    double brightness(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool lit) const;
+
+    const StippleSurface& surface_;
+    const StippleStyle& style_;
+    const SurfaceView& view_;
+    glm::dvec3 light_;        // towards it, eye space
+    glm::vec3 lightInLayer_;  // unit
+    double fullDensity_;      // dots a square pixel at full tone
+    double margin_;           // pixels around the picture in which dots hold their neighbours in place
+};
+
+}  // namespace mote::render

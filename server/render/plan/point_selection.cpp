@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/point_selection.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "protocol/scene/drawn_points.h"
+#include "server/render/plan/octree_cell.h"
+#include "storage/storage_error.h"
+
+namespace mote::render {
+namespace {
+
+/// So few nodes are walked in a moment; of more, only a part in view that is small.
+constexpr std::size_t fewNodes = std::size_t{1} << 16;
+constexpr double smallPart = 0.25;
+constexpr std::uint8_t roughLevel = 4;
+constexpr std::size_t blockLeaves = std::size_t{1} << 14;
+
+[[noreturn]] void damaged(const char* array, std::size_t index) {
+    throw storage::StorageError(Error{ErrorCode::corrupt,
+                                      std::string(array) + "[" + std::to_string(index) + "]",
+                                      "the octree refers to something that it does not hold"});
+}
+
+/// The density at scaled log density t, a little raised, so that no leaf is lost by rounding.
+double densityAt(const LogDensity& scale, double t) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    if (!(scale.max > scale.min)) return t > 0.0 ? infinite : 0.0;  // all leaves have t = 0
+    if (t > 1.0) return infinite;
+    return scale.min * std::exp(t * std::log(scale.max / scale.min)) * (1.0 + 1e-6);
+}
+
+/// The curve's fraction of leaf after leaf; equal densities, common in a run of equal weights, are looked up
+/// once.
+class LeafFraction {
+  public:
+    LeafFraction(const Curve& curve, const LogDensity& scale) : curve_(curve), scale_(scale) {}
+    double operator()(float density) {
+        if (density != density_) {
+            density_ = density;
+            fraction_ = curve_(scale_.ofLeaf(density));
+        }
+        return fraction_;
+    }
+
+  private:
+    const Curve& curve_;
+    LogDensity scale_;
+    float density_ = std::numeric_limits<float>::quiet_NaN();
+    double fraction_ = 0.0;
+};
+
+class InView {
+  public:
+    InView(const storage::ParticleStep& step, const Frustum& frustum, double densityLimit)
+        : nodes_(step.nodes()), leaves_(step.leaves().size()), frustum_(frustum), limit_(densityLimit) {}
+
+    /// Particles below the nodes of `roughLevel` that are in view, or above it.
+    std::uint64_t roughCount() {
+        std::uint64_t count = 0;
+        walk([&](std::size_t node) {
+            if (nodes_.childCount[node] != 0 && nodes_.level[node] < roughLevel) return true;
+            count += nodes_.count[node];
+            return false;
+        });
+        return count;
+    }
+
+    std::vector<std::uint64_t> bits() {
+        std::vector<std::uint64_t> bits((leaves_ + 63) / 64, 0);
+        walk([&](std::size_t node) {
+            if (nodes_.childCount[node] != 0) return true;
+            const std::size_t leaf = nodes_.firstChild[node];
+            if (leaf >= leaves_) damaged("/octree/first_child", node);
+            bits[leaf / 64] |= std::uint64_t{1} << (leaf % 64);
+            return false;
+        });
+        return bits;
+    }
+
+  private:
+    struct Visit {
+        std::uint32_t node;
+        Frustum::Side side;
+    };
+
+    Frustum::Side sideOf(std::size_t node) const {
+        if (nodes_.level[node] > deepestLevel) damaged("/octree/level", node);
+        const double half = std::ldexp(1.0, -nodes_.level[node]);
+        const glm::dvec3 place(cellPlace(nodes_.morton[node]));
+        return frustum_.of(glm::dvec3(-1.0) + 2.0 * half * (place + 0.5), half);
+    }
+
+    /// Depth first over the nodes in view; `enter` says whether to go below.
+    void walk(const std::function<bool(std::size_t)>& enter) {
+        if (nodes_.size() == 0) return;
+        stack_.assign(1, {0, Frustum::Side::partly});
+        std::size_t pushed = 1;
+        while (!stack_.empty()) {
+            auto [node, side] = stack_.back();
+            stack_.pop_back();
+            if (nodes_.count[node] == 0 || nodes_.minDensity[node] > limit_) continue;
+            if (side == Frustum::Side::partly) side = sideOf(node);
+            if (side == Frustum::Side::outside || !enter(node)) continue;
+            const std::uint32_t first = nodes_.firstChild[node];
+            pushed += nodes_.childCount[node];
+            if (first >= nodes_.size() || nodes_.childCount[node] > nodes_.size() - first ||
+                pushed > nodes_.size()) {
+                damaged("/octree/first_child", node);
+            }
+            for (std::uint32_t i = 0; i < nodes_.childCount[node]; ++i) stack_.push_back({first + i, side});
+        }
+    }
+
+    const storage::OctreeNodes nodes_;
+    const std::size_t leaves_;
+    const Frustum& frustum_;
+    const double limit_;
+    std::vector<Visit> stack_;
+};
+
+}  // namespace
+
+PointSelection selectPoints(const storage::ParticleStep& step, const Curve& pointFraction, double share) {
+    const auto leaves = step.leaves();
+    const auto nodes = step.nodes();
+    const LogDensity scale = step.logDensity();
+    // Leaves ascend in density: beyond the limit there is nothing to draw.
+    const double limit = densityAt(scale, zeroFrom(pointFraction));
+    const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limit);
+    PointSelection selection;
+    selection.drawn.resize(static_cast<std::size_t>(end - leaves.density.begin()));
+    const auto select = [&](const tbb::blocked_range<std::size_t>& block, std::uint64_t points) {
+        LeafFraction fractionOf(pointFraction, scale);
+        for (std::size_t i = block.begin(); i < block.end(); ++i) {
+            const double fraction = share * fractionOf(leaves.density[i]);
+            const std::size_t node = leaves.node[i];
+            if (node >= nodes.size()) damaged("/leaves/node", i);
+            std::uint32_t drawn = 0;
+            if (fraction >= 1.0) {
+                drawn = leaves.pointCount[i];
+            } else if (fraction > 0.0) {
+                drawn = drawnPoints(fraction, leaves.pointCount[i], nodes.level[node], nodes.morton[node]);
+            }
+            selection.drawn[i] = drawn;
+            points += drawn;
+        }
+        return points;
+    };
+    selection.points =
+        tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, selection.drawn.size(), blockLeaves),
+                             std::uint64_t{0}, select, std::plus<>());
+    return selection;
+}
+
+double zeroFrom(const Curve& curve) {
+    const auto& knots = curve.knots();
+    if (knots.back().y > 0.0) return std::numeric_limits<double>::infinity();
+    const auto positive = [](const Curve::Knot& knot) { return knot.y > 0.0; };
+    const auto last = std::find_if(knots.rbegin(), knots.rend(), positive);
+    return last == knots.rend() ? 0.0 : last.base()->x;
+}
+
+std::uint64_t pointsUpTo(const storage::ParticleStep& step, const Curve& pointFraction) {
+    const auto leaves = step.leaves();
+    const double limit = densityAt(step.logDensity(), zeroFrom(pointFraction));
+    const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limit);
+    if (end == leaves.density.end()) return step.pointCount();
+    return leaves.pointBegin[static_cast<std::size_t>(end - leaves.density.begin())];
+}
+
+std::vector<std::uint64_t> leavesInView(const storage::ParticleStep& step, const Frustum& frustum,
+                                        const Curve& pointFraction) {
+    if (frustum.of(glm::dvec3(0.0), 1.0) == Frustum::Side::inside) return {};
+    InView view(step, frustum, densityAt(step.logDensity(), zeroFrom(pointFraction)));
+    const auto few = [&] {
+        return static_cast<double>(view.roughCount()) <= smallPart * static_cast<double>(step.pointCount());
+    };
+    if (step.nodes().size() > fewNodes && !few()) return {};
+    return view.bits();
+}
+
+}  // namespace mote::render

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The dots of a plan as devices take them: their depths told in slabs. Pure functions, shared by all devices.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "server/render/plan/frame_plan.h"
+
+namespace mote::render {
+
+struct ScreenDot {
+    float x = 0.0F, y = 0.0F;  ///< pixels
+    DotFootprint ink{0.0F};    ///< with the dot's opacity in `most`
+    float place = 0.0F;        ///< slabs from the plan's nearDepth, 0 to the number of slabs
+    glm::vec3 color{0.0F};     ///< linear RGB
+};
+
+/// Front to back; of equal depth in their order.
+std::vector<ScreenDot> screenDots(const FramePlan& plan);
+
+}  // namespace mote::render

@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/session/server_program.h"
-
-int main(int argc, char** argv) {
-    return mote::server::serverProgram(argc, argv, mote::render::createDevice);
-}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// MappedFile: a regular file's bytes, mapped read-only, unmapped when it goes. Move-only; the bytes may be
+// read from any thread. Published files never change; of one that does while it is mapped, damage() tells
+// (mapping_guard.h), so that nothing that was read of it is used.
+#pragma once
+
+#include <sys/stat.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "protocol/scene/error.h"
+#include "storage/blocks/mapping_guard.h"
+#include "storage/files/file_descriptor.h"
+
+namespace mote::storage {
+
+class MappedFile {
+  public:
+    /// Errors: as openRegular, corrupt (its size is not `expectedSize`), resourceExhausted.
+    static Result<MappedFile> open(const std::filesystem::path& path, std::uint64_t expectedSize);
+
+    /// What a packed file (packed_file.h) holds, in memory of its own, for which `most` bytes are taken at
+    /// most. Errors: as openRegular, corrupt (it holds more), resourceExhausted.
+    static Result<MappedFile> unpack(const std::filesystem::path& path, std::uint64_t most);
+
+    MappedFile(MappedFile&& other) noexcept
+        : path_(std::move(other.path_)),
+          file_(std::move(other.file_)),
+          bytes_(std::exchange(other.bytes_, {})),
+          guard_(std::move(other.guard_)),
+          changed_(other.changed_) {}
+    MappedFile& operator=(MappedFile&&) = delete;
+    ~MappedFile();
+
+    const std::string& path() const { return path_; }
+    std::span<const std::byte> bytes() const { return bytes_; }
+
+    /// Whether a byte that was touched could not be read: what was read since may be zeros. Costs nothing.
+    bool faulted() const { return guard_.fault().has_value(); }
+    /// Why what was read up to now is worth nothing: a page that could not be read, or a file that was
+    /// truncated or written to since it was opened. Asks the kernel once.
+    std::optional<Error> damage() const;
+
+    /// Asks for bytes [begin, begin + size) ahead of their use: returns at once.
+    void expect(std::uint64_t begin, std::uint64_t size) const;
+    /// Brings them in, as few page faults as the kernel knows how to.
+    void populate(std::uint64_t begin, std::uint64_t size) const;
+    /// Takes the whole pages among them from this process; they are read again at their next use.
+    void giveUp(std::uint64_t begin, std::uint64_t size) const;
+
+  private:
+    MappedFile(std::string path, FileDescriptor file) : path_(std::move(path)), file_(std::move(file)) {}
+    Status map(std::uint64_t size);
+    void advise(std::uint64_t first, std::uint64_t last, int advice) const;
+
+    std::string path_;
+    FileDescriptor file_;
+    std::span<const std::byte> bytes_;
+    MappingGuard guard_;
+    timespec changed_{};  ///< last time of writing, when it was opened
+};
+
+}  // namespace mote::storage

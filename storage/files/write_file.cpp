@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "storage/files/write_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+
+#include "storage/files/file_descriptor.h"
+#include "storage/files/system_error.h"
+
+namespace mote::storage {
+namespace {
+
+constexpr std::size_t most = std::size_t{1} << 30;  // bytes; the kernel takes less than 2 GiB at once
+
+std::filesystem::path folderOf(const std::filesystem::path& path) {
+    const auto folder = path.parent_path();
+    return folder.empty() ? std::filesystem::path(".") : folder;
+}
+
+/// Renames without replacing; 0 or an error number.
+int renameNew(const std::filesystem::path& from, const std::filesystem::path& to) {
+    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+    if (errno != EINVAL && errno != ENOSYS) return errno;
+    // File systems without RENAME_NOREPLACE (some network ones): look, then rename. A folder with content is
+    // not replaced by rename(2) either way.
+    if (::faccessat(AT_FDCWD, to.c_str(), F_OK, AT_SYMLINK_NOFOLLOW) == 0) return EEXIST;
+    return ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
+}
+
+}  // namespace
+
+Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
+               const std::filesystem::path& name) {
+    while (!bytes.empty()) {
+        const ssize_t wrote =
+            ::pwrite(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
+        if (wrote < 0 && errno == EINTR) continue;
+        if (wrote <= 0) return systemError(wrote < 0 ? errno : ENOSPC, name.string(), "cannot be written");
+        bytes = bytes.subspan(static_cast<std::size_t>(wrote));
+        offset += static_cast<std::uint64_t>(wrote);
+    }
+    return success();
+}
+
+Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
+              const std::filesystem::path& name) {
+    while (!bytes.empty()) {
+        const ssize_t got =
+            ::pread(descriptor, bytes.data(), std::min(bytes.size(), most), static_cast<off_t>(offset));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) return systemError(got < 0 ? errno : EIO, name.string(), "cannot be read again");
+        bytes = bytes.subspan(static_cast<std::size_t>(got));
+        offset += static_cast<std::uint64_t>(got);
+    }
+    return success();
+}
+
+Status writeNewFile(const std::filesystem::path& path, std::string_view text) {
+    const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be made");
+    Status status = writeAt(file.get(), 0, std::as_bytes(std::span(text)), path);
+    if (status.ok() && ::fsync(file.get()) != 0) {
+        status = systemError(errno, path.string(), "cannot be written to the disk");
+    }
+    if (!status.ok()) ::unlink(path.c_str());
+    return status;
+}
+
+Status syncPath(const std::filesystem::path& path) {
+    const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
+    // EINVAL: a file system that cannot sync folders has nothing to do.
+    if (::fsync(file.get()) != 0 && errno != EINVAL) {
+        return systemError(errno, path.string(), "cannot be written to the disk");
+    }
+    return success();
+}
+
+Status publishByRename(const std::filesystem::path& from, const std::filesystem::path& to) {
+    const int number = renameNew(from, to);
+    if (number == EEXIST || number == ENOTEMPTY) {
+        return Error{ErrorCode::alreadyExists, to.string(), "exists already and is never replaced"};
+    }
+    if (number != 0) return systemError(number, to.string(), "cannot be put in place");
+    return syncPath(folderOf(to));
+}
+
+}  // namespace mote::storage

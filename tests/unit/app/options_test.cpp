@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/app/options.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/support/temp_dir.h"
+
+namespace mote::server {
+namespace {
+
+using Words = std::vector<std::string>;
+
+std::variant<ServerSettings, int> parse(Words words) {
+    words.insert(words.begin(), "mote-server");
+    std::vector<const char*> pointers;
+    for (const auto& word : words) pointers.push_back(word.c_str());
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    auto parsed = parseOptions(static_cast<int>(pointers.size()), pointers.data());
+    testing::internal::GetCapturedStdout();
+    testing::internal::GetCapturedStderr();
+    return parsed;
+}
+
+const Words needed{"--root", "data=/data", "--state", "/state", "--connection", "/c.json"};
+
+Words with(Words more) {
+    more.insert(more.begin(), needed.begin(), needed.end());
+    return more;
+}
+
+TEST(Options, AllOfThemAreTaken) {
+    const auto parsed = parse(with(
+        {"--root", "more=/more", "--listen", "unix", "--device", "egl", "--memory", "8G", "--threads", "3"}));
+    const auto* settings = std::get_if<ServerSettings>(&parsed);
+    ASSERT_NE(settings, nullptr);
+    EXPECT_EQ(settings->roots, (Words{"data=/data", "more=/more"}));
+    EXPECT_EQ(settings->stateDirectory, "/state");
+    EXPECT_EQ(settings->connectionFile, "/c.json");
+    EXPECT_EQ(settings->device, render::DeviceKind::egl);
+    EXPECT_EQ(settings->memory, std::uint64_t{8} << 30);
+    EXPECT_EQ(settings->threads, 3u);
+}
+
+TEST(Options, HelpIsSuccessAndWrongUsageIsTwo) {
+    EXPECT_EQ(std::get<int>(parse({"--help"})), 0);
+    for (const Words& words :
+         {Words{}, Words{"--state", "/s"}, with({"--colour"}), with({"stray"}), with({"--threads", "many"}),
+          with({"--threads", "-1"}), with({"--memory", "8X"}), with({"--listen", "tcp:127.0.0.1:0"}),
+          with({"--listen", "pigeon"}), with({"--device", "gpu"}), with({"--config", "/absent.toml"})}) {
+        const auto parsed = parse(words);
+        ASSERT_TRUE(std::holds_alternative<int>(parsed)) << testing::PrintToString(words);
+        EXPECT_EQ(std::get<int>(parsed), 2);
+    }
+}
+
+TEST(Options, SizesAreByPowersOf1024) {
+    EXPECT_EQ(*parseSize("1000000"), 1000000u);
+    EXPECT_EQ(*parseSize("8G"), std::uint64_t{8} << 30);
+    EXPECT_EQ(*parseSize("1.5GiB"), (std::uint64_t{3} << 30) / 2);
+    EXPECT_EQ(*parseSize("512m"), std::uint64_t{512} << 20);
+    EXPECT_EQ(*parseSize("4KB"), 4096u);
+    for (const char* bad : {"", "G", "8X", "-1", "0", "8GG", "nan", "inf", "1e30", "8 G", "0x10", "8iB8"}) {
+        EXPECT_FALSE(parseSize(bad).ok()) << bad;
+    }
+}
+
+class ConfigFile : public testing::Test {
+  protected:
+    std::string write(const std::string& text) {
+        std::ofstream(folder_ / "server.toml") << text;
+        return (folder_ / "server.toml").string();
+    }
+    test::TempDir folder_;
+};
+
+TEST_F(ConfigFile, HoldsTheSameOptionsAndTheCommandLineWins) {
+    const auto path = write(R"(
+root = ["data=/file"]
+state = "/file-state"
+connection = "/file.json"
+memory = "1G"
+threads = 2
+)");
+    const auto fromFile = std::get<ServerSettings>(parse({"--config", path}));
+    EXPECT_EQ(fromFile.roots, (Words{"data=/file"}));
+    EXPECT_EQ(fromFile.stateDirectory, "/file-state");
+    EXPECT_EQ(fromFile.threads, 2u);
+    EXPECT_EQ(fromFile.memory, std::uint64_t{1} << 30);
+    const auto both = std::get<ServerSettings>(parse(with({"--config", path, "--threads", "7"})));
+    EXPECT_EQ(both.roots, (Words{"data=/data"}));
+    EXPECT_EQ(both.stateDirectory, "/state");
+    EXPECT_EQ(both.threads, 7u);
+    EXPECT_EQ(both.memory, std::uint64_t{1} << 30);
+}
+
+TEST_F(ConfigFile, MistakesNameLineAndKey) {
+    const std::pair<const char*, const char*> cases[] = {
+        {"state = \"/s\"\ncolour = 3\n", "colour"},
+        {"threads = \"two\"\n", "threads"},
+        {"\n\nroot = \"data=/x\"\n", "server.toml:3"},
+        {"root = [3]\n", "root"},
+        {"state = \n", "server.toml:1"},
+        {"threads = 99999\n", "threads"},
+    };
+    for (const auto& [text, word] : cases) {
+        const auto options = readConfig(write(text));
+        ASSERT_FALSE(options.ok()) << text;
+        EXPECT_NE(options.error().toString().find(word), std::string::npos) << options.error().toString();
+    }
+}
+
+}  // namespace
+}  // namespace mote::server

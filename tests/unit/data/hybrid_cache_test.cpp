@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Steps of hybrid volumes under the budget: what is loaded when, in which order, and what goes for what.
+#include "server/data/hybrid_cache.h"
+
+#include <gmock/gmock.h>
+
+#include <condition_variable>
+#include <filesystem>
+
+#include "server/render/layers/hybrid/hybrid_load.h"
+#include "storage/hybrid/residual_file.h"
+#include "storage/manifest.h"
+#include "tests/support/temp_dir.h"
+#include "tests/unit/hybrid/small_hybrid.h"
+
+namespace mote::server {
+namespace {
+
+using enum HybridRepresentation;
+using testing::HasSubstr;
+
+constexpr std::uint64_t mib = std::uint64_t{1} << 20;
+constexpr std::uint32_t steps = 16;
+
+/// Its one thread waits after each step until the test lets it go on: what was loaded by then is certain.
+class HybridCacheTest : public testing::Test {
+  protected:
+    HybridCacheTest() {
+        test::writeSmallHybrid(dataset_, test::smallPoints(5), test::smallManifest(5, 8));
+        auto manifest = *storage::readManifest(dataset_);
+        // The same step again and again; its files are there once.
+        auto& all = *manifest.mutable_hybrid()->mutable_steps();
+        for (std::uint32_t i = 1; i < steps; ++i) *all.Add() = all[0];
+        entry_ = {"data/small", dataset_, std::make_shared<const proto::Manifest>(std::move(manifest))};
+        const auto& hybrid = entry_.manifest->hybrid();
+        loading_ = render::hybridBytes(hybrid, 0, residual) + render::hybridLoadingBytes(hybrid, 0, residual);
+    }
+    ~HybridCacheTest() override {
+        letGo(1000);
+        cache_.reset();
+    }
+
+    void start(std::uint64_t bytes) {
+        budget_ = std::make_shared<storage::BlockBudget>(bytes);
+        cache_ = std::make_unique<HybridCache>(budget_, 1, [this] {
+            std::unique_lock lock(mutex_);
+            ++arrived_;
+            changed_.notify_all();
+            changed_.wait(lock, [this] { return arrived_ <= mayGo_; });
+        });
+    }
+    void letGo(int more) {
+        const std::lock_guard lock(mutex_);
+        mayGo_ += more;
+        changed_.notify_all();
+    }
+    void await(int arrivals) {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return arrived_ >= arrivals; });
+    }
+    /// Until nothing is under way.
+    void awaitRest() {
+        letGo(1000);
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return cache_->stepsUnderWay() == 0; });
+    }
+    HybridCache::Step step(std::uint32_t index, HybridRepresentation representation = residual) {
+        auto found = cache_->step(entry_, index, representation);
+        EXPECT_TRUE(found.ok()) << found.error().toString();
+        return found.ok() ? *found : nullptr;
+    }
+    /// What one takes in memory.
+    std::uint64_t stepBytes() const {
+        return (*render::loadHybrid(dataset_, *entry_.manifest, 0, residual))->bytes();
+    }
+    std::filesystem::path residualFile() const { return dataset_ / storage::residualName(0); }
+
+    test::TempDir folder_;
+    const std::filesystem::path dataset_ = folder_ / "small.mote";
+    storage::Catalogue::Entry entry_;
+    std::uint64_t loading_ = 0;  ///< that are counted while a step is loaded
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    int arrived_ = 0, mayGo_ = 0;
+    std::shared_ptr<storage::BlockBudget> budget_;
+    std::unique_ptr<HybridCache> cache_;
+};
+
+TEST_F(HybridCacheTest, NobodyWaitsForAStepThatIsLoaded) {
+    start(100 * mib);
+    EXPECT_EQ(step(0), nullptr);
+    await(1);
+    const auto loaded = step(0);
+    ASSERT_NE(loaded, nullptr);
+    EXPECT_NE(loaded->bricks, nullptr);
+    EXPECT_EQ(step(0), loaded);
+    EXPECT_EQ(budget_->resident(), loaded->bytes());
+}
+
+TEST_F(HybridCacheTest, TheVolumeAloneIsThereAtOnce) {
+    start(100 * mib);
+    EXPECT_EQ(step(0), nullptr);
+    const auto low = cache_->volume(entry_, 0);
+    ASSERT_TRUE(low.ok()) << low.error().toString();
+    EXPECT_EQ((*low)->bricks, nullptr);
+    EXPECT_NE(step(1, volume), nullptr);
+}
+
+TEST_F(HybridCacheTest, TheNextStepsOfASeriesAreLoadedInTheOrderInWhichTheyArePlayed) {
+    start(100 * mib);
+    step(6);
+    step(7);  // 6 may be loaded by now, or is still in line: nobody needs it any more
+    letGo(1000);
+    awaitRest();
+    for (std::uint32_t i = 8; i < 8 + stepsAhead; ++i) {
+        EXPECT_NE(step(i), nullptr) << i;
+        awaitRest();
+    }
+}
+
+TEST_F(HybridCacheTest, ASeriesIsPlayedOnceThereIsAnOrder) {
+    start(100 * mib);
+    step(4);
+    EXPECT_FALSE(cache_->played(entry_));
+    step(5);
+    EXPECT_TRUE(cache_->played(entry_));
+    step(12);
+    EXPECT_TRUE(cache_->played(entry_)) << "some were left out";
+    step(9);
+    EXPECT_FALSE(cache_->played(entry_));
+}
+
+TEST_F(HybridCacheTest, WhatIsExpectedComesOneAfterTheOther) {
+    start(100 * mib);
+    step(2);
+    await(1);
+    step(3);
+    letGo(1);
+    await(2);
+    letGo(1);
+    await(3);  // 4
+    EXPECT_EQ(cache_->loadedSteps(), 3U);
+    EXPECT_NE(step(4), nullptr);
+    EXPECT_EQ(step(5), nullptr);
+}
+
+TEST_F(HybridCacheTest, WhatIsAskedForGoesBeforeWhatIsExpected) {
+    start(100 * mib);
+    step(0);
+    await(1);
+    step(1);
+    letGo(1);
+    await(2);
+    EXPECT_EQ(step(9), nullptr) << "a jump, while 2 to 5 are in line";
+    letGo(1);
+    await(3);
+    EXPECT_NE(step(9), nullptr);
+    EXPECT_EQ(cache_->loadedSteps(), 3U);
+}
+
+TEST_F(HybridCacheTest, OfADatasetOnlyTheLatestIsWaitedFor) {
+    start(100 * mib);
+    step(0);
+    await(1);
+    for (const std::uint32_t index : {3U, 9U, 14U, 6U}) step(index);
+    letGo(1);
+    await(2);
+    EXPECT_NE(step(6), nullptr);
+    awaitRest();
+    EXPECT_EQ(cache_->loadedSteps(), 2U) << "3, 9 and 14 were only passed";
+}
+
+TEST_F(HybridCacheTest, VolumesAndOtherBlocksMakeRoomForEachOther) {
+    start(loading_);
+    step(0);
+    await(1);
+    ASSERT_NE(step(0), nullptr);
+    EXPECT_FALSE(budget_->take(loading_, budget_->turn())) << "the picture under way uses it";
+    ASSERT_TRUE(budget_->take(loading_, budget_->beginTurn()));
+    EXPECT_EQ(cache_->loadedSteps(), 0U);
+    EXPECT_EQ(budget_->resident(), loading_);
+    budget_->giveBack(loading_);
+    EXPECT_EQ(step(0), nullptr) << "it is loaded anew";
+}
+
+TEST_F(HybridCacheTest, WhatThereIsNoRoomForIsSaid) {
+    start(loading_ - 1);
+    EXPECT_EQ(step(0), nullptr);
+    await(1);
+    const auto refused = cache_->step(entry_, 0, residual);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::resourceExhausted);
+    EXPECT_EQ(budget_->resident(), 0U);
+}
+
+TEST_F(HybridCacheTest, AStepThatHadToGoBeforeItWasDrawnComesAtOnce) {
+    start(loading_);
+    EXPECT_EQ(step(0), nullptr);
+    await(1);
+    ASSERT_TRUE(budget_->take(loading_, budget_->beginTurn()));
+    budget_->giveBack(loading_);
+    EXPECT_NE(step(0), nullptr) << "or two of them could take turns for ever";
+}
+
+TEST_F(HybridCacheTest, WhatIsPlayedStaysForWhatComes) {
+    const auto bytes = stepBytes();
+    start(3 * bytes + loading_ - bytes);  // of three, while the third is loaded
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        step(i);
+        awaitRest();
+    }
+    for (std::uint32_t i = 1; i < steps; ++i) {
+        budget_->beginTurn();
+        EXPECT_NE(step(i), nullptr) << i;
+        awaitRest();
+        EXPECT_LE(budget_->resident(), budget_->limit());
+        EXPECT_LE(cache_->loadedSteps(), 3U);
+    }
+}
+
+TEST_F(HybridCacheTest, WhatIsWrongIsSaidWhenItIsAskedForAndTriedAnew) {
+    start(100 * mib);
+    step(0);
+    await(1);
+    const auto kept = folder_ / "kept";
+    std::filesystem::rename(residualFile(), kept);
+    step(1);
+    awaitRest();
+    const auto missing = cache_->step(entry_, 1, residual);
+    ASSERT_FALSE(missing.ok());
+    EXPECT_THAT(missing.error().where, HasSubstr("residual-000000.vdb"));
+    std::filesystem::rename(kept, residualFile());
+    // Steps 2 to 5 were expected, and failed: nobody is told.
+    EXPECT_EQ(step(2), nullptr);
+    awaitRest();
+    EXPECT_NE(step(2), nullptr);
+    EXPECT_EQ(step(1), nullptr);
+    awaitRest();
+    EXPECT_NE(step(1), nullptr);
+}
+
+TEST_F(HybridCacheTest, DatasetsOfOtherKindsAndRepresentationsAreRefused) {
+    start(mib);
+    auto manifest = *entry_.manifest;
+    manifest.mutable_hybrid()->set_residual(false);
+    const storage::Catalogue::Entry bare{"data/bare", dataset_,
+                                         std::make_shared<const proto::Manifest>(manifest)};
+    EXPECT_EQ(cache_->step(bare, 0, residual).error().code, ErrorCode::unsupported);
+    manifest.set_kind("particles");
+    const storage::Catalogue::Entry other{"data/other", dataset_,
+                                          std::make_shared<const proto::Manifest>(manifest)};
+    EXPECT_EQ(cache_->step(other, 0, residual).error().code, ErrorCode::invalidArgument);
+}
+
+}  // namespace
+}  // namespace mote::server

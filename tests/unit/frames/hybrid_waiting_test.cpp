@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What is drawn of a hybrid volume while its step is on its way.
+#include <gmock/gmock.h>
+
+#include "server/frames/picture_maker.h"
+#include "server/render/layers/hybrid/hybrid_step.h"
+
+namespace mote::server {
+namespace {
+
+using render::HybridStep;
+
+std::shared_ptr<HybridStep> smallStep() {
+    auto step = std::make_shared<HybridStep>();
+    step->low.size = {2, 2, 2};
+    step->low.values.resize(12);
+    step->low.normals.resize(12);
+    return step;
+}
+
+/// Has the volume alone, until the test brings the rest.
+class SlowSource final : public StepSource {
+  public:
+    Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
+                                                              std::uint32_t) override {
+        return Error{ErrorCode::notFound, "dataset", dataset};
+    }
+    Result<std::shared_ptr<const HybridStep>> hybrid(const std::string&, std::uint32_t,
+                                                     HybridRepresentation) override {
+        return std::shared_ptr<const HybridStep>(whole);
+    }
+    Result<std::shared_ptr<const HybridStep>> hybridVolume(const std::string&, std::uint32_t,
+                                                           bool moving) override {
+        if (played && !moving) return std::shared_ptr<const HybridStep>();
+        return std::shared_ptr<const HybridStep>(volume);
+    }
+
+    std::shared_ptr<HybridStep> volume = smallStep();
+    std::shared_ptr<HybridStep> whole;  ///< null: on its way
+    bool played = false;
+};
+
+using Drawn = std::vector<std::shared_ptr<const HybridStep>>;
+
+/// Notes which steps it drew.
+class NotingDevice final : public render::Device {
+  public:
+    explicit NotingDevice(Drawn& drawn) : drawn_(drawn) {}
+    std::string name() const override { return "noting"; }
+    render::DeviceAbilities abilities() const override { return {.hybrids = true}; }
+    void trim() override {}
+    std::optional<render::Picture> render(const render::FramePlan& plan, render::PixelFormat format,
+                                          std::stop_token) override {
+        for (const auto& hybrid : plan.hybrids) drawn_.push_back(hybrid.step);
+        render::Picture picture{plan.width, plan.height, format, {}, 0};
+        picture.pixels.resize(std::size_t{plan.width} * plan.height * render::bytesPerPixel(format));
+        return picture;
+    }
+
+  private:
+    Drawn& drawn_;
+};
+
+class HybridWaiting : public testing::Test {
+  protected:
+    Result<Making> make(Stage stage, bool moving = false) {
+        auto task = std::make_shared<ViewTask>();
+        task->moving = moving;
+        task->view.width = 8;
+        task->view.height = 8;
+        task->view.layers.push_back({.dataset = "data/volume", .style = HybridStyle{}});
+        return maker_.make({.session = 1, .task = task, .stage = stage, .stop = {}}, history_);
+    }
+
+    SlowSource source_;
+    Drawn drawn_;
+    PictureMaker maker_{[this] { return std::make_unique<NotingDevice>(drawn_); }, source_};
+    PictureHistory history_{QualityController(30.0)};
+};
+
+TEST_F(HybridWaiting, AViewInMotionIsDrawnFromTheVolumeAlone) {
+    const auto made = make(Stage::quick);
+    ASSERT_TRUE(made.ok()) << made.error().toString();
+    EXPECT_TRUE(made->picture);
+    EXPECT_THAT(drawn_, testing::ElementsAre(source_.volume));
+}
+
+TEST_F(HybridWaiting, TheExactPictureWaits) {
+    const auto made = make(Stage::exact);
+    ASSERT_TRUE(made.ok()) << made.error().toString();
+    EXPECT_TRUE(made->waits);
+    EXPECT_FALSE(made->picture);
+    EXPECT_THAT(drawn_, testing::IsEmpty());
+}
+
+TEST_F(HybridWaiting, EachStepThatIsPlayedIsWaitedForUnlessAHandMovesTheView) {
+    source_.played = true;
+    EXPECT_TRUE(make(Stage::quick)->waits);
+    EXPECT_THAT(drawn_, testing::IsEmpty());
+    EXPECT_TRUE(make(Stage::quick, true)->picture);
+    EXPECT_THAT(drawn_, testing::ElementsAre(source_.volume));
+}
+
+TEST_F(HybridWaiting, BothAreDrawnFromTheWholeStepOnceItIsThere) {
+    source_.whole = smallStep();
+    ASSERT_TRUE(make(Stage::quick)->picture);
+    ASSERT_TRUE(make(Stage::exact)->picture);
+    EXPECT_THAT(drawn_, testing::ElementsAre(source_.whole, source_.whole));
+}
+
+}  // namespace
+}  // namespace mote::server
