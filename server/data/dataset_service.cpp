@@ -173,21 +173,22 @@ Result<std::shared_ptr<const render::StippleSurface>> DatasetService::surface(co
     return stipples_.surface(found->second);
 }
 
-Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybrid(
-    const std::string& dataset, std::uint32_t index, HybridRepresentation representation) {
+Result<std::shared_ptr<const render::GridField>> DatasetService::hybrid(const std::string& dataset,
+                                                                        std::uint32_t index,
+                                                                        HybridRepresentation representation) {
     const auto all = known();
     const auto found = all->entries.find(withoutSuffix(dataset));
     if (found == all->entries.end()) return unknownDataset(dataset);
     return hybrids_.step(found->second, index, representation);
 }
 
-Result<std::shared_ptr<const render::HybridStep>> DatasetService::hybridVolume(const std::string& dataset,
-                                                                               std::uint32_t index,
-                                                                               bool moving) {
+Result<std::shared_ptr<const render::GridField>> DatasetService::hybridVolume(const std::string& dataset,
+                                                                              std::uint32_t index,
+                                                                              bool moving) {
     const auto all = known();
     const auto found = all->entries.find(withoutSuffix(dataset));
     if (found == all->entries.end()) return unknownDataset(dataset);
-    if (!moving && hybrids_.played(found->second)) return std::shared_ptr<const render::HybridStep>();
+    if (!moving && hybrids_.played(found->second)) return std::shared_ptr<const render::GridField>();
     return hybrids_.volume(found->second, index);
 }
 

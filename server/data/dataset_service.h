@@ -6,6 +6,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -22,7 +23,6 @@
 #include "server/data/step_cache.h"
 #include "server/data/step_source.h"
 #include "server/data/stipple_cache.h"
-#include "server/frames/view_task.h"
 #include "storage/catalogue.h"
 
 namespace mote::server {
@@ -58,10 +58,10 @@ class DatasetService final : public StepSource {
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;
     Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;
-    Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset, std::uint32_t index,
-                                                             HybridRepresentation representation) override;
-    Result<std::shared_ptr<const render::HybridStep>> hybridVolume(const std::string& dataset,
-                                                                   std::uint32_t index, bool moving) override;
+    Result<std::shared_ptr<const render::GridField>> hybrid(const std::string& dataset, std::uint32_t index,
+                                                            HybridRepresentation representation) override;
+    Result<std::shared_ptr<const render::GridField>> hybridVolume(const std::string& dataset,
+                                                                  std::uint32_t index, bool moving) override;
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
     void beginPicture() override { budget_->beginTurn(); }
 

@@ -21,7 +21,7 @@
 
 #include "protocol/scene/error.h"
 #include "server/data/played_series.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 #include "storage/blocks/block_budget.h"
 #include "storage/catalogue.h"
 
@@ -31,7 +31,7 @@ class HybridCache final : private storage::BudgetedBlocks {
   public:
     static constexpr std::size_t mostSteps = 32;  ///< kept and under way
 
-    using Step = std::shared_ptr<const render::HybridStep>;
+    using Step = std::shared_ptr<const render::GridField>;
 
     /// `arrived` is called on the cache's threads, and must be quick, when a step is there or never will be.
     /// At least one thread.

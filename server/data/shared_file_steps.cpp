@@ -40,7 +40,7 @@ Result<RankSteps::Name> SharedFileSteps::nameOf(const storage::ParticleStep& ste
     return nameOf(mapped->origin());
 }
 
-Result<RankSteps::Name> SharedFileSteps::nameOf(const HybridStep& step) {
+Result<RankSteps::Name> SharedFileSteps::nameOf(const GridField& step) {
     return nameOf(step.origin);
 }
 
@@ -81,24 +81,21 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(c
                                        budget_);
 }
 
-Result<std::shared_ptr<const HybridStep>> SharedFileSteps::openHybrid(const Name& name,
-                                                                      HybridRepresentation representation) {
-    const auto found = std::find_if(hybrids_.begin(), hybrids_.end(), [&](const OpenHybrid& one) {
-        return one.name == name && one.representation == representation;
-    });
-    if (found != hybrids_.end()) {
-        hybrids_.splice(hybrids_.begin(), hybrids_, found);
+Result<std::shared_ptr<const GridField>> SharedFileSteps::openGrid(const Name& name) {
+    const auto found =
+        std::find_if(grids_.begin(), grids_.end(), [&](const OpenGrid& one) { return one.name == name; });
+    if (found != grids_.end()) {
+        grids_.splice(grids_.begin(), grids_, found);
         return found->step;
     }
-    auto loaded = loadFile(name, representation);
+    auto loaded = loadFile(name);
     if (!loaded.ok()) return loaded;
     MOTE_RETURN_IF_ERROR(makeRoom((*loaded)->bytes()));
-    hybrids_.push_front({name, representation, *loaded});
+    grids_.push_front({name, *loaded});
     return loaded;
 }
 
-Result<std::shared_ptr<const HybridStep>> SharedFileSteps::loadFile(const Name& name,
-                                                                    HybridRepresentation representation) {
+Result<std::shared_ptr<const GridField>> SharedFileSteps::loadFile(const Name& name) {
     const auto file = roots_.resolveExisting(name.file);
     if (!file.ok()) return file.error();
     const auto manifest = storage::readManifest(file->parent_path());
@@ -108,22 +105,22 @@ Result<std::shared_ptr<const HybridStep>> SharedFileSteps::loadFile(const Name& 
                                  [&](const auto& step) { return step.file() == file->filename().string(); });
     if (at == steps.end() || hybridDigest(*manifest) != name.digest) return replaced(*file);
     const auto index = static_cast<std::uint32_t>(at - steps.begin());
-    const std::uint64_t expected = hybridBytes(manifest->hybrid(), index, representation);
+    const std::uint64_t expected = hybridBytes(manifest->hybrid(), index, name.parts);
     MOTE_RETURN_IF_ERROR(makeRoom(expected));
-    auto loaded = loadHybrid(file->parent_path(), *manifest, index, representation);
+    auto loaded = loadHybrid(file->parent_path(), *manifest, index, name.parts);
     budget_->giveBack(expected);
     return loaded;
 }
 
 Status SharedFileSteps::makeRoom(std::uint64_t bytes) {
     while (!budget_->take(bytes, budget_->turn())) {
-        if (hybrids_.empty()) {
+        if (grids_.empty()) {
             return Error{
                 ErrorCode::resourceExhausted, "dataset",
                 fmt::format("its step takes {} MiB, more than the server has for data", bytes >> 20)};
         }
-        budget_->giveBack(hybrids_.back().step->bytes());
-        hybrids_.pop_back();
+        budget_->giveBack(grids_.back().step->bytes());
+        grids_.pop_back();
     }
     return success();
 }

@@ -11,8 +11,8 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
 #include "server/render/layers/stipple/stipple_surface.h"
+#include "server/render/plan/grid_field.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_need.h"
 
@@ -42,17 +42,17 @@ class StepSource {
     /// The step of a hybrid volume, with what the representation draws; null where that is not there yet: it
     /// is brought in meanwhile. Errors: notFound, corrupt, permissionDenied, resourceExhausted; unsupported
     /// where the dataset has no such representation.
-    virtual Result<std::shared_ptr<const render::HybridStep>> hybrid(const std::string& dataset,
-                                                                     std::uint32_t index,
-                                                                     HybridRepresentation representation) {
+    virtual Result<std::shared_ptr<const render::GridField>> hybrid(const std::string& dataset,
+                                                                    std::uint32_t index,
+                                                                    HybridRepresentation representation) {
         static_cast<void>(index);
         static_cast<void>(representation);
         return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no hybrid volume"};
     }
     /// Its low-resolution volume alone, for as long as the rest is not there; null where steps are played and
     /// no hand is `moving` the view: then each is worth waiting for. Errors: the same.
-    virtual Result<std::shared_ptr<const render::HybridStep>> hybridVolume(const std::string& dataset,
-                                                                           std::uint32_t index, bool moving) {
+    virtual Result<std::shared_ptr<const render::GridField>> hybridVolume(const std::string& dataset,
+                                                                          std::uint32_t index, bool moving) {
         static_cast<void>(moving);
         return hybrid(dataset, index, HybridRepresentation::volume);
     }

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "server/frames/layer_place.h"
-#include "server/render/plan/frame_plan.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
@@ -26,8 +26,8 @@ void check(const render::Scene& scene) {
     }
 }
 
-std::vector<const render::HybridStep*> hybridsOf(const render::Scene& scene) {
-    std::vector<const render::HybridStep*> hybrids;
+std::vector<const render::GridField*> hybridsOf(const render::Scene& scene) {
+    std::vector<const render::GridField*> hybrids;
     for (const auto& step : scene.hybrids) hybrids.push_back(step.get());
     return hybrids;
 }
@@ -66,10 +66,10 @@ Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controll
     return stage == Stage::intermediate ? controller.intermediate(load) : Quality::exact();
 }
 
-/// Of the exact picture's points; of layers with a share each, the least.
+/// The share of the exact picture's points that is drawn; the least, where layers have one each.
 double shareOf(const render::FramePlan& plan, const Quality& quality) {
     double share = quality.pointFraction;
-    for (const auto& layer : plan.layers) share = std::min(share, layer.share);
+    for (const auto& points : plan.points) share = std::min(share, points.share);
     return share;
 }
 
@@ -149,10 +149,6 @@ void PictureMaker::deviceFailed() {
 
 /// A view in motion is drawn from the volume alone where the rest is not there.
 Status PictureMaker::addHybrid(render::Scene& scene, const Layer& layer, const RenderJob& job, Making& why) {
-    if (!device_->abilities().hybrids) {
-        return Error{ErrorCode::unsupported, "hybrid",
-                     "the server's device, " + name_ + ", draws no hybrid volumes; --device cpu does"};
-    }
     auto step = steps_.hybrid(layer.dataset, layer.step, layer.hybrid()->representation);
     if (step.ok() && !*step && job.stage != Stage::exact)
         step = steps_.hybridVolume(layer.dataset, layer.step, job.task->moving);
@@ -271,7 +267,7 @@ Result<std::optional<render::Scene>> PictureMaker::makeScene(const RenderJob& jo
 /// Says what the pictures need; whether some of it is on its way.
 bool PictureMaker::want(const render::FramePlan& plan) {
     bool coming = false;
-    for (const auto& layer : plan.layers) coming = steps_.want(*layer.step, layer.need) || coming;
+    for (const auto& points : plan.points) coming = steps_.want(*points.step, points.need) || coming;
     return coming;
 }
 
@@ -309,7 +305,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
                      {},
                      stageAfter(job.stage, scene, history),
                      dots,
-                     plan->layers.empty() && plan->hybrids.empty()};
+                     plan->points.empty() && plan->fields.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
     const auto& shown = dots ? dots : plan->dots;

@@ -22,7 +22,7 @@ glm::dmat4 turnedBox() {
 }
 
 /// Parts that the low volume of 12^3 blurs; 2 to 202 in the source's unit.
-std::shared_ptr<const render::HybridStep> machine(HybridRepresentation parts) {
+std::shared_ptr<const render::GridField> machine(HybridRepresentation parts) {
     const HybridShape shape{.source = {48, 40, 28},
                             .low = {12, 10, 7},
                             .boxToLayer = turnedBox(),

@@ -27,7 +27,7 @@ glm::dmat4 plainBox() {
                       glm::dvec3(12.0, 10.0, 8.0));
 }
 
-render::Scene sceneOf(std::shared_ptr<const render::HybridStep> step, const std::string& style,
+render::Scene sceneOf(std::shared_ptr<const render::GridField> step, const std::string& style,
                       const std::string& camera = "'orthographicHeight': 16") {
     return {test::viewOf("{'width': 32, 'height': 32, 'camera': {'eye': [0, 0, 40], 'target': [0, 0, 0], " +
                          camera + "}, 'layers': [{'hybrid': " + style + "}]}"),

@@ -14,20 +14,14 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     slabs_ = frame.slabs;
     anyHit = false;
     hitCount_ = 0;
-    for (std::size_t l = 0; l < frame.layers.size(); ++l) {
-        const CompositeLayer& layer = frame.layers[l];
-        rays[l].meets = false;
-        if (layer.visible.volume == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
-        const double samples = frame.cellByCell ? 1.0 : frame.samplesPerCell;
-        aim(frame, l, layer.rays, x, y,
-            {.cells = glm::dvec3(layer.visible.volume->size()), .shift = 0.5, .samples = samples});
-    }
-    for (std::size_t h = 0; h < frame.hybrids.size(); ++h) {
-        const HybridLayer& layer = frame.hybrids[h];
-        const std::size_t l = frame.layers.size() + h;
-        rays[l].meets = false;
-        if (layer.blocks == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
-        aim(frame, l, layer.rays, x, y, layer.space);
+    for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+        const FrameField& field = frame.fields[f];
+        rays[f].meets = false;
+        if (field.visible.sight.blocks == nullptr || !field.screen.meets(x, y, Tile::packetEdge)) continue;
+        rays[f].aim(frame, field.rays, x, y, field.space);
+        if (!rays[f].meets) continue;
+        anyHit = true;
+        hits_[hitCount_++] = f;
     }
     occupied_.fill(0);
     for (const auto& layer : points) {
@@ -39,14 +33,6 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     for (std::uint32_t slab = 0; dots != nullptr && slab < slabs_; ++slab)
         occupied_[slab / 64] |= (dots->occupied(slab) >> number & 1U) << slab % 64;
     anyPoints = std::any_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits != 0; });
-}
-
-void Packet::aim(const CompositeFrame& frame, std::size_t l, const RayMap& map, std::uint32_t x,
-                 std::uint32_t y, const BoxSpace& space) {
-    rays[l].aim(frame, map, x, y, space);
-    if (!rays[l].meets) return;
-    anyHit = true;
-    hits_[hitCount_++] = l;
 }
 
 void Packet::enter(const FrameSection& section) {

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "protocol/scene/srgb.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
 
@@ -31,8 +32,7 @@ class CompositeTest : public testing::Test {
         Quality quality;
         quality.slabs = slabs;
         const auto plan = makeFramePlan({view, {layers, step}}, quality);
-        frame_ =
-            std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleVolume>(layers));
+        frame_ = std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleField>());
         cells_.assign(layers, TileCells(slabs));
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
-// docs/RENDERING.md says how). Compiled with LAYERS, HYBRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the
+// docs/RENDERING.md says how). Compiled with LAYERS, GRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the
 // tiles hold none), EXACT (0: for a picture that moves). Conditions are few inside the loops: a software rasteriser runs
 // both sides of each.
 #include "frame.glsl"
@@ -35,11 +35,11 @@ uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
 #include "dots.glsl"
 #endif
 
-#if HYBRIDS
-#include "hybrid.glsl"
+#if GRIDS
+#include "grid.glsl"
 
 // How far it may go from `at`, in its brick, in one stretch. `inside`: whether the layer is looked at.
-float hybridStretch(uint l, float at, bool inside) {
+float gridStretch(uint l, float at, bool inside) {
     uint h = l - plots;
     bool seen = brickSeen[h], fine = brickFine[h];
     float leaving = enterBrick(l, at);
@@ -55,8 +55,8 @@ void shine(inout Piece piece, vec2 shade) {
 }
 #endif
 
-#if VOLUME && LAYERS > HYBRIDS
-#include "particles.glsl"
+#if VOLUME && LAYERS > GRIDS
+#include "densities.glsl"
 #endif
 
 // Reads the points of a layer in this slab. n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far
@@ -95,14 +95,14 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
         next = min(next, enters[l] > at ? enters[l] : end);
         next = min(next, leaves[l] > at ? leaves[l] : end);
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-#if HYBRIDS
+#if GRIDS
         if (l >= plots) {
-            float most = hybridStretch(l, at, inside);
+            float most = gridStretch(l, at, inside);
             next = min(next, inside ? at + most : end);
             continue;
         }
 #endif
-#if LAYERS > HYBRIDS
+#if LAYERS > GRIDS
         float most = stretch[l];
 #if EXACT
         float thin = (layerCount == 1u ? densest : deepestMixed) / max(front[l].extinction * unitLength[l], 1e-20);
@@ -123,15 +123,15 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
 // Where the ray is inside the layer's box, and how far it may go there in one stretch.
 void aim(uint l, vec2 at) {
     aimBox(l, at);
-#if HYBRIDS
+#if GRIDS
     if (l >= plots) {
         clipWay(l);
         brickSeen[l - plots] = false;
-        unitLength[l] = hybridLength(l);
+        unitLength[l] = gridLength(l);
         return;
     }
 #endif
-#if VOLUME && LAYERS > HYBRIDS
+#if VOLUME && LAYERS > GRIDS
     unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
     float cells = length(advance[l]) * frame.layers[l].scale.y;
     stretch[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);
@@ -154,17 +154,17 @@ Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[L
         Part part;
         bool seen;
         if (l >= plots) {
-#if HYBRIDS
-            Sample middle = hybridAt(l, at + halfStretch);
-            back[l] = hybridAt(l, next);
-            part = hybridPart(l, front[l], middle, back[l], halfStretch);
-            vec2 shade = hybridShade(l, mix(at, next, centreOf(part)));
+#if GRIDS
+            Sample middle = gridAt(l, at + halfStretch);
+            back[l] = gridAt(l, next);
+            part = gridPart(l, front[l], middle, back[l], halfStretch);
+            vec2 shade = gridShade(l, mix(at, next, centreOf(part)));
             shine(part.near, shade);
             shine(part.far, shade);
             seen = brickSeen[l - plots];
 #endif
         } else {
-#if LAYERS > HYBRIDS
+#if LAYERS > GRIDS
             Sample middle = particlesAt(l, at + halfStretch);
             back[l] = particlesAt(l, next);
             part = particlesPart(l, middle, back[l], halfStretch);

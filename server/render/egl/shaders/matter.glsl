@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What transfer functions make of a volume, of particles or hybrid: of a place on a ray, and of what lies between
+// What transfer functions make of a field, of densities or of samples: of a place on a ray, and of what lies between
 // places. Needs ray.glsl.
 
-// [layer][x], VolumeTable: the integral of extinction up to x and extinction there, as floats; color; in the upper half
+// [layer][x], TransferTable: the integral of extinction up to x and extinction there, as floats; color; in the upper half
 // of a word that of a float, half of how extinction changes up to x + 1, in the lower half how far it is from x to
 // where something is seen.
 layout(binding = 8) uniform usamplerBuffer tables;
