@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StippleControls: what the user sets of a stipple layer, as sliders hold it. A value, free of any window.
+// StippleEditor: what the user sets of a stipple layer, as sliders hold it (StippleControls, a value that is
+// free of any window), and its part of the panel.
 #pragma once
 
 #include <array>
 #include <string>
 
-#include "client/view/light_angles.h"
+#include "client/view/layers/layer_editor.h"
+#include "client/view/slider_values.h"
 #include "protocol/mote.pb.h"
 
 namespace mote::client {
@@ -32,8 +34,16 @@ struct StippleControls {
     void write(proto::StippleStyle& style) const;
     /// Takes a style that has been parsed without error.
     void read(const proto::StippleStyle& style);
+};
 
-    bool operator==(const StippleControls&) const = default;
+class StippleEditor final : public LayerEditor {
+  public:
+    void read(const proto::Layer& layer) override { controls.read(layer.stipple()); }
+    void write(proto::Layer& layer) const override { controls.write(*layer.mutable_stipple()); }
+    void drawFacts(const LayerPanel& panel) override;
+    void draw(const LayerPanel& panel) override;
+
+    StippleControls controls;
 };
 
 }  // namespace mote::client

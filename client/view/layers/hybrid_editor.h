@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// HybridControls: what the user sets of a hybrid volume, as sliders hold it. A value, free of any window.
+// HybridEditor: what the user sets of a hybrid volume, as sliders hold it (HybridControls, a value that is
+// free of any window), and its part of the panel.
 #pragma once
 
 #include <array>
 #include <string>
 #include <vector>
 
-#include "client/view/light_angles.h"
-#include "client/view/value_curve.h"
+#include "client/view/knot_curve.h"
+#include "client/view/layers/layer_editor.h"
+#include "client/view/slider_values.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
+#include "protocol/scene/curve_presets.h"
 
 namespace mote::client {
 
@@ -18,12 +21,10 @@ namespace mote::client {
 struct ClipPlaneControls {
     LightAngles normal;
     float distance = 0.0F;  ///< from the origin along the normal, layer units
-
-    bool operator==(const ClipPlaneControls&) const = default;
 };
 
 struct HybridControls {
-    ValueCurve curve;
+    KnotCurve curve;             ///< opacity over values in the source's own unit
     std::string representation;  ///< "": the best that the dataset has
     std::string colorMap;
     bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
@@ -57,12 +58,24 @@ struct HybridControls {
     /// Takes a style that has been parsed without error.
     void read(const proto::HybridStyle& style);
 
-    bool operator==(const HybridControls&) const = default;
-
   private:
     bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
     std::string valuesUnit_;     // of the dataset for which the curve is
     Interval values_{0.0, 0.0};  // likewise; empty before the first dataset
+};
+class HybridEditor final : public LayerEditor {
+  public:
+    void read(const proto::Layer& layer) override { controls.read(layer.hybrid()); }
+    void write(proto::Layer& layer) const override { controls.write(*layer.mutable_hybrid()); }
+    void setDataset(const proto::Manifest& manifest) override { controls.setDataset(manifest.hybrid()); }
+    int steps(const proto::Manifest& manifest) const override { return manifest.hybrid().steps_size(); }
+    Bounds bounds(const proto::Manifest& manifest) const override {
+        return HybridControls::boundsOf(manifest.hybrid());
+    }
+    void drawFacts(const LayerPanel& panel) override;
+    void draw(const LayerPanel& panel) override;
+
+    HybridControls controls;
 };
 
 }  // namespace mote::client

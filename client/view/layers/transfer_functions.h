@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "client/view/knot_curve.h"
 #include "protocol/mote.pb.h"
-#include "protocol/scene/curve.h"
 
 namespace mote::client {
 
@@ -20,7 +20,7 @@ class TransferFunctions {
 
     /// Volume opacity or point fraction over scaled log density, as drawn.
     const std::vector<Curve::Knot>& knots(Which which) const {
-        return which == Which::volume ? volume_ : points_;
+        return which == Which::volume ? volume_.knots() : points_.knots();
     }
     bool linked() const { return linked_; }
     /// Linking makes the points follow the volume.
@@ -41,10 +41,14 @@ class TransferFunctions {
     bool operator==(const TransferFunctions&) const = default;
 
   private:
+    /// An edit of the points is one of the volume while they are linked.
+    KnotCurve& edited(Which which) { return linked_ || which == Which::volume ? volume_ : points_; }
+    bool isOpposite(Which which) const { return linked_ && which == Which::points; }
+    void moveOpposite(std::size_t knot, Curve::Knot to);
     void follow();
 
-    std::vector<Curve::Knot> volume_;
-    std::vector<Curve::Knot> points_;
+    KnotCurve volume_;
+    KnotCurve points_;
     bool linked_ = true;
 };
 
