@@ -34,7 +34,8 @@ std::string FrameReport::toJson() const {
         index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs,
         totalMs);
 =======
-        index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs, totalMs);
+        index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs,
+        totalMs);
 >>>>>>> main
 }
 

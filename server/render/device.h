@@ -13,8 +13,8 @@
 
 #include "protocol/scene/error.h"
 #include "server/render/plan/frame_plan.h"
-#include "server/render/plan/quality.h"
 #include "server/render/plan/picture.h"
+#include "server/render/plan/quality.h"
 
 namespace mote::render {
 

@@ -24,7 +24,7 @@ struct alignas(64) SlabPoints {
     std::array<Lanes, View::maxLayers> density;      ///< optical depth a slab of those that are spread
     std::array<Lanes, View::maxLayers> single;       ///< optical depth of one in one place, at `to`
     std::array<Lanes, View::maxLayers> tau;          ///< optical depth of all
-    std::size_t count = 0;                              ///< layers that have points here
+    std::size_t count = 0;                           ///< layers that have points here
     std::array<std::size_t, View::maxLayers> layer;  ///< which
     std::array<glm::vec3, View::maxLayers> color;
 

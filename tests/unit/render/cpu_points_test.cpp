@@ -31,7 +31,7 @@ std::vector<PlainPoint> plainPoints(const FramePlan& plan) {
     const PointsPlan& layer = plan.points.at(0);
     const auto leaves = layer.step->leaves();
     const auto nodes = layer.step->nodes();
-    const glm::dmat4 toScreen = boxToScreen(plan, layer);
+    const glm::dmat4 toScreen = boxToScreen(plan, layer.boxToEye);
     std::vector<PlainPoint> points;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
         const auto node = leaves.node[i];
@@ -184,8 +184,8 @@ TEST_P(CpuPointsTest, ThePreviewIsTheShareOfTheLeavesThatItStandsFor) {
         const auto fromLeaves = makeFramePlan(whole, {.pointFraction = share, .slabs = 24}, selections, {});
         const auto preview =
             makeFramePlan(whole, {.pointFraction = share, .slabs = 24}, selections, {.preview = true});
-        ASSERT_NE(preview.layers[0].preview, nullptr);
-        EXPECT_EQ(preview.layers[0].selection->points, 0U);
+        ASSERT_NE(preview.points[0].preview, nullptr);
+        EXPECT_EQ(preview.points[0].selection->points, 0U);
         const auto expected = plainCounts(fromLeaves);
         const double points = std::accumulate(expected.begin(), expected.end(), 0.0);
         // Its positions are rounded to a 65536th of the box, here a 500th of a pixel across: of the points

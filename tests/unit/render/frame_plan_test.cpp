@@ -33,7 +33,15 @@ TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
     EXPECT_EQ(plan.camera, scene.view.camera);
     EXPECT_EQ(plan.slabs, Quality::exact().slabs);
     ASSERT_EQ(plan.points.size(), 1U);
-    EXPECT_EQ(plan.points[0].style, *scene.view.layers[0].particles());
+    const ParticlesStyle& style = *scene.view.layers[0].particles();
+    EXPECT_EQ(plan.points[0].look.size, style.pointSize);
+    EXPECT_NEAR(plan.points[0].look.opacity, style.pointOpacity, 1e-15);
+    EXPECT_EQ(plan.points[0].look.color, style.pointColor);
+    EXPECT_EQ(plan.points[0].fraction, style.pointFraction);
+    ASSERT_EQ(plan.fields.size(), 1U);
+    ASSERT_NE(plan.fields[0].density(), nullptr);
+    EXPECT_EQ(plan.fields[0].density()->step, scene.steps[0]);
+    EXPECT_EQ(plan.fields[0].transfer, style.transfer());
     EXPECT_EQ(plan.points[0].step, scene.steps[0]);
     std::uint64_t drawn = 0;
     for (std::size_t i = 0; i < scene.steps[0]->leaves().size(); ++i) drawn += plan.points[0].drawn(i);
