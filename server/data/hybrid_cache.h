@@ -51,7 +51,7 @@ class HybridCache final : private storage::BudgetedBlocks {
                       HybridRepresentation representation);
     /// Whether the dataset's steps are asked for in an order.
     bool played(const storage::Catalogue::Entry& entry);
-    /// A step's low-resolution volume alone, at once, for as long as the rest is on its way.
+    /// A step's coarse grid alone, at once, for as long as the rest is on its way.
     Result<Step> volume(const storage::Catalogue::Entry& entry, std::uint32_t index);
 
     std::size_t loadedSteps() const;

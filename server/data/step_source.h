@@ -49,7 +49,7 @@ class StepSource {
         static_cast<void>(representation);
         return Error{ErrorCode::unsupported, "dataset", "\"" + dataset + "\" is no hybrid volume"};
     }
-    /// Its low-resolution volume alone, for as long as the rest is not there; null where steps are played and
+    /// Its coarse grid alone, for as long as the rest is not there; null where steps are played and
     /// no hand is `moving` the view: then each is worth waiting for. Errors: the same.
     virtual Result<std::shared_ptr<const render::GridField>> hybridVolume(const std::string& dataset,
                                                                           std::uint32_t index, bool moving) {

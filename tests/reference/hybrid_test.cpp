@@ -136,7 +136,7 @@ class OnePoint : public testing::Test {
     }
 };
 
-// A point's value has 8 bits, and 0.2 and 0.8 are codes of them; the low volume's has 16.
+// A point's value has 8 bits, and 0.2 and 0.8 are codes of them; the coarse grid's has 16.
 constexpr double halfCode = 0.5 / 65535.0;
 
 TEST_F(OnePoint, FillsItsCellByItsShape) {

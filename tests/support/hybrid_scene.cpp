@@ -59,7 +59,7 @@ class Maker {
         step.coarse.values.resize(step.coarse.values.size() + 4);
         step.coarse.normals.resize(step.coarse.normals.size() + 4);
     }
-    /// The field minus the low volume at a sample of the error grid, where that is above the threshold.
+    /// The field minus the coarse grid at a sample of the error grid, where that is above the threshold.
     double errorAt(const GridField& step, const glm::uvec3& at) const {
         std::array<storage::Between, 3> along;
         for (int axis = 0; axis < 3; ++axis) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Hybrid volumes made in memory for tests: a field given as a function, its low-resolution volume, and
+// Hybrid volumes made in memory for tests: a field given as a function, its coarse grid, and
 // corrections of it as residuals, which are exact, or as points. Pure functions.
 #pragma once
 
@@ -21,7 +21,7 @@ struct HybridShape {
     HybridRepresentation parts = HybridRepresentation::residual;
 };
 
-/// `field`: the value at a place in the box [0, 1]^3. The low volume's samples are the field's own.
+/// `field`: the value at a place in the box [0, 1]^3. The coarse grid's samples are the field's own.
 std::shared_ptr<const render::GridField> hybridOf(const HybridShape& shape,
                                                   const std::function<double(const glm::dvec3&)>& field);
 

@@ -280,7 +280,7 @@ HWY_INLINE TableReads readTable(const DensitySource& source, V way, V density) {
     return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, whole.number())};
 }
 
-/// And then it is a place on the rays with what a stretch needs of it.
+/// And then it is a place on the rays with what a segment needs of it.
 struct Sample {
     V way;
     V density;           ///< t as the TransferTable counts it

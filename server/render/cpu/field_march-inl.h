@@ -47,14 +47,14 @@ HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& pack
     return front;
 }
 
-/// From `front`, in a slab, to another, by samples at multiples of `stretch`. Returns the last one.
+/// From `front`, in a slab, to another, by samples at multiples of `segment`. Returns the last one.
 HWY_INLINE Sample marchEvenly(const DensitySource& source, const PacketRays& packet, std::size_t lane,
-                              Sample front, float from, float to, float stretch, Light& light) {
+                              Sample front, float from, float to, float segment, Light& light) {
     const Floats d;
     const RayLanes rays(packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
-    const float first = std::floor(from / stretch) + 1.0F;
-    const auto count = static_cast<std::size_t>(std::max(std::ceil(to / stretch) - first, 0.0F)) + 1;
+    const float first = std::floor(from / segment) + 1.0F;
+    const auto count = static_cast<std::size_t>(std::max(std::ceil(to / segment) - first, 0.0F)) + 1;
     // In passes over a block of samples: no step of one waits for another sample's, so that many reads of
     // memory are under way at a time.
     constexpr std::size_t block = 16;
@@ -63,7 +63,7 @@ HWY_INLINE Sample marchEvenly(const DensitySource& source, const PacketRays& pac
     for (std::size_t begin = 0; begin < count; begin += block) {
         const std::size_t size = std::min(block, count - begin);
         for (std::size_t i = 0; i < size; ++i) {
-            const float slab = std::min((first + static_cast<float>(begin + i)) * stretch, to);
+            const float slab = std::min((first + static_cast<float>(begin + i)) * segment, to);
             places[i] = placeAt(source, rays, rays.way(hn::Set(d, slab)));
             prefetchCells(source, places[i]);
         }
@@ -96,18 +96,18 @@ HWY_INLINE Sample marchGridCells(const GridSource& source, const PacketRays& pac
             HWY_ATTR { light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue); });
 }
 
-/// From `front`, in a slab, to another, through a field of samples by samples at multiples of `stretch`.
+/// From `front`, in a slab, to another, through a field of samples by samples at multiples of `segment`.
 /// Returns the last one.
 HWY_INLINE Sample marchGridEvenly(const GridSource& source, const PacketRays& packet, std::size_t lane,
-                                  Sample front, float from, float to, float stretch, Light& light) {
+                                  Sample front, float from, float to, float segment, Light& light) {
     const Floats d;
     const RayLanes rays(packet, lane);
     const ThreeAxes axes = axesOf(rays, packet, lane);
     const V length = hn::LoadU(d, packet.length.data() + lane);
-    const float first = std::floor(from / stretch) + 1.0F;
-    const auto count = static_cast<int>(std::ceil(to / stretch) - first) + 1;
+    const float first = std::floor(from / segment) + 1.0F;
+    const auto count = static_cast<int>(std::ceil(to / segment) - first) + 1;
     for (int i = 0; i < count; ++i) {
-        const float place = std::min((first + static_cast<float>(i)) * stretch, to);
+        const float place = std::min((first + static_cast<float>(i)) * segment, to);
         const V way = rays.way(hn::Set(d, place));
         const Sample back = sampleAt(source, axes, way);
         takeEvenly(source, axes, front, back, length, [&](const LitPiece& piece) HWY_ATTR {

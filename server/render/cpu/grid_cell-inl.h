@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // FieldCell: a cell of a field of samples that rays go through, each its own: of a corrected brick, or of the
-// low volume within one brick. Its corners are read once, and then any number of places in it are sampled.
+// coarse grid within one brick. Its corners are read once, and then any number of places in it are sampled.
 // Compiled once for each target (Highway's foreach_target), hence without #pragma once.
 #if defined(MOTE_GRID_CELL_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_GRID_CELL_INL_H

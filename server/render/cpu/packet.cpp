@@ -37,13 +37,13 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
 
 void Packet::enter(const FrameSection& section) {
     sectionHits_ = 0;
-    stretch = static_cast<float>(section.slabs);
+    segment = static_cast<float>(section.slabs);
     for (std::size_t i = 0; i < hitCount_; ++i) {
         PacketRays& own = rays[hits_[i]];
         own.enterSection(section);
         if (!own.hit) continue;
         inSection_[sectionHits_++] = hits_[i];
-        stretch = std::min(stretch, own.stretch);
+        segment = std::min(segment, own.segment);
     }
 }
 

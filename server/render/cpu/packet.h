@@ -21,7 +21,7 @@ struct Packet {
     std::array<PacketRays, mostFields> rays;  ///< of the frame's fields
     bool anyHit = false;                      ///< whether any ray meets a field
     bool anyPoints = false;                   ///< or dots
-    float stretch = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
+    float segment = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
 
     std::span<const TileCells> points;  ///< one of the frame's each, or empty
     const TileDots* dots = nullptr;     ///< null: none in the tile

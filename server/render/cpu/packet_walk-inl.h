@@ -4,7 +4,7 @@
 // once for each target (Highway's foreach_target), hence without #pragma once.
 //
 // The picture does not depend on the width of the vectors: what is skipped begins and ends at multiples of
-// the packet's stretch and is the same for all vectors of a packet (PacketSights), and whatever else adapts,
+// the packet's segment and is the same for all vectors of a packet (PacketSights), and whatever else adapts,
 // steps and their end, is decided ray by ray.
 #if defined(MOTE_PACKET_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_PACKET_WALK_INL_H
@@ -67,16 +67,16 @@ class PacketWalk {
         if (slab < rays.nearest) return {false, false, rays.nearest};
         auto sight = lookAhead(*frame_.fields[f].visible.sight.blocks, rays, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
-        if (!(sight.until >= slab + packet_.stretch)) return {true, true, slab + packet_.stretch};
+        if (!(sight.until >= slab + packet_.segment)) return {true, true, slab + packet_.segment};
         // Blocks may be alike as far as the box reaches, and so beyond it: nothing is left to walk there.
         sight.until = std::min(sight.until, rays.farthest);
         return sight;
     }
 
     /// The fields, as bits, that may be seen from a slab on; `until`: how far this holds. In double
-    /// precision, in which multiples of a stretch are exact.
+    /// precision, in which multiples of a segment are exact.
     std::uint32_t visibleFrom(double slab, double& until) {
-        const double stretch = packet_.stretch;
+        const double segment = packet_.segment;
         std::uint32_t visible = 0;
         until = end_ + 1.0;
         for (const std::size_t f : packet_.hitFields()) {
@@ -85,22 +85,22 @@ class PacketWalk {
                 sight = known_.of(f, asked_[f]++, [&] { return look(f, static_cast<float>(slab)); });
             if (sight.visible) visible |= 1U << f;
             const double holds = sight.until;
-            until = std::min(until, sight.visible ? std::max(holds, slab + 2.0 * stretch) : holds);
+            until = std::min(until, sight.visible ? std::max(holds, slab + 2.0 * segment) : holds);
         }
         if (visible == 0 || packet_.hitFields().size() == 1) return visible;
-        // What is walked ends at a multiple of the stretch: another field must not begin before it.
+        // What is walked ends at a multiple of the segment: another field must not begin before it.
         for (const std::size_t f : packet_.hitFields()) {
-            const double begins = std::floor(sights_[f].until / stretch) * stretch;
+            const double begins = std::floor(sights_[f].until / segment) * segment;
             if (sights_[f].visible || begins > until) continue;
-            if (begins < slab + stretch) visible |= 1U << f;
-            until = std::max(begins, slab + stretch);
+            if (begins < slab + segment) visible |= 1U << f;
+            until = std::max(begins, slab + segment);
         }
         return visible;
     }
 
     /// From a slab to another, between which there are no points.
     HWY_NOINLINE void walkClear(float from, float to) {
-        const double stretch = packet_.stretch;
+        const double segment = packet_.segment;
         double done = from;   // gathered up to here
         double clear = from;  // nothing is seen up to here
         while (clear < to) {
@@ -110,8 +110,8 @@ class PacketWalk {
                 clear = until;
                 continue;
             }
-            const double start = std::max(done, std::floor(clear / stretch) * stretch);
-            const double stop = std::max(std::ceil(until / stretch) * stretch, start + 0.5 * stretch);
+            const double start = std::max(done, std::floor(clear / segment) * segment);
+            const double stop = std::max(std::ceil(until / segment) * segment, start + 0.5 * segment);
             done = clear = std::min(stop, double{to});
             const auto first = static_cast<float>(start), last = static_cast<float>(done);
             if ((visible & (visible - 1)) == 0) {
@@ -135,7 +135,7 @@ class PacketWalk {
             storeFront(f,
                        frame_.cellByCell
                            ? marchCells(source, rays, lane_, front, to, light)
-                           : marchEvenly(source, rays, lane_, front, from, to, packet_.stretch, light),
+                           : marchEvenly(source, rays, lane_, front, from, to, packet_.segment, light),
                        to);
         }
         light_ = light;
@@ -144,10 +144,10 @@ class PacketWalk {
         const PacketRays& rays = packet_.rays[f];
         const GridSource source(grid(f));
         const Sample front = frontOf(f, from);
-        const float stretch = sights_[f].fine ? packet_.stretch : packet_.stretch * grid(f).stride;
+        const float segment = sights_[f].fine ? packet_.segment : packet_.segment * grid(f).stride;
         storeFront(f,
                    frame_.cellByCell ? marchGridCells(source, rays, lane_, front, to, light)
-                                     : marchGridEvenly(source, rays, lane_, front, from, to, stretch, light),
+                                     : marchGridEvenly(source, rays, lane_, front, from, to, segment, light),
                    to);
     }
 
@@ -209,12 +209,12 @@ class PacketWalk {
     HWY_INLINE V nextSample(std::uint32_t visible, V at, V end) const {
         const Floats d;
         if (visible == 0) return end;
-        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.segment)));
         // Several fields are mixed in each step: it must be short where they change differently.
-        if ((visible & (visible - 1)) != 0) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        if ((visible & (visible - 1)) != 0) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.segment)));
         for (; visible != 0; visible &= visible - 1) {
             const std::size_t f = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
-            end = hn::Min(end, hn::Add(at, thinStretch(f)));
+            end = hn::Min(end, hn::Add(at, thinSegment(f)));
             const RayLanes rays(packet_.rays[f], lane_);
             // Also where rays enter and leave, so that what lies in one field and not in another is not
             // mixed.
@@ -235,14 +235,14 @@ class PacketWalk {
 
     /// So far, slabs, that a field which goes on as at its front absorbs little: what is mixed in one step
     /// is seen through each other.
-    HWY_INLINE V thinStretch(std::size_t f) const {
+    HWY_INLINE V thinSegment(std::size_t f) const {
         const Floats d;
         const PacketRays& rays = packet_.rays[f];
         const V slope = hn::Load(d, samples_[f][front_[f]].slope.data());
         const V unit =
             hn::Mul(hn::LoadU(d, rays.length.data() + lane_), hn::LoadU(d, rays.rate.data() + lane_));
-        const V stretch = hn::Div(hn::Set(d, 0.5F), hn::Max(hn::Mul(slope, unit), hn::Set(d, 1e-20F)));
-        return hn::Max(stretch, hn::Set(d, packet_.stretch / 16.0F));
+        const V segment = hn::Div(hn::Set(d, 0.5F), hn::Max(hn::Mul(slope, unit), hn::Set(d, 1e-20F)));
+        return hn::Max(segment, hn::Set(d, packet_.segment / 16.0F));
     }
 
     /// What lies in the fields up to `next`, which comes nearer for rays that would mix too much in one

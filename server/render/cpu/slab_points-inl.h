@@ -92,7 +92,7 @@ struct alignas(64) SlabPoints {
         }
     }
 
-    /// A single point ends the stretch before it.
+    /// A single point ends the segment before it.
     HWY_INLINE void addSingle(V at, V next, Matter& matter) const {
         const Floats d;
         for (std::size_t i = 0; i < count; ++i) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr unsigned longerShift = 21, stepsShift = 24;
 constexpr unsigned mostLonger = 3;  // powers of two
-// Optical depth of a stretch, at most, that is longer than usual: what is taken as even in it is a part of
+// Optical depth of a segment, at most, that is longer than usual: what is taken as even in it is a part of
 // that, and differs by less.
 constexpr double thin = 0.01;
 
@@ -48,7 +48,7 @@ double longestCell(const GridField& step, const glm::uvec3& grid) {
     return cell;
 }
 
-/// By which power of two a stretch may be longer.
+/// By which power of two a segment may be longer.
 std::uint32_t longerBy(double depth) {
     const double times = thin / std::max(depth, 1e-9);
     return static_cast<std::uint32_t>(std::clamp(std::floor(std::log2(times)), 0.0, double{mostLonger}));
@@ -73,8 +73,8 @@ ClassifiedBricks::ClassifiedBricks(const CorrectedField& samples, const GridSigh
         return;
     }
     const Extinctions extinctions(*seen.table);
-    const double low = longestCell(step, step.coarse.size) / GridBlock::lowStretches;
-    const double fine = longestCell(step, grid) / GridBlock::fineStretches;
+    const double low = longestCell(step, step.coarse.size) / GridBlock::lowSegments;
+    const double fine = longestCell(step, grid) / GridBlock::fineSegments;
     const glm::uvec3& count = seen.blocks->count();
     const auto& ranges = seen.ranges->ranges();
     words.reserve(ranges.size());

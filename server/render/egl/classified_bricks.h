@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // ClassifiedBricks: what a transfer function makes of the bricks of a field, as shaders/grid.glsl reads
-// it: where something is seen, how far it is to there, how long a stretch of a ray may be. A value; made in
+// it: where something is seen, how far it is to there, how long a segment of a ray may be. A value; made in
 // main memory, the upload is the frame's.
 #pragma once
 

@@ -20,7 +20,7 @@
 namespace mote::render {
 namespace {
 
-/// How closely stretches of pictures in motion are looked at, beside those of exact ones.
+/// How closely segments of pictures in motion are looked at, beside those of exact ones.
 constexpr float looseness = 0.1F;
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
@@ -45,8 +45,8 @@ std::uint32_t weightUnit(std::uint64_t points) {
         std::clamp<std::uint64_t>(0xffffffffULL / std::max<std::uint64_t>(points, 1), 1, most));
 }
 
-/// Into how many stretches the edge of a cell is cut that is cut into so many in exact pictures.
-float stretchesPerCell(const FramePlan& plan, double exact) {
+/// Into how many segments the edge of a cell is cut that is cut into so many in exact pictures.
+float segmentsPerCell(const FramePlan& plan, double exact) {
     return static_cast<float>(exact * std::max(0.25 * plan.samplesPerCell, 0.25));
 }
 
@@ -125,8 +125,8 @@ GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const Correct
     const ValueRange& span = field.transfer.span;
     const double scale = TransferTable::cells / (span.high - span.low);
     GridBlock block{};
-    block.grid = glm::vec4(size, stretchesPerCell(plan, GridBlock::fineStretches));
-    block.low = glm::vec4(grid.coarse.size, stretchesPerCell(plan, GridBlock::lowStretches));
+    block.grid = glm::vec4(size, segmentsPerCell(plan, GridBlock::fineSegments));
+    block.low = glm::vec4(grid.coarse.size, segmentsPerCell(plan, GridBlock::lowSegments));
     block.table =
         glm::vec4((grid.valueOf(1.0) - grid.valueOf(0.0)) * scale,
                   (grid.valueOf(0.0) - span.low) * scale + 1.0, samples.correction, samples.steepness);

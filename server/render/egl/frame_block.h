@@ -28,11 +28,11 @@ struct LayerBlock {
 /// A field of samples, as shaders/grid.glsl declares it (std140).
 struct GridBlock {
     static constexpr std::size_t mostClips = 12;
-    /// Of exact pictures, stretches that a cell's edge is cut into, where they absorb much.
-    static constexpr double fineStretches = 1.6, lowStretches = 2.5;
+    /// Of exact pictures, segments that a cell's edge is cut into, where they absorb much.
+    static constexpr double fineSegments = 1.6, lowSegments = 2.5;
 
-    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; stretches a cell
-    glm::vec4 low;     ///< samples of the coarse grid; stretches a cell
+    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; segments a cell
+    glm::vec4 low;     ///< samples of the coarse grid; segments a cell
     glm::vec4 table;   ///< code * x + y is a place in the transfer table (TransferTable); correction and
                        ///< steepness (CorrectedField)
     glm::ivec4 place;  ///< of its first brick among all fields'; clips; unused

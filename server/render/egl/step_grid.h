@@ -23,9 +23,9 @@ class StepGrid {
     /// Throws DeviceError, also where the device cannot hold it.
     static std::optional<StepGrid> load(const GridField& step, bool corrected, const Pacer& pacer);
 
-    /// The low volume, x fastest, then brick after brick, as shaders/grid.glsl reads them.
+    /// The coarse grid, x fastest, then brick after brick, as shaders/grid.glsl reads them.
     GLuint samples() const { return samplesTexture_.get(); }
-    /// Samples along the axes of the grid that is cut into bricks: the error grid, or the low volume.
+    /// Samples along the axes of the grid that is cut into bricks: the error grid, or the coarse grid.
     const glm::uvec3& grid() const { return grid_; }
     std::size_t bytes() const { return samples_.bytes(); }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // TransferTable: a transfer function in cells of its values, as composites read it: running integrals of
-// extinction, so that the mean over any stretch of values is a difference (pre-integration in one dimension,
+// extinction, so that the mean over any segment of values is a difference (pre-integration in one dimension,
 // for a ray along which the value changes linearly between two samples), their slopes, and colours; 16 bytes
 // for one read. A value, safe on any number of threads.
 #pragma once

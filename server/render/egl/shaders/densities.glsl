@@ -4,8 +4,8 @@
 layout(binding = 0) uniform sampler3D volumes[LAYERS - GRIDS];   // scaled log density
 
 const float fade = 0.125;   // LogDensity::fade
-const float mostOff = 0.002;   // by which the optical depth of a stretch may differ from what its ends say
-float stretch[LAYERS];   // slabs: the most that is gone at once where the volume is
+const float mostOff = 0.002;   // by which the optical depth of a segment may differ from what its ends say
+float segment[LAYERS];   // slabs: the most that is gone at once where the volume is
 
 float volumeAt(uint l, float slab) {
     vec3 place = entry[l] + slab * advance[l];
@@ -47,10 +47,10 @@ void enlarge(inout Piece piece, float times) {
     piece.change *= times;
 }
 
-// As partOf. In an exact picture the stretch lies between two planes of cell centres, so that t is smooth in it: the
+// As partOf. In an exact picture the segment lies between two planes of cell centres, so that t is smooth in it: the
 // depths of its halves and of the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
-Part particlesPart(uint l, Sample middle, Sample back, float halfStretch) {
-    float length = halfStretch * unitLength[l];
+Part particlesPart(uint l, Sample middle, Sample back, float halfSegment) {
+    float length = halfSegment * unitLength[l];
     Part part = partOf(front[l], middle, back, length);
 #if EXACT
     float off = part.depth - 2.0 * length * pieceOf(front[l], back).matter.w;
@@ -59,7 +59,7 @@ Part particlesPart(uint l, Sample middle, Sample back, float halfStretch) {
     enlarge(part.near, scale);
     enlarge(part.far, scale);
 #endif
-    limitCuts(part, 2.0 * halfStretch, stretch[l] * (1.0 / 16.0));
+    limitCuts(part, 2.0 * halfSegment, segment[l] * (1.0 / 16.0));
     return part;
 }
 

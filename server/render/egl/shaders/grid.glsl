@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Fields of samples along a ray, for composite.comp and composite_grid.comp: which brick of the grid a depth lies in, and
 // what is seen between two depths of one brick. Layers from `plots` on are such fields. Mirrors GridBlock of
-// egl/frame_block.h. Compiled with MIXED: whether the low volume shows in corrected bricks of some layer.
+// egl/frame_block.h. Compiled with MIXED: whether the coarse grid shows in corrected bricks of some layer.
 
 struct Grid {
-    vec4 grid;          // samples of the grid that is cut into bricks; stretches a cell
-    vec4 low;           // samples of the low volume; stretches a cell
+    vec4 grid;          // samples of the grid that is cut into bricks; segments a cell
+    vec4 low;           // samples of the coarse grid; segments a cell
     vec4 table;         // code * x + y is a place in the transfer table; z of what corrects shows; steepness
     ivec4 place;        // of its first brick in gridBricks; clips
     vec4 toLayer[3];    // the box's edges in layer space
@@ -13,15 +13,15 @@ struct Grid {
 };
 layout(std140, binding = 1) uniform Grids { Grid grids[8]; };
 // Five neighbours along x: their codes of 16 bits, then their normals of 8; the fifth is the next one's first. First the
-// low volume, row after row, then brick after brick.
+// coarse grid, row after row, then brick after brick.
 layout(binding = LAYERS - GRIDS) uniform usamplerBuffer gridSamples[GRIDS];
-// Of each brick: its number among the corrected ones plus 1, or 0, in 21 bits; in 3 how much longer than usual a stretch
+// Of each brick: its number among the corrected ones plus 1, or 0, in 21 bits; in 3 how much longer than usual a segment
 // may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where something is seen in it. At the
 // beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer gridBricks;
 
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
-// A stretch is cut where it absorbs more or extinction bends by more in one of its halves: optical depths.
+// A segment is cut where it absorbs more or extinction bends by more in one of its halves: optical depths.
 const float deepest = 0.1, mostBent = 0.012;
 const float lightEvery = 0.005;   // optical depth for which light is looked up once
 
@@ -34,10 +34,10 @@ struct Samples {
     float steepness;
 };
 
-// The brick of the current stretch.
+// The brick of the current segment.
 bool brickSeen[GRIDS];
 bool brickFine[GRIDS];
-float brickStep[GRIDS];   // slabs, of a stretch
+float brickStep[GRIDS];   // slabs, of a segment
 Samples brickSamples[GRIDS];
 
 Samples lowSamples(uint h) {
@@ -79,9 +79,9 @@ float enterBrick(uint l, float at) {
     brickSamples[h].most = fine ? min(size - 1.0 - 8.0 * vec3(brick), vec3(8.0)) : low.most;
     brickSamples[h].steepness = fine ? grids[h].table.w : 1.0;
     brickFine[h] = fine;
-    float stretches = fine ? grids[h].grid.w : grids[h].low.w;
+    float segments = fine ? grids[h].grid.w : grids[h].low.w;
     float longer = float(1u << ((word >> 21) & 7u));
-    brickStep[h] = longer / max(length(advance[l] * brickSamples[h].scale) * stretches, 1e-20);
+    brickStep[h] = longer / max(length(advance[l] * brickSamples[h].scale) * segments, 1e-20);
     return min(distance.x, min(distance.y, distance.z));
 }
 
@@ -147,7 +147,7 @@ float valueIn(uint h, Corner corner) {
 }
 
 #if MIXED
-// What of the samples of the brick shows, and not the low volume.
+// What of the samples of the brick shows, and not the coarse grid.
 float shareOfBrick(uint h) {
     return brickFine[h] ? grids[h].table.z : 1.0;
 }
@@ -189,13 +189,13 @@ vec2 gridShade(uint l, float slab) {
     return shade;
 }
 
-// As partOf, of samples half a stretch apart.
-Part gridPart(uint l, Sample front, Sample middle, Sample back, float halfStretch) {
-    float length = halfStretch * unitLength[l];
+// As partOf, of samples half a segment apart.
+Part gridPart(uint l, Sample front, Sample middle, Sample back, float halfSegment) {
+    float length = halfSegment * unitLength[l];
     Part part = partOf(front, middle, back, length);
     float bent = part.depth > 0.0 ? max(part.near.bend, part.far.bend) * length : 0.0;
     part.wanted = max(part.wanted, part.seen * max(part.depth * (1.0 / deepest), bent * (1.0 / mostBent)));
-    limitCuts(part, 2.0 * halfStretch, brickStep[l - plots] * (1.0 / 128.0));
+    limitCuts(part, 2.0 * halfSegment, brickStep[l - plots] * (1.0 / 128.0));
     return part;
 }
 
@@ -207,7 +207,7 @@ float centreOf(Part part) {
 
 // A way through a layer, and what was gathered since its light was looked up.
 struct Way {
-    float at, stretch;   // slabs
+    float at, segment;   // slabs
     Sample front;        // at `at`
     float tau, moment;   // optical depth; times its place
     vec3 color;          // times optical depth, without light
@@ -217,15 +217,15 @@ Way wayFrom(uint l, float slab) {
     return Way(slab, brickStep[l - plots], gridAt(l, slab), 0.0, 0.0, vec3(0.0));
 }
 
-// One stretch further; where that says too little, a shorter one comes first.
+// One segment further; where that says too little, a shorter one comes first.
 void goOn(uint l, float to, inout Way way) {
-    float next = min(way.at + way.stretch, to);
-    float halfStretch = 0.5 * (next - way.at);
-    Sample middle = gridAt(l, way.at + halfStretch), back = gridAt(l, next);
-    Part part = gridPart(l, way.front, middle, back, halfStretch);
-    way.stretch = min(nextStretch(next - way.at, way.stretch, part.wanted), brickStep[l - plots]);
+    float next = min(way.at + way.segment, to);
+    float halfSegment = 0.5 * (next - way.at);
+    Sample middle = gridAt(l, way.at + halfSegment), back = gridAt(l, next);
+    Part part = gridPart(l, way.front, middle, back, halfSegment);
+    way.segment = min(nextSegment(next - way.at, way.segment, part.wanted), brickStep[l - plots]);
     if (part.wanted <= 1.0) {
-        vec4 matter = (part.near.matter + part.far.matter) * halfStretch * unitLength[l];
+        vec4 matter = (part.near.matter + part.far.matter) * halfSegment * unitLength[l];
         way.tau += matter.w;
         way.moment += matter.w * mix(way.at, next, centreOf(part));
         way.color += matter.rgb;

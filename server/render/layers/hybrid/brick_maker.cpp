@@ -128,7 +128,7 @@ Status BrickMaker::add(const glm::uvec3& brick, BrickResidual residual) {
     return success();
 }
 
-/// The low volume's code at a sample of the error grid.
+/// The coarse grid's code at a sample of the error grid.
 float BrickMaker::lowAt(const glm::uvec3& sample) const {
     const storage::Between &x = between_[0][sample.x], &y = between_[1][sample.y], &z = between_[2][sample.z];
     const auto along = [&](std::uint32_t row, std::uint32_t sheet) {
@@ -152,7 +152,7 @@ float BrickMaker::sampleAt(const glm::ivec3& sample) const {
     return bricks_.values[static_cast<std::size_t>(number) * GridBricks::volume + placeIn(inside % edge)];
 }
 
-/// Samples that nothing was told of are the low volume's.
+/// Samples that nothing was told of are the coarse grid's.
 void BrickMaker::fill(std::size_t brick) {
     const std::int32_t number = bricks_.numbers[brick];
     if (number == GridBricks::none || told_[static_cast<std::size_t>(number)].all()) return;

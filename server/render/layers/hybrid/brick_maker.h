@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// BrickMaker: corrected bricks of the error grid from a low-resolution volume and its residuals or its points
+// BrickMaker: corrected bricks of the error grid from a coarse grid and its residuals or its points
 // (docs/PICTURE.md, "Hybrid volumes"), with normals from the corrected field but where points have their own.
 // Used by one thread while a step is loaded; make() works in parallel.
 #pragma once
@@ -56,7 +56,7 @@ class BrickMaker {
     const GridField& step_;
     GridBricks bricks_;
     glm::mat3 gradientToLayer_;
-    std::array<std::vector<storage::Between>, 3> between_;  // of each sample along an axis, in the low volume
+    std::array<std::vector<storage::Between>, 3> between_;  // of each sample along an axis, in the coarse grid
     /// Of each corrected brick, x fastest: the samples that were told. Of points also their normals were.
     std::vector<std::bitset<storage::residualBrickSamples>> told_;
     bool ownNormals_ = false;
