@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "storage/files/system_error.h"
+#include "protocol/scene/system_error.h"
 #include "storage/files/write_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"

@@ -27,13 +27,13 @@ constexpr double greatestSpan = 1e37;
 class Job {
   public:
     Job(const proto::JobRequest& request, const OpenVolume& open, const std::vector<fs::path>& inputs,
-        const fs::path& output, const VolumeJobOptions& options, Progress& progress)
+        const fs::path& output, const JobResources& resources, Progress& progress)
         : request_(request),
           open_(open),
           inputs_(inputs),
           output_(output),
-          options_(options),
-          ranks_(*options.ranks),
+          resources_(resources),
+          ranks_(*resources.ranks),
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
@@ -79,7 +79,7 @@ class Job {
         auto plan = planVolume(request_.volume(), shape);
         if (!plan.ok()) return plan.error();
         plan_ = *std::move(plan);
-        const auto memory = planMemory(plan_, options_.memory, tbb::this_task_arena::max_concurrency());
+        const auto memory = planMemory(plan_, resources_.memory, tbb::this_task_arena::max_concurrency());
         if (!memory.ok()) return memory.error();
         memory_ = *memory;
         return success();
@@ -172,7 +172,7 @@ class Job {
     const OpenVolume& open_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
-    VolumeJobOptions options_;
+    JobResources resources_;
     Communicator& ranks_;
     Progress& progress_;
 
@@ -188,11 +188,11 @@ class Job {
 
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const OpenVolume& open,
                                      const std::vector<fs::path>& inputs, const fs::path& output,
-                                     const VolumeJobOptions& options, Progress& progress) {
+                                     const JobResources& resources, Progress& progress) {
     const auto alone = singleProcess();
-    VolumeJobOptions all = options;
+    JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
-    return onThreads(options.threads,
+    return onThreads(resources.threads,
                      [&] { return Job(request, open, inputs, output, all, progress).run(); });
 }
 

@@ -46,10 +46,11 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
 }  // namespace
 
 Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const fs::path& input,
-                                    const fs::path& output, std::uint64_t memory, Progress& progress) {
+                                    const fs::path& output, const JobResources& resources,
+                                    Progress& progress) {
     auto writer = storage::DatasetWriter::create(output);
     if (!writer.ok()) return writer.error();
-    const auto picture = readPicture(input, memory, progress);
+    const auto picture = readPicture(input, resources.memory, progress);
     if (!picture.ok()) return picture.error();
     if (picture->invalid > 0) {
         progress.note(

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/read_file.h"
-#include "storage/files/system_error.h"
 
 namespace mote::prep {
 namespace {
@@ -57,7 +57,7 @@ Result<std::string> firstBytes(const std::filesystem::path& path) {
     if (!file.ok()) return file.error();
     std::string head(8, '\0');
     const auto got = ::pread(file->get(), head.data(), head.size(), 0);
-    if (got < 0) return storage::systemError(errno, path.string(), "cannot be read");
+    if (got < 0) return systemError(errno, path.string(), "cannot be read");
     head.resize(static_cast<std::size_t>(got));
     return head;
 }

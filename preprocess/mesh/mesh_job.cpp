@@ -35,11 +35,12 @@ std::uint64_t meshFileLimit(std::uint64_t memory) {
 }
 
 Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::path& input,
-                                   const fs::path& output, std::uint64_t memory, Progress& progress) {
+                                   const fs::path& output, const JobResources& resources,
+                                   Progress& progress) {
     auto writer = storage::DatasetWriter::create(output);
     if (!writer.ok()) return writer.error();
     progress.report(0.0, "reading the mesh");
-    auto read = readMesh(input, meshFileLimit(memoryFor(memory)), progress);
+    auto read = readMesh(input, meshFileLimit(memoryFor(resources.memory)), progress);
     if (!read.ok()) return read.error();
     if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
     progress.report(0.5, "finding edges and normals");

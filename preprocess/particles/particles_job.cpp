@@ -40,14 +40,14 @@ Error cancelledError() {
 class Job {
   public:
     Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
-        const fs::path& output, const ParticlesJobOptions& options, Progress& progress)
+        const fs::path& output, const JobResources& resources, Progress& progress)
         : request_(request),
           job_(request.particles()),
           source_(source),
           inputs_(inputs),
           output_(output),
-          options_(options),
-          ranks_(*options.ranks),
+          resources_(resources),
+          ranks_(*resources.ranks),
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
@@ -90,7 +90,7 @@ class Job {
     /// `together`: among how many steps the memory is divided.
     MemoryPlan memoryFor(std::size_t step, std::size_t together) const {
         return planMemory(source_.steps()[step].particles, stepOptions_,
-                          prep::memoryFor(options_.memory) / together,
+                          prep::memoryFor(resources_.memory) / together,
                           tbb::this_task_arena::max_concurrency());
     }
 
@@ -118,7 +118,7 @@ class Job {
                 fmt::format("step {} has {} particles, for which the job needs at least {:.2f} GB of "
                             "memory; the limit is {:.2f} GB. A larger leaf capacity needs less",
                             step, info.particles, static_cast<double>(plan.needed) / gigabyte * 1.02,
-                            static_cast<double>(options_.memory) / gigabyte)};
+                            static_cast<double>(resources_.memory) / gigabyte)};
         }
         return success();
     }
@@ -323,7 +323,7 @@ class Job {
     ParticleSource& source_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
-    ParticlesJobOptions options_;
+    JobResources resources_;
     Communicator& ranks_;
     Progress& progress_;
     std::mutex reporting_;
@@ -347,11 +347,11 @@ class Job {
 
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<fs::path>& inputs, const fs::path& output,
-                                        const ParticlesJobOptions& options, Progress& progress) {
+                                        const JobResources& resources, Progress& progress) {
     const auto alone = singleProcess();
-    ParticlesJobOptions all = options;
+    JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
-    return onThreads(options.threads,
+    return onThreads(resources.threads,
                      [&] { return Job(request, source, inputs, output, all, progress).run(); });
 }
 

@@ -66,9 +66,9 @@ ThinningOptions thinningOptions(const proto::StippleJob& job) {
 }
 
 Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPoint,
-                          const StippleJobOptions& options) {
+                          const JobResources& resources) {
     const auto needed = job.points() * bytesPerPoint;
-    const auto memory = memoryFor(options.memory);
+    const auto memory = memoryFor(resources.memory);
     if (needed <= memory) return success();
     return Error{ErrorCode::resourceExhausted, "points",
                  fmt::format("{} points need {} MiB of memory where the job may take {} MiB", job.points(),
@@ -100,14 +100,14 @@ proto::Manifest describeHierarchy(const proto::JobRequest& request,
 }
 
 Result<proto::Manifest> runPlaneJob(const proto::JobRequest& request, const fs::path& output,
-                                    const StippleJobOptions& options, Progress& progress) {
+                                    const JobResources& resources, Progress& progress) {
     const auto& job = request.stipple();
     MOTE_RETURN_IF_ERROR(checkStippleJob(job));
-    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, planeBytesPerPoint, options));
+    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, planeBytesPerPoint, resources));
     // Before the work: a place that cannot be had is said at once.
     auto writer = storage::DatasetWriter::create(output);
     if (!writer.ok()) return writer.error();
-    const auto hierarchy = buildPlaneOn(options.threads, job, progress);
+    const auto hierarchy = buildPlaneOn(resources.threads, job, progress);
     if (!hierarchy.ok()) return hierarchy.error();
     MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer->directory(), *hierarchy));
     for (const auto* file : {"hierarchy.h5", "hierarchy.digest"}) {

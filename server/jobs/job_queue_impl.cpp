@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/local_runner.h"
 
@@ -94,7 +95,7 @@ Status JobQueue::Impl::openState() {
     std::filesystem::create_directories(state.parent_path(), code);
     if (mkdir(state.c_str(), 0700) != 0 && errno != EEXIST) {
         return Error{ErrorCode::permissionDenied, state.string(),
-                     fmt::format("cannot be made: {}", strerror(errno))};
+                     fmt::format("cannot be made: {}", systemMessage(errno))};
     }
     state = std::filesystem::canonical(state, code);
     if (code || (mkdir((state / "jobs").c_str(), 0700) != 0 && errno != EEXIST)) {
@@ -102,7 +103,7 @@ Status JobQueue::Impl::openState() {
     }
     lock_ = storage::FileDescriptor(open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
     if (!lock_.valid()) {
-        return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), strerror(errno)};
+        return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), systemMessage(errno)};
     }
     if (!lockSoon(lock_.get())) {
         return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};

@@ -8,8 +8,8 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/system_error.h"
 #include "storage/arrays/hdf5_layout.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 #include "storage/hash.h"
 

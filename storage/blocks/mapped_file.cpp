@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <vector>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/packed_file.h"
 #include "storage/files/read_file.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 
 namespace mote::storage {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/files/read_file.h"
+#include "protocol/scene/system_error.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cerrno>
-
-#include "storage/files/system_error.h"
 
 namespace mote::storage {
 

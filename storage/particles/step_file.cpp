@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "protocol/scene/system_error.h"
 #include "storage/arrays/hdf5_layout.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 #include "storage/hash.h"
 

@@ -63,22 +63,22 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
 }  // namespace
 
 Result<proto::Manifest> runSurfaceJob(const proto::JobRequest& request, const fs::path& input,
-                                      const fs::path& output, const StippleJobOptions& options,
+                                      const fs::path& output, const JobResources& resources,
                                       Progress& progress) {
     const auto& job = request.stipple();
     MOTE_RETURN_IF_ERROR(checkStippleJob(job));
-    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, surfaceBytesPerPoint, options));
+    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, surfaceBytesPerPoint, resources));
     // Before the work: a place that cannot be had is said at once.
     auto writer = storage::DatasetWriter::create(output);
     if (!writer.ok()) return writer.error();
     progress.report(0.0, "reading the mesh");
-    auto read = readMesh(input, meshFileLimit(memoryFor(options.memory)), progress);
+    auto read = readMesh(input, meshFileLimit(memoryFor(resources.memory)), progress);
     if (!read.ok()) return read.error();
     if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
     orderInSpace(read->mesh);  // the points take over its order
     const auto mesh = makeSurfaceMesh(read->mesh);
     const WalkMesh walk(mesh, findNeighbours(read->mesh.triangles));
-    const auto hierarchy = buildOn(options.threads, walk, job, progress);
+    const auto hierarchy = buildOn(resources.threads, walk, job, progress);
     if (!hierarchy.ok()) return hierarchy.error();
     MOTE_RETURN_IF_ERROR(writeFiles(*writer, mesh, *hierarchy, progress));
     auto manifest = describe(request, input, output, mesh, *hierarchy);
