@@ -86,9 +86,8 @@ Result<proto::JobRequest> toRequest(const Options& options) {
     if (options.leafCapacity) job.set_leaf_capacity(*options.leafCapacity);
     if (options.maxLevel) job.set_max_level(*options.maxLevel);
     for (const auto& text : options.bounds) {
-        auto axis = parseBounds(text);
-        if (!axis.ok()) return axis.error();
-        *job.add_bounds() = *std::move(axis);
+        MOTE_ASSIGN_OR_RETURN(auto axis, parseBounds(text));
+        *job.add_bounds() = std::move(axis);
     }
     setImpact(options, job);
     return request;

@@ -60,10 +60,9 @@ Status checkManifest(const proto::Manifest& manifest) {
 
 Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {
     const auto path = directory / manifestName;
-    const auto text = readWhole(path, manifestLimit);
-    if (!text.ok()) return text.error();
+    MOTE_ASSIGN_OR_RETURN(const auto text, readWhole(path, manifestLimit));
     proto::Manifest manifest;
-    const auto parsed = parseJson(*text, manifest, path.string());
+    const auto parsed = parseJson(text, manifest, path.string());
     // A dataset's own file that is not what it must be is damage, not somebody's wrong argument.
     if (!parsed.ok()) return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
     const auto checked = checkManifest(manifest);

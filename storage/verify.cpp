@@ -56,16 +56,14 @@ void DatasetVerifier::eachStep(int count, const std::function<void(std::uint32_t
 /// A file against the manifest; nothing where it is whole.
 std::optional<Error> DatasetVerifier::checkFile(const std::string& name) const {
     const auto path = directory_ / name;
-    const auto regular = openRegular(path);
-    if (!regular.ok()) return regular.error();
-    const auto hash = hashFile(path, cancelled_);
-    if (!hash.ok()) return hash.error();
+    MOTE_RETURN_IF_ERROR(openRegular(path));
+    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(path, cancelled_));
     const auto& entry = *findFile(manifest_, name);
-    if (hash->size == entry.size() && hash->xxh3_128 == entry.xxh3_128()) return std::nullopt;
+    if (hash.size == entry.size() && hash.xxh3_128 == entry.xxh3_128()) return std::nullopt;
     return Error{ErrorCode::corrupt, path.string(),
-                 hash->size == entry.size()
+                 hash.size == entry.size()
                      ? "differs from its hash in the manifest"
-                     : fmt::format("has {} bytes where the manifest says {}", hash->size, entry.size())};
+                     : fmt::format("has {} bytes where the manifest says {}", hash.size, entry.size())};
 }
 
 std::optional<bool> DatasetVerifier::files(const std::vector<std::string>& names) {

@@ -91,8 +91,7 @@ bool isToken(const std::string& text) {
 }
 
 Status checkContent(const proto::ConnectionFile& content) {
-    const auto address = parseAddress(content.address());
-    if (!address.ok()) return address.error().within("address");
+    MOTE_RETURN_IF_ERROR(parseAddress(content.address()), "address");
     if (!isToken(content.token())) {
         return Error{ErrorCode::invalidArgument, "token", "is not hexadecimal"};
     }
@@ -115,12 +114,10 @@ Status writeConnectionFile(const std::filesystem::path& path, const proto::Conne
 }
 
 Result<proto::ConnectionFile> readConnectionFile(const std::filesystem::path& path) {
-    const auto text = readPrivate(path);
-    MOTE_RETURN_IF_ERROR(text);
+    MOTE_ASSIGN_OR_RETURN(const auto text, readPrivate(path));
     proto::ConnectionFile content;
-    MOTE_RETURN_IF_ERROR(parseJson(*text, content, path.string()));
-    const auto status = checkContent(content);
-    if (!status.ok()) return status.error().within(path.string() + ":");
+    MOTE_RETURN_IF_ERROR(parseJson(text, content, path.string()));
+    MOTE_RETURN_IF_ERROR(checkContent(content), path.string() + ":");
     return content;
 }
 

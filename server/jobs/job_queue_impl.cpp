@@ -77,9 +77,7 @@ JobQueue::Impl::Impl(asio::io_context& context, JobSettings settings)
 
 Status JobQueue::Impl::start() {
     MOTE_CHECK(!table_);
-    auto roots = storage::Roots::parse(settings_.roots);
-    if (!roots.ok()) return roots.error();
-    roots_ = *std::move(roots);
+    MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
     if (settings_.supervisor.empty()) settings_.supervisor = settings_.prep.parent_path() / "mote-supervise";
     settings_.running = std::max<std::size_t>(settings_.running, 1);
     MOTE_RETURN_IF_ERROR(openState());
@@ -108,10 +106,9 @@ Status JobQueue::Impl::openState() {
     if (!lockSoon(lock_.get())) {
         return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};
     }
-    auto store = JobStore::open(state / "jobs.sqlite");
-    if (!store.ok()) return store.error();
-    const bool anew = !store->setAside().empty();
-    JobTable table(*std::move(store));
+    MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state / "jobs.sqlite"));
+    const bool anew = !store.setAside().empty();
+    JobTable table(std::move(store));
     MOTE_RETURN_IF_ERROR(table.load());
     table_.emplace(std::move(table));
     if (!anew)
@@ -157,8 +154,7 @@ void JobQueue::Impl::goOnWith(JobRecord& record) {
 
 Result<proto::JobStatus> JobQueue::Impl::submit(const proto::JobRequest& request) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
-    const auto checked = checkJobRequest(request, roots_);
-    if (!checked.ok()) return checked.error();
+    MOTE_RETURN_IF_ERROR(checkJobRequest(request, roots_));
     if (const auto* maker = table_->maker(request.output())) {
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
@@ -173,11 +169,10 @@ Result<proto::JobStatus> JobQueue::Impl::submit(const proto::JobRequest& request
     record.status.set_state(State::QUEUED);
     record.status.set_phase("waiting");
     record.status.set_created_ms(nowMs());
-    const auto added = table_->add(std::move(record));
-    if (!added.ok()) return added.error();
-    changed(**added);
+    MOTE_ASSIGN_OR_RETURN(const auto added, table_->add(std::move(record)));
+    changed(*added);
     scheduleSoon();
-    return added.value()->status;
+    return added->status;
 }
 
 Status JobQueue::Impl::cancel(std::string_view id) {

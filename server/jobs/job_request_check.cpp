@@ -16,9 +16,8 @@ Error ofField(const std::string& field, const Error& error) {
 }  // namespace
 
 Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots) {
-    const auto request = parseJobRequest(message);
-    if (!request.ok()) return request.error();
-    for (const auto& input : request->inputs) {
+    MOTE_ASSIGN_OR_RETURN(const auto request, parseJobRequest(message));
+    for (const auto& input : request.inputs) {
         const auto path = roots.resolveExisting(input.name);
         if (!path.ok()) return ofField(input.field, path.error());
     }
