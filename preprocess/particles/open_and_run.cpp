@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Apart from the rest of the job, so that only this needs the readers.
+#include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/particles_job.h"
 
 namespace mote::prep {

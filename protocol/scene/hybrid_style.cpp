@@ -58,8 +58,9 @@ Status parseCurve(const proto::HybridStyle& message, HybridStyle& style) {
             return invalid(at, "all knots of a curve have a color, or none");
         }
         if (!colored) continue;
-        MOTE_ASSIGN_OR_RETURN(const auto color, checkColor(message.curve(i).color(), glm::dvec3(0.0), at));
-        style.colors.push_back(color);
+        const auto color = checkColor(message.curve(i).color(), glm::dvec3(0.0), at);
+        MOTE_RETURN_IF_ERROR(color);
+        style.colors.push_back(*color);
     }
     return success();
 }
@@ -75,42 +76,47 @@ Status parseColors(const proto::HybridStyle& message, HybridStyle& style) {
     if (message.color_range_size() != 2) {
         return invalid("colorRange", fmt::format("2 values are needed, not {}", message.color_range_size()));
     }
-    MOTE_ASSIGN_OR_RETURN(const auto low,
-                          checkRange(message.color_range(0), -largest, largest, "colorRange[0]"));
-    MOTE_ASSIGN_OR_RETURN(const auto high,
-                          checkRange(message.color_range(1), -largest, largest, "colorRange[1]"));
-    if (!(low < high)) return invalid("colorRange", "the second value must be the greater one");
-    style.colorRange = ValueRange{low, high};
+    const auto low = checkRange(message.color_range(0), -largest, largest, "colorRange[0]");
+    MOTE_RETURN_IF_ERROR(low);
+    const auto high = checkRange(message.color_range(1), -largest, largest, "colorRange[1]");
+    MOTE_RETURN_IF_ERROR(high);
+    if (!(*low < *high)) return invalid("colorRange", "the second value must be the greater one");
+    style.colorRange = ValueRange{*low, *high};
     return success();
 }
 
 Status parsePoints(const proto::HybridStyle& message, HybridStyle& style) {
-    MOTE_ASSIGN_OR_RETURN(const auto shape, parseShape(message.point_shape()));
-    MOTE_ASSIGN_OR_RETURN(const auto opacity, checkRange(message.has_point_opacity() ? message.point_opacity()
-                                                                                     : style.pointOpacity,
-                                                         0.0, 1.0, "pointOpacity"));
-    style.pointShape = shape;
-    style.pointOpacity = opacity;
+    const auto shape = parseShape(message.point_shape());
+    MOTE_RETURN_IF_ERROR(shape);
+    const auto opacity = checkRange(
+        message.has_point_opacity() ? message.point_opacity() : style.pointOpacity, 0.0, 1.0, "pointOpacity");
+    MOTE_RETURN_IF_ERROR(opacity);
+    style.pointShape = *shape;
+    style.pointOpacity = *opacity;
     return success();
 }
 
 Result<HalfSpace> parsePlane(const proto::ClipPlane& message) {
-    MOTE_ASSIGN_OR_RETURN(const auto normal, checkVector(message.normal(), 1e6, "normal"));
-    MOTE_ASSIGN_OR_RETURN(const auto distance, checkRange(message.distance(), -largest, largest, "distance"));
-    const double length = glm::length(normal);
+    const auto normal = checkVector(message.normal(), 1e6, "normal");
+    MOTE_RETURN_IF_ERROR(normal);
+    const auto distance = checkRange(message.distance(), -largest, largest, "distance");
+    MOTE_RETURN_IF_ERROR(distance);
+    const double length = glm::length(*normal);
     if (!(length > 1e-6)) return invalid("normal", "a normal must not be zero");
-    return HalfSpace{normal / length, distance / length};
+    return HalfSpace{*normal / length, *distance / length};
 }
 
 Result<Bounds> parseBox(const proto::ClipBox& message) {
-    MOTE_ASSIGN_OR_RETURN(const auto min, checkVector(message.min(), largest, "min"));
-    MOTE_ASSIGN_OR_RETURN(const auto max, checkVector(message.max(), largest, "max"));
+    const auto min = checkVector(message.min(), largest, "min");
+    MOTE_RETURN_IF_ERROR(min);
+    const auto max = checkVector(message.max(), largest, "max");
+    MOTE_RETURN_IF_ERROR(max);
     for (int axis = 0; axis < 3; ++axis) {
-        if (!(min[axis] < max[axis])) {
+        if (!((*min)[axis] < (*max)[axis])) {
             return invalid(fmt::format("max[{}]", axis), "must lie above the box's min");
         }
     }
-    return Bounds{min, max};
+    return Bounds{*min, *max};
 }
 
 Status parseClips(const proto::HybridStyle& message, HybridStyle& style) {
@@ -134,7 +140,9 @@ Status parseClips(const proto::HybridStyle& message, HybridStyle& style) {
 
 Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message) {
     HybridStyle style;
-    MOTE_ASSIGN_OR_RETURN(style.representation, parseRepresentation(message.representation()));
+    const auto representation = parseRepresentation(message.representation());
+    MOTE_RETURN_IF_ERROR(representation);
+    style.representation = *representation;
     MOTE_RETURN_IF_ERROR(parseCurve(message, style));
     MOTE_RETURN_IF_ERROR(parseColors(message, style));
     MOTE_RETURN_IF_ERROR(parsePoints(message, style));
