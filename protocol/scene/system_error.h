@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What the kernel's error numbers are called among our errors. Pure.
+// What the kernel's error numbers are called among our errors, and in words. Pure functions.
 #pragma once
 
 #include <string>
@@ -8,9 +8,12 @@
 
 #include "protocol/scene/error.h"
 
-namespace mote::storage {
+namespace mote {
+
+/// "No such file or directory".
+std::string systemMessage(int number);
 
 /// notFound, permissionDenied, alreadyExists, resourceExhausted or internal; "WHERE: WHAT: No such file ...".
 Error systemError(int number, std::string where, std::string_view what);
 
-}  // namespace mote::storage
+}  // namespace mote

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "storage/files/system_error.h"
+#include "protocol/scene/system_error.h"
 
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <system_error>
 
-namespace mote::storage {
+namespace mote {
 namespace {
 
 ErrorCode codeOf(int number) {
@@ -17,6 +17,7 @@ ErrorCode codeOf(int number) {
         case EACCES:
         case EPERM:
         case EROFS:
+        case ELOOP:  // a link where none may be
             return ErrorCode::permissionDenied;
         case EEXIST:
         case ENOTEMPTY:
@@ -35,9 +36,12 @@ ErrorCode codeOf(int number) {
 
 }  // namespace
 
-Error systemError(int number, std::string where, std::string_view what) {
-    return {codeOf(number), std::move(where),
-            fmt::format("{}: {}", what, std::generic_category().message(number))};
+std::string systemMessage(int number) {
+    return std::generic_category().message(number);
 }
 
-}  // namespace mote::storage
+Error systemError(int number, std::string where, std::string_view what) {
+    return {codeOf(number), std::move(where), fmt::format("{}: {}", what, systemMessage(number))};
+}
+
+}  // namespace mote
