@@ -11,18 +11,18 @@
 #include "storage/blocks/block_budget.h"
 #include "storage/roots.h"
 
-namespace mote::render {
+namespace mote::server {
 
-class SharedFileSteps final : public RankSteps {
+class SharedFileSteps final : public render::RankSteps {
   public:
     /// `memory`: bytes of the steps that were opened.
     SharedFileSteps(storage::Roots roots, std::uint64_t memory);
 
     Result<Name> nameOf(const storage::ParticleStep& step) override;
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
-    Result<Name> nameOf(const HybridStep& step) override;
-    Result<std::shared_ptr<const HybridStep>> openHybrid(const Name& name,
-                                                         HybridRepresentation representation) override;
+    Result<Name> nameOf(const render::HybridStep& step) override;
+    Result<std::shared_ptr<const render::HybridStep>> openHybrid(
+        const Name& name, HybridRepresentation representation) override;
     void beginPicture() override { budget_->beginTurn(); }
 
   private:
@@ -35,11 +35,12 @@ class SharedFileSteps final : public RankSteps {
     struct OpenHybrid {
         Name name;
         HybridRepresentation representation;
-        std::shared_ptr<const HybridStep> step;
+        std::shared_ptr<const render::HybridStep> step;
     };
     Result<Name> nameOf(const storage::StepOrigin& origin) const;
     Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
-    Result<std::shared_ptr<const HybridStep>> loadFile(const Name& name, HybridRepresentation representation);
+    Result<std::shared_ptr<const render::HybridStep>> loadFile(const Name& name,
+                                                               HybridRepresentation representation);
     Status makeRoom(std::uint64_t bytes);
 
     const storage::Roots roots_;
@@ -48,4 +49,4 @@ class SharedFileSteps final : public RankSteps {
     std::list<OpenHybrid> hybrids_;  // likewise
 };
 
-}  // namespace mote::render
+}  // namespace mote::server
