@@ -36,9 +36,11 @@ Residency::~Residency() {
 Result<Resident> Residency::get(const AnyLoadable& what) {
     std::unique_lock lock(mutex_);
     Slot* slot = &slotFor(what);
+    const bool there = slot->state == State::ready;
     const bool late = slot->state == State::late;
+    if (there) slot->used = budget_->turn();  // what is expected takes the slots of others
     if (late || slot->state == State::empty || slot->underWay()) want(*slot);
-    if (what.steps > 1) expectNext(what, slot->state == State::ready);
+    if (what.steps > 1) expectNext(what, there);
     if (late) {
         settled_.wait(lock, [&] { return (slot = find(what)) == nullptr || !slot->underWay(); });
     }
@@ -48,7 +50,6 @@ Result<Resident> Residency::get(const AnyLoadable& what) {
 /// What came of it, as far as anything did.
 Result<Resident> Residency::take(Slot& slot) {
     if (slot.state == State::ready) {
-        slot.used = budget_->turn();
         slot.wanted = false;
         return slot.resident;
     }

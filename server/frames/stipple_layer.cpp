@@ -21,9 +21,9 @@ Result<LayerPart> photographOf(const StippleStyle& style, const LayerRequest& as
     const auto image = imageOf(style, asked.data);
     if (!image.ok()) return image.error();
     if (!*tiles || !*image) return LayerPart();
-    const auto dots = asked.photographs.dots(*tiles, *image, asked.view, style, effortOf(asked.job.stage));
-    return LayerPart([dots](render::Scene& scene, std::size_t, const auto&) {
-        addDots(scene, *dots);
+    return LayerPart([tiles = *tiles, image = *image, &style, &drawn = asked.photographs,
+                      effort = effortOf(asked.job.stage)](render::Scene& scene, std::size_t, const auto&) {
+        addDots(scene, *drawn.dots(tiles, image, scene.view, style, effort));
         return DotHistory::Layer();
     });
 }

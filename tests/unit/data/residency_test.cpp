@@ -280,5 +280,23 @@ TEST_F(ResidencyTest, MoreThingsThanItKeepsPushTheOldestOut) {
     EXPECT_NE(get(thing(entries.back())), nullptr);
 }
 
+TEST_F(ResidencyTest, WhatIsExpectedDoesNotTakeThePlaceOfWhatIsAskedFor) {
+    start(10000);
+    auto step = thing(a_);
+    step.steps = 16;
+    step.step = 3;
+    const auto third = bring(step);
+    step.step = 4;
+    ASSERT_NE(bring(step), nullptr);
+    awaitRest();  // 5 to 8
+    for (std::size_t i = residency_->loaded(); i < Residency::most; ++i)
+        ASSERT_NE(bring(thing(entryOf(std::to_string(i)))), nullptr);
+    budget_->beginTurn();
+    step.step = 3;  // the oldest of all; 2, 1, 0 and 15 follow
+    EXPECT_EQ(get(step), third);
+    awaitRest();
+    EXPECT_EQ(get(step), third);
+}
+
 }  // namespace
 }  // namespace mote::server
