@@ -16,17 +16,16 @@ namespace {
 constexpr int failed = 1;
 
 /// The same on all ranks, as their command lines are. Errors: of the options.
-Result<render::SharedFileSteps> stepsOf(const ServerSettings& settings) {
+Result<SharedFileSteps> stepsOf(const ServerSettings& settings) {
     auto roots = storage::Roots::parse(settings.roots);
     MOTE_RETURN_IF_ERROR(roots);
     const auto memory = dataMemory(settings.memory);
     if (!memory.ok()) return memory.error().within("--memory");
-    return render::SharedFileSteps(*std::move(roots), *memory);
+    return SharedFileSteps(*std::move(roots), *memory);
 }
 
 /// What keeps any rank from its work keeps all from theirs.
-bool allReady(render::Ranks& ranks, const ServerSettings& settings,
-              const Result<render::SharedFileSteps>& steps) {
+bool allReady(render::Ranks& ranks, const ServerSettings& settings, const Result<SharedFileSteps>& steps) {
     std::optional<Error> error;
     if (!steps.ok()) error = steps.error();
     if (settings.device == render::DeviceKind::egl) {

@@ -33,8 +33,8 @@ DatasetService::DatasetService(storage::Roots roots, std::function<void()> chang
       known_(std::make_shared<Known>()),
       budget_(std::make_shared<storage::BlockBudget>(memory)),
       steps_(budget_, std::thread::hardware_concurrency(), arrived),
-      hybrids_(budget_, std::min<unsigned>(std::thread::hardware_concurrency(), stepsAhead),
-               std::move(arrived)) {
+      residency_(budget_, std::min<unsigned>(std::thread::hardware_concurrency(), stepsAhead),
+                 std::move(arrived)) {
     thread_ = std::thread([this] { run(); });
 }
 
@@ -136,60 +136,35 @@ void DatasetService::describe(std::string dataset, std::function<void(Result<pro
     enqueue([this, dataset = std::move(dataset), done = std::move(done)] { done(describeKnown(dataset)); });
 }
 
-Result<proto::Description> DatasetService::describeKnown(const std::string& dataset) const {
+Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& name) {
+    return entryOf(name);
+}
+
+Result<storage::Catalogue::Entry> DatasetService::entryOf(const std::string& dataset) const {
     const auto all = known();
     const auto found = all->entries.find(withoutSuffix(dataset));
     if (found == all->entries.end()) return unknownDataset(dataset);
-    const auto& entry = found->second;
+    return found->second;
+}
+
+Result<proto::Description> DatasetService::describeKnown(const std::string& dataset) const {
+    const auto entry = entryOf(dataset);
+    MOTE_RETURN_IF_ERROR(entry);
     proto::Description description;
-    description.set_dataset(entry.name);
-    *description.mutable_manifest() = *entry.manifest;
-    auto replot = replotOf(entry.manifest->request(), entry.directory.parent_path(), catalogue_.roots());
+    description.set_dataset(entry->name);
+    *description.mutable_manifest() = *entry->manifest;
+    auto replot = replotOf(entry->manifest->request(), entry->directory.parent_path(), catalogue_.roots());
     if (replot) *description.mutable_replot() = *std::move(replot);
     return description;
 }
 
-Result<DatasetPlace> DatasetService::place(const std::string& dataset) {
-    const auto all = known();
-    const auto found = all->entries.find(withoutSuffix(dataset));
-    if (found == all->entries.end()) return unknownDataset(dataset);
-    return DatasetPlace{found->second.directory, found->second.manifest};
-}
-
 Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
                                                                           std::uint32_t index) {
-    const auto all = known();
-    const auto found = all->entries.find(withoutSuffix(dataset));
-    if (found == all->entries.end()) return unknownDataset(dataset);
-    auto step = steps_.step(found->second, index);
-    if (!step.ok()) return step.error();
+    const auto entry = entryOf(dataset);
+    MOTE_RETURN_IF_ERROR(entry);
+    auto step = steps_.step(*entry, index);
+    MOTE_RETURN_IF_ERROR(step);
     return std::shared_ptr<const storage::ParticleStep>(*std::move(step));
-}
-
-Result<std::shared_ptr<const render::StippleSurface>> DatasetService::surface(const std::string& dataset) {
-    const auto all = known();
-    const auto found = all->entries.find(withoutSuffix(dataset));
-    if (found == all->entries.end()) return unknownDataset(dataset);
-    return stipples_.surface(found->second);
-}
-
-Result<std::shared_ptr<const render::GridField>> DatasetService::hybrid(const std::string& dataset,
-                                                                        std::uint32_t index,
-                                                                        HybridRepresentation representation) {
-    const auto all = known();
-    const auto found = all->entries.find(withoutSuffix(dataset));
-    if (found == all->entries.end()) return unknownDataset(dataset);
-    return hybrids_.step(found->second, index, representation);
-}
-
-Result<std::shared_ptr<const render::GridField>> DatasetService::hybridVolume(const std::string& dataset,
-                                                                              std::uint32_t index,
-                                                                              bool moving) {
-    const auto all = known();
-    const auto found = all->entries.find(withoutSuffix(dataset));
-    if (found == all->entries.end()) return unknownDataset(dataset);
-    if (!moving && hybrids_.played(found->second)) return std::shared_ptr<const render::GridField>();
-    return hybrids_.volume(found->second, index);
 }
 
 bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {

@@ -2,7 +2,7 @@
 //
 // DatasetService: the datasets that the server offers. It owns the catalogue and looks at the disk on a
 // thread of its own, so that a slow file system delays nobody who does not ask for it; what it last saw can
-// be asked for from any thread at once. Opened steps are kept for the renderer within a bound of memory.
+// be asked for from any thread at once. What the renderer needs of them is kept within a bound of memory.
 #pragma once
 
 #include <atomic>
@@ -19,10 +19,9 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/data/hybrid_cache.h"
+#include "server/data/residency.h"
 #include "server/data/step_cache.h"
 #include "server/data/step_source.h"
-#include "server/data/stipple_cache.h"
 #include "storage/catalogue.h"
 
 namespace mote::server {
@@ -30,8 +29,8 @@ namespace mote::server {
 class DatasetService final : public StepSource {
   public:
     /// `changed` is called on the service's thread when the datasets are not the same as before.
-    /// Steps take `memory` bytes; `arrived` is called on other threads when nothing more will come of what
-    /// want() asked for, and must be quick.
+    /// Data take `memory` bytes; `arrived` is called on other threads when nothing more will come of what
+    /// want() or resident() asked for, and must be quick.
     DatasetService(storage::Roots roots, std::function<void()> changed, std::uint64_t memory,
                    std::function<void()> arrived);
     /// Waits for what the thread does.
@@ -54,14 +53,11 @@ class DatasetService final : public StepSource {
     /// Calls `done` on the service's thread. Errors: notFound.
     void describe(std::string dataset, std::function<void(Result<proto::Description>)> done);
 
-    Result<DatasetPlace> place(const std::string& dataset) override;
+    Result<storage::Catalogue::Entry> dataset(const std::string& name) override;
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                               std::uint32_t index) override;
-    Result<std::shared_ptr<const render::StippleSurface>> surface(const std::string& dataset) override;
-    Result<std::shared_ptr<const render::GridField>> hybrid(const std::string& dataset, std::uint32_t index,
-                                                            HybridRepresentation representation) override;
-    Result<std::shared_ptr<const render::GridField>> hybridVolume(const std::string& dataset,
-                                                                  std::uint32_t index, bool moving) override;
+    Result<Resident> resident(const AnyLoadable& what) override { return residency_.get(what); }
+    bool played(const storage::Catalogue::Entry& dataset) override { return residency_.played(dataset); }
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
     void beginPicture() override { budget_->beginTurn(); }
 
@@ -77,6 +73,7 @@ class DatasetService final : public StepSource {
     void report();
     void enqueue(std::function<void()> work);
     std::shared_ptr<const Known> known() const;
+    Result<storage::Catalogue::Entry> entryOf(const std::string& dataset) const;
     Result<proto::Description> describeKnown(const std::string& dataset) const;
 
     // Of the thread.
@@ -96,8 +93,7 @@ class DatasetService final : public StepSource {
     // Of the thread that renders.
     const std::shared_ptr<storage::BlockBudget> budget_;
     StepCache steps_;
-    StippleCache stipples_;
-    HybridCache hybrids_;
+    Residency residency_;
     std::thread thread_;
 };
 

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/most_recent.h"
 #include "server/data/play_order.h"
 
 namespace mote::server {
@@ -31,15 +32,17 @@ class PlayedSeries {
 
     /// `steps` of the dataset, at least one.
     Series& of(const Manifest& manifest, int steps) {
+        return mostRecent(
+            all_, kept, [&](const Series& one) { return one.manifest == manifest; },
+            [&] {
+                return Series{manifest, PlayOrder(static_cast<std::uint32_t>(steps))};
+            });
+    }
+    /// Null where none of its steps were asked for of late.
+    const Series* find(const Manifest& manifest) const {
         const auto found = std::find_if(all_.begin(), all_.end(),
                                         [&](const Series& one) { return one.manifest == manifest; });
-        if (found != all_.end()) {
-            all_.splice(all_.begin(), all_, found);
-        } else {
-            all_.push_front({manifest, PlayOrder(static_cast<std::uint32_t>(steps))});
-            if (all_.size() > kept) all_.pop_back();
-        }
-        return all_.front();
+        return found == all_.end() ? nullptr : &*found;
     }
 
   private:

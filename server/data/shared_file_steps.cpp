@@ -6,22 +6,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocol/scene/most_recent.h"
+#include "server/data/step_cache.h"
 #include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/manifest.h"
 #include "storage/particles/mapped_step.h"
-#include "storage/storage_error.h"
 
-namespace mote::render {
+namespace mote::server {
 namespace {
-
-bool intact(const storage::ParticleStep& step) {
-    try {
-        step.check();
-        return true;
-    } catch (const storage::StorageError&) {
-        return false;
-    }
-}
 
 Error replaced(const std::filesystem::path& file) {
     return {ErrorCode::corrupt, file.string(),
@@ -33,18 +25,18 @@ Error replaced(const std::filesystem::path& file) {
 SharedFileSteps::SharedFileSteps(storage::Roots roots, std::uint64_t memory)
     : roots_(std::move(roots)), budget_(std::make_shared<storage::BlockBudget>(memory)) {}
 
-Result<RankSteps::Name> SharedFileSteps::nameOf(const storage::ParticleStep& step) {
+Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const storage::ParticleStep& step) {
     const auto* const mapped = dynamic_cast<const storage::MappedStep*>(&step);
     if (mapped == nullptr)
         return Error{ErrorCode::unsupported, "", "a step that lies in no file is not shared"};
     return nameOf(mapped->origin());
 }
 
-Result<RankSteps::Name> SharedFileSteps::nameOf(const GridField& step) {
-    return nameOf(step.origin);
+Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const render::GridField& field) {
+    return nameOf(field.origin);
 }
 
-Result<RankSteps::Name> SharedFileSteps::nameOf(const storage::StepOrigin& origin) const {
+Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const storage::StepOrigin& origin) const {
     auto file = roots_.nameOf(origin.file);
     if (file) return Name{*std::move(file), origin.digest};
     return Error{ErrorCode::unsupported, origin.file.string(),
@@ -52,17 +44,11 @@ Result<RankSteps::Name> SharedFileSteps::nameOf(const storage::StepOrigin& origi
 }
 
 Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::open(const Name& name) {
-    const auto found =
-        std::find_if(open_.begin(), open_.end(), [&](const OpenStep& one) { return one.name == name; });
-    if (found != open_.end() && intact(*found->step)) {
-        open_.splice(open_.begin(), open_, found);
-        return found->step;
-    }
-    if (found != open_.end()) open_.erase(found);
+    const auto* const known = mostRecent(open_, [&](const OpenStep& one) { return one.name == name; });
+    if (known != nullptr && intact(*known->step)) return known->step;
+    if (known != nullptr) open_.pop_front();
     auto opened = openFile(name);
-    if (!opened.ok()) return opened;
-    open_.push_front({name, *opened});
-    if (open_.size() > mostOpen) open_.pop_back();
+    if (opened.ok()) keepMostRecent(open_, mostOpen, OpenStep{name, *opened});
     return opened;
 }
 
@@ -81,13 +67,9 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(c
                                        budget_);
 }
 
-Result<std::shared_ptr<const GridField>> SharedFileSteps::openGrid(const Name& name) {
-    const auto found =
-        std::find_if(grids_.begin(), grids_.end(), [&](const OpenGrid& one) { return one.name == name; });
-    if (found != grids_.end()) {
-        grids_.splice(grids_.begin(), grids_, found);
-        return found->step;
-    }
+Result<std::shared_ptr<const render::GridField>> SharedFileSteps::openGrid(const Name& name) {
+    const auto* const known = mostRecent(grids_, [&](const OpenGrid& one) { return one.name == name; });
+    if (known != nullptr) return known->step;
     auto loaded = loadFile(name);
     if (!loaded.ok()) return loaded;
     MOTE_RETURN_IF_ERROR(makeRoom((*loaded)->bytes()));
@@ -95,7 +77,7 @@ Result<std::shared_ptr<const GridField>> SharedFileSteps::openGrid(const Name& n
     return loaded;
 }
 
-Result<std::shared_ptr<const GridField>> SharedFileSteps::loadFile(const Name& name) {
+Result<std::shared_ptr<const render::GridField>> SharedFileSteps::loadFile(const Name& name) {
     const auto file = roots_.resolveExisting(name.file);
     if (!file.ok()) return file.error();
     const auto manifest = storage::readManifest(file->parent_path());
@@ -103,11 +85,11 @@ Result<std::shared_ptr<const GridField>> SharedFileSteps::loadFile(const Name& n
     const auto& steps = manifest->hybrid().steps();
     const auto at = std::find_if(steps.begin(), steps.end(),
                                  [&](const auto& step) { return step.file() == file->filename().string(); });
-    if (at == steps.end() || hybridDigest(*manifest) != name.digest) return replaced(*file);
+    if (at == steps.end() || render::hybridDigest(*manifest) != name.digest) return replaced(*file);
     const auto index = static_cast<std::uint32_t>(at - steps.begin());
-    const std::uint64_t expected = hybridBytes(manifest->hybrid(), index, name.parts);
+    const std::uint64_t expected = render::hybridBytes(manifest->hybrid(), index, name.parts);
     MOTE_RETURN_IF_ERROR(makeRoom(expected));
-    auto loaded = loadHybrid(file->parent_path(), *manifest, index, name.parts);
+    auto loaded = render::loadHybrid(file->parent_path(), *manifest, index, name.parts);
     budget_->giveBack(expected);
     return loaded;
 }
@@ -125,4 +107,4 @@ Status SharedFileSteps::makeRoom(std::uint64_t bytes) {
     return success();
 }
 
-}  // namespace mote::render
+}  // namespace mote::server

@@ -11,17 +11,17 @@
 #include "storage/blocks/block_budget.h"
 #include "storage/roots.h"
 
-namespace mote::render {
+namespace mote::server {
 
-class SharedFileSteps final : public RankSteps {
+class SharedFileSteps final : public render::RankSteps {
   public:
     /// `memory`: bytes of the steps that were opened.
     SharedFileSteps(storage::Roots roots, std::uint64_t memory);
 
     Result<Name> nameOf(const storage::ParticleStep& step) override;
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
-    Result<Name> nameOf(const GridField& field) override;
-    Result<std::shared_ptr<const GridField>> openGrid(const Name& name) override;
+    Result<Name> nameOf(const render::GridField& field) override;
+    Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
     void beginPicture() override { budget_->beginTurn(); }
 
   private:
@@ -33,11 +33,11 @@ class SharedFileSteps final : public RankSteps {
     };
     struct OpenGrid {
         Name name;
-        std::shared_ptr<const GridField> step;
+        std::shared_ptr<const render::GridField> step;
     };
     Result<Name> nameOf(const storage::StepOrigin& origin) const;
     Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
-    Result<std::shared_ptr<const GridField>> loadFile(const Name& name);
+    Result<std::shared_ptr<const render::GridField>> loadFile(const Name& name);
     Status makeRoom(std::uint64_t bytes);
 
     const storage::Roots roots_;
@@ -46,4 +46,4 @@ class SharedFileSteps final : public RankSteps {
     std::list<OpenGrid> grids_;  // likewise
 };
 
-}  // namespace mote::render
+}  // namespace mote::server

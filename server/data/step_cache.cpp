@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocol/scene/most_recent.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
@@ -12,15 +13,6 @@ namespace {
 /// Devices keep their own form of an open step's volume and octree: all that are open take no more of these
 /// together than this share of the budget.
 constexpr std::uint64_t openShare = 2;
-
-bool intact(const storage::MappedStep& step) {
-    try {
-        step.check();
-        return true;
-    } catch (const storage::StorageError&) {
-        return false;
-    }
-}
 
 bool ready(const storage::MappedStep& step, const storage::StepNeed& need) {
     if (need.octree && !step.octreeReady()) return false;
@@ -45,20 +37,20 @@ storage::StepNeed scaled(storage::StepNeed need, std::uint64_t from, std::uint64
 
 }  // namespace
 
+bool intact(const storage::ParticleStep& step) {
+    try {
+        step.check();
+        return true;
+    } catch (const storage::StorageError&) {
+        return false;
+    }
+}
+
 StepCache::StepCache(std::shared_ptr<storage::BlockBudget> budget, unsigned threads,
                      std::function<void()> arrived)
     : budget_(std::move(budget)),
       loader_(budget_, threads, std::move(arrived)),
-      thread_([this] { prefetch(); }) {}
-
-StepCache::~StepCache() {
-    {
-        const std::lock_guard lock(mutex_);
-        stopping_ = true;
-    }
-    wake_.notify_all();
-    thread_.join();
-}
+      thread_(1, [this] { return openNext(); }) {}
 
 Result<StepCache::Step> StepCache::open(const Place& place) {
     return storage::MappedStep::open(place.directory, *place.manifest, place.index, budget_);
@@ -67,15 +59,12 @@ Result<StepCache::Step> StepCache::open(const Place& place) {
 /// Null where it is not open, or not to be used any more.
 StepCache::Step StepCache::find(const Place& place) {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(steps_.begin(), steps_.end(),
-                                    [&](const OpenStep& opened) { return opened.place == place; });
-    if (found == steps_.end()) return nullptr;
-    if (!intact(*found->step)) {
-        steps_.erase(found);
-        return nullptr;
-    }
-    steps_.splice(steps_.begin(), steps_, found);
-    return found->step;
+    const auto* const found =
+        mostRecent(steps_, [&](const OpenStep& opened) { return opened.place == place; });
+    if (found == nullptr) return nullptr;
+    if (intact(*found->step)) return found->step;
+    steps_.pop_front();
+    return nullptr;
 }
 
 /// Keeps it, unless somebody else opened it meanwhile; returns the one that is kept.
@@ -123,7 +112,7 @@ void StepCache::expectNext(const Place& place) {
         }
         if (expected_.empty()) return;
     }
-    wake_.notify_one();
+    thread_.wake();
 }
 
 bool StepCache::want(const storage::ParticleStep& step, const storage::StepNeed& need) {
@@ -137,8 +126,8 @@ bool StepCache::want(const storage::ParticleStep& step, const storage::StepNeed&
         auto& series = seriesOf(found->place);
         series.need = {need, mapped->pointCount()};
     }
-    if (!ready(*mapped, need)) return loader_.want(mapped, need, storage::StepLoader::Urgency::inUse);
-    loader_.want(mapped, {}, storage::StepLoader::Urgency::inUse);
+    if (!ready(*mapped, need)) return loader_.want(mapped, need, StepLoader::Urgency::inUse);
+    loader_.want(mapped, {}, StepLoader::Urgency::inUse);
     return false;
 }
 
@@ -149,29 +138,24 @@ storage::StepNeed StepCache::needOf(const Place& place, const storage::MappedSte
 }
 
 /// The thread: opens what is expected, and has it loaded as far as the pictures so far needed it.
-void StepCache::prefetch() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        wake_.wait(lock, [this] { return stopping_ || !expected_.empty(); });
-        if (stopping_) return;
-        const Place place = expected_.front();
+bool StepCache::openNext() {
+    Place place;
+    {
+        const std::lock_guard lock(mutex_);
+        if (expected_.empty()) return false;
+        place = expected_.front();
         expected_.erase(expected_.begin());
-        const auto at = std::find_if(steps_.begin(), steps_.end(),
-                                     [&](const OpenStep& opened) { return opened.place == place; });
-        Step step = at == steps_.end() ? nullptr : at->step;
-        lock.unlock();
-        if (!step) {
-            // What is wrong with it will be said when it is asked for.
-            auto opened = open(place);
-            if (opened.ok()) step = insert(place, *std::move(opened));
-        }
-        if (step) {
-            const auto need = needOf(place, *step);
-            if (!ready(*step, need)) loader_.want(step, need, storage::StepLoader::Urgency::expected);
-        }
-        step.reset();
-        lock.lock();
     }
+    Step step = find(place);
+    if (!step) {
+        // What is wrong with it will be said when it is asked for.
+        auto opened = open(place);
+        if (!opened.ok()) return true;
+        step = insert(place, *std::move(opened));
+    }
+    const auto need = needOf(place, *step);
+    if (!ready(*step, need)) loader_.want(step, need, StepLoader::Urgency::expected);
+    return true;
 }
 
 std::size_t StepCache::openSteps() const {

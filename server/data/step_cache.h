@@ -5,14 +5,11 @@
 // step() and want() are for the one thread that renders.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <list>
-#include <map>
 #include <memory>
 #include <mutex>
-#include <thread>
 #include <vector>
 
 #include "protocol/scene/error.h"
@@ -22,6 +19,9 @@
 
 namespace mote::server {
 
+/// Whether it may be used any more: its file is what it was.
+bool intact(const storage::ParticleStep& step);
+
 class StepCache {
   public:
     static constexpr std::size_t mostSteps = 64;  ///< open at once; each takes a file descriptor
@@ -30,9 +30,6 @@ class StepCache {
 
     /// `arrived` as StepLoader's.
     StepCache(std::shared_ptr<storage::BlockBudget> budget, unsigned threads, std::function<void()> arrived);
-    ~StepCache();
-    StepCache(const StepCache&) = delete;
-    StepCache& operator=(const StepCache&) = delete;
 
     /// Opens it where it is not open, or is damaged. Errors: as MappedStep::open.
     Result<Step> step(const storage::Catalogue::Entry& entry, std::uint32_t index);
@@ -45,7 +42,7 @@ class StepCache {
     struct Place {
         std::shared_ptr<const proto::Manifest> manifest;
         std::filesystem::path directory;
-        std::uint32_t index;
+        std::uint32_t index = 0;
         bool operator==(const Place&) const = default;
     };
     struct OpenStep {
@@ -63,21 +60,19 @@ class StepCache {
     Step insert(const Place& place, Step step);
     Played::Series& seriesOf(const Place& place);
     void expectNext(const Place& place);
-    void prefetch();
+    bool openNext();
     storage::StepNeed needOf(const Place& place, const storage::MappedStep& step);
 
     const std::shared_ptr<storage::BlockBudget> budget_;
-    storage::StepLoader loader_;
+    StepLoader loader_;
 
     mutable std::mutex mutex_;
-    std::condition_variable wake_;
     // Under the mutex.
     std::list<OpenStep> steps_;  // the latest first
     Played series_;
     std::vector<Place> expected_;  // to be opened ahead
-    bool stopping_ = false;
 
-    std::thread thread_;  // opens what is expected
+    LoadingThreads thread_;  // opens what is expected
 };
 
 }  // namespace mote::server

@@ -3,36 +3,23 @@
 
 #include <algorithm>
 
-#include "storage/give_way.h"
 #include "storage/storage_error.h"
 
-namespace mote::storage {
+namespace mote::server {
 namespace {
 
 constexpr std::size_t readAhead = 8;  // blocks that the disk is asked for before their turn
 
 }  // namespace
 
-StepLoader::StepLoader(std::shared_ptr<BlockBudget> budget, unsigned threads, std::function<void()> arrived)
-    : budget_(std::move(budget)), arrived_(std::move(arrived)) {
-    for (unsigned i = 0; i < std::max(1U, threads); ++i) {
-        threads_.emplace_back([this] {
-            giveWay();
-            run();
-        });
-    }
-}
+StepLoader::StepLoader(std::shared_ptr<storage::BlockBudget> budget, unsigned threads,
+                       std::function<void()> arrived)
+    : budget_(std::move(budget)),
+      arrived_(std::move(arrived)),
+      threads_(threads, [this] { return loadOne(); }) {}
 
-StepLoader::~StepLoader() {
-    {
-        const std::lock_guard lock(mutex_);
-        stopping_ = true;
-    }
-    wake_.notify_all();
-    for (auto& thread : threads_) thread.join();
-}
-
-bool StepLoader::want(const std::shared_ptr<const MappedStep>& step, const StepNeed& need, Urgency urgency) {
+bool StepLoader::want(const std::shared_ptr<const storage::MappedStep>& step, const storage::StepNeed& need,
+                      Urgency urgency) {
     auto task = std::make_shared<Task>(Task{.step = step,
                                             .key = step.get(),
                                             .ahead = step->aheadOf(need),
@@ -52,12 +39,12 @@ bool StepLoader::want(const std::shared_ptr<const MappedStep>& step, const StepN
                                         [&](const auto& other) { return other->urgency >= urgency; });
         tasks_.insert(place, std::move(task));
     }
-    wake_.notify_all();
+    threads_.wake();
     return true;
 }
 
 /// Under the mutex. A new step may stand at the address of one that is gone: both go.
-void StepLoader::forget(const MappedStep* step) {
+void StepLoader::forget(const storage::MappedStep* step) {
     const auto outdated = [&](const auto& other) { return other->key == step || other->step.expired(); };
     tasks_.remove_if(outdated);
     beyond_.remove_if(outdated);
@@ -92,19 +79,15 @@ StepLoader::Piece StepLoader::next() {
     return {};
 }
 
-void StepLoader::run() {
-    std::unique_lock lock(mutex_);
-    while (!stopping_) {
-        auto piece = next();
-        if (!piece.task) {
-            wake_.wait(lock);
-            continue;
-        }
-        lock.unlock();
-        if (finished(piece, serve(piece))) arrived_();
-        piece = {};  // it may be the last to hold the step, whose end takes a while
-        lock.lock();
+bool StepLoader::loadOne() {
+    Piece piece;  // it may be the last to hold the step, whose end takes a while: not under the mutex
+    {
+        const std::lock_guard lock(mutex_);
+        piece = next();
     }
+    if (!piece.task) return false;
+    if (finished(piece, serve(piece))) arrived_();
+    return true;
 }
 
 StepLoader::Served StepLoader::serve(const Piece& piece) const {
@@ -117,7 +100,7 @@ StepLoader::Served StepLoader::serve(const Piece& piece) const {
         const std::size_t later = ahead.first + readAhead;
         if (later < ahead.last && ahead.array->usedIn(later) == 0) ahead.array->expect(later);
         return ahead.array->bring(ahead.first, piece.task->turn) ? Served::yes : Served::noRoom;
-    } catch (const StorageError& error) {
+    } catch (const storage::StorageError& error) {
         piece.step->fail(error.error());
         return Served::failed;
     }
@@ -138,4 +121,4 @@ bool StepLoader::finished(const Piece& piece, Served served) {
     return true;
 }
 
-}  // namespace mote::storage
+}  // namespace mote::server

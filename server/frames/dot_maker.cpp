@@ -1,54 +1,70 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/frames/dot_maker.h"
 
-#include <algorithm>
-#include <optional>
+#include <fmt/format.h>
 
-#include "server/frames/layer_place.h"
-#include "server/render/layers/hybrid/hybrid_load.h"
+#include <algorithm>
+
+#include "protocol/scene/most_recent.h"
+#include "server/render/layers/stipple/surface_dots.h"
+#include "server/render/layers/stipple/tone.h"
 
 namespace mote::server {
+namespace {
+
+constexpr std::size_t mostDrawn = 2;
+constexpr double mostDots = 1 << 24;  ///< of one layer; half a GiB while they are made
+
+}  // namespace
 
 bool DotHistory::settled() const {
     return std::all_of(layers.begin(), layers.end(),
                        [](const Layer& layer) { return layer.points.settled(); });
 }
 
-Status fitLayers(View& view, StepSource& source) {
-    if (!view.cameraFitted) return success();
-    std::optional<Bounds> all;
-    for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        Bounds bounds = plotBounds;
-        if (const auto* const style = view.layers[i].stipple()) {
-            if (!style->image.empty() || style->sourceLayers) continue;  // lies on the screen
-            const auto surface = source.surface(view.layers[i].dataset);
-            if (!surface.ok()) return inLayer(i, surface.error());
-            bounds = (*surface)->bounds();
-        }
-        if (view.layers[i].hybrid() != nullptr) {
-            const auto place = source.place(view.layers[i].dataset);
-            if (!place.ok()) return inLayer(i, place.error());
-            if (place->manifest->kind() != "hybrid") continue;  // said when it is drawn
-            bounds = render::hybridBounds(place->manifest->hybrid());
-        }
-        bounds = bounds.transformed(view.layers[i].transform);
-        all = all ? all->united(bounds) : bounds;
-    }
-    if (all) view.camera = fitCamera(*all, view.aspect());
-    return success();
-}
-
-Result<render::Dots> surfaceDots(const View& view, const Layer& layer, StepSource& source, bool onTheWay,
-                                 DotHistory::Layer& history) {
-    const auto surface = source.surface(layer.dataset);
-    if (!surface.ok()) return surface.error();
+render::Dots surfaceDots(const View& view, const Layer& layer,
+                         const std::shared_ptr<const render::StippleSurface>& surface, bool onTheWay,
+                         DotHistory::Layer& history) {
     const StippleStyle& style = *layer.stipple();
-    if (history.surface != *surface || !style.soft) history = {*surface, {}};
-    const render::SurfaceDots dots(**surface, style, view, layer.transform);
+    if (history.surface.lock() != surface || !style.soft) history = {surface, {}};
+    const render::SurfaceDots dots(*surface, style, view, layer.transform);
     auto seen = dots.seen(dots.chosen());
     if (!style.soft) return dots.onScreen(seen);
-    return dots.onScreen(onTheWay ? history.points.step(**surface, dots, std::move(seen))
+    return dots.onScreen(onTheWay ? history.points.step(*surface, dots, std::move(seen))
                                   : history.points.settle(std::move(seen)));
+}
+
+std::shared_ptr<const render::Dots> DrawnPhotographs::dots(const Tiles& tiles, const Image& image,
+                                                           const View& view, const StippleStyle& style,
+                                                           const render::PhotographEffort& effort) {
+    const auto same = [&](const Drawn& drawn) {
+        return drawn.tiles.lock() == tiles && drawn.image.lock() == image && drawn.width == view.width &&
+               drawn.height == view.height && drawn.style == style && drawn.effort == effort;
+    };
+    const auto draw = [&] {
+        auto dots = render::photographDots(*tiles, *image, view.width, view.height, style, effort);
+        return Drawn{tiles,
+                     image,
+                     view.width,
+                     view.height,
+                     style,
+                     effort,
+                     std::make_shared<const render::Dots>(std::move(dots))};
+    };
+    return mostRecent(drawn_, mostDrawn, same, draw).dots;
+}
+
+Status checkDots(const View& view, const StippleStyle& style) {
+    const double dots = render::densityOfSpacing(style.spacing) * view.width * view.height;
+    if (dots <= mostDots) return success();
+    return Error{ErrorCode::resourceExhausted, "stipple.spacingPixels",
+                 fmt::format("asks for up to {:.0f} dots; a picture may have {:.0f}", dots, mostDots)};
+}
+
+void addDots(render::Scene& scene, const render::Dots& dots) {
+    auto all = scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
+    all->insert(all->end(), dots.begin(), dots.end());
+    scene.dots = std::move(all);
 }
 
 }  // namespace mote::server

@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The dots of stipple layers on surfaces, and what is remembered of them from picture to picture. Used by the
-// thread that renders.
+// The dots of stipple layers, and what is remembered of them from picture to picture: which is told apart by
+// its data, but keeps none of them in memory. Used by the thread that renders.
 #pragma once
 
+#include <cstdint>
+#include <list>
 #include <memory>
 #include <vector>
 
 #include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
-#include "server/data/step_source.h"
+#include "server/render/layers/scene.h"
+#include "server/render/layers/stipple/photograph_dots.h"
 #include "server/render/layers/stipple/soft_points.h"
-#include "server/render/plan/dot.h"
 
 namespace mote::server {
 
 /// Of one session: where soft dots are on their way.
 struct DotHistory {
     struct Layer {
-        std::shared_ptr<const render::StippleSurface> surface = {};
+        std::weak_ptr<const render::StippleSurface> surface = {};
         render::SoftPoints points = {};
     };
     std::vector<Layer> layers = {};  ///< as those of the latest view
@@ -27,13 +29,39 @@ struct DotHistory {
     bool settled() const;
 };
 
-/// Fits the camera of a view that came without one to the plots and surfaces of its layers. Errors: as
-/// StepSource::surface, with the layer's place.
-Status fitLayers(View& view, StepSource& source);
-
 /// The dots of a layer on a surface, in a view; `history`: the layer's own. `onTheWay`: soft dots go one
-/// step; otherwise all are where they belong. Errors: as StepSource::surface.
-Result<render::Dots> surfaceDots(const View& view, const Layer& layer, StepSource& source, bool onTheWay,
-                                 DotHistory::Layer& history);
+/// step; otherwise all are where they belong.
+render::Dots surfaceDots(const View& view, const Layer& layer,
+                         const std::shared_ptr<const render::StippleSurface>& surface, bool onTheWay,
+                         DotHistory::Layer& history);
+
+/// The dots of the latest photographs, so that a view in which they stay as they are does not make them
+/// again.
+class DrawnPhotographs {
+  public:
+    using Tiles = std::shared_ptr<const render::PlaneTiles>;
+    using Image = std::shared_ptr<const render::PixelMap>;
+
+    std::shared_ptr<const render::Dots> dots(const Tiles& tiles, const Image& image, const View& view,
+                                             const StippleStyle& style,
+                                             const render::PhotographEffort& effort);
+
+  private:
+    struct Drawn {
+        std::weak_ptr<const render::PlaneTiles> tiles;
+        std::weak_ptr<const render::PixelMap> image;
+        std::uint32_t width, height;
+        StippleStyle style;
+        render::PhotographEffort effort;
+        std::shared_ptr<const render::Dots> dots;
+    };
+    std::list<Drawn> drawn_;  // the latest first
+};
+
+/// Whether a view may ask for so many dots on the plane. Errors: resourceExhausted.
+Status checkDots(const View& view, const StippleStyle& style);
+
+/// Puts dots behind those that are in a scene.
+void addDots(render::Scene& scene, const render::Dots& dots);
 
 }  // namespace mote::server

@@ -7,7 +7,8 @@
 #include <new>
 #include <utility>
 
-#include "server/frames/layer_place.h"
+#include "server/frames/layer_kinds.h"
+#include "server/frames/scene_maker.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
 
@@ -47,18 +48,6 @@ ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
     if (scene.steps == history.steps && hybridsOf(scene) == history.hybrids)
         load.points = std::max(history.exactPoints, 0.01 * load.points);
     return load;
-}
-
-/// Dots of a moving view are placed and weighed; at rest they are made to fit.
-render::PhotographEffort effortOf(Stage stage) {
-    return stage == Stage::exact ? render::finePhotograph : render::quickPhotograph;
-}
-
-/// Beside those that are there.
-void addDots(render::Scene& scene, const render::Dots& dots) {
-    auto all = scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
-    all->insert(all->end(), dots.begin(), dots.end());
-    scene.dots = std::move(all);
 }
 
 Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controller) {
@@ -105,7 +94,6 @@ Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& 
 PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs)
     : factory_(std::move(factory)),
       steps_(steps),
-      photographs_(steps),
       device_(factory_()),
       name_(device_->name()),
       costs_(costs ? *costs : device_->costs()) {}
@@ -121,7 +109,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         history.quality.startFrom(costs_);
         steps_.beginPicture();
         Making made;
-        const auto scene = makeScene(job, history, made);
+        const auto scene = sceneOf(job, history, made);
         if (!scene.ok()) return scene.error();
         if (*scene) made = draw(job, **scene, begun, history);
         failures_ = 0;
@@ -147,121 +135,72 @@ void PictureMaker::deviceFailed() {
     device_.reset();
 }
 
-/// A view in motion is drawn from the volume alone where the rest is not there.
-Status PictureMaker::addHybrid(render::Scene& scene, const Layer& layer, const RenderJob& job, Making& why) {
-    auto step = steps_.hybrid(layer.dataset, layer.step, layer.hybrid()->representation);
-    if (step.ok() && !*step && job.stage != Stage::exact)
-        step = steps_.hybridVolume(layer.dataset, layer.step, job.task->moving);
-    if (!step.ok()) return step.error();
-    why.waits = why.waits || !*step;
-    scene.hybrids.back() = *std::move(step);
-    return success();
-}
-
-/// Adds what a layer draws: a step, or dots; nothing of one that stipples what others drew, nor where `why`
-/// says that the picture waits.
-Status PictureMaker::addLayer(render::Scene& scene, const Layer& layer, const RenderJob& job,
-                              DotHistory::Layer& history, Making& why) {
-    scene.steps.emplace_back();
-    scene.hybrids.emplace_back();
-    if (layer.hybrid() != nullptr) {
-        history = {};
-        return addHybrid(scene, layer, job, why);
-    }
-    const auto* const style = layer.stipple();
-    if (style != nullptr && style->onPlane()) {
-        history = {};
-        if (style->image.empty()) return success();
-        const auto dots = photographs_.dots(scene.view, layer, effortOf(job.stage));
-        if (!dots.ok()) return dots.error();
-        addDots(scene, **dots);
-        return success();
-    }
-    if (style != nullptr) {
-        const auto dots = surfaceDots(scene.view, layer, steps_, job.stage == Stage::quick, history);
-        if (!dots.ok()) return dots.error();
-        addDots(scene, *dots);
-        return success();
-    }
-    history = {};
-    auto step = steps_.step(layer.dataset, layer.step);
-    if (!step.ok()) return step.error();
-    scene.steps.back() = *std::move(step);
-    ParticlesStyle& points = *scene.view.layers[scene.steps.size() - 1].particles();
-    if (points.opacityByPlot) points.pointOpacity = defaultPointOpacity(scene.steps.back()->pointCount());
-    return success();
-}
-
-/// Not complete where `why` says that the picture waits.
-Result<render::Scene> PictureMaker::sceneOf(const View& view, const RenderJob& job, DotHistory& history,
-                                            Making& why) {
-    render::Scene scene{view, {}};
-    history.layers.resize(view.layers.size());
-    for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        const auto added = addLayer(scene, view.layers[i], job, history.layers[i], why);
-        if (!added.ok()) return inLayer(i, added.error());
-    }
+/// Nothing where `why` says that the picture waits; here and below.
+Result<std::optional<render::Scene>> PictureMaker::sceneOf(const View& view, const RenderJob& job,
+                                                           DotHistory& history, Making& why) {
+    auto scene = makeScene(view, job, steps_, photographs_, history);
+    if (scene.ok() && !*scene) why.waits = true;
     return scene;
 }
 
-/// Draws a scene, and makes dots in its tones (figure 10 of the dissertation). Null where there is no picture
-/// of it: `why` says so.
-Result<std::shared_ptr<const render::Dots>> PictureMaker::stippled(const render::Scene& scene,
-                                                                   const Layer& layer, const RenderJob& job,
-                                                                   PictureHistory& history, Making& why) {
-    const std::shared_ptr<const render::Dots> none;
-    MOTE_RETURN_IF_ERROR(PhotographCache::checkDots(scene.view, *layer.stipple()));
-    const auto tiles = photographs_.tiles(layer.dataset);
+/// Draws a scene, and makes dots in its tones (figure 10 of the dissertation). Nothing, too, where the
+/// drawing was stopped.
+Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& scene, const Layer& layer,
+                                                           const RenderJob& job, PictureHistory& history,
+                                                           Making& why) {
+    const std::optional<render::Dots> none;
+    MOTE_RETURN_IF_ERROR(checkDots(scene.view, *layer.stipple()));
+    const auto tiles = planeOf(layer, steps_);
     if (!tiles.ok()) return tiles.error();
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
     const auto plan = planFor(job.stage, scene, quality);
-    why.waits = !plan;
-    if (!plan) return none;
+    why.waits = !plan || !*tiles;
+    if (why.waits) return none;
     const auto begun = Clock::now();
     const auto picture = device_->render(*plan, render::PixelFormat::srgb8, job.stop);
     check(scene);
     want(*plan);
     if (!picture) return none;
     learn(history, scene, *picture, quality, shareOf(*plan, quality), milliseconds(Clock::now() - begun));
-    return std::make_shared<const render::Dots>(
-        render::photographDots(**tiles, render::luminanceOf(*picture), scene.view.width, scene.view.height,
-                               *layer.stipple(), effortOf(job.stage)));
+    return std::optional(render::photographDots(**tiles, render::luminanceOf(*picture), scene.view.width,
+                                                scene.view.height, *layer.stipple(), effortOf(job.stage)));
 }
 
-/// Nothing where `why` says that there will be no picture now.
-Result<std::optional<render::Scene>> PictureMaker::makeScene(const RenderJob& job, PictureHistory& history,
-                                                             Making& why) {
+/// Of a view with a layer that stipples what those before it drew; those behind it lie in front of that.
+Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& view, std::size_t index,
+                                                                   const RenderJob& job,
+                                                                   PictureHistory& history, Making& why) {
+    const auto at = static_cast<std::ptrdiff_t>(index);
+    View before = view;
+    View after = view;
+    before.layers.erase(before.layers.begin() + at, before.layers.end());
+    after.layers.erase(after.layers.begin(), after.layers.begin() + at + 1);
+    const std::optional<render::Scene> none;
+    const auto drawn = sceneOf(before, job, history.dots, why);
+    if (!drawn.ok()) return drawn.error();
+    if (!*drawn) return none;
+    const auto dots = stippled(**drawn, view.layers[index], job, history, why);
+    if (!dots.ok()) return inLayer(index, dots.error());
+    if (!*dots) return none;
+    DotHistory atOnce;  // what lies in front of a drawing does not fade in
+    auto scene = sceneOf(after, job, atOnce, why);
+    if (scene.ok() && *scene) addDots(**scene, **dots);
+    return scene;
+}
+
+Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job, PictureHistory& history,
+                                                           Making& why) {
     View view = job.task->view;
     MOTE_RETURN_IF_ERROR(fitLayers(view, steps_));
     const auto stipples = [](const Layer& layer) { return layer.stipple() && layer.stipple()->sourceLayers; };
     const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
-    if (found == view.layers.end()) {
-        auto scene = sceneOf(view, job, history.dots, why);
-        if (!scene.ok()) return scene.error();
-        if (why.waits) return std::optional<render::Scene>();
-        return std::optional(*std::move(scene));
-    }
+    if (found == view.layers.end()) return sceneOf(view, job, history.dots, why);
     const auto index = static_cast<std::size_t>(found - view.layers.begin());
     if (std::any_of(found + 1, view.layers.end(), stipples)) {
         return inLayer(index, {ErrorCode::unsupported, "stipple.source",
                                "only one layer of a view can stipple what the others drew"});
     }
-    View before = view;
-    View after = view;
-    before.layers.erase(before.layers.begin() + static_cast<std::ptrdiff_t>(index), before.layers.end());
-    after.layers.erase(after.layers.begin(), after.layers.begin() + static_cast<std::ptrdiff_t>(index) + 1);
-    const auto drawn = sceneOf(before, job, history.dots, why);
-    if (!drawn.ok()) return drawn.error();
-    if (why.waits) return std::optional<render::Scene>();
-    const auto dots = stippled(*drawn, *found, job, history, why);
-    if (!dots.ok()) return inLayer(index, dots.error());
-    if (!*dots) return std::optional<render::Scene>();
-    DotHistory atOnce;  // what lies in front of a drawing does not fade in
-    auto scene = sceneOf(after, job, atOnce, why);
-    if (!scene.ok()) return scene.error();
-    if (why.waits) return std::optional<render::Scene>();
-    addDots(*scene, **dots);
-    return std::optional(*std::move(scene));
+    return stippledSceneOf(view, index, job, history, why);
 }
 
 /// Says what the pictures need; whether some of it is on its way.

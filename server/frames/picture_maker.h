@@ -12,7 +12,6 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/data/photograph_cache.h"
 #include "server/data/step_source.h"
 #include "server/frames/dot_maker.h"
 #include "server/frames/quality_controller.h"
@@ -74,20 +73,19 @@ class PictureMaker {
     std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
                                              const render::Quality& quality);
     bool want(const render::FramePlan& plan);
-    Status addHybrid(render::Scene& scene, const Layer& layer, const RenderJob& job, Making& why);
-    Status addLayer(render::Scene& scene, const Layer& layer, const RenderJob& job,
-                    DotHistory::Layer& history, Making& why);
-    Result<std::optional<render::Scene>> makeScene(const RenderJob& job, PictureHistory& history,
-                                                   Making& why);
-    Result<render::Scene> sceneOf(const View& view, const RenderJob& job, DotHistory& history, Making& why);
-    Result<std::shared_ptr<const render::Dots>> stippled(const render::Scene& scene, const Layer& layer,
+    Result<std::optional<render::Scene>> sceneOf(const RenderJob& job, PictureHistory& history, Making& why);
+    Result<std::optional<render::Scene>> sceneOf(const View& view, const RenderJob& job, DotHistory& history,
+                                                 Making& why);
+    Result<std::optional<render::Scene>> stippledSceneOf(const View& view, std::size_t index,
                                                          const RenderJob& job, PictureHistory& history,
                                                          Making& why);
+    Result<std::optional<render::Dots>> stippled(const render::Scene& scene, const Layer& layer,
+                                                 const RenderJob& job, PictureHistory& history, Making& why);
     void deviceFailed();
 
     const DeviceFactory factory_;
     StepSource& steps_;
-    PhotographCache photographs_;
+    DrawnPhotographs photographs_;
     render::SelectionCache selections_;
     std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
     std::string name_;

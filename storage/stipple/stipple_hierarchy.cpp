@@ -87,6 +87,12 @@ Status checkMoves(const StippleHierarchy& h) {
 
 }  // namespace
 
+std::uint64_t StippleHierarchy::bytes() const {
+    const auto of = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+    return of(positions) + of(normals) + of(rank) + of(deathArea) + of(locked) + of(movesBegin) +
+           of(moveNeighbour) + of(movePosition);
+}
+
 Status checkHierarchy(const StippleHierarchy& hierarchy) {
     MOTE_RETURN_IF_ERROR(checkSizes(hierarchy));
     MOTE_RETURN_IF_ERROR(checkFinite("/points/position", hierarchy.positions));

@@ -29,6 +29,7 @@ struct StippleHierarchy {
     std::vector<glm::vec3> movePosition;       ///< [M] where the point then lies; the plane: not wrapped
 
     std::size_t size() const { return positions.size(); }
+    std::uint64_t bytes() const;  ///< that it takes in memory
 };
 
 /// Whether the arrays agree with each other and hold what they must: ranks a permutation, moves in order,

@@ -26,19 +26,28 @@ class SlowSource final : public StepSource {
                                                               std::uint32_t) override {
         return Error{ErrorCode::notFound, "dataset", dataset};
     }
-    Result<std::shared_ptr<const GridField>> hybrid(const std::string&, std::uint32_t,
-                                                    HybridRepresentation) override {
-        return std::shared_ptr<const GridField>(whole);
+    Result<storage::Catalogue::Entry> dataset(const std::string& name) override {
+        return storage::Catalogue::Entry{name, "/nowhere", manifest_};
     }
-    Result<std::shared_ptr<const GridField>> hybridVolume(const std::string&, std::uint32_t,
-                                                          bool moving) override {
-        if (played && !moving) return std::shared_ptr<const GridField>();
-        return std::shared_ptr<const GridField>(volume);
+    Result<Resident> resident(const AnyLoadable& what) override {
+        const bool all = what.part != static_cast<int>(HybridRepresentation::volume);
+        return Resident{all ? whole : volume};
     }
+    bool played(const storage::Catalogue::Entry&) override { return inOrder; }
 
     std::shared_ptr<GridField> volume = smallStep();
     std::shared_ptr<GridField> whole;  ///< null: on its way
-    bool played = false;
+    bool inOrder = false;              ///< steps are played
+
+  private:
+    static std::shared_ptr<const proto::Manifest> manifestWithResidual() {
+        auto manifest = std::make_shared<proto::Manifest>();
+        manifest->set_kind("hybrid");
+        manifest->mutable_hybrid()->set_residual(true);
+        manifest->mutable_hybrid()->add_steps();
+        return manifest;
+    }
+    const std::shared_ptr<const proto::Manifest> manifest_ = manifestWithResidual();
 };
 
 using Drawn = std::vector<std::shared_ptr<const GridField>>;
@@ -94,7 +103,7 @@ TEST_F(HybridWaiting, TheExactPictureWaits) {
 }
 
 TEST_F(HybridWaiting, EachStepThatIsPlayedIsWaitedForUnlessAHandMovesTheView) {
-    source_.played = true;
+    source_.inOrder = true;
     EXPECT_TRUE(make(Stage::quick)->waits);
     EXPECT_THAT(drawn_, testing::IsEmpty());
     EXPECT_TRUE(make(Stage::quick, true)->picture);

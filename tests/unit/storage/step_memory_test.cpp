@@ -58,10 +58,10 @@ class StepMemory : public testing::Test {
         return *opened;
     }
     void startLoader(unsigned threads = 2) {
-        loader_ = std::make_unique<StepLoader>(budget_, threads, arrivals_.notify());
+        loader_ = std::make_unique<server::StepLoader>(budget_, threads, arrivals_.notify());
     }
     void load(const std::shared_ptr<const MappedStep>& step, const StepNeed& need) {
-        EXPECT_TRUE(loader_->want(step, need, StepLoader::Urgency::inUse));
+        EXPECT_TRUE(loader_->want(step, need, server::StepLoader::Urgency::inUse));
         arrivals_.await([&] { return loader_->waiting() == 0; });
     }
     void flipByte(std::uint64_t offset) {
@@ -77,7 +77,7 @@ class StepMemory : public testing::Test {
     const std::filesystem::path dataset_ = folder_ / "tiny.mote";
     std::shared_ptr<BlockBudget> budget_;
     Arrivals arrivals_;
-    std::unique_ptr<StepLoader> loader_;
+    std::unique_ptr<server::StepLoader> loader_;
 };
 
 TEST(BlockBudgetTest, RoomThatWasFoundIsTaken) {
@@ -247,9 +247,9 @@ TEST_F(StepMemory, WhatThePictureUsesIsNotGivenUpForMore) {
     step->positions(0, 1);
     const StepNeed beyond{.points = {{firstBlock, 1000}}};
     load(step, beyond);
-    EXPECT_FALSE(loader_->want(step, beyond, StepLoader::Urgency::inUse));
-    EXPECT_TRUE(loader_->want(step, {.volume = true}, StepLoader::Urgency::inUse));
-    EXPECT_TRUE(loader_->want(step, {}, StepLoader::Urgency::inUse));
+    EXPECT_FALSE(loader_->want(step, beyond, server::StepLoader::Urgency::inUse));
+    EXPECT_TRUE(loader_->want(step, {.volume = true}, server::StepLoader::Urgency::inUse));
+    EXPECT_TRUE(loader_->want(step, {}, server::StepLoader::Urgency::inUse));
     EXPECT_EQ(step->positionsReady(0, points), firstBlock);
     EXPECT_EQ(budget_->resident(), mib);
 }
@@ -261,8 +261,8 @@ TEST_F(StepMemory, TheLatestNeedOfAStepCounts) {
     // No thread has begun: the first needs are replaced before anything is done for them.
     startLoader(1);
     for (int i = 0; i < 10; ++i) {
-        loader_->want(step, {.points = {{0, points}}}, StepLoader::Urgency::expected);
-        loader_->want(step, {}, StepLoader::Urgency::expected);
+        loader_->want(step, {.points = {{0, points}}}, server::StepLoader::Urgency::expected);
+        loader_->want(step, {}, server::StepLoader::Urgency::expected);
     }
     load(other, {.volume = true});
     EXPECT_EQ(loader_->waiting(), 0U);
@@ -274,7 +274,8 @@ TEST_F(StepMemory, AStepThatIsGoneIsNotLoaded) {
     setBudget(100 * mib);
     startLoader(1);
     for (int i = 0; i < 20; ++i) {
-        loader_->want(open(), {.octree = true, .points = {{0, points}}}, StepLoader::Urgency::expected);
+        loader_->want(open(), {.octree = true, .points = {{0, points}}},
+                      server::StepLoader::Urgency::expected);
     }
     const auto step = open();
     load(step, {.volume = true});

@@ -56,7 +56,8 @@ class BrickMaker {
     const GridField& step_;
     GridBricks bricks_;
     glm::mat3 gradientToLayer_;
-    std::array<std::vector<storage::Between>, 3> between_;  // of each sample along an axis, in the coarse grid
+    std::array<std::vector<storage::Between>, 3>
+        between_;  // of each sample along an axis, in the coarse grid
     /// Of each corrected brick, x fastest: the samples that were told. Of points also their normals were.
     std::vector<std::bitset<storage::residualBrickSamples>> told_;
     bool ownNormals_ = false;

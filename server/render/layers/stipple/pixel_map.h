@@ -20,6 +20,10 @@ class PixelMap {
     std::uint32_t height() const { return height_; }  ///< pixels
     std::span<const float> row(std::size_t y) const { return {&values_[y * width_], width_}; }
     float at(std::size_t x, std::size_t y) const { return values_[y * width_ + x]; }
+    /// That it takes in memory.
+    std::uint64_t bytes() const {
+        return values_.capacity() * sizeof(values_[0]) + sums_.capacity() * sizeof(sums_[0]);
+    }
     /// Of all pixels.
     double total() const { return sums_.back(); }
 

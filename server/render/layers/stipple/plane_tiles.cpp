@@ -63,6 +63,11 @@ PlaneTiles::PlaneTiles(std::shared_ptr<const storage::StippleHierarchy> hierarch
     }
 }
 
+std::uint64_t PlaneTiles::bytes() const {
+    return hierarchy_->bytes() + candidates_.capacity() * sizeof(Candidate) +
+           cellBegin_.capacity() * sizeof(cellBegin_[0]);
+}
+
 std::vector<TileDot> PlaneTiles::find(const PixelMap& wanted, const Tiling& tiling,
                                       const TileFrame& frame) const {
     // A strip is a row of cells of a row of tiles: strips in order give the same list on any threads.

@@ -62,6 +62,8 @@ class PlaneTiles {
     explicit PlaneTiles(std::shared_ptr<const storage::StippleHierarchy> hierarchy);
 
     std::size_t size() const { return hierarchy_->size(); }
+    /// That it takes in memory, with its hierarchy.
+    std::uint64_t bytes() const;
 
     /// The dots that the density asks for, not yet placed; also those somewhat outside of the picture, which
     /// is taken to go on as at its edge: they keep the dots within from drifting out.

@@ -24,6 +24,8 @@ class StippleSurface {
     /// Rays start this far off the surface, a twentieth of the mean distance of points: what lies closer
     /// together hides nothing.
     float tolerance() const { return tolerance_; }
+    /// That it takes in memory.
+    std::uint64_t bytes() const { return replay_.bytes() + rays_.bytes(); }
 
     /// Whether the surface hides a place on it from a direction or, where it is `reach` away, a place in that
     /// direction. `normal`: there, unit, on either side.

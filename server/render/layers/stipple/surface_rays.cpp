@@ -4,16 +4,26 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <atomic>
 #include <new>
 
 namespace mote::render {
 
 struct SurfaceRays::Scene {
+    std::atomic<std::int64_t> bytes{0};  // outlives the device, which counts into it
     // One thread builds: pictures of other sessions go on meanwhile.
     RTCDevice device = rtcNewDevice("threads=1");
-    RTCScene scene = device == nullptr ? nullptr : rtcNewScene(device);
+    RTCScene scene = nullptr;
 
-    Scene() = default;
+    Scene() {
+        const auto count = [](void* total, ssize_t more, bool) {
+            *static_cast<std::atomic<std::int64_t>*>(total) += more;
+            return true;
+        };
+        if (device == nullptr) return;
+        rtcSetDeviceMemoryMonitorFunction(device, count, &bytes);
+        scene = rtcNewScene(device);
+    }
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
     ~Scene() {
@@ -51,6 +61,10 @@ SurfaceRays::SurfaceRays(std::span<const glm::vec3> positions,
 SurfaceRays::~SurfaceRays() = default;
 SurfaceRays::SurfaceRays(SurfaceRays&&) noexcept = default;
 SurfaceRays& SurfaceRays::operator=(SurfaceRays&&) noexcept = default;
+
+std::uint64_t SurfaceRays::bytes() const {
+    return static_cast<std::uint64_t>(scene_->bytes.load());
+}
 
 bool SurfaceRays::blocked(const glm::vec3& from, const glm::vec3& direction, float reach) const {
     RTCIntersectContext context;

@@ -24,6 +24,9 @@ class SurfaceRays {
     /// Whether a triangle is met between `from` and `from` + `reach` * `direction`; `reach` may be infinite.
     bool blocked(const glm::vec3& from, const glm::vec3& direction, float reach) const;
 
+    /// That it takes in memory, its tree included, as Embree counts them.
+    std::uint64_t bytes() const;
+
   private:
     struct Scene;
     std::unique_ptr<const Scene> scene_;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Steps of hybrid volumes under the budget: what is loaded when, in which order, and what goes for what.
-#include "server/data/hybrid_cache.h"
 
 #include <gmock/gmock.h>
 
 #include <condition_variable>
 #include <filesystem>
 
+#include "server/data/load_hybrid.h"
+#include "server/data/residency.h"
 #include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/manifest.h"
@@ -23,10 +24,12 @@ using testing::HasSubstr;
 constexpr std::uint64_t mib = std::uint64_t{1} << 20;
 constexpr std::uint32_t steps = 16;
 
+using Step = std::shared_ptr<const render::GridField>;
+
 /// Its one thread waits after each step until the test lets it go on: what was loaded by then is certain.
-class HybridCacheTest : public testing::Test {
+class HybridResidency : public testing::Test {
   protected:
-    HybridCacheTest() {
+    HybridResidency() {
         test::writeSmallHybrid(dataset_, test::smallPoints(5), test::smallManifest(5, 8));
         auto manifest = *storage::readManifest(dataset_);
         // The same step again and again; its files are there once.
@@ -36,14 +39,14 @@ class HybridCacheTest : public testing::Test {
         const auto& hybrid = entry_.manifest->hybrid();
         loading_ = render::hybridBytes(hybrid, 0, residual) + render::hybridLoadingBytes(hybrid, 0, residual);
     }
-    ~HybridCacheTest() override {
+    ~HybridResidency() override {
         letGo(1000);
-        cache_.reset();
+        residency_.reset();
     }
 
     void start(std::uint64_t bytes) {
         budget_ = std::make_shared<storage::BlockBudget>(bytes);
-        cache_ = std::make_unique<HybridCache>(budget_, 1, [this] {
+        residency_ = std::make_unique<Residency>(budget_, 1, [this] {
             std::unique_lock lock(mutex_);
             ++arrived_;
             changed_.notify_all();
@@ -63,12 +66,19 @@ class HybridCacheTest : public testing::Test {
     void awaitRest() {
         letGo(1000);
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [this] { return cache_->stepsUnderWay() == 0; });
+        changed_.wait(lock, [this] { return residency_->underWay() == 0; });
     }
-    HybridCache::Step step(std::uint32_t index, HybridRepresentation representation = residual) {
-        auto found = cache_->step(entry_, index, representation);
+    Step get(const Result<Loadable<render::GridField>>& what) {
+        EXPECT_TRUE(what.ok()) << what.error().toString();
+        const auto found = residency_->get(*what);
         EXPECT_TRUE(found.ok()) << found.error().toString();
-        return found.ok() ? *found : nullptr;
+        return found.ok() ? std::static_pointer_cast<const render::GridField>(found->value) : nullptr;
+    }
+    Step step(std::uint32_t index, HybridRepresentation representation = residual) {
+        return get(hybridStep(entry_, index, representation));
+    }
+    Result<Resident> tried(std::uint32_t index) {
+        return residency_->get(*hybridStep(entry_, index, residual));
     }
     /// What one takes in memory.
     std::uint64_t stepBytes() const {
@@ -84,10 +94,10 @@ class HybridCacheTest : public testing::Test {
     std::condition_variable changed_;
     int arrived_ = 0, mayGo_ = 0;
     std::shared_ptr<storage::BlockBudget> budget_;
-    std::unique_ptr<HybridCache> cache_;
+    std::unique_ptr<Residency> residency_;
 };
 
-TEST_F(HybridCacheTest, NobodyWaitsForAStepThatIsLoaded) {
+TEST_F(HybridResidency, NobodyWaitsForAStepThatIsLoaded) {
     start(100 * mib);
     EXPECT_EQ(step(0), nullptr);
     await(1);
@@ -98,16 +108,24 @@ TEST_F(HybridCacheTest, NobodyWaitsForAStepThatIsLoaded) {
     EXPECT_EQ(budget_->resident(), loaded->bytes());
 }
 
-TEST_F(HybridCacheTest, TheVolumeAloneIsThereAtOnce) {
+TEST_F(HybridResidency, TheVolumeAloneComesFirst) {
     start(100 * mib);
+    step(9);
+    await(1);
     EXPECT_EQ(step(0), nullptr);
-    const auto low = cache_->volume(entry_, 0);
-    ASSERT_TRUE(low.ok()) << low.error().toString();
-    EXPECT_EQ((*low)->bricks, nullptr);
-    EXPECT_NE(step(1, volume), nullptr);
+    EXPECT_EQ(get(hybridVolume(entry_, 0)), nullptr);
+    letGo(1);
+    await(2);
+    const auto low = get(hybridVolume(entry_, 0));
+    ASSERT_NE(low, nullptr);
+    EXPECT_EQ(low->bricks, nullptr);
+    EXPECT_EQ(step(0), nullptr) << "still in line";
+    awaitRest();
+    EXPECT_NE(step(0), nullptr);
+    EXPECT_EQ(get(hybridVolume(entry_, 0)), low);
 }
 
-TEST_F(HybridCacheTest, TheNextStepsOfASeriesAreLoadedInTheOrderInWhichTheyArePlayed) {
+TEST_F(HybridResidency, TheNextStepsOfASeriesAreLoadedInTheOrderInWhichTheyArePlayed) {
     start(100 * mib);
     step(6);
     step(7);  // 6 may be loaded by now, or is still in line: nobody needs it any more
@@ -119,19 +137,19 @@ TEST_F(HybridCacheTest, TheNextStepsOfASeriesAreLoadedInTheOrderInWhichTheyArePl
     }
 }
 
-TEST_F(HybridCacheTest, ASeriesIsPlayedOnceThereIsAnOrder) {
+TEST_F(HybridResidency, ASeriesIsPlayedOnceThereIsAnOrder) {
     start(100 * mib);
     step(4);
-    EXPECT_FALSE(cache_->played(entry_));
+    EXPECT_FALSE(residency_->played(entry_));
     step(5);
-    EXPECT_TRUE(cache_->played(entry_));
+    EXPECT_TRUE(residency_->played(entry_));
     step(12);
-    EXPECT_TRUE(cache_->played(entry_)) << "some were left out";
+    EXPECT_TRUE(residency_->played(entry_)) << "some were left out";
     step(9);
-    EXPECT_FALSE(cache_->played(entry_));
+    EXPECT_FALSE(residency_->played(entry_));
 }
 
-TEST_F(HybridCacheTest, WhatIsExpectedComesOneAfterTheOther) {
+TEST_F(HybridResidency, WhatIsExpectedComesOneAfterTheOther) {
     start(100 * mib);
     step(2);
     await(1);
@@ -140,12 +158,12 @@ TEST_F(HybridCacheTest, WhatIsExpectedComesOneAfterTheOther) {
     await(2);
     letGo(1);
     await(3);  // 4
-    EXPECT_EQ(cache_->loadedSteps(), 3U);
+    EXPECT_EQ(residency_->loaded(), 3U);
     EXPECT_NE(step(4), nullptr);
     EXPECT_EQ(step(5), nullptr);
 }
 
-TEST_F(HybridCacheTest, WhatIsAskedForGoesBeforeWhatIsExpected) {
+TEST_F(HybridResidency, WhatIsAskedForGoesBeforeWhatIsExpected) {
     start(100 * mib);
     step(0);
     await(1);
@@ -156,10 +174,10 @@ TEST_F(HybridCacheTest, WhatIsAskedForGoesBeforeWhatIsExpected) {
     letGo(1);
     await(3);
     EXPECT_NE(step(9), nullptr);
-    EXPECT_EQ(cache_->loadedSteps(), 3U);
+    EXPECT_EQ(residency_->loaded(), 3U);
 }
 
-TEST_F(HybridCacheTest, OfADatasetOnlyTheLatestIsWaitedFor) {
+TEST_F(HybridResidency, OfADatasetOnlyTheLatestIsWaitedFor) {
     start(100 * mib);
     step(0);
     await(1);
@@ -168,42 +186,44 @@ TEST_F(HybridCacheTest, OfADatasetOnlyTheLatestIsWaitedFor) {
     await(2);
     EXPECT_NE(step(6), nullptr);
     awaitRest();
-    EXPECT_EQ(cache_->loadedSteps(), 2U) << "3, 9 and 14 were only passed";
+    EXPECT_EQ(residency_->loaded(), 2U) << "3, 9 and 14 were only passed";
 }
 
-TEST_F(HybridCacheTest, VolumesAndOtherBlocksMakeRoomForEachOther) {
+TEST_F(HybridResidency, VolumesAndOtherBlocksMakeRoomForEachOther) {
     start(loading_);
     step(0);
     await(1);
     ASSERT_NE(step(0), nullptr);
     EXPECT_FALSE(budget_->take(loading_, budget_->turn())) << "the picture under way uses it";
     ASSERT_TRUE(budget_->take(loading_, budget_->beginTurn()));
-    EXPECT_EQ(cache_->loadedSteps(), 0U);
+    EXPECT_EQ(residency_->loaded(), 0U);
     EXPECT_EQ(budget_->resident(), loading_);
     budget_->giveBack(loading_);
     EXPECT_EQ(step(0), nullptr) << "it is loaded anew";
 }
 
-TEST_F(HybridCacheTest, WhatThereIsNoRoomForIsSaid) {
+TEST_F(HybridResidency, WhatThereIsNoRoomForIsSaid) {
     start(loading_ - 1);
     EXPECT_EQ(step(0), nullptr);
+    letGo(1000);
     await(1);
-    const auto refused = cache_->step(entry_, 0, residual);
+    const auto refused = tried(0);
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().code, ErrorCode::resourceExhausted);
     EXPECT_EQ(budget_->resident(), 0U);
 }
 
-TEST_F(HybridCacheTest, AStepThatHadToGoBeforeItWasDrawnComesAtOnce) {
+TEST_F(HybridResidency, AStepThatHadToGoBeforeItWasDrawnComesAtOnce) {
     start(loading_);
     EXPECT_EQ(step(0), nullptr);
+    letGo(1000);
     await(1);
     ASSERT_TRUE(budget_->take(loading_, budget_->beginTurn()));
     budget_->giveBack(loading_);
     EXPECT_NE(step(0), nullptr) << "or two of them could take turns for ever";
 }
 
-TEST_F(HybridCacheTest, WhatIsPlayedStaysForWhatComes) {
+TEST_F(HybridResidency, WhatIsPlayedStaysForWhatComes) {
     const auto bytes = stepBytes();
     start(3 * bytes + loading_ - bytes);  // of three, while the third is loaded
     for (std::uint32_t i = 0; i < 2; ++i) {
@@ -215,11 +235,11 @@ TEST_F(HybridCacheTest, WhatIsPlayedStaysForWhatComes) {
         EXPECT_NE(step(i), nullptr) << i;
         awaitRest();
         EXPECT_LE(budget_->resident(), budget_->limit());
-        EXPECT_LE(cache_->loadedSteps(), 3U);
+        EXPECT_LE(residency_->loaded(), 3U);
     }
 }
 
-TEST_F(HybridCacheTest, WhatIsWrongIsSaidWhenItIsAskedForAndTriedAnew) {
+TEST_F(HybridResidency, WhatIsWrongIsSaidWhenItIsAskedForAndTriedAnew) {
     start(100 * mib);
     step(0);
     await(1);
@@ -227,7 +247,7 @@ TEST_F(HybridCacheTest, WhatIsWrongIsSaidWhenItIsAskedForAndTriedAnew) {
     std::filesystem::rename(residualFile(), kept);
     step(1);
     awaitRest();
-    const auto missing = cache_->step(entry_, 1, residual);
+    const auto missing = tried(1);
     ASSERT_FALSE(missing.ok());
     EXPECT_THAT(missing.error().where, HasSubstr("residual-000000.vdb"));
     std::filesystem::rename(kept, residualFile());
@@ -240,17 +260,16 @@ TEST_F(HybridCacheTest, WhatIsWrongIsSaidWhenItIsAskedForAndTriedAnew) {
     EXPECT_NE(step(1), nullptr);
 }
 
-TEST_F(HybridCacheTest, DatasetsOfOtherKindsAndRepresentationsAreRefused) {
-    start(mib);
+TEST_F(HybridResidency, DatasetsOfOtherKindsAndRepresentationsAreRefused) {
     auto manifest = *entry_.manifest;
     manifest.mutable_hybrid()->set_residual(false);
     const storage::Catalogue::Entry bare{"data/bare", dataset_,
                                          std::make_shared<const proto::Manifest>(manifest)};
-    EXPECT_EQ(cache_->step(bare, 0, residual).error().code, ErrorCode::unsupported);
+    EXPECT_EQ(hybridStep(bare, 0, residual).error().code, ErrorCode::unsupported);
     manifest.set_kind("particles");
     const storage::Catalogue::Entry other{"data/other", dataset_,
                                           std::make_shared<const proto::Manifest>(manifest)};
-    EXPECT_EQ(cache_->step(other, 0, residual).error().code, ErrorCode::invalidArgument);
+    EXPECT_EQ(hybridStep(other, 0, residual).error().code, ErrorCode::invalidArgument);
 }
 
 }  // namespace

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/data/load_stipple.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "storage/image/image_file.h"
+#include "storage/mesh/mesh_file.h"
+#include "storage/stipple/hierarchy_file.h"
+
+namespace mote::server {
+namespace {
+
+using storage::Catalogue;
+
+// Estimates of what is held while something is loaded, in bytes. What is mapped as it is read is the kernel's
+// to take back.
+constexpr std::uint64_t perPoint = 3 * 4 + 3 * 4 + 4 + 4 + 1 + 8;  // of a hierarchy
+constexpr std::uint64_t perMove = 4 + 3 * 4;
+constexpr std::uint64_t perReplayPoint = 3 * 4 + 3 * 4 + 4 + 4 + 4;
+constexpr std::uint64_t perPackedMove = 12;  // a few, in a vector that grows
+constexpr std::uint64_t perTilePoint = 4 * 4;
+constexpr std::uint64_t tileCells = 64 * 64 * 4;
+constexpr std::uint64_t perVertex = 6 * 4, perTriangle = 3 * 4, perEdge = 4 * 4;
+constexpr std::uint64_t perRayVertex = 3 * 4;
+constexpr std::uint64_t perRayTriangle = 256;  // of Embree's tree while it is built
+constexpr std::uint64_t perPixel = 4 + 8;      // its value and its entry in the summed-area table
+/// Of an image in memory; larger ones are averaged down.
+constexpr std::uint64_t mostPixels = std::uint64_t{1} << 23;
+
+Status checkKind(const Catalogue::Entry& entry, std::string_view kind, std::string_view what) {
+    if (entry.manifest->kind() == kind) return success();
+    return Error{ErrorCode::invalidArgument, "dataset",
+                 fmt::format("\"{}\" is of kind \"{}\", not {}", entry.name, entry.manifest->kind(), what)};
+}
+
+Status checkStipple(const Catalogue::Entry& entry) {
+    return checkKind(entry, "stipple", "a stipple hierarchy");
+}
+
+std::uint64_t hierarchyBytes(const proto::StippleManifest& stipple) {
+    return stipple.points() * perPoint + stipple.moves() * perMove;
+}
+
+std::uint64_t surfaceBytes(const proto::Manifest& manifest) {
+    const auto& stipple = manifest.stipple();
+    const auto& mesh = manifest.mesh();
+    const auto replay = stipple.points() * perReplayPoint + stipple.moves() * perPackedMove;
+    const auto rays = mesh.vertices() * (perVertex + perRayVertex) +
+                      mesh.triangles() * (perTriangle + perRayTriangle) + mesh.edges() * perEdge;
+    return replay + std::max(hierarchyBytes(stipple), rays);
+}
+
+/// The hierarchy is gone when the mesh is read.
+Result<render::StippleReplay> readReplay(const Catalogue::Entry& entry) {
+    const auto hierarchy = storage::readHierarchy(entry.directory, *entry.manifest);
+    if (!hierarchy.ok()) return hierarchy.error();
+    return render::StippleReplay(*hierarchy);
+}
+
+Result<Loadable<render::StippleSurface>::Value> readSurface(const Catalogue::Entry& entry) {
+    auto replay = readReplay(entry);
+    if (!replay.ok()) return replay.error();
+    const auto mesh = storage::readMesh(entry.directory, *entry.manifest);
+    if (!mesh.ok()) return mesh.error();
+    return std::make_shared<const render::StippleSurface>(
+        *std::move(replay), render::SurfaceRays(mesh->positions, mesh->triangles),
+        *meshBounds(*entry.manifest), entry.manifest->stipple().area());
+}
+
+Result<Loadable<render::PlaneTiles>::Value> readPlane(const Catalogue::Entry& entry) {
+    auto hierarchy = storage::readHierarchy(entry.directory, *entry.manifest);
+    if (!hierarchy.ok()) return hierarchy.error();
+    return std::make_shared<const render::PlaneTiles>(
+        std::make_shared<const storage::StippleHierarchy>(*std::move(hierarchy)));
+}
+
+Result<Loadable<render::PixelMap>::Value> readLuminance(const Catalogue::Entry& entry) {
+    auto image = storage::readImage(entry.directory, *entry.manifest, mostPixels);
+    if (!image.ok()) return image.error();
+    return std::make_shared<const render::PixelMap>(image->width, image->height, std::move(image->values));
+}
+
+/// What has no steps.
+template <class T>
+Loadable<T> single(const Catalogue::Entry& entry, std::uint64_t bytes,
+                   Result<std::shared_ptr<const T>> (*read)(const Catalogue::Entry&)) {
+    return {entry, [bytes](std::uint32_t) { return bytes; },
+            [entry, read](std::uint32_t, const AnyLoadable::Cancelled&) { return read(entry); }};
+}
+
+}  // namespace
+
+std::optional<Bounds> meshBounds(const proto::Manifest& manifest) {
+    if (!manifest.has_mesh()) return std::nullopt;
+    Bounds bounds{};
+    for (int i = 0; i < 3; ++i) {
+        bounds.min[i] = manifest.mesh().bounds_min(i);
+        bounds.max[i] = manifest.mesh().bounds_max(i);
+    }
+    return bounds;
+}
+
+Result<Loadable<render::StippleSurface>> stippleSurface(const Catalogue::Entry& entry) {
+    MOTE_RETURN_IF_ERROR(checkStipple(entry));
+    if (entry.manifest->stipple().domain() != proto::StippleManifest::SURFACE) {
+        return Error{ErrorCode::unsupported, "dataset",
+                     "its points lie on the plane: they stipple an image, which is not given"};
+    }
+    return single(entry, surfaceBytes(*entry.manifest), readSurface);
+}
+
+Result<Loadable<render::PlaneTiles>> stipplePlane(const Catalogue::Entry& entry) {
+    MOTE_RETURN_IF_ERROR(checkStipple(entry));
+    const auto& stipple = entry.manifest->stipple();
+    if (stipple.domain() != proto::StippleManifest::PLANE) {
+        return Error{ErrorCode::invalidArgument, "dataset",
+                     "a picture is stippled with a hierarchy of the plane, not with one of a surface"};
+    }
+    const auto bytes = hierarchyBytes(stipple) + stipple.points() * perTilePoint + tileCells;
+    return single(entry, bytes, readPlane);
+}
+
+Result<Loadable<render::PixelMap>> imageLuminance(const Catalogue::Entry& entry) {
+    MOTE_RETURN_IF_ERROR(checkKind(entry, "image", "an image"));
+    const auto& image = entry.manifest->image();
+    const auto pixels = std::uint64_t{image.width()} * image.height();
+    const auto kept = std::min(pixels, mostPixels);
+    return single(entry, kept * perPixel + (std::uint64_t{image.width()} + image.height() + 1) * 8,
+                  readLuminance);
+}
+
+}  // namespace mote::server

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// How a layer of each kind becomes part of a scene. A kind is a file (particles_layer.cpp, hybrid_layer.cpp,
+// stipple_layer.cpp) with the overloads for its style; scene_maker.cpp chooses among them, and nobody else
+// asks for a layer's kind. Used by the thread that renders.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "protocol/scene/bounds.h"
+#include "protocol/scene/error.h"
+#include "protocol/scene/view.h"
+#include "server/data/step_source.h"
+#include "server/frames/dot_maker.h"
+#include "server/frames/render_schedule.h"
+#include "server/render/layers/scene.h"
+
+namespace mote::server {
+
+/// A layer, and what its part of the picture is made from. All that it refers to outlives the part.
+struct LayerRequest {
+    const View& view;
+    const Layer& layer;
+    const RenderJob& job;
+    StepSource& data;
+    DrawnPhotographs& photographs;
+};
+
+/// Puts what a layer draws into a scene in which it has the place `index`; from what is remembered of it to
+/// what is remembered for the next picture.
+using LayerPart =
+    std::function<DotHistory::Layer(render::Scene& scene, std::size_t index, DotHistory::Layer before)>;
+
+/// Asks for a layer's data. Empty where they are on their way: the picture waits. Errors: of StepSource;
+/// invalidArgument, unsupported (a dataset of another kind), resourceExhausted.
+Result<LayerPart> partOf(const ParticlesStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
+
+/// What a camera should show of a layer, in layer space. Nothing where it lies on the screen, or has a
+/// dataset of another kind: that is said when it is drawn. Errors: notFound.
+Result<std::optional<Bounds>> boundsOf(const ParticlesStyle& style, const Layer& layer, StepSource& data);
+Result<std::optional<Bounds>> boundsOf(const HybridStyle& style, const Layer& layer, StepSource& data);
+Result<std::optional<Bounds>> boundsOf(const StippleStyle& style, const Layer& layer, StepSource& data);
+
+/// The plane hierarchy of a layer that stipples a picture; null where it is on its way. Errors: as partOf.
+Result<std::shared_ptr<const render::PlaneTiles>> planeOf(const Layer& layer, StepSource& data);
+/// Dots of a moving view are placed and weighed; at rest they are made to fit.
+render::PhotographEffort effortOf(Stage stage);
+
+}  // namespace mote::server

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <utility>
+
+#include "server/frames/layer_kinds.h"
+
+namespace mote::server {
+
+Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
+    auto found = asked.data.step(asked.layer.dataset, asked.layer.step);
+    if (!found.ok()) return found.error();
+    return LayerPart([step = *std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
+        ParticlesStyle& style = *scene.view.layers[index].particles();
+        if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(step->pointCount());
+        scene.steps[index] = step;
+        return DotHistory::Layer();
+    });
+}
+
+Result<std::optional<Bounds>> boundsOf(const ParticlesStyle&, const Layer&, StepSource&) {
+    return std::optional(plotBounds);
+}
+
+}  // namespace mote::server

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/frames/scene_maker.h"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "server/frames/layer_kinds.h"
+
+namespace mote::server {
+
+Status fitLayers(View& view, StepSource& data) {
+    if (!view.cameraFitted) return success();
+    std::optional<Bounds> all;
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const Layer& layer = view.layers[i];
+        const auto found =
+            std::visit([&](const auto& style) { return boundsOf(style, layer, data); }, layer.style);
+        if (!found.ok()) return inLayer(i, found.error());
+        if (!*found) continue;
+        const Bounds bounds = (*found)->transformed(layer.transform);
+        all = all ? all->united(bounds) : bounds;
+    }
+    if (all) view.camera = fitCamera(*all, view.aspect());
+    return success();
+}
+
+Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob& job, StepSource& data,
+                                               DrawnPhotographs& photographs, DotHistory& history) {
+    std::vector<LayerPart> parts;
+    for (const Layer& layer : view.layers) {
+        const LayerRequest asked{view, layer, job, data, photographs};
+        auto part = std::visit([&](const auto& style) { return partOf(style, asked); }, layer.style);
+        if (!part.ok()) return inLayer(parts.size(), part.error());
+        parts.push_back(*std::move(part));
+    }
+    if (std::any_of(parts.begin(), parts.end(), [](const auto& part) { return !part; }))
+        return std::optional<render::Scene>();
+    render::Scene scene{view, {}};
+    scene.steps.resize(parts.size());
+    scene.hybrids.resize(parts.size());
+    history.layers.resize(parts.size());
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        history.layers[i] = parts[i](scene, i, std::move(history.layers[i]));
+    return std::optional(std::move(scene));
+}
+
+}  // namespace mote::server

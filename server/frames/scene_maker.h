@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// From a view to its scene: the data of its layers. Functions of the thread that renders.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "protocol/scene/error.h"
+#include "protocol/scene/view.h"
+#include "server/data/step_source.h"
+#include "server/frames/dot_maker.h"
+#include "server/frames/render_schedule.h"
+#include "server/render/layers/scene.h"
+
+namespace mote::server {
+
+/// Where an error of a layer belongs: a field gets its place in the view, a file keeps its own.
+inline Error inLayer(std::size_t index, const Error& error) {
+    const bool field = error.where.find('/') == std::string::npos;
+    return field ? error.within("layers[" + std::to_string(index) + "]") : error;
+}
+
+/// Fits the camera of a view that came without one to what its layers show. Errors: notFound, with the
+/// layer's place.
+Status fitLayers(View& view, StepSource& data);
+
+/// The scene of a view, with the data of each of its layers; nothing where some are on their way: all that is
+/// missing was asked for. `history` changes with a scene alone. Errors: as partOf (layer_kinds.h), with the
+/// layer's place.
+Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob& job, StepSource& data,
+                                               DrawnPhotographs& photographs, DotHistory& history);
+
+}  // namespace mote::server

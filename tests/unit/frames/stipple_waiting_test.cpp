@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Pictures of stipple layers wait until their data are there, which are read by other threads than the one
+// that makes pictures, and counted.
+#include <gmock/gmock.h>
+
+#include <condition_variable>
+#include <filesystem>
+#include <set>
+#include <thread>
+
+#include "server/data/load_stipple.h"
+#include "server/data/residency.h"
+#include "server/frames/picture_maker.h"
+#include "storage/dataset_writer.h"
+#include "storage/image/image_file.h"
+#include "storage/manifest.h"
+#include "tests/support/ball_surface.h"
+#include "tests/support/temp_dir.h"
+#include "tests/support/view_text.h"
+#include "tests/unit/frames/fake_device.h"
+#include "tests/unit/stipple/small_hierarchy.h"
+
+namespace mote::server {
+namespace {
+
+using testing::Each;
+using testing::HasSubstr;
+using testing::Not;
+
+void writeImage(const std::filesystem::path& output) {
+    const storage::Luminance picture{2, 2, {0.0F, 0.3F, 0.6F, 1.0F}};
+    proto::Manifest manifest;
+    manifest.set_kind("image");
+    manifest.set_format(1);
+    manifest.mutable_image()->set_width(2);
+    manifest.mutable_image()->set_height(2);
+    manifest.mutable_image()->set_color_space("linear");
+    auto writer = storage::DatasetWriter::create(output);
+    ASSERT_TRUE(writer.ok());
+    ASSERT_TRUE(storage::writeImage(writer->directory(), picture).ok());
+    for (const char* file : {"image.h5", "image.digest"}) ASSERT_TRUE(writer->add(file).ok());
+    ASSERT_TRUE(writer->publish(manifest).ok());
+}
+
+/// Datasets of a folder in a Residency, whose threads wait at a gate and are noted.
+class GatedSource final : public StepSource {
+  public:
+    explicit GatedSource(std::filesystem::path folder) : folder_(std::move(folder)) {}
+    ~GatedSource() override { open(); }
+
+    Result<storage::Catalogue::Entry> dataset(const std::string& name) override {
+        if (!entries_.contains(name)) {
+            const auto manifest = storage::readManifest(folder_ / (name + ".mote"));
+            if (!manifest.ok()) return Error{ErrorCode::notFound, "dataset", name};
+            entries_[name] = {name, folder_ / (name + ".mote"),
+                              std::make_shared<const proto::Manifest>(*manifest)};
+        }
+        return entries_[name];
+    }
+    Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& name,
+                                                              std::uint32_t) override {
+        return Error{ErrorCode::notFound, "dataset", name};
+    }
+    Result<Resident> resident(const AnyLoadable& what) override {
+        AnyLoadable gated = what;
+        gated.load = [this, load = what.load](std::uint32_t step, const AnyLoadable::Cancelled& cancelled) {
+            std::unique_lock lock(mutex_);
+            threads_.push_back(std::this_thread::get_id());
+            changed_.wait(lock, [this] { return open_; });
+            lock.unlock();
+            return load(step, cancelled);
+        };
+        return residency_.get(gated);
+    }
+    void beginPicture() override { budget_->beginTurn(); }
+
+    void open() {
+        const std::lock_guard lock(mutex_);
+        open_ = true;
+        changed_.notify_all();
+    }
+    void awaitRest() {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return residency_.underWay() == 0; });
+    }
+    std::vector<std::thread::id> threads() {
+        const std::lock_guard lock(mutex_);
+        return threads_;
+    }
+    std::uint64_t counted() const { return budget_->resident(); }
+
+  private:
+    const std::filesystem::path folder_;
+    std::map<std::string, storage::Catalogue::Entry> entries_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool open_ = false;
+    std::vector<std::thread::id> threads_;  // that loaded
+    const std::shared_ptr<storage::BlockBudget> budget_ =
+        std::make_shared<storage::BlockBudget>(std::uint64_t{1} << 30);
+    Residency residency_{budget_, 2, [this] {
+                             const std::lock_guard lock(mutex_);
+                             changed_.notify_all();
+                         }};
+};
+
+class StippleWaiting : public testing::Test {
+  protected:
+    StippleWaiting() {
+        test::writeBall(data_ / "ball.mote", 3000);
+        const auto plane = test::jitteredGrid(40);
+        test::writeDataset(data_ / "plane.mote", plane, test::manifestOf(plane));
+        writeImage(data_ / "image.mote");
+        for (const char* name : {"ball", "plane", "image"}) EXPECT_TRUE(source_.dataset(name).ok());
+    }
+    Result<Making> make(const std::string& layers, Stage stage) {
+        auto task = std::make_shared<ViewTask>();
+        task->view = test::viewOf("{'width': 60, 'height': 40, 'layers': [" + layers + "]}");
+        return maker_.make({.session = 1, .task = task, .stage = stage, .stop = {}}, history_);
+    }
+    /// While the files are away and nothing can be read, the picture waits; then it is there.
+    void expectWaits(const std::string& layers, Stage stage) {
+        std::filesystem::rename(data_, away_);
+        const auto first = make(layers, stage);
+        ASSERT_TRUE(first.ok()) << first.error().toString();
+        EXPECT_TRUE(first->waits);
+        EXPECT_FALSE(first->picture);
+        std::filesystem::rename(away_, data_);
+        source_.open();
+        source_.awaitRest();
+        const auto then = make(layers, stage);
+        ASSERT_TRUE(then.ok()) << then.error().toString();
+        ASSERT_TRUE(then->picture);
+        EXPECT_GT(then->picture->message.points_drawn(), 0U);
+        EXPECT_THAT(source_.threads(), Each(Not(std::this_thread::get_id())));
+    }
+    template <class T>
+    std::uint64_t bytesOf(const Result<Loadable<T>>& what) {
+        const auto loaded = what->load(0, [] { return false; });
+        EXPECT_LE(loaded->bytes, what->expected(0)) << "an estimate of what it takes at most";
+        EXPECT_GE(4 * loaded->bytes, what->expected(0)) << "and not far from it";
+        return loaded->bytes;
+    }
+
+    test::TempDir folder_;
+    const std::filesystem::path data_ = folder_ / "data", away_ = folder_ / "away";
+    const bool made_ = std::filesystem::create_directory(data_);
+    GatedSource source_{data_};
+    std::shared_ptr<test::FakeControl> control_ = std::make_shared<test::FakeControl>();
+    PictureMaker maker_{[this] { return std::make_unique<test::FakeDevice>(control_); }, source_,
+                        render::DeviceCosts{}};
+    PictureHistory history_{QualityController(30.0)};
+};
+
+const std::string ball = "{'dataset': 'ball', 'stipple': {'spacingPixels': 3}}";
+const std::string photograph = "{'dataset': 'plane', 'stipple': {'image': 'image'}}";
+
+TEST_F(StippleWaiting, ASurfaceIsNotReadByTheThreadThatDraws) {
+    expectWaits(ball, Stage::exact);
+    EXPECT_EQ(source_.threads().size(), 1U);
+    EXPECT_EQ(source_.counted(), bytesOf(stippleSurface(*source_.dataset("ball"))));
+}
+
+TEST_F(StippleWaiting, NorAPhotograph) {
+    expectWaits(photograph, Stage::exact);
+    EXPECT_EQ(source_.threads().size(), 2U);
+    EXPECT_EQ(source_.counted(), bytesOf(stipplePlane(*source_.dataset("plane"))) +
+                                     bytesOf(imageLuminance(*source_.dataset("image"))));
+}
+
+TEST_F(StippleWaiting, AViewInMotionWaitsForAllOfItsLayersAtOnce) {
+    expectWaits(ball + ", " + photograph, Stage::quick);
+    EXPECT_EQ(source_.threads().size(), 3U);
+}
+
+TEST_F(StippleWaiting, SoDoesWhatStipplesADrawing) {
+    source_.open();
+    const auto layers = "{'dataset': 'plane', 'stipple': {'source': 'layers'}}";
+    const auto first = make(layers, Stage::exact);
+    ASSERT_TRUE(first.ok()) << first.error().toString();
+    EXPECT_TRUE(first->waits);
+    source_.awaitRest();
+    EXPECT_TRUE(make(layers, Stage::exact)->picture);
+}
+
+TEST_F(StippleWaiting, WrongDatasetsAreSaidAtOnce) {
+    const auto expectError = [&](const std::string& layers, const std::string& where,
+                                 const std::string& text) {
+        const auto made = make(layers, Stage::exact);
+        ASSERT_FALSE(made.ok());
+        EXPECT_EQ(made.error().where, "layers[0]." + where);
+        EXPECT_THAT(made.error().message, HasSubstr(text));
+    };
+    expectError("{'dataset': 'none', 'stipple': {}}", "dataset", "none");
+    expectError("{'dataset': 'image', 'stipple': {}}", "dataset", "not a stipple hierarchy");
+    expectError("{'dataset': 'plane', 'stipple': {}}", "dataset", "an image, which is not given");
+    expectError("{'dataset': 'ball', 'stipple': {'image': 'image'}}", "dataset", "of the plane");
+    expectError("{'dataset': 'plane', 'stipple': {'image': 'none'}}", "stipple.image", "none");
+    expectError("{'dataset': 'plane', 'stipple': {'image': 'ball'}}", "stipple.image", "not an image");
+}
+
+TEST_F(StippleWaiting, DamageIsSaidWhereTheDataWereAskedFor) {
+    source_.open();
+    std::filesystem::resize_file(data_ / "ball.mote" / "mesh.h5", 5000);
+    const auto first = make(ball, Stage::quick);
+    ASSERT_TRUE(first.ok());
+    EXPECT_TRUE(first->waits);
+    source_.awaitRest();
+    const auto failed = make(ball, Stage::quick);
+    ASSERT_FALSE(failed.ok());
+    EXPECT_THAT(failed.error().where, HasSubstr("mesh.h5"));
+    EXPECT_EQ(source_.counted(), 0U);
+}
+
+}  // namespace
+}  // namespace mote::server
