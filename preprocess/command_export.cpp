@@ -27,8 +27,7 @@ int run(const CommandLine& line, const Options& options) {
         JsonObject object;
         fmt::print("{}\n", object.add("output", options.file).add("step", options.step).text());
     } else if (!line.quiet) {
-        fmt::print("{}: {} of step {}\n", options.file, manifest->has_hybrid() ? "volume" : "density",
-                   options.step);
+        fmt::print("{}: {} of step {}\n", options.file, *made, options.step);
     }
     return 0;
 }

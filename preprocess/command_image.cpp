@@ -2,7 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "preprocess/command_line.h"
+#include "preprocess/image/image_job.h"
+#include "preprocess/job_kinds.h"
 
 namespace mote::prep {
 namespace {
@@ -14,9 +15,7 @@ FILE is PNG, JPEG, TIFF or OpenEXR, of 8 or 16 bits or floats, grey or in colour
 luminance (ITU-R BT.709), upright, and laid on white where it is transparent. Integers are taken as sRGB and floats as
 linear, unless the file says something else.)";
 
-}  // namespace
-
-void addImageCommand(CLI::App& program, CommandLine& line) {
+void addCommand(CLI::App& program, CommandLine& line) {
     auto& command = *program.add_subcommand("image", "Make an image dataset, for stippled photographs");
     const auto options = std::make_shared<DatasetOptions>();
     command.add_option("FILE", options->input, "The picture")->required();
@@ -24,5 +23,13 @@ void addImageCommand(CLI::App& program, CommandLine& line) {
                       [options](auto& request) { request.mutable_image()->set_input(options->input); });
     command.footer(examples);
 }
+
+Result<proto::Manifest> run(const Job& job) {
+    return runImageJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
+}
+
+}  // namespace
+
+const JobKind imageJob{proto::JobRequest::kImage, false, addCommand, run};
 
 }  // namespace mote::prep

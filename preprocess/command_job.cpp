@@ -21,7 +21,7 @@ struct Options {
     std::string request;
     std::vector<std::string> roots;
     int progressDescriptor = -1;
-    ParticlesJobOptions job;
+    JobResources resources;
 };
 
 int run(const CommandLine& line, const Options& options) {
@@ -33,7 +33,7 @@ int run(const CommandLine& line, const Options& options) {
     proto::JobRequest request;
     const auto read = readJsonFile(options.request, request);
     if (!read.ok()) return fail(line, read.error());
-    return runAndPrint(line, request, *roots, options.job, options.progressDescriptor);
+    return runAndPrint(line, request, *roots, options.resources, options.progressDescriptor);
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ void addJobCommand(CLI::App& program, CommandLine& line) {
     command.add_option("--progress-fd", options->progressDescriptor, "Write progress as JSON lines")
         ->check(CLI::Range(0, 1 << 20))
         ->type_name("N");
-    addResourceOptions(command, options->job);
+    addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(examples);
     command.callback([options, &line] { line.command = [options, &line] { return run(line, *options); }; });

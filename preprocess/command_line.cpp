@@ -9,104 +9,27 @@
 #include "preprocess/console_progress.h"
 #include "preprocess/json_object.h"
 #include "preprocess/parallel/mpi_communicator.h"
+#include "storage/dataset_kind.h"
 
 namespace mote::prep {
 namespace {
 
-struct Totals {
-    std::uint64_t particles = 0, lost = 0, invalid = 0, outside = 0;
-};
-
-Totals totalsOf(const proto::ParticlesManifest& particles) {
-    Totals totals;
-    for (const auto& step : particles.steps()) {
-        totals.particles += step.particles();
-        totals.lost += step.lost();
-        totals.invalid += step.invalid();
-        totals.outside += step.outside();
-    }
-    return totals;
-}
-
-void addParticles(const proto::ParticlesManifest& particles, JsonObject& object) {
-    const auto totals = totalsOf(particles);
-    object.add("steps", particles.steps_size())
-        .add("particles", totals.particles)
-        .add("lost", totals.lost)
-        .add("invalid", totals.invalid)
-        .add("outside", totals.outside);
-}
-
-struct HybridTotals {
-    std::uint64_t points = 0, residuals = 0;
-};
-
-HybridTotals totalsOf(const proto::HybridManifest& hybrid) {
-    HybridTotals totals;
-    for (const auto& step : hybrid.steps()) {
-        totals.points += step.points();
-        totals.residuals += step.residual_samples();
-    }
-    return totals;
-}
-
-void addHybrid(const proto::HybridManifest& hybrid, JsonObject& object) {
-    const auto totals = totalsOf(hybrid);
-    object.add("steps", hybrid.steps_size()).add("points", totals.points).add("residuals", totals.residuals);
-}
-
-void addStipple(const proto::StippleManifest& stipple, JsonObject& object) {
-    object.add("points", stipple.points()).add("moves", stipple.moves()).add("locked", stipple.locked());
-}
-
 void printJson(const JobOutcome& outcome, double seconds) {
     JsonObject object;
     object.add("output", outcome.output.string()).add("seconds", seconds);
-    if (outcome.manifest) {
-        const auto& manifest = *outcome.manifest;
-        object.add("kind", manifest.kind());
-        if (manifest.has_particles()) addParticles(manifest.particles(), object);
-        if (manifest.has_hybrid()) addHybrid(manifest.hybrid(), object);
-        if (manifest.has_image()) {
-            object.add("width", manifest.image().width()).add("height", manifest.image().height());
+    if (const auto* kind = storage::findKind(outcome.manifest)) {
+        object.add("kind", kind->name);
+        for (const auto& [name, number] : kind->summarize(outcome.manifest).numbers) {
+            std::visit([&, &name = name](auto value) { object.add(name, value); }, number);
         }
-        if (manifest.has_mesh()) {
-            const auto& mesh = manifest.mesh();
-            object.add("vertices", mesh.vertices())
-                .add("triangles", mesh.triangles())
-                .add("area", mesh.area());
-        }
-        if (manifest.has_stipple()) addStipple(manifest.stipple(), object);
     }
     fmt::print("{}\n", object.text());
 }
 
-/// What a dataset holds, "10 steps, 1000 particles in leaves, ".
-std::string describe(const proto::Manifest& manifest) {
-    if (manifest.has_stipple()) {
-        return fmt::format("{} points, {} moves, ", manifest.stipple().points(), manifest.stipple().moves());
-    }
-    if (manifest.has_image()) {
-        return fmt::format("an image of {} x {} pixels, ", manifest.image().width(),
-                           manifest.image().height());
-    }
-    if (manifest.has_mesh()) {
-        return fmt::format("{} vertices, {} triangles, ", manifest.mesh().vertices(),
-                           manifest.mesh().triangles());
-    }
-    if (manifest.has_hybrid()) {
-        const auto totals = totalsOf(manifest.hybrid());
-        return fmt::format("{} step{}, {} points, {} residuals, ", manifest.hybrid().steps_size(),
-                           manifest.hybrid().steps_size() == 1 ? "" : "s", totals.points, totals.residuals);
-    }
-    const auto& particles = manifest.particles();
-    return fmt::format("{} step{}, {} particles in leaves, ", particles.steps_size(),
-                       particles.steps_size() == 1 ? "" : "s", totalsOf(particles).particles);
-}
-
 void printText(const JobOutcome& outcome, double seconds) {
-    fmt::print("{}: {}made in {:.1f} s\n", outcome.output.string(),
-               outcome.manifest ? describe(*outcome.manifest) : "", seconds);
+    const auto* kind = storage::findKind(outcome.manifest);
+    const auto made = kind ? kind->summarize(outcome.manifest).text + ", " : std::string();
+    fmt::print("{}: {}made in {:.1f} s\n", outcome.output.string(), made, seconds);
 }
 
 /// The processes of this job: those that a launcher of MPI started, else this one.
@@ -122,12 +45,12 @@ void addOutputFlags(CLI::App& command, CommandLine& line) {
     command.add_flag("--quiet", line.quiet, "Print errors only");
 }
 
-void addResourceOptions(CLI::App& command, ParticlesJobOptions& options) {
-    command.add_option("--threads", options.threads, "Threads; as many as there are cores unless given")
+void addResourceOptions(CLI::App& command, JobResources& resources) {
+    command.add_option("--threads", resources.threads, "Threads; as many as there are cores unless given")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
     command
-        .add_option("--memory", options.memory,
+        .add_option("--memory", resources.memory,
                     "Memory that each process of the job may take, as 8G; three quarters of the machine's "
                     "unless given. Beyond it, particles lie in a temporary file beside the output")
         ->transform(CLI::AsSizeValue(false))
@@ -141,7 +64,7 @@ void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_p
         ->required()
         ->type_name("DIR/NAME.mote");
     command.add_option("--title", options->title, "What viewers call it")->type_name("TEXT");
-    addResourceOptions(command, options->job);
+    addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.callback([options, &line, complete = std::move(complete)] {
         line.command = [options, &line, complete] {
@@ -149,20 +72,20 @@ void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_p
             request.set_title(options->title);
             request.set_output(options->out);
             complete(request);
-            return runAndPrint(line, request, {}, options->job);
+            return runAndPrint(line, request, {}, options->resources);
         };
     });
 }
 
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
-                const ParticlesJobOptions& options, int progressDescriptor) {
+                const JobResources& resources, int progressDescriptor) {
     const auto begin = std::chrono::steady_clock::now();
     auto ranks = joinRanks(line.signal);
     if (!ranks.ok()) return fail(line, ranks.error());
     const bool first = (*ranks)->first();
     auto outcome = [&] {
         ConsoleProgress progress(line.signal, {line.quiet || !first, first ? progressDescriptor : -1});
-        auto together = options;
+        auto together = resources;
         together.ranks = ranks->get();
         return runJob(request, roots, together, progress);
     }();

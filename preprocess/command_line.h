@@ -27,12 +27,7 @@ struct CommandLine {
     std::function<int()> command = {};
 };
 
-void addSynthCommand(CLI::App& program, CommandLine& line);
-void addParticlesCommand(CLI::App& program, CommandLine& line);
-void addImageCommand(CLI::App& program, CommandLine& line);
-void addMeshCommand(CLI::App& program, CommandLine& line);
-void addStippleCommand(CLI::App& program, CommandLine& line);
-void addVolumeCommand(CLI::App& program, CommandLine& line);
+/// The subcommands that make nothing; those of jobs are in job_kinds.h.
 void addInfoCommand(CLI::App& program, CommandLine& line);
 void addVerifyCommand(CLI::App& program, CommandLine& line);
 void addExportCommand(CLI::App& program, CommandLine& line);
@@ -41,14 +36,14 @@ void addJobCommand(CLI::App& program, CommandLine& line);
 /// --json and --quiet.
 void addOutputFlags(CLI::App& command, CommandLine& line);
 /// --threads and --memory.
-void addResourceOptions(CLI::App& command, ParticlesJobOptions& options);
+void addResourceOptions(CLI::App& command, JobResources& resources);
 
 /// What a command that makes a dataset is told.
 struct DatasetOptions {
     std::string input;  ///< its first argument: what the dataset is made from
     std::string out;
     std::string title;
-    ParticlesJobOptions job;
+    JobResources resources;
 };
 
 /// Adds --out, --title, --threads, --memory and the flags, and has the command run the request to which
@@ -58,7 +53,7 @@ void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_p
 
 /// Runs a job with a progress bar, then prints what it made.
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
-                const ParticlesJobOptions& options, int progressDescriptor = -1);
+                const JobResources& resources, int progressDescriptor = -1);
 
 /// Prints the error on stderr; 2 for wrong usage, 128 + signal where one came, else 1.
 int fail(const CommandLine& line, const Error& error);

@@ -2,7 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "preprocess/command_line.h"
+#include "preprocess/job_kinds.h"
+#include "preprocess/mesh/mesh_job.h"
 
 namespace mote::prep {
 namespace {
@@ -13,9 +14,7 @@ constexpr const char* examples = R"(Example:
 MESH is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. What is wrong with it and can be put
 right (vertices at one place, triangles without area, numbers that are not finite) is counted and said.)";
 
-}  // namespace
-
-void addMeshCommand(CLI::App& program, CommandLine& line) {
+void addCommand(CLI::App& program, CommandLine& line) {
     auto& command = *program.add_subcommand("mesh", "Make a dataset of a triangle mesh");
     const auto options = std::make_shared<DatasetOptions>();
     command.add_option("MESH", options->input, "The mesh, a file")->required();
@@ -23,5 +22,13 @@ void addMeshCommand(CLI::App& program, CommandLine& line) {
                       [options](auto& request) { request.mutable_mesh()->set_input(options->input); });
     command.footer(examples);
 }
+
+Result<proto::Manifest> run(const Job& job) {
+    return runMeshJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
+}
+
+}  // namespace
+
+const JobKind meshJob{proto::JobRequest::kMesh, false, addCommand, run};
 
 }  // namespace mote::prep

@@ -4,7 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "preprocess/command_line.h"
+#include "preprocess/job_kinds.h"
+#include "preprocess/particles/particles_job.h"
 
 namespace mote::prep {
 namespace {
@@ -30,7 +31,7 @@ struct Options {
     std::vector<std::string> bounds;
     std::optional<std::uint32_t> volumeLevel, leafCapacity, maxLevel;
     std::optional<double> frequency, mass, kineticEnergy, current;
-    ParticlesJobOptions job;
+    JobResources resources;
 };
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -85,9 +86,8 @@ Result<proto::JobRequest> toRequest(const Options& options) {
     if (options.leafCapacity) job.set_leaf_capacity(*options.leafCapacity);
     if (options.maxLevel) job.set_max_level(*options.maxLevel);
     for (const auto& text : options.bounds) {
-        auto axis = parseBounds(text);
-        if (!axis.ok()) return axis.error();
-        *job.add_bounds() = *std::move(axis);
+        MOTE_ASSIGN_OR_RETURN(auto axis, parseBounds(text));
+        *job.add_bounds() = std::move(axis);
     }
     setImpact(options, job);
     return request;
@@ -133,23 +133,30 @@ void addPlotOptions(CLI::App& command, Options& options) {
         ->type_name("LEVEL");
 }
 
-}  // namespace
-
-void addParticlesCommand(CLI::App& program, CommandLine& line) {
+void addCommand(CLI::App& program, CommandLine& line) {
     auto& command = *program.add_subcommand("particles", "Make the hybrid plot of a particle run");
     const auto options = std::make_shared<Options>();
     addInputOptions(command, *options);
     addPlotOptions(command, *options);
-    addResourceOptions(command, options->job);
+    addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(examples);
     command.callback([options, &line] {
         line.command = [options, &line] {
             const auto request = toRequest(*options);
             if (!request.ok()) return fail(line, request.error());
-            return runAndPrint(line, *request, {}, options->job);
+            return runAndPrint(line, *request, {}, options->resources);
         };
     });
 }
+
+Result<proto::Manifest> run(const Job& job) {
+    MOTE_RETURN_IF_ERROR(checkParticlesJob(job.request.particles()), "particles");
+    return runParticlesJob(job.request, job.inputs, job.output, job.resources, job.progress);
+}
+
+}  // namespace
+
+const JobKind particlesJob{proto::JobRequest::kParticles, true, addCommand, run};
 
 }  // namespace mote::prep

@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "preprocess/command_line.h"
+#include "preprocess/job_kinds.h"
+#include "preprocess/stipple/stipple_job.h"
+#include "preprocess/stipple/surface/surface_job.h"
 
 namespace mote::prep {
 namespace {
@@ -29,9 +31,7 @@ void complete(const Options& options, proto::StippleJob& job) {
     if (options.relaxation) job.set_relaxation(*options.relaxation);
 }
 
-}  // namespace
-
-void addStippleCommand(CLI::App& program, CommandLine& line) {
+void addCommand(CLI::App& program, CommandLine& line) {
     auto& command = *program.add_subcommand("stipple", "Make a hierarchy of evenly spread dots");
     const auto options = std::make_shared<Options>();
     command
@@ -50,5 +50,15 @@ void addStippleCommand(CLI::App& program, CommandLine& line) {
                       [options](auto& request) { complete(*options, *request.mutable_stipple()); });
     command.footer(examples);
 }
+
+Result<proto::Manifest> run(const Job& job) {
+    MOTE_RETURN_IF_ERROR(checkStippleJob(job.request.stipple()), "stipple");
+    if (job.inputs.empty()) return runPlaneJob(job.request, job.output, job.resources, job.progress);
+    return runSurfaceJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
+}
+
+}  // namespace
+
+const JobKind stippleJob{proto::JobRequest::kStipple, false, addCommand, run};
 
 }  // namespace mote::prep

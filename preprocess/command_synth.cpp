@@ -2,7 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "preprocess/command_line.h"
+#include "preprocess/job_kinds.h"
+#include "preprocess/synth/beam.h"
 
 namespace mote::prep {
 namespace {
@@ -29,9 +30,7 @@ proto::JobRequest toRequest(const Options& options) {
     return request;
 }
 
-}  // namespace
-
-void addSynthCommand(CLI::App& program, CommandLine& line) {
+void addCommand(CLI::App& program, CommandLine& line) {
     auto& synth = *program.add_subcommand("synth", "Make a synthetic run");
     synth.require_subcommand(1);
     auto& command =
@@ -50,5 +49,14 @@ void addSynthCommand(CLI::App& program, CommandLine& line) {
         line.command = [options, &line] { return runAndPrint(line, toRequest(*options), {}, {}); };
     });
 }
+
+Result<proto::Manifest> run(const Job& job) {
+    MOTE_RETURN_IF_ERROR(synthesizeBeam(job.request.synth_beam(), job.output, job.progress));
+    return proto::Manifest();
+}
+
+}  // namespace
+
+const JobKind synthJob{proto::JobRequest::kSynthBeam, false, addCommand, run};
 
 }  // namespace mote::prep

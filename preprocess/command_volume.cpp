@@ -4,7 +4,9 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "preprocess/command_line.h"
+#include "preprocess/hybrid/volume_job.h"
+#include "preprocess/hybrid/volume_plan.h"
+#include "preprocess/job_kinds.h"
 
 namespace mote::prep {
 namespace {
@@ -100,9 +102,7 @@ void addResultOptions(CLI::App& command, Options& options) {
         ->type_name("N");
 }
 
-}  // namespace
-
-void addVolumeCommand(CLI::App& program, CommandLine& line) {
+void addCommand(CLI::App& program, CommandLine& line) {
     auto& command = *program.add_subcommand("volume", "Make a hybrid volume of a scalar volume");
     const auto options = std::make_shared<Options>();
     addSourceOptions(command, *options);
@@ -111,5 +111,14 @@ void addVolumeCommand(CLI::App& program, CommandLine& line) {
                       [options](auto& request) { complete(*options, *request.mutable_volume()); });
     command.footer(examples);
 }
+
+Result<proto::Manifest> run(const Job& job) {
+    MOTE_RETURN_IF_ERROR(checkVolumeJob(job.request.volume()), "volume");
+    return runVolumeJob(job.request, job.inputs, job.output, job.resources, job.progress);
+}
+
+}  // namespace
+
+const JobKind volumeJob{proto::JobRequest::kVolume, true, addCommand, run};
 
 }  // namespace mote::prep

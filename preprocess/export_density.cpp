@@ -43,10 +43,9 @@ void addMetadata(const proto::Manifest& manifest, std::uint32_t step, openvdb::F
 
 Result<VdbGrids> densityGrids(const std::filesystem::path& dataset, const proto::Manifest& manifest,
                               std::uint32_t step) {
-    const auto opened = storage::ParticleStep::open(dataset, manifest, step);
-    if (!opened.ok()) return opened.error();
+    MOTE_ASSIGN_OR_RETURN(const auto opened, storage::ParticleStep::open(dataset, manifest, step));
     openvdb::initialize();
-    const auto grid = makeGrid(**opened);
+    const auto grid = makeGrid(*opened);
     addMetadata(manifest, step, *grid);
     grid->addStatsMetadata();
     return VdbGrids{grid};

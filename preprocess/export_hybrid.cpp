@@ -65,15 +65,14 @@ Status fillResidual(const std::filesystem::path& dataset, const proto::Manifest&
 
 Result<VdbGrids> hybridGrids(const std::filesystem::path& dataset, const proto::Manifest& manifest,
                              std::uint32_t step) {
-    const auto file = storage::HybridStep::open(dataset, manifest, step);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, storage::HybridStep::open(dataset, manifest, step));
     openvdb::initialize();
     const auto& hybrid = manifest.hybrid();
     const auto& entry = *storage::findHybridStep(manifest, step);
     VdbGrids grids;
-    const auto low = emptyGrid("volume", manifest, step, file->lowSize());
-    fillLow(*file, entry, *low);
-    MOTE_RETURN_IF_ERROR(file->check());
+    const auto low = emptyGrid("volume", manifest, step, file.lowSize());
+    fillLow(file, entry, *low);
+    MOTE_RETURN_IF_ERROR(file.check());
     low->addStatsMetadata();
     grids.push_back(low);
     if (!hybrid.residual()) return grids;

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+
 #include "preprocess/export_grids.h"
 #include "storage/files/write_file.h"
 #include "storage/vdb/vdb_file.h"
@@ -28,21 +31,34 @@ class PartialFile {
     fs::path path_;
 };
 
+struct GridMaker {
+    std::string_view kind;  ///< of the dataset
+    std::string_view what;
+    Result<VdbGrids> (*make)(const fs::path& dataset, const proto::Manifest& manifest, std::uint32_t step);
+};
+
+constexpr std::array makers{GridMaker{"particles", "density", densityGrids},
+                            GridMaker{"hybrid", "volume", hybridGrids}};
+
 }  // namespace
 
-Status exportVdb(const fs::path& dataset, const proto::Manifest& manifest, std::uint32_t step,
-                 const fs::path& output) {
+Result<std::string> exportVdb(const fs::path& dataset, const proto::Manifest& manifest, std::uint32_t step,
+                              const fs::path& output) {
     std::error_code code;
     if (fs::exists(fs::symlink_status(output, code))) {
         return Error{ErrorCode::alreadyExists, output.string(), "exists already and is never replaced"};
     }
-    const auto grids =
-        manifest.has_hybrid() ? hybridGrids(dataset, manifest, step) : densityGrids(dataset, manifest, step);
-    if (!grids.ok()) return grids.error();
+    const auto* const maker = std::ranges::find(makers, manifest.kind(), &GridMaker::kind);
+    if (maker == makers.end()) {
+        return Error{ErrorCode::invalidArgument, dataset.string(),
+                     fmt::format("is a dataset of kind \"{}\", which holds no volume", manifest.kind())};
+    }
+    MOTE_ASSIGN_OR_RETURN(const auto grids, maker->make(dataset, manifest, step));
     const PartialFile partial(output);
-    MOTE_RETURN_IF_ERROR(storage::writeVdbFile(partial.path(), *grids));
+    MOTE_RETURN_IF_ERROR(storage::writeVdbFile(partial.path(), grids));
     MOTE_RETURN_IF_ERROR(storage::syncPath(partial.path()));
-    return storage::publishByRename(partial.path(), output);
+    MOTE_RETURN_IF_ERROR(storage::publishByRename(partial.path(), output));
+    return std::string(maker->what);
 }
 
 }  // namespace mote::prep

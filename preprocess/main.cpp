@@ -8,7 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <new>
 
-#include "preprocess/command_line.h"
+#include "preprocess/job_kinds.h"
 #include "storage/storage_error.h"
 
 namespace {
@@ -53,14 +53,7 @@ int main(int argc, char** argv) {
     program.set_version_flag("--version", "mote-prep " MOTE_VERSION);
     program.require_subcommand(1);
     program.footer(examples);
-#ifdef MOTE_HAVE_SYNTH
-    prep::addSynthCommand(program, line);
-#endif
-    prep::addParticlesCommand(program, line);
-    prep::addImageCommand(program, line);
-    prep::addMeshCommand(program, line);
-    prep::addStippleCommand(program, line);
-    prep::addVolumeCommand(program, line);
+    for (const auto* kind : prep::jobKinds) kind->addCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
     prep::addExportCommand(program, line);

@@ -5,9 +5,8 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
-#include "preprocess/particles/particles_job.h"
+#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "storage/roots.h"
@@ -15,13 +14,13 @@
 namespace mote::prep {
 
 struct JobOutcome {
-    std::filesystem::path output;             ///< the dataset or file
-    std::optional<proto::Manifest> manifest;  ///< of a dataset
+    std::filesystem::path output;  ///< the dataset or file
+    proto::Manifest manifest;      ///< of a dataset; without a kind of anything else
 };
 
 /// With roots, inputs and output are "ROOT/PATH" beneath them; without, paths. Errors: invalidArgument with
 /// the field's path, and the job's own.
 Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots& roots,
-                          const ParticlesJobOptions& options, Progress& progress);
+                          const JobResources& resources, Progress& progress);
 
 }  // namespace mote::prep

@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "storage/files/system_error.h"
+#include "protocol/scene/dataset.h"
+#include "protocol/scene/system_error.h"
 #include "storage/manifest.h"
 
 namespace mote::storage {
@@ -117,11 +118,9 @@ proto::Catalogue Catalogue::summary() const {
         dataset.set_name(entry.name);
         dataset.set_kind(entry.manifest->kind());
         dataset.set_title(entry.manifest->title());
-        const auto& steps = entry.manifest->particles().steps();
-        dataset.set_steps(static_cast<std::uint32_t>(
-            entry.manifest->has_hybrid() ? entry.manifest->hybrid().steps_size() : steps.size()));
+        dataset.set_steps(static_cast<std::uint32_t>(stepCount(*entry.manifest)));
         std::uint64_t most = 0;
-        for (const auto& step : steps) most = std::max(most, step.particles());
+        for (const auto& step : entry.manifest->particles().steps()) most = std::max(most, step.particles());
         dataset.set_particles(most);
     }
     return message;

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <utility>
 
-#include "storage/files/system_error.h"
+#include "protocol/scene/system_error.h"
 #include "storage/files/write_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
@@ -41,9 +41,8 @@ Result<DatasetWriter> DatasetWriter::create(const fs::path& output, const fs::pa
 }
 
 Result<DatasetWriter> DatasetWriter::create(const fs::path& output) {
-    const auto chosen = choose(output);
-    if (!chosen.ok()) return chosen.error();
-    return create(output, *chosen);
+    MOTE_ASSIGN_OR_RETURN(const auto chosen, choose(output));
+    return create(output, chosen);
 }
 
 DatasetWriter::DatasetWriter(DatasetWriter&& other) noexcept
@@ -58,12 +57,11 @@ DatasetWriter::~DatasetWriter() {
 }
 
 Status DatasetWriter::add(const std::string& name, const std::function<bool()>& cancelled) {
-    auto hash = hashFile(partial_ / name, cancelled);
-    if (!hash.ok()) return hash.error();
+    MOTE_ASSIGN_OR_RETURN(auto hash, hashFile(partial_ / name, cancelled));
     auto& entry = files_.emplace_back();
     entry.set_name(name);
-    entry.set_size(hash->size);
-    entry.set_xxh3_128(std::move(hash->xxh3_128));
+    entry.set_size(hash.size);
+    entry.set_xxh3_128(std::move(hash.xxh3_128));
     return success();
 }
 

@@ -11,8 +11,8 @@
 #include <memory>
 #include <vector>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/files/system_error.h"
 
 namespace mote::storage {
 namespace {

@@ -12,8 +12,8 @@
 #include <cerrno>
 #include <climits>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/files/system_error.h"
 
 namespace mote::storage {
 namespace {
@@ -59,12 +59,12 @@ Result<Place> locate(const std::vector<Roots::Entry>& entries, std::string_view 
     const auto slash = name.find('/');
     const auto rootName = name.substr(0, slash);
     if (!isRootName(rootName)) return invalid(name, "must be \"ROOT/PATH\", the root a configured name");
-    auto path = checkedPath(name, slash == std::string_view::npos ? "" : name.substr(slash + 1));
-    if (!path.ok()) return path.error();
-    if (slash != std::string_view::npos && path->empty()) return invalid(name, "must not end with \"/\"");
+    MOTE_ASSIGN_OR_RETURN(auto path,
+                          checkedPath(name, slash == std::string_view::npos ? "" : name.substr(slash + 1)));
+    if (slash != std::string_view::npos && path.empty()) return invalid(name, "must not end with \"/\"");
     const auto found = std::find_if(entries.begin(), entries.end(),
                                     [&](const Roots::Entry& entry) { return entry.name == rootName; });
-    if (found != entries.end()) return Place{&*found, *path};
+    if (found != entries.end()) return Place{&*found, path};
     std::string known;
     for (const auto& entry : entries) known += (known.empty() ? "" : ", ") + entry.name;
     return Error{ErrorCode::notFound, std::string(name.substr(0, 200)),
@@ -122,39 +122,34 @@ Result<Roots::Entry> parseEntry(const std::string& text) {
 Result<Roots> Roots::parse(const std::vector<std::string>& texts) {
     Roots roots;
     for (const auto& text : texts) {
-        auto entry = parseEntry(text);
-        if (!entry.ok()) return entry.error();
+        MOTE_ASSIGN_OR_RETURN(auto entry, parseEntry(text));
         for (const auto& other : roots.entries_) {
-            if (other.name == entry->name) return invalid(text, "two roots have the same name");
+            if (other.name == entry.name) return invalid(text, "two roots have the same name");
         }
-        roots.entries_.push_back(*std::move(entry));
+        roots.entries_.push_back(std::move(entry));
     }
     return roots;
 }
 
 Result<fs::path> Roots::resolveExisting(std::string_view name) const {
-    const auto place = locate(entries_, name);
-    if (!place.ok()) return place.error();
-    const auto opened = openBeneath(*place, name, 0);
-    if (!opened.ok()) return opened.error();
-    return pathOf(*opened, name);
+    MOTE_ASSIGN_OR_RETURN(const auto place, locate(entries_, name));
+    MOTE_ASSIGN_OR_RETURN(const auto opened, openBeneath(place, name, 0));
+    return pathOf(opened, name);
 }
 
 Result<fs::path> Roots::resolveNew(std::string_view name) const {
-    auto place = locate(entries_, name);
-    if (!place.ok()) return place.error();
-    if (place->path.empty()) return invalid(name, "names a root, not something beneath it");
-    const fs::path path = place->path;
-    place->path = path.parent_path().string();
-    const auto parent = openBeneath(*place, name, O_DIRECTORY);
-    if (!parent.ok()) return parent.error();
+    MOTE_ASSIGN_OR_RETURN(auto place, locate(entries_, name));
+    if (place.path.empty()) return invalid(name, "names a root, not something beneath it");
+    const fs::path path = place.path;
+    place.path = path.parent_path().string();
+    MOTE_ASSIGN_OR_RETURN(const auto parent, openBeneath(place, name, O_DIRECTORY));
     struct stat status {};
     // A dangling link counts as something that is there.
-    if (::fstatat(parent->get(), path.filename().c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
+    if (::fstatat(parent.get(), path.filename().c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0) {
         return Error{ErrorCode::alreadyExists, std::string(name), "exists already"};
     }
     if (errno != ENOENT) return systemError(errno, std::string(name), "cannot be looked up");
-    const auto folder = pathOf(*parent, name);
+    const auto folder = pathOf(parent, name);
     if (!folder.ok()) return folder.error();
     return *folder / path.filename();
 }

@@ -145,12 +145,10 @@ Status FrameRun::drawAll(const std::vector<std::size_t>& indices) {
     std::optional<Asked> next;
     for (std::size_t i = 0; i < indices.size(); ++i) {
         const Asked asked = next ? *next : ask(indices[i]);
-        const auto frame = receive(asked);
-        if (!frame.ok()) return frame.error();
+        MOTE_ASSIGN_OR_RETURN(const auto frame, receive(asked));
         next.reset();
         if (i + 1 < indices.size()) next = ask(indices[i + 1]);
-        const auto finished = finish(asked, *frame);
-        if (!finished.ok()) return finished.error();
+        MOTE_RETURN_IF_ERROR(finish(asked, frame));
         bar.show(i + 1);
     }
     return success();

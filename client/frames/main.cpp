@@ -26,9 +26,8 @@ int fail(const Error& error, const Interrupt& interrupt) {
 Status draw(const FramesOptions& options, const std::vector<proto::View>& views, const Interrupt& interrupt) {
     std::unique_ptr<PrivateServer> server;
     if (!options.connect) {
-        auto started = PrivateServer::start({serverBesideUs(), options.roots, options.device}, interrupt);
-        if (!started.ok()) return started.error();
-        server = *std::move(started);
+        MOTE_ASSIGN_OR_RETURN(
+            server, PrivateServer::start({serverBesideUs(), options.roots, options.device}, interrupt));
     }
     ConnectionSettings settings;
     settings.client = "mote-frames " MOTE_VERSION;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/frames/private_server.h"
+#include "protocol/scene/system_error.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,7 +12,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 
 namespace mote::client {
@@ -23,7 +23,7 @@ constexpr int readyTimeoutMs = 120'000;
 constexpr int endTimeoutMs = 15'000;
 
 Error internalError(std::string_view what, int number) {
-    return {ErrorCode::internal, "mote-server", fmt::format("{}: {}", what, std::strerror(number))};
+    return {ErrorCode::internal, "mote-server", fmt::format("{}: {}", what, systemMessage(number))};
 }
 
 std::vector<std::string> commandLine(const ServerCommand& command, const std::filesystem::path& folder,

@@ -99,8 +99,8 @@ Result<std::vector<proto::View>> readScript(const std::filesystem::path& path) {
 Status checkDatasets(const std::vector<proto::View>& views, const proto::Catalogue& catalogue) {
     for (std::size_t i = 0; i < views.size(); ++i) {
         for (int j = 0; j < views[i].layers_size(); ++j) {
-            const auto found = checkLayer(views[i].layers(j), catalogue);
-            if (!found.ok()) return found.error().within(fmt::format("views[{}].layers[{}]", i, j));
+            MOTE_RETURN_IF_ERROR(checkLayer(views[i].layers(j), catalogue),
+                                 fmt::format("views[{}].layers[{}]", i, j));
         }
     }
     return success();

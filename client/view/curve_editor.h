@@ -9,8 +9,7 @@
 #include <glm/vec3.hpp>
 #include <span>
 
-#include "client/view/edited_curve.h"
-#include "client/view/knots.h"
+#include "client/view/knot_curve.h"
 
 namespace mote::client {
 

@@ -5,6 +5,11 @@
 #include <imgui.h>
 
 namespace mote::client {
+namespace {
+
+constexpr auto clamped = ImGuiSliderFlags_AlwaysClamp;
+
+}  // namespace
 
 void text(const std::string& line) {
     ImGui::TextUnformatted(line.c_str());
@@ -16,6 +21,10 @@ void dim(const std::string& line) {
     text(line);
     ImGui::PopTextWrapPos();
     ImGui::PopStyleColor();
+}
+
+bool section(const char* title) {
+    return ImGui::CollapsingHeader(title, ImGuiTreeNodeFlags_DefaultOpen);
 }
 
 std::string metric(double value, const char* unit) {
@@ -34,6 +43,11 @@ void note(PanelActions& actions, bool changed) {
     actions.editing |= ImGui::IsItemActive();
 }
 
+void noteCurve(PanelActions& actions, bool changed) {
+    actions.viewChanged |= changed;
+    actions.editing |= ImGui::IsMouseDown(ImGuiMouseButton_Left) && ImGui::IsAnyItemActive();
+}
+
 bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names) {
     bool changed = false;
     if (!ImGui::BeginCombo(label, chosen.c_str())) return false;
@@ -47,12 +61,40 @@ bool chooseName(const char* label, std::string& chosen, std::span<const std::str
     return changed;
 }
 
-void angleSliders(const char* name, LightAngles& angles, PanelActions& actions) {
-    constexpr auto clamped = ImGuiSliderFlags_AlwaysClamp;
-    note(actions, ImGui::SliderFloat(fmt::format("{} across", name).c_str(), &angles.across, -180.0F, 180.0F,
-                                     "%.0f deg", clamped));
-    note(actions, ImGui::SliderFloat(fmt::format("{} above", name).c_str(), &angles.above, -90.0F, 90.0F,
-                                     "%.0f deg", clamped));
+void checkbox(PanelActions& actions, const char* label, bool& value) {
+    note(actions, ImGui::Checkbox(label, &value));
+}
+
+void colorBox(PanelActions& actions, const char* label, std::array<float, 3>& color) {
+    note(actions, ImGui::ColorEdit3(label, color.data(), ImGuiColorEditFlags_NoInputs));
+}
+
+void slider(PanelActions& actions, const char* label, float& value, float least, float most,
+            const char* format) {
+    note(actions, ImGui::SliderFloat(label, &value, least, most, format, clamped));
+}
+
+void logSlider(PanelActions& actions, const char* label, float& value, float least, float most,
+               const char* format) {
+    note(actions,
+         ImGui::SliderFloat(label, &value, least, most, format, clamped | ImGuiSliderFlags_Logarithmic));
+}
+
+void rangeBox(PanelActions& actions, const char* label, float& low, float& high, const Interval& ends,
+              float parts) {
+    const auto least = static_cast<float>(ends.low), most = static_cast<float>(ends.high);
+    note(actions, ImGui::DragFloatRange2(label, &low, &high, (most - least) / parts, least, most, "%.4g",
+                                         nullptr, clamped));
+}
+
+void angleSliders(PanelActions& actions, const char* name, LightAngles& angles) {
+    slider(actions, fmt::format("{} across", name).c_str(), angles.across, -180.0F, 180.0F, "%.0f deg");
+    slider(actions, fmt::format("{} above", name).c_str(), angles.above, -90.0F, 90.0F, "%.0f deg");
+}
+
+void nameList(PanelActions& actions, const char* label, std::string& chosen,
+              std::span<const std::string_view> names) {
+    note(actions, chooseName(label, chosen, names));
 }
 
 }  // namespace mote::client

@@ -3,29 +3,62 @@
 // What the parts of the panel are made of. Main thread, within the panel's window.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "client/view/light_angles.h"
-#include "client/view/panel.h"
+#include "client/view/knot_curve.h"
+#include "client/view/replot.h"
+#include "client/view/slider_values.h"
 
 namespace mote::client {
+
+/// What the user asked for in this frame.
+struct PanelActions {
+    bool viewChanged = false;  ///< the model was edited
+    bool editing = false;      ///< and a control is still held
+    bool saveView = false;
+    bool reconnect = false;
+    std::optional<std::string> openDataset;  ///< a name of the catalogue
+    std::optional<AxisNames> plot;           ///< other axes of the shown run
+    std::optional<std::string> cancelJob;    ///< an id
+};
 
 void text(const std::string& line);
 /// In faint letters, wrapped.
 void dim(const std::string& line);
+/// A part that can be folded, at first open; true where it is.
+bool section(const char* title);
 
 /// A number of things with a metric prefix and three digits: "1.23 M points", "512 B/s".
 std::string metric(double value, const char* unit);
 
 /// Notes that the last widget changed the view, and whether it is still held.
 void note(PanelActions& actions, bool changed);
+/// The same of a curve, which is more than one widget.
+void noteCurve(PanelActions& actions, bool changed);
 
-/// A list of names; true where another one was chosen.
-bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names);
+// Controls of the view; each notes what the user does.
 
+void checkbox(PanelActions& actions, const char* label, bool& value);
+void colorBox(PanelActions& actions, const char* label, std::array<float, 3>& color);
+void slider(PanelActions& actions, const char* label, float& value, float least, float most,
+            const char* format = "%.2f");
+/// By the logarithm.
+void logSlider(PanelActions& actions, const char* label, float& value, float least, float most,
+               const char* format);
+/// Two numbers that are dragged between the ends of an axis, a pixel being a `parts`-th of it.
+void rangeBox(PanelActions& actions, const char* label, float& low, float& high, const Interval& ends,
+              float parts);
 /// Two sliders, "NAME across" and "NAME above".
-void angleSliders(const char* name, LightAngles& angles, PanelActions& actions);
+void angleSliders(PanelActions& actions, const char* name, LightAngles& angles);
+/// A list of names.
+void nameList(PanelActions& actions, const char* label, std::string& chosen,
+              std::span<const std::string_view> names);
+
+/// The list alone; true where another one was chosen.
+bool chooseName(const char* label, std::string& chosen, std::span<const std::string_view> names);
 
 }  // namespace mote::client

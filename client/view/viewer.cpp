@@ -22,7 +22,7 @@ constexpr double activeSeconds = 0.005;  // between looks while a gesture or a r
 
 ConnectionSettings connectionSettings() {
     ConnectionSettings settings;
-    settings.client = "mote-view 0.1.0";
+    settings.client = "mote-view " MOTE_VERSION;
     settings.wake = [] { Window::wake(); };
     return settings;
 }
@@ -138,7 +138,7 @@ void Viewer::say(const std::string& message) {
 Viewer::Area Viewer::pictureArea() const {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
-    const float panel = panelShown_ ? Panel::width * window_.contentScale() : 0.0F;
+    const float panel = panelShown_ ? panelWidth * window_.contentScale() : 0.0F;
     const float width = std::max(display.x - panel, 1.0F), height = std::max(display.y, 1.0F);
     return {width, height, static_cast<std::uint32_t>(std::max(width * density.x, 1.0F)),
             static_cast<std::uint32_t>(std::max(height * density.y, 1.0F))};
@@ -171,10 +171,9 @@ void Viewer::takeKeys() {
     if (ImGui::GetIO().WantTextInput) return;
     const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
     const auto letter = [](char key) { return ImGui::IsKeyPressed(key); };  // GLFW's codes of letters
-    const int steps = server_.shown ? stepCount(server_.shown->manifest()) : 0;
     const int step = static_cast<int>(model_.step());
     const int wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
-    if (wanted != step && wanted >= 0 && wanted < steps) {
+    if (wanted != step && wanted >= 0 && wanted < model_.steps()) {
         model_.setStep(static_cast<std::uint32_t>(wanted));
         dirty_ = true;
     }
@@ -244,8 +243,7 @@ void Viewer::refreshStatistics() {
 void Viewer::play() {
     if (!server_.shown) return;
     const bool seen = server_.frame && server_.frame->view_id() == sentView_;
-    const auto step =
-        playback_.next(ImGui::GetTime(), model_.step(), stepCount(server_.shown->manifest()), seen);
+    const auto step = playback_.next(ImGui::GetTime(), model_.step(), model_.steps(), seen);
     if (!step) return;
     model_.setStep(*step);
     dirty_ = true;
@@ -280,7 +278,7 @@ int Viewer::run() {
         const Area area = pictureArea();
         takeInput(area);
         play();
-        if (panelShown_) apply(panel_.draw(model_, playback_, server_, window_.contentScale()));
+        if (panelShown_) apply(drawPanel(model_, playback_, server_, window_.contentScale()));
         sendView(area);
         showPicture(area);
         window_.drawFrame();

@@ -57,7 +57,6 @@ class Viewer {
     ViewOptions options_;
     Window window_;
     PictureTexture texture_;
-    Panel panel_;
     ViewModel model_;
     Playback playback_;
     ServerState server_;

@@ -7,12 +7,12 @@ namespace mote::prep {
 
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
                                      const std::vector<std::filesystem::path>& inputs,
-                                     const std::filesystem::path& output, const VolumeJobOptions& options,
+                                     const std::filesystem::path& output, const JobResources& resources,
                                      Progress& progress) {
     const OpenVolume open = [&](std::size_t index) {
         return openVolumeSource(request.volume().source(), inputs[index], progress);
     };
-    return runVolumeJob(request, open, inputs, output, options, progress);
+    return runVolumeJob(request, open, inputs, output, resources, progress);
 }
 
 }  // namespace mote::prep

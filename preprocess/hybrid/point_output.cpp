@@ -73,9 +73,9 @@ class Output {
         const auto& piece = pieces.front();
         std::vector<PointRow> parts;
         for (const auto& part : pieces) {
-            auto loaded = PointRow::load(part, bricks_[0], *points_.scratches[part.scratch]);
-            if (!loaded.ok()) return loaded.error();
-            parts.push_back(*std::move(loaded));
+            MOTE_ASSIGN_OR_RETURN(auto loaded,
+                                  PointRow::load(part, bricks_[0], *points_.scratches[part.scratch]));
+            parts.push_back(std::move(loaded));
         }
         brickBegin_.resize(std::size_t{bricks_[0]} * (bricks_[1] * piece.layer + piece.row) + 1, written_);
         StoredRow row(piece.row, piece.layer, bytes_);

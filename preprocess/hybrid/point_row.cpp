@@ -25,10 +25,9 @@ Result<PointPiece> PointRow::store(storage::ScratchFile& scratch) const {
         const auto bytes = std::as_bytes(std::span(array));
         all.insert(all.end(), bytes.begin(), bytes.end());
     });
-    const auto at = scratch.append(all);
-    if (!at.ok()) return at.error();
+    MOTE_ASSIGN_OR_RETURN(const auto at, scratch.append(all));
     PointPiece piece;
-    piece.offset = *at;
+    piece.offset = at;
     piece.points = place.size();
     piece.least = std::accumulate(least.begin(), least.end(), std::uint64_t{0});
     return piece;

@@ -74,10 +74,8 @@ class StepMaker {
             }
             return task_.report(filterEnd * done(z0, own), "filtering");
         };
-        auto values = filterSlices(source_, plan_, task_.range, part_.low.begin, part_.low.end,
-                                   task_.memory.slices, seen);
-        if (!values.ok()) return values.error();
-        low = *std::move(values);
+        MOTE_ASSIGN_OR_RETURN(low, filterSlices(source_, plan_, task_.range, part_.low.begin, part_.low.end,
+                                                task_.memory.slices, seen));
         return success();
     }
 
@@ -89,10 +87,9 @@ class StepMaker {
 
     /// Everyone's counts into this rank's.
     Status addUp(std::span<std::uint64_t> counts) {
-        const auto all = shareValues<std::uint64_t>(ranks_, counts);
-        if (!all.ok()) return all.error();
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::uint64_t>(ranks_, counts));
         std::fill(counts.begin(), counts.end(), 0);
-        for (const auto& some : *all) {
+        for (const auto& some : all) {
             for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += some[i];
         }
         return success();
@@ -193,9 +190,8 @@ class StepMaker {
     Status take(const ErrorSlab& slab, std::optional<PointCollector>& points, storage::ScratchFile& scratch) {
         if (points) MOTE_RETURN_IF_ERROR(points->add(slab));
         if (!plan_.residual) return success();
-        const auto parts = residualParts(slab, selection_, coding_, scratch);
-        if (!parts.ok()) return parts.error();
-        collected_.residuals.insert(collected_.residuals.end(), parts->begin(), parts->end());
+        MOTE_ASSIGN_OR_RETURN(const auto parts, residualParts(slab, selection_, coding_, scratch));
+        collected_.residuals.insert(collected_.residuals.end(), parts.begin(), parts.end());
         return success();
     }
 

@@ -24,11 +24,10 @@ using Scratches = std::vector<std::unique_ptr<storage::ScratchFile>>;
 /// Everyone's, each told whose scratch file it lies in.
 template <class T>
 Result<std::vector<T>> shareParts(Communicator& ranks, const std::vector<T>& mine) {
-    const auto all = shareValues<T>(ranks, std::span<const T>(mine));
-    if (!all.ok()) return all.error();
+    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<T>(ranks, std::span<const T>(mine)));
     std::vector<T> parts;
-    for (std::size_t rank = 0; rank < all->size(); ++rank) {
-        for (auto part : (*all)[rank]) {
+    for (std::size_t rank = 0; rank < all.size(); ++rank) {
+        for (auto part : all[rank]) {
             part.scratch = static_cast<std::uint32_t>(rank);
             parts.push_back(part);
         }
@@ -44,9 +43,8 @@ class StepOutput {
 
     Status write() {
         for (int rank = 0; rank < task_.ranks.size(); ++rank) {
-            auto scratch = storage::ScratchFile::open(scratchPath(task_, rank));
-            if (!scratch.ok()) return scratch.error();
-            scratches_.push_back(*std::move(scratch));
+            MOTE_ASSIGN_OR_RETURN(auto scratch, storage::ScratchFile::open(scratchPath(task_, rank)));
+            scratches_.push_back(std::move(scratch));
         }
         MOTE_RETURN_IF_ERROR(writeArrays());
         if (!plan_.residual) return success();
@@ -107,11 +105,9 @@ std::filesystem::path scratchPath(const StepTask& task, int rank) {
 
 Status writeStep(const StepTask& task, const StepContent& content, const CollectedErrors& mine,
                  proto::HybridStepEntry& entry) {
-    auto points = shareParts(task.ranks, mine.points);
-    if (!points.ok()) return points.error();
-    auto residuals = shareParts(task.ranks, mine.residuals);
-    if (!residuals.ok()) return residuals.error();
-    StepOutput output(task, content, {*std::move(points), *std::move(residuals)}, entry);
+    MOTE_ASSIGN_OR_RETURN(auto points, shareParts(task.ranks, mine.points));
+    MOTE_ASSIGN_OR_RETURN(auto residuals, shareParts(task.ranks, mine.residuals));
+    StepOutput output(task, content, {std::move(points), std::move(residuals)}, entry);
     return agree(task.ranks, task.ranks.first() ? output.write() : success());
 }
 

@@ -27,32 +27,30 @@ constexpr double greatestSpan = 1e37;
 class Job {
   public:
     Job(const proto::JobRequest& request, const OpenVolume& open, const std::vector<fs::path>& inputs,
-        const fs::path& output, const VolumeJobOptions& options, Progress& progress)
+        const fs::path& output, const JobResources& resources, Progress& progress)
         : request_(request),
           open_(open),
           inputs_(inputs),
           output_(output),
-          options_(options),
-          ranks_(*options.ranks),
+          resources_(resources),
+          ranks_(*resources.ranks),
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
         MOTE_RETURN_IF_ERROR(agree(ranks_, check()));
         // Before the work: a place that cannot be had is said at once.
-        auto dataset = SharedDataset::create(ranks_, output_);
-        if (!dataset.ok()) return dataset.error();
+        MOTE_ASSIGN_OR_RETURN(auto dataset, SharedDataset::create(ranks_, output_));
         MOTE_RETURN_IF_ERROR(findRanges());
         auto manifest = describeVolume(request_, inputs_, output_, shape_, plan_, range_);
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
-            auto entry = makeStep(step, dataset->directory());
+            auto entry = makeStep(step, dataset.directory());
             if (!entry.ok()) return inInput(step, entry.error());
             MOTE_RETURN_IF_ERROR(
-                agree(ranks_, ranks_.first() ? addFiles(*entry, dataset->writer()) : success()));
+                agree(ranks_, ranks_.first() ? addFiles(*entry, dataset.writer()) : success()));
             *manifest.mutable_hybrid()->add_steps() = *std::move(entry);
         }
-        MOTE_RETURN_IF_ERROR(
-            agree(ranks_, ranks_.first() ? publish(dataset->writer(), manifest) : success()));
-        dataset->finish();
+        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? publish(dataset.writer(), manifest) : success()));
+        dataset.finish();
         progress_.report(1.0, "done");
         return manifest;
     }
@@ -76,12 +74,9 @@ class Job {
     /// The plan follows from the first volume; the others must be like it.
     Status planFrom(const VolumeShape& shape) {
         shape_ = shape;
-        auto plan = planVolume(request_.volume(), shape);
-        if (!plan.ok()) return plan.error();
-        plan_ = *std::move(plan);
-        const auto memory = planMemory(plan_, options_.memory, tbb::this_task_arena::max_concurrency());
-        if (!memory.ok()) return memory.error();
-        memory_ = *memory;
+        MOTE_ASSIGN_OR_RETURN(plan_, planVolume(request_.volume(), shape));
+        MOTE_ASSIGN_OR_RETURN(memory_,
+                              planMemory(plan_, resources_.memory, tbb::this_task_arena::max_concurrency()));
         return success();
     }
 
@@ -99,10 +94,9 @@ class Job {
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
             const auto range = rangeOf(step);
             MOTE_RETURN_IF_ERROR(agree(ranks_, range.ok() ? success() : inInput(step, range.error())));
-            const auto all = shareValues<ValueRange>(ranks_, std::span(&*range, 1));
-            if (!all.ok()) return all.error();
+            MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<ValueRange>(ranks_, std::span(&*range, 1)));
             auto& united = ranges_.emplace_back();
-            for (const auto& of : *all) united = united.united(of.front());
+            for (const auto& of : all) united = united.united(of.front());
             range_ = range_.united(united);
         }
         noteInvalid();
@@ -112,17 +106,15 @@ class Job {
 
     /// Of this rank's slices.
     Result<ValueRange> rangeOf(std::size_t step) {
-        auto source = open_(step);
-        if (!source.ok()) return source.error();
-        const auto& shape = (*source)->shape();
-        const auto fits = step == 0 ? planFrom(shape) : checkLikeFirst(step, shape);
-        if (!fits.ok()) return fits.error();
+        MOTE_ASSIGN_OR_RETURN(auto source, open_(step));
+        const auto& shape = source->shape();
+        MOTE_RETURN_IF_ERROR(step == 0 ? planFrom(shape) : checkLikeFirst(step, shape));
         progress_.report(rangeShare * static_cast<double>(step) / static_cast<double>(inputs_.size()),
                          phase("looking for the range of", step));
         const auto own = partOf(plan_, ranks_.rank(), ranks_.size()).source;
         auto range =
-            findRange(**source, own.begin, own.end, memory_.slices, [this] { return progress_.cancelled(); });
-        if (inputs_.size() == 1) only_ = *std::move(source);
+            findRange(*source, own.begin, own.end, memory_.slices, [this] { return progress_.cancelled(); });
+        if (inputs_.size() == 1) only_ = std::move(source);
         return range;
     }
 
@@ -147,10 +139,9 @@ class Job {
             progress_.report(rangeShare + (0.97 - rangeShare) * all, phase(fmt::format("{}:", what), step));
             return success();
         };
-        auto entry = makeHybridStep(**source, task);
-        if (!entry.ok()) return entry.error();
-        entry->set_time(static_cast<double>(step));
-        entry->set_invalid(ranges_[step].invalid);
+        MOTE_ASSIGN_OR_RETURN(auto entry, makeHybridStep(**source, task));
+        entry.set_time(static_cast<double>(step));
+        entry.set_invalid(ranges_[step].invalid);
         return entry;
     }
 
@@ -172,7 +163,7 @@ class Job {
     const OpenVolume& open_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
-    VolumeJobOptions options_;
+    JobResources resources_;
     Communicator& ranks_;
     Progress& progress_;
 
@@ -188,11 +179,11 @@ class Job {
 
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const OpenVolume& open,
                                      const std::vector<fs::path>& inputs, const fs::path& output,
-                                     const VolumeJobOptions& options, Progress& progress) {
+                                     const JobResources& resources, Progress& progress) {
     const auto alone = singleProcess();
-    VolumeJobOptions all = options;
+    JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
-    return onThreads(options.threads,
+    return onThreads(resources.threads,
                      [&] { return Job(request, open, inputs, output, all, progress).run(); });
 }
 

@@ -12,20 +12,13 @@
 #include <memory>
 #include <vector>
 
-#include "preprocess/parallel/communicator.h"
+#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
-
-/// What changes how the job works, and not what it makes.
-struct VolumeJobOptions {
-    int threads = 0;                ///< 0: as many as there are cores
-    std::uint64_t memory = 0;       ///< bytes that this process may take; 0: three quarters of the machine's
-    Communicator* ranks = nullptr;  ///< those who work on it, null: this process alone
-};
 
 /// Opens the volume of an input, by its index.
 using OpenVolume = std::function<Result<std::unique_ptr<VolumeSource>>(std::size_t)>;
@@ -35,12 +28,12 @@ using OpenVolume = std::function<Result<std::unique_ptr<VolumeSource>>(std::size
 /// disk), cancelled, and the sources' own.
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
                                      const std::vector<std::filesystem::path>& inputs,
-                                     const std::filesystem::path& output, const VolumeJobOptions& options,
+                                     const std::filesystem::path& output, const JobResources& resources,
                                      Progress& progress);
 /// The same with sources that come from elsewhere; `inputs` are their names.
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const OpenVolume& open,
                                      const std::vector<std::filesystem::path>& inputs,
-                                     const std::filesystem::path& output, const VolumeJobOptions& options,
+                                     const std::filesystem::path& output, const JobResources& resources,
                                      Progress& progress);
 
 }  // namespace mote::prep

@@ -46,25 +46,24 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
 }  // namespace
 
 Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const fs::path& input,
-                                    const fs::path& output, std::uint64_t memory, Progress& progress) {
-    auto writer = storage::DatasetWriter::create(output);
-    if (!writer.ok()) return writer.error();
-    const auto picture = readPicture(input, memory, progress);
-    if (!picture.ok()) return picture.error();
-    if (picture->invalid > 0) {
+                                    const fs::path& output, const JobResources& resources,
+                                    Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
+    MOTE_ASSIGN_OR_RETURN(const auto picture, readPicture(input, resources.memory, progress));
+    if (picture.invalid > 0) {
         progress.note(
-            fmt::format("{} pixels are not finite numbers and were taken as white", picture->invalid));
+            fmt::format("{} pixels are not finite numbers and were taken as white", picture.invalid));
     }
     progress.report(0.85, "writing");
-    MOTE_RETURN_IF_ERROR(storage::writeImage(writer->directory(), picture->luminance));
+    MOTE_RETURN_IF_ERROR(storage::writeImage(writer.directory(), picture.luminance));
     const auto cancelled = [&] { return progress.cancelled(); };
     for (const char* suffix : {".h5", ".digest"}) {
-        MOTE_RETURN_IF_ERROR(writer->add(std::string(storage::imageName) + suffix, cancelled));
+        MOTE_RETURN_IF_ERROR(writer.add(std::string(storage::imageName) + suffix, cancelled));
     }
-    auto manifest = describe(request, input, output, *picture);
+    auto manifest = describe(request, input, output, picture);
     if (cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
-    MOTE_RETURN_IF_ERROR(writer->publish(manifest));
-    manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
+    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
     progress.report(1.0, "done");
     return manifest;
 }

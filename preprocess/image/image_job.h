@@ -4,19 +4,19 @@
 // gives the same bytes.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 
+#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
-/// Makes `output`, which appears by one rename, from `input`. `memory` in bytes, as for readPicture. Returns
-/// its manifest. Errors: alreadyExists, permissionDenied, resourceExhausted, cancelled, and readPicture's.
+/// Makes `output`, which appears by one rename, from `input`. Returns its manifest. Errors: alreadyExists,
+/// permissionDenied, resourceExhausted, cancelled, and readPicture's.
 Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const std::filesystem::path& input,
-                                    const std::filesystem::path& output, std::uint64_t memory,
+                                    const std::filesystem::path& output, const JobResources& resources,
                                     Progress& progress);
 
 }  // namespace mote::prep

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/read_file.h"
-#include "storage/files/system_error.h"
 
 namespace mote::prep {
 namespace {
@@ -53,11 +53,10 @@ bool jpegHasEnd(std::string_view bytes) {
 }
 
 Result<std::string> firstBytes(const std::filesystem::path& path) {
-    const auto file = storage::openRegular(path);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, storage::openRegular(path));
     std::string head(8, '\0');
-    const auto got = ::pread(file->get(), head.data(), head.size(), 0);
-    if (got < 0) return storage::systemError(errno, path.string(), "cannot be read");
+    const auto got = ::pread(file.get(), head.data(), head.size(), 0);
+    if (got < 0) return systemError(errno, path.string(), "cannot be read");
     head.resize(static_cast<std::size_t>(got));
     return head;
 }
@@ -65,19 +64,17 @@ Result<std::string> firstBytes(const std::filesystem::path& path) {
 }  // namespace
 
 Result<const char*> pictureFormat(const std::filesystem::path& path) {
-    const auto head = firstBytes(path);
-    if (!head.ok()) return head.error();
-    if (head->empty()) return Error{ErrorCode::corrupt, path.string(), "is empty"};
+    MOTE_ASSIGN_OR_RETURN(const auto head, firstBytes(path));
+    if (head.empty()) return Error{ErrorCode::corrupt, path.string(), "is empty"};
     const auto found = std::find_if(signatures.begin(), signatures.end(), [&](const Signature& signature) {
-        return std::string_view(*head).starts_with(signature.bytes);
+        return std::string_view(head).starts_with(signature.bytes);
     });
     if (found == signatures.end()) {
         return Error{ErrorCode::unsupported, path.string(), "is no PNG, JPEG, TIFF or OpenEXR picture"};
     }
     if (found->format != "jpeg"sv) return found->format;
-    const auto bytes = storage::readWhole(path, jpegLimit);
-    if (!bytes.ok()) return bytes.error();
-    if (jpegHasEnd(*bytes)) return found->format;
+    MOTE_ASSIGN_OR_RETURN(const auto bytes, storage::readWhole(path, jpegLimit));
+    if (jpegHasEnd(bytes)) return found->format;
     return Error{ErrorCode::corrupt, path.string(), "ends before its picture does"};
 }
 

@@ -65,9 +65,8 @@ class PictureReader {
     }
 
     Status open() {
-        const auto format = pictureFormat(path_);
-        if (!format.ok()) return format.error();
-        input_ = OIIO::ImageInput::create(*format);
+        MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path_));
+        input_ = OIIO::ImageInput::create(format);
         if (!input_) return corrupt("cannot be read: " + OIIO::geterror());
         OIIO::ImageSpec wishes;
         // Multiplied by alpha while encoded, colours could not be laid on white as light mixes.

@@ -35,24 +35,23 @@ std::uint64_t meshFileLimit(std::uint64_t memory) {
 }
 
 Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::path& input,
-                                   const fs::path& output, std::uint64_t memory, Progress& progress) {
-    auto writer = storage::DatasetWriter::create(output);
-    if (!writer.ok()) return writer.error();
+                                   const fs::path& output, const JobResources& resources,
+                                   Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
     progress.report(0.0, "reading the mesh");
-    auto read = readMesh(input, meshFileLimit(memoryFor(memory)), progress);
-    if (!read.ok()) return read.error();
-    if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
+    MOTE_ASSIGN_OR_RETURN(auto read, readMesh(input, meshFileLimit(memoryFor(resources.memory)), progress));
+    if (const auto repairs = describeRepairs(read.counts); !repairs.empty()) progress.note(repairs);
     progress.report(0.5, "finding edges and normals");
-    const auto mesh = makeSurfaceMesh(read->mesh);
+    const auto mesh = makeSurfaceMesh(read.mesh);
     if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
     progress.report(0.8, "writing");
-    MOTE_RETURN_IF_ERROR(storage::writeMesh(writer->directory(), mesh));
+    MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));
     const auto cancelled = [&] { return progress.cancelled(); };
-    MOTE_RETURN_IF_ERROR(writer->add("mesh.h5", cancelled));
-    MOTE_RETURN_IF_ERROR(writer->add("mesh.digest", cancelled));
+    MOTE_RETURN_IF_ERROR(writer.add("mesh.h5", cancelled));
+    MOTE_RETURN_IF_ERROR(writer.add("mesh.digest", cancelled));
     auto manifest = describe(request, input, output, mesh);
-    MOTE_RETURN_IF_ERROR(writer->publish(manifest));
-    manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
+    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
     progress.report(1.0, "done");
     return manifest;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -17,11 +18,10 @@ namespace mote::prep {
 /// times as much (a PLY file of one-byte coordinates).
 std::uint64_t meshFileLimit(std::uint64_t memory);
 
-/// Makes `output`, which appears by one rename, from `input`. `memory`: bytes that the job may take, 0 for
-/// three quarters of the machine's. Returns its manifest. Errors: those of readMesh (read_mesh.h),
-/// alreadyExists, permissionDenied, resourceExhausted (memory, disk), cancelled.
+/// Makes `output`, which appears by one rename, from `input`. Returns its manifest. Errors: those of readMesh
+/// (read_mesh.h), alreadyExists, permissionDenied, resourceExhausted (memory, disk), cancelled.
 Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const std::filesystem::path& input,
-                                   const std::filesystem::path& output, std::uint64_t memory,
+                                   const std::filesystem::path& output, const JobResources& resources,
                                    Progress& progress);
 
 }  // namespace mote::prep

@@ -54,10 +54,9 @@ class ObjParser {
         corners_.clear();
         bool known = true;
         for (auto word = text_.word(); !word.empty(); word = text_.word()) {
-            const auto corner = index(word);
-            if (!corner.ok()) return corner.error();
-            known = known && *corner < mesh_.positions.size();
-            corners_.push_back(*corner);
+            MOTE_ASSIGN_OR_RETURN(const auto corner, index(word));
+            known = known && corner < mesh_.positions.size();
+            corners_.push_back(corner);
         }
         if (corners_.size() < 3) return text_.error("a face needs three vertices");
         if (known) {

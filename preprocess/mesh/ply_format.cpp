@@ -71,39 +71,36 @@ class PlyParser {
                 MOTE_RETURN_IF_ERROR(readList(property, meaning));
                 continue;
             }
-            const auto value = values_.next(property.type);
-            if (!value.ok()) return value.error();
-            if (meaning == Meaning::x) position.x = static_cast<float>(*value);
-            if (meaning == Meaning::y) position.y = static_cast<float>(*value);
-            if (meaning == Meaning::z) position.z = static_cast<float>(*value);
+            MOTE_ASSIGN_OR_RETURN(const auto value, values_.next(property.type));
+            if (meaning == Meaning::x) position.x = static_cast<float>(value);
+            if (meaning == Meaning::y) position.y = static_cast<float>(value);
+            if (meaning == Meaning::z) position.z = static_cast<float>(value);
         }
         if (element.name == "vertex") mesh_.positions.push_back(position);
         return success();
     }
 
     Status readList(const PlyProperty& property, Meaning meaning) {
-        const auto count = values_.next(*property.countType);
-        if (!count.ok()) return count.error();
-        if (!(*count >= 0.0) || *count != std::floor(*count) || *count > 4294967295.0 ||
-            !values_.mayHold(static_cast<std::uint64_t>(*count), property.type)) {
-            return values_.error(fmt::format("a list of {} values does not fit the file", *count));
+        MOTE_ASSIGN_OR_RETURN(const auto count, values_.next(*property.countType));
+        if (!(count >= 0.0) || count != std::floor(count) || count > 4294967295.0 ||
+            !values_.mayHold(static_cast<std::uint64_t>(count), property.type)) {
+            return values_.error(fmt::format("a list of {} values does not fit the file", count));
         }
         corners_.clear();
-        const auto length = static_cast<std::uint64_t>(*count);
+        const auto length = static_cast<std::uint64_t>(count);
         for (std::uint64_t i = 0; i < length; ++i) {
-            const auto value = values_.next(property.type);
-            if (!value.ok()) return value.error();
+            MOTE_ASSIGN_OR_RETURN(const auto value, values_.next(property.type));
             if (meaning == Meaning::nothing) continue;
-            if (meaning == Meaning::strips && *value == -1.0) {
+            if (meaning == Meaning::strips && value == -1.0) {
                 addStrip();
                 continue;
             }
-            if (!(*value >= 0.0) || *value >= static_cast<double>(mesh_.positions.size()) ||
-                *value != std::floor(*value)) {
+            if (!(value >= 0.0) || value >= static_cast<double>(mesh_.positions.size()) ||
+                value != std::floor(value)) {
                 return values_.error(
-                    fmt::format("a face names vertex {} of {}", *value, mesh_.positions.size()));
+                    fmt::format("a face names vertex {} of {}", value, mesh_.positions.size()));
             }
-            corners_.push_back(static_cast<std::uint32_t>(*value));
+            corners_.push_back(static_cast<std::uint32_t>(value));
         }
         if (meaning == Meaning::polygon) addPolygon(mesh_, corners_);
         if (meaning == Meaning::strips) addStrip();
@@ -134,9 +131,8 @@ class PlyParser {
 }  // namespace
 
 Result<TriangleMesh> parsePly(std::string_view bytes, const std::string& name) {
-    auto header = readPlyHeader(bytes, name);
-    if (!header.ok()) return header.error();
-    return PlyParser(bytes, *std::move(header), name).parse();
+    MOTE_ASSIGN_OR_RETURN(auto header, readPlyHeader(bytes, name));
+    return PlyParser(bytes, std::move(header), name).parse();
 }
 
 }  // namespace mote::prep

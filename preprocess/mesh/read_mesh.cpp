@@ -22,22 +22,20 @@ constexpr std::uint64_t mostTriangles = std::uint64_t{1} << 31;
 
 /// The whole file, inflated, a piece at a time, so that no size that it claims for itself is believed.
 Result<std::string> readAll(const fs::path& path, std::uint64_t limit, Progress& progress) {
-    auto source = ByteSource::open(path);
-    if (!source.ok()) return source.error();
+    MOTE_ASSIGN_OR_RETURN(auto source, ByteSource::open(path));
     std::string bytes;
     for (;;) {
         if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
         const auto before = bytes.size();
         bytes.resize(before + pieceBytes);
-        const auto got = (*source)->read(std::span(bytes).subspan(before));
-        if (!got.ok()) return got.error();
-        bytes.resize(before + *got);
+        MOTE_ASSIGN_OR_RETURN(const auto got, source->read(std::span(bytes).subspan(before)));
+        bytes.resize(before + got);
         if (bytes.size() > limit) {
             return Error{ErrorCode::resourceExhausted, path.filename().string(),
                          fmt::format("has more than the {} MiB that memory allows{}", limit >> 20,
-                                     (*source)->compressed() ? ", decompressed" : "")};
+                                     source->compressed() ? ", decompressed" : "")};
         }
-        if (*got < pieceBytes) return bytes;
+        if (got < pieceBytes) return bytes;
     }
 }
 
@@ -71,23 +69,21 @@ Parse parserOf(std::string_view bytes, const std::string& ending) {
 }  // namespace
 
 Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& progress) {
-    auto bytes = readAll(path, limit, progress);
-    if (!bytes.ok()) return bytes.error();
+    MOTE_ASSIGN_OR_RETURN(auto bytes, readAll(path, limit, progress));
     const auto name = path.filename().string();
-    const auto parse = parserOf(*bytes, endingOf(path));
+    const auto parse = parserOf(bytes, endingOf(path));
     if (parse == nullptr) {
         return Error{ErrorCode::unsupported, name, "is no OBJ, PLY, STL or OFF file"};
     }
-    auto parsed = parse(*bytes, name);
-    if (!parsed.ok()) return parsed.error();
-    *bytes = {};
-    if (parsed->positions.size() >= std::numeric_limits<std::uint32_t>::max() ||
-        parsed->triangles.size() >= mostTriangles) {
+    MOTE_ASSIGN_OR_RETURN(auto parsed, parse(bytes, name));
+    bytes = {};
+    if (parsed.positions.size() >= std::numeric_limits<std::uint32_t>::max() ||
+        parsed.triangles.size() >= mostTriangles) {
         return Error{ErrorCode::resourceExhausted, name, "has more than 2^31 triangles or 2^32 vertices"};
     }
     if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
     ReadMesh made;
-    made.mesh = weldMesh(*std::move(parsed), made.counts);
+    made.mesh = weldMesh(std::move(parsed), made.counts);
     if (!made.mesh.triangles.empty()) return made;
     const auto repairs = describeRepairs(made.counts);
     return Error{ErrorCode::unsupported, name,

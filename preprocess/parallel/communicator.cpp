@@ -34,9 +34,8 @@ Status agree(Communicator& ranks, const Status& mine) {
         text += static_cast<char>(mine.error().code);
         text += mine.error().where + '\0' + mine.error().message;
     }
-    const auto all = ranks.share(std::as_bytes(std::span(text)));
-    if (!all.ok()) return all.error();
-    for (const auto& bytes : *all) {
+    MOTE_ASSIGN_OR_RETURN(const auto all, ranks.share(std::as_bytes(std::span(text))));
+    for (const auto& bytes : all) {
         if (bytes.empty()) continue;
         const auto said = textOf(bytes);
         const auto end = said.find('\0', 1);
@@ -46,9 +45,9 @@ Status agree(Communicator& ranks, const Status& mine) {
 }
 
 Result<std::string> fromFirst(Communicator& ranks, const std::string& text) {
-    const auto all = ranks.share(std::as_bytes(std::span(ranks.first() ? text : std::string())));
-    if (!all.ok()) return all.error();
-    return textOf(all->front());
+    MOTE_ASSIGN_OR_RETURN(const auto all,
+                          ranks.share(std::as_bytes(std::span(ranks.first() ? text : std::string()))));
+    return textOf(all.front());
 }
 
 }  // namespace mote::prep

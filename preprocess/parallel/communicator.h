@@ -56,10 +56,9 @@ std::vector<T> valuesOf(const Bytes& bytes) {
 
 template <class T>
 Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<const T> mine) {
-    auto shared = ranks.share(std::as_bytes(mine));
-    if (!shared.ok()) return shared.error();
+    MOTE_ASSIGN_OR_RETURN(auto shared, ranks.share(std::as_bytes(mine)));
     std::vector<std::vector<T>> values;
-    for (const auto& bytes : *shared) values.push_back(valuesOf<T>(bytes));
+    for (const auto& bytes : shared) values.push_back(valuesOf<T>(bytes));
     return values;
 }
 

@@ -18,16 +18,15 @@ template <class T, class Take>
 Status sharePieces(Communicator& ranks, std::span<const T> mine, const Take& take) {
     constexpr std::uint64_t most = (std::uint64_t{1} << 22) / sizeof(T);
     const std::uint64_t length = mine.size();
-    const auto lengths = shareValues<std::uint64_t>(ranks, std::span(&length, 1));
-    if (!lengths.ok()) return lengths.error();
+    MOTE_ASSIGN_OR_RETURN(const auto lengths, shareValues<std::uint64_t>(ranks, std::span(&length, 1)));
     std::uint64_t longest = 0;
-    for (const auto& of : *lengths) longest = std::max(longest, of.front());
+    for (const auto& of : lengths) longest = std::max(longest, of.front());
     for (std::uint64_t first = 0; first < longest; first += most) {
         const auto begin = std::min(first, length);
-        const auto all = shareValues<T>(ranks, mine.subspan(begin, std::min(most, length - begin)));
-        if (!all.ok()) return all.error();
-        for (std::size_t rank = 0; rank < all->size(); ++rank) {
-            take(rank, first, std::span<const T>((*all)[rank]));
+        MOTE_ASSIGN_OR_RETURN(const auto all,
+                              shareValues<T>(ranks, mine.subspan(begin, std::min(most, length - begin))));
+        for (std::size_t rank = 0; rank < all.size(); ++rank) {
+            take(rank, first, std::span<const T>(all[rank]));
         }
     }
     return success();

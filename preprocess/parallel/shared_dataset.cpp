@@ -17,9 +17,8 @@ Result<SharedDataset> SharedDataset::create(Communicator& ranks, const fs::path&
     }
     MOTE_RETURN_IF_ERROR(agree(ranks, status));
     // The others know its name before it is there.
-    const auto shared = fromFirst(ranks, name);
-    if (!shared.ok()) return shared.error();
-    SharedDataset dataset(*shared, std::nullopt);
+    MOTE_ASSIGN_OR_RETURN(const auto shared, fromFirst(ranks, name));
+    SharedDataset dataset(shared, std::nullopt);
     if (ranks.first()) {
         auto writer = storage::DatasetWriter::create(output, dataset.directory_);
         if (!writer.ok()) status = writer.error();

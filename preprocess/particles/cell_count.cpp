@@ -60,15 +60,13 @@ Result<CellCount> countCells(StepReader& reader, const std::array<Range, 3>& bou
 
 Result<CellCount> sumOfRanks(Communicator& ranks, const CellCount& mine) {
     if (ranks.size() == 1) return mine;
-    const auto cells = shareValues<std::uint32_t>(ranks, mine.cells);
-    if (!cells.ok()) return cells.error();
+    MOTE_ASSIGN_OR_RETURN(const auto cells, shareValues<std::uint32_t>(ranks, mine.cells));
     const Rest rest{mine.lost, mine.invalid, mine.outside, mine.weight};
-    const auto rests = shareValues<Rest>(ranks, std::span(&rest, 1));
-    if (!rests.ok()) return rests.error();
+    MOTE_ASSIGN_OR_RETURN(const auto rests, shareValues<Rest>(ranks, std::span(&rest, 1)));
     CellCount sum;
-    for (std::size_t rank = 0; rank < cells->size(); ++rank) {
-        const Rest& other = (*rests)[rank].front();
-        sum.add({std::move((*cells)[rank]), other.lost, other.invalid, other.outside, other.weight});
+    for (std::size_t rank = 0; rank < cells.size(); ++rank) {
+        const Rest& other = rests[rank].front();
+        sum.add({std::move(cells[rank]), other.lost, other.invalid, other.outside, other.weight});
     }
     return sum;
 }

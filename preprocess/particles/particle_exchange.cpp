@@ -60,16 +60,15 @@ void ParticleExchange::assignRanges() {
 Status ParticleExchange::findPlaces(const std::vector<std::uint32_t>& cells) {
     std::vector<std::uint32_t> mine(plan_.ranges.size());
     for (std::size_t cell = 0; cell < cells.size(); ++cell) mine[plan_.rangeOfCell[cell]] += cells[cell];
-    const auto counts = shareValues<std::uint32_t>(ranks_, mine);
-    if (!counts.ok()) return counts.error();
+    MOTE_ASSIGN_OR_RETURN(const auto counts, shareValues<std::uint32_t>(ranks_, mine));
     const auto rank = static_cast<std::size_t>(ranks_.rank());
-    next_.assign(counts->size(), std::vector<std::uint64_t>(rangesOf(rank)));
+    next_.assign(counts.size(), std::vector<std::uint64_t>(rangesOf(rank)));
     for (std::size_t i = 0; i < rangesOf(rank); ++i) {
         const std::size_t range = firstRange_[rank] + i;
         std::uint64_t at = plan_.ranges[range].begin - plan_.ranges[firstRange_[rank]].begin;
-        for (std::size_t from = 0; from < counts->size(); ++from) {
+        for (std::size_t from = 0; from < counts.size(); ++from) {
             next_[from][i] = at;
-            at += (*counts)[from][range];
+            at += counts[from][range];
         }
     }
     return success();
@@ -78,22 +77,20 @@ Status ParticleExchange::findPlaces(const std::vector<std::uint32_t>& cells) {
 Result<std::size_t> ParticleExchange::findRounds(const StepReader& reader) {
     const std::size_t together = blocksPerRound(ranks_);
     const std::uint64_t mine = (reader.blockCount() + together - 1) / together;
-    const auto all = shareValues<std::uint64_t>(ranks_, std::span(&mine, 1));
-    if (!all.ok()) return all.error();
+    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::uint64_t>(ranks_, std::span(&mine, 1)));
     std::uint64_t most = 0;
-    for (const auto& one : *all) most = std::max(most, one.front());
+    for (const auto& one : all) most = std::max(most, one.front());
     return static_cast<std::size_t>(most);
 }
 
 Status ParticleExchange::run(StepReader& reader, const std::array<Range, 3>& bounds,
                              const std::vector<std::uint32_t>& cells, SortedParticles& store) {
     MOTE_RETURN_IF_ERROR(findPlaces(cells));
-    const auto rounds = findRounds(reader);
-    if (!rounds.ok()) return rounds.error();
+    MOTE_ASSIGN_OR_RETURN(const auto rounds, findRounds(reader));
     tbb::enumerable_thread_specific<QuantizedBlock> blocks;
     const std::size_t together = blocksPerRound(ranks_);
     std::vector<Batch> batches(together);
-    for (std::size_t round = 0; round < *rounds; ++round) {
+    for (std::size_t round = 0; round < rounds; ++round) {
         const std::size_t begin = std::min(reader.blockCount(), round * together);
         const std::size_t end = std::min(reader.blockCount(), begin + together);
         batches.resize(end - begin);
@@ -143,10 +140,9 @@ Status ParticleExchange::deliver(const std::vector<Batch>& batches, SortedPartic
     }
     std::vector<Bytes> outgoing;
     for (std::size_t rank = 0; rank + 1 < firstRange_.size(); ++rank) outgoing.push_back(pack(batches, rank));
-    const auto incoming = ranks_.exchange(std::move(outgoing));
-    if (!incoming.ok()) return incoming.error();
-    for (std::size_t from = 0; from < incoming->size(); ++from) {
-        MOTE_RETURN_IF_ERROR(place(from, unpack((*incoming)[from]), store));
+    MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
+    for (std::size_t from = 0; from < incoming.size(); ++from) {
+        MOTE_RETURN_IF_ERROR(place(from, unpack(incoming[from]), store));
     }
     return success();
 }

@@ -40,21 +40,20 @@ Error cancelledError() {
 class Job {
   public:
     Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
-        const fs::path& output, const ParticlesJobOptions& options, Progress& progress)
+        const fs::path& output, const JobResources& resources, Progress& progress)
         : request_(request),
           job_(request.particles()),
           source_(source),
           inputs_(inputs),
           output_(output),
-          options_(options),
-          ranks_(*options.ranks),
+          resources_(resources),
+          ranks_(*resources.ranks),
           progress_(progress) {}
 
     Result<proto::Manifest> run() {
         MOTE_RETURN_IF_ERROR(agree(ranks_, prepare()));
-        auto dataset = SharedDataset::create(ranks_, output_);
-        if (!dataset.ok()) return dataset.error();
-        dataset_.emplace(*std::move(dataset));
+        MOTE_ASSIGN_OR_RETURN(auto dataset, SharedDataset::create(ranks_, output_));
+        dataset_.emplace(std::move(dataset));
         MOTE_RETURN_IF_ERROR(findBounds());
         manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
         MOTE_RETURN_IF_ERROR(makeSteps());
@@ -68,14 +67,11 @@ class Job {
     Status prepare() {
         MOTE_RETURN_IF_ERROR(checkParticlesJob(job_));
         for (int i = 0; i < 3; ++i) {
-            auto axis = findAxis(job_.axes(i));
-            if (!axis.ok()) return axis.error();
-            MOTE_RETURN_IF_ERROR(checkAxis(*axis, source_));
-            axes_[static_cast<std::size_t>(i)] = *std::move(axis);
+            MOTE_ASSIGN_OR_RETURN(auto axis, findAxis(job_.axes(i)));
+            MOTE_RETURN_IF_ERROR(checkAxis(axis, source_));
+            axes_[static_cast<std::size_t>(i)] = std::move(axis);
         }
-        auto steps = selectSteps(job_.steps(), source_.steps().size());
-        if (!steps.ok()) return steps.error();
-        steps_ = *std::move(steps);
+        MOTE_ASSIGN_OR_RETURN(steps_, selectSteps(job_.steps(), source_.steps().size()));
         if (steps_.size() > static_cast<std::size_t>(storage::maxSteps)) {
             return Error{ErrorCode::resourceExhausted, "steps",
                          fmt::format("{} steps are more than the {} that one dataset holds; select some",
@@ -90,7 +86,7 @@ class Job {
     /// `together`: among how many steps the memory is divided.
     MemoryPlan memoryFor(std::size_t step, std::size_t together) const {
         return planMemory(source_.steps()[step].particles, stepOptions_,
-                          prep::memoryFor(options_.memory) / together,
+                          prep::memoryFor(resources_.memory) / together,
                           tbb::this_task_arena::max_concurrency());
     }
 
@@ -118,7 +114,7 @@ class Job {
                 fmt::format("step {} has {} particles, for which the job needs at least {:.2f} GB of "
                             "memory; the limit is {:.2f} GB. A larger leaf capacity needs less",
                             step, info.particles, static_cast<double>(plan.needed) / gigabyte * 1.02,
-                            static_cast<double>(options_.memory) / gigabyte)};
+                            static_cast<double>(resources_.memory) / gigabyte)};
         }
         return success();
     }
@@ -143,13 +139,11 @@ class Job {
         for (std::size_t i = 0; i < steps_.size() && !boundsGiven(); ++i) {
             report(0.2 * static_cast<double>(i) / static_cast<double>(steps_.size()),
                    fmt::format("looking for the bounds: step {} of {}", i + 1, steps_.size()));
-            auto reader = openReader(i);
-            if (!reader.ok()) return reader.error();
-            const auto ranges = stepBounds(*reader, ranks_);
-            if (!ranges.ok()) return ranges.error();
-            for (std::size_t a = 0; a < 3; ++a) found[a] = found[a].united((*ranges)[a]);
-            mayKeep_ -= reader->keptBytes();
-            readers_[i].emplace(*std::move(reader));
+            MOTE_ASSIGN_OR_RETURN(auto reader, openReader(i));
+            MOTE_ASSIGN_OR_RETURN(const auto ranges, stepBounds(reader, ranks_));
+            for (std::size_t a = 0; a < 3; ++a) found[a] = found[a].united(ranges[a]);
+            mayKeep_ -= reader.keptBytes();
+            readers_[i].emplace(std::move(reader));
         }
         for (std::size_t a = 0; a < 3; ++a) MOTE_RETURN_IF_ERROR(setBounds(a, found[a]));
         return success();
@@ -215,9 +209,8 @@ class Job {
 
     Result<BuiltStep> buildFrom(std::size_t index) {
         if (!readers_[index]) {
-            auto reader = openReader(index);
-            if (!reader.ok()) return reader.error();
-            readers_[index].emplace(*std::move(reader));
+            MOTE_ASSIGN_OR_RETURN(auto reader, openReader(index));
+            readers_[index].emplace(std::move(reader));
         }
         const StepResources resources{&ranks_, [this] { return progress_.cancelled(); },
                                       memoryFor(steps_[index], together_).particles, dataset_->directory()};
@@ -239,9 +232,8 @@ class Job {
         output.ranks = &ranks_;
         output.cancelled = [this] { return progress_.cancelled(); };
         output.complete = [&] { return takeFile(entry.file()); };
-        const auto places = writeBuiltStep(built, output);
-        if (!places.ok()) return places.error();
-        places_.push_back(*places);
+        MOTE_ASSIGN_OR_RETURN(const auto places, writeBuiltStep(built, output));
+        places_.push_back(places);
         return ranks_.first() ? dataset_->writer().add(entry.digest(), output.cancelled) : success();
     }
 
@@ -281,18 +273,18 @@ class Job {
     Status addHistogram(std::size_t index) {
         constexpr std::uint64_t together = std::uint64_t{1} << 20;
         auto& entry = *manifest_.mutable_particles()->mutable_steps(static_cast<int>(index));
-        const auto file = storage::StepFile::open(dataset_->directory() / entry.file(), places_[index]);
-        if (!file.ok()) return file.error();
+        MOTE_ASSIGN_OR_RETURN(const auto file,
+                              storage::StepFile::open(dataset_->directory() / entry.file(), places_[index]));
         std::vector<std::uint64_t> bins;
         for (std::uint64_t leaf = 0; leaf < leaves_[index]; leaf += together) {
             if (progress_.cancelled()) return cancelledError();
             const auto count = static_cast<std::size_t>(std::min(together, leaves_[index] - leaf));
             std::vector<float> density(count);
             std::vector<std::uint32_t> points(count);
-            MOTE_RETURN_IF_ERROR(file->read(storage::StepArray::leafDensity, leaf * sizeof(float),
-                                            std::as_writable_bytes(std::span(density))));
-            MOTE_RETURN_IF_ERROR(file->read(storage::StepArray::leafPointCount, leaf * sizeof(std::uint32_t),
-                                            std::as_writable_bytes(std::span(points))));
+            MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafDensity, leaf * sizeof(float),
+                                           std::as_writable_bytes(std::span(density))));
+            MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafPointCount, leaf * sizeof(std::uint32_t),
+                                           std::as_writable_bytes(std::span(points))));
             addToHistogram(density, points, {densities_.min, densities_.max}, bins);
         }
         entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
@@ -323,7 +315,7 @@ class Job {
     ParticleSource& source_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
-    ParticlesJobOptions options_;
+    JobResources resources_;
     Communicator& ranks_;
     Progress& progress_;
     std::mutex reporting_;
@@ -347,11 +339,11 @@ class Job {
 
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<fs::path>& inputs, const fs::path& output,
-                                        const ParticlesJobOptions& options, Progress& progress) {
+                                        const JobResources& resources, Progress& progress) {
     const auto alone = singleProcess();
-    ParticlesJobOptions all = options;
+    JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
-    return onThreads(options.threads,
+    return onThreads(resources.threads,
                      [&] { return Job(request, source, inputs, output, all, progress).run(); });
 }
 

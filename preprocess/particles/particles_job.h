@@ -9,20 +9,13 @@
 #include <filesystem>
 #include <vector>
 
-#include "preprocess/parallel/communicator.h"
+#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
-
-/// What changes how the job works, and not what it makes.
-struct ParticlesJobOptions {
-    int threads = 0;                ///< 0: as many as there are cores
-    std::uint64_t memory = 0;       ///< bytes that this process may take; 0: three quarters of the machine's
-    Communicator* ranks = nullptr;  ///< the processes that do this job together; null: this one alone
-};
 
 inline constexpr std::uint32_t defaultLeafCapacity = 32;
 inline constexpr std::uint32_t defaultMaxLevel = 10;
@@ -37,13 +30,13 @@ Status checkParticlesJob(const proto::ParticlesJob& job);
 /// have), alreadyExists, permissionDenied, resourceExhausted (memory, disk), cancelled, and the source's own.
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
                                         const std::vector<std::filesystem::path>& inputs,
-                                        const std::filesystem::path& output,
-                                        const ParticlesJobOptions& options, Progress& progress);
+                                        const std::filesystem::path& output, const JobResources& resources,
+                                        Progress& progress);
 
 /// Opens the inputs by openParticleSource, then as above.
 Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
                                         const std::vector<std::filesystem::path>& inputs,
-                                        const std::filesystem::path& output,
-                                        const ParticlesJobOptions& options, Progress& progress);
+                                        const std::filesystem::path& output, const JobResources& resources,
+                                        Progress& progress);
 
 }  // namespace mote::prep

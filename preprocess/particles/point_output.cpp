@@ -74,9 +74,8 @@ Status PointOutput::run() {
     if (ranks_.size() == 1) return runAlone();
     const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
     // Ranks may differ in their threads, not in what they expect of each other.
-    const auto all = shareValues<std::size_t>(ranks_, std::span(&threads, 1));
-    if (!all.ok()) return all.error();
-    const std::size_t together = all->front().front() * all->size();
+    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::size_t>(ranks_, std::span(&threads, 1)));
+    const std::size_t together = all.front().front() * all.size();
     for (std::size_t first = 0; first < windowCount(); first += together) {
         MOTE_RETURN_IF_ERROR(agree(ranks_, runRound(first, std::min(windowCount(), first + together))));
     }
@@ -100,10 +99,9 @@ Status PointOutput::runAlone() {
 Status PointOutput::runRound(std::size_t first, std::size_t last) {
     auto outgoing = gatherRound(first, last);
     MOTE_RETURN_IF_ERROR(agree(ranks_, outgoing.ok() ? success() : Status(outgoing.error())));
-    const auto incoming = ranks_.exchange(*std::move(outgoing));
-    if (!incoming.ok()) return incoming.error();
+    MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(*std::move(outgoing)));
     const auto size = static_cast<std::size_t>(ranks_.size());
-    std::vector<std::span<const std::byte>> rest(incoming->begin(), incoming->end());
+    std::vector<std::span<const std::byte>> rest(incoming.begin(), incoming.end());
     std::vector<std::pair<std::size_t, std::vector<std::span<const LeafPoint>>>> mine;
     for (std::size_t i = first; i < last; ++i) {
         if (i % size != static_cast<std::size_t>(ranks_.rank())) continue;
@@ -196,20 +194,18 @@ Result<BuiltPreview> PointOutput::preview() {
         append(outgoing[0], std::as_bytes(std::span(ofWindow)));
         ofWindow = std::vector<PreviewCandidate>();
     }
-    const auto allSizes = shareValues<std::uint64_t>(ranks_, sizes);
-    if (!allSizes.ok()) return allSizes.error();
-    const auto incoming = ranks_.exchange(std::move(outgoing));
-    if (!incoming.ok()) return incoming.error();
+    MOTE_ASSIGN_OR_RETURN(const auto allSizes, shareValues<std::uint64_t>(ranks_, sizes));
+    MOTE_ASSIGN_OR_RETURN(const auto incoming, ranks_.exchange(std::move(outgoing)));
     if (!ranks_.first()) return BuiltPreview();
     // Each window's candidates come from the one rank that wrote it.
     std::vector<std::span<const PreviewCandidate>> lists;
     std::vector<const PreviewCandidate*> next;
-    for (const auto& bytes : *incoming) {
+    for (const auto& bytes : incoming) {
         next.push_back(reinterpret_cast<const PreviewCandidate*>(bytes.data()));
     }
     for (std::size_t i = 0; i < windowCount(); ++i) {
         for (std::size_t rank = 0; rank < next.size(); ++rank) {
-            lists.emplace_back(next[rank], (*allSizes)[rank][i]);
+            lists.emplace_back(next[rank], allSizes[rank][i]);
             next[rank] += lists.back().size();
         }
     }

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <utility>
 
-#include "storage/files/system_error.h"
+#include "protocol/scene/system_error.h"
 #include "storage/files/write_file.h"
 
 namespace mote::prep {
@@ -50,14 +50,14 @@ Result<RecordStore> RecordStore::inFile(const std::filesystem::path& folder, std
     if (bytes == 0) return store;
     store.file_ = namelessFile(folder);
     if (!store.file_.valid()) {
-        return storage::systemError(errno, folder.string(), "cannot hold a temporary file");
+        return systemError(errno, folder.string(), "cannot hold a temporary file");
     }
     int number = 0;
     do {
         number = ::fallocate(store.file_.get(), 0, 0, static_cast<off_t>(bytes)) == 0 ? 0 : errno;
     } while (number == EINTR);
     if (number == 0 || number == EOPNOTSUPP || number == ENOSYS) return store;
-    return storage::systemError(
+    return systemError(
         number, folder.string(),
         fmt::format("cannot hold a temporary file of the {} bytes that the memory limit makes needed",
                     bytes));

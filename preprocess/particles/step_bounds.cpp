@@ -101,9 +101,8 @@ class Search {
     Result<Answer> united(const Answer& mine) {
         Answer all;
         for (std::size_t a = 0; a < 3; ++a) {
-            const auto samples = shareValues<double>(ranks_, mine.sample[a]);
-            if (!samples.ok()) return samples.error();
-            for (const auto& sample : *samples) {
+            MOTE_ASSIGN_OR_RETURN(const auto samples, shareValues<double>(ranks_, mine.sample[a]));
+            for (const auto& sample : samples) {
                 all.sample[a].insert(all.sample[a].end(), sample.begin(), sample.end());
             }
         }
@@ -112,11 +111,10 @@ class Search {
             std::array<Range, 3> range;
         };
         const Head head{mine.particles, mine.range};
-        const auto heads = shareValues<Head>(ranks_, std::span(&head, 1));
-        if (!heads.ok()) return heads.error();
+        MOTE_ASSIGN_OR_RETURN(const auto heads, shareValues<Head>(ranks_, std::span(&head, 1)));
         earlier_ = 0;
-        for (std::size_t rank = 0; rank < heads->size(); ++rank) {
-            const Head& one = (*heads)[rank].front();
+        for (std::size_t rank = 0; rank < heads.size(); ++rank) {
+            const Head& one = heads[rank].front();
             all.append({one.particles, one.range, {}});
             if (rank < static_cast<std::size_t>(ranks_.rank())) earlier_ += one.particles;
         }

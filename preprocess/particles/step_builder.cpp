@@ -42,9 +42,7 @@ class Builder {
         MOTE_RETURN_IF_ERROR(agree(ranks_, buildRanges()));
         MOTE_RETURN_IF_ERROR(shareVolume());
         MOTE_RETURN_IF_ERROR(shareTrees());
-        auto octree = assembleOctree(std::move(plan_.levels));
-        if (!octree.ok()) return octree.error();
-        built_.octree = *std::move(octree);
+        MOTE_ASSIGN_OR_RETURN(built_.octree, assembleOctree(std::move(plan_.levels)));
         built_.points = std::move(store_.particles);
         return std::move(built_);
     }
@@ -55,13 +53,12 @@ class Builder {
     Status plan() {
         auto mine = countCells(reader_, bounds_, gridLevel_);
         MOTE_RETURN_IF_ERROR(agree(ranks_, mine.ok() ? success() : Status(mine.error())));
-        const auto all = sumOfRanks(ranks_, *mine);
-        if (!all.ok()) return all.error();
+        MOTE_ASSIGN_OR_RETURN(const auto all, sumOfRanks(ranks_, *mine));
         cells_ = std::move(mine->cells);
-        withWeights_ = all->weight.min < all->weight.max;
-        weight_ = all->weight.min;
-        plan_ = planCells(all->cells, gridLevel_, options_.octree);
-        built_.counts = {plan_.particles(), all->lost, all->invalid, all->outside};
+        withWeights_ = all.weight.min < all.weight.max;
+        weight_ = all.weight.min;
+        plan_ = planCells(all.cells, gridLevel_, options_.octree);
+        built_.counts = {plan_.particles(), all.lost, all.invalid, all.outside};
         return success();
     }
 
@@ -86,11 +83,9 @@ class Builder {
         const auto make = [&](std::uint64_t size) {
             return spill ? RecordStore::inFile(resources_.temporary, size) : RecordStore::inMemory(size);
         };
-        auto particles = make(bytes);
-        if (!particles.ok()) return particles.error();
-        auto weights = make(weightBytes);
-        if (!weights.ok()) return weights.error();
-        store_ = {*std::move(particles), *std::move(weights)};
+        MOTE_ASSIGN_OR_RETURN(auto particles, make(bytes));
+        MOTE_ASSIGN_OR_RETURN(auto weights, make(weightBytes));
+        store_ = {std::move(particles), std::move(weights)};
         return success();
     }
 
@@ -122,26 +117,23 @@ class Builder {
     Status buildRange(std::size_t i, Worker& worker) {
         const auto& range = ranges_[i];
         const std::uint64_t first = range.begin - built_.firstPoint[rank()];
-        const auto particles = store_.particles.read(first, range.count, worker.particles);
-        if (!particles.ok()) return particles.error();
+        MOTE_ASSIGN_OR_RETURN(const auto particles,
+                              store_.particles.read(first, range.count, worker.particles));
         Weights weights{{}, weight_};
         if (withWeights_) {
-            const auto each = store_.weights.read(first, range.count, worker.weights);
-            if (!each.ok()) return each.error();
-            weights.each = *each;
+            MOTE_ASSIGN_OR_RETURN(weights.each, store_.weights.read(first, range.count, worker.weights));
         }
         const auto units = std::span(plan_.units).subspan(range.firstUnit, range.unitCount);
-        trees_[i] = worker.builder.build(*particles, weights, units, rangeOptions_);
+        trees_[i] = worker.builder.build(particles, weights, units, rangeOptions_);
         return store_.particles.write(first, worker.builder.points());
     }
 
     Status shareVolume() {
         std::vector<CellSum> mine;
         for (const auto& tree : trees_) appendTo(mine, tree.cells);
-        const auto all = shareValues<CellSum>(ranks_, mine);
-        if (!all.ok()) return all.error();
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<CellSum>(ranks_, mine));
         std::vector<double> sums(std::size_t{1} << (3 * options_.volumeLevel));
-        for (const auto& cells : *all) addCells(cells, rangeOptions_.cellLevel, options_.volumeLevel, sums);
+        for (const auto& cells : all) addCells(cells, rangeOptions_.cellLevel, options_.volumeLevel, sums);
         built_.volumeSize = 1U << options_.volumeLevel;
         built_.volume = densityVolume(sums, options_.volumeLevel);
         return success();
@@ -189,10 +181,9 @@ class Builder {
             all = std::move(mine);
             return success();
         }
-        const auto shared = shareValues<T>(ranks_, mine);
-        if (!shared.ok()) return shared.error();
+        MOTE_ASSIGN_OR_RETURN(const auto shared, shareValues<T>(ranks_, mine));
         mine = std::vector<T>();
-        for (const auto& values : *shared) appendTo(all, values);
+        for (const auto& values : shared) appendTo(all, values);
         return success();
     }
 

@@ -37,9 +37,8 @@ class Output {
         tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
         MOTE_RETURN_IF_ERROR(written);
         MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
-        const auto preview = points.preview();
-        if (!preview.ok()) return preview.error();
-        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writePreview(*preview) : success()));
+        MOTE_ASSIGN_OR_RETURN(const auto preview, points.preview());
+        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writePreview(preview) : success()));
         MOTE_RETURN_IF_ERROR(hash());
         return file_->places();
     }
@@ -56,10 +55,9 @@ class Output {
         }
         MOTE_RETURN_IF_ERROR(agree(ranks_, status));
         if (file_) places = file_->places();
-        const auto all = shareValues<StepFile::Place>(ranks_, places);
-        if (!all.ok()) return all.error();
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<StepFile::Place>(ranks_, places));
         if (!file_) {
-            std::copy(all->front().begin(), all->front().end(), places.begin());
+            std::copy(all.front().begin(), all.front().end(), places.begin());
             auto opened = StepFile::open(path_, places);
             if (!opened.ok()) status = opened.error();
             if (opened.ok()) file_.emplace(*std::move(opened));
@@ -114,9 +112,8 @@ class Output {
         tbb::parallel_invoke([&] { mine = hashBlocks(begin, end); },
                              [&] { complete = ranks_.first() ? output_.complete() : file_->sync(); });
         MOTE_RETURN_IF_ERROR(agree(ranks_, mine.ok() ? complete : Status(mine.error())));
-        const auto all = shareValues<std::uint64_t>(ranks_, *mine);
-        if (!all.ok()) return all.error();
-        return agree(ranks_, ranks_.first() ? writeDigest(*all) : success());
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<std::uint64_t>(ranks_, *mine));
+        return agree(ranks_, ranks_.first() ? writeDigest(all) : success());
     }
 
     Result<std::vector<std::uint64_t>> hashBlocks(std::uint64_t begin, std::uint64_t end) {

@@ -163,10 +163,9 @@ Status StepReader::findMeanMomentum(Communicator& ranks) {
         if (status.ok()) sums.push_back(momentumSum(chunk));
     }
     MOTE_RETURN_IF_ERROR(agree(ranks, status));
-    const auto all = shareValues<MomentumSum>(ranks, sums);
-    if (!all.ok()) return all.error();
+    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<MomentumSum>(ranks, sums));
     MomentumSum total;
-    for (const auto& ofRank : *all) {
+    for (const auto& ofRank : all) {
         for (const auto& sum : ofRank) {
             total.product += sum.product;
             total.weight += sum.weight;

@@ -65,9 +65,7 @@ Status checkStepSelection(std::string_view text) {
 Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t available) {
     Selection selection;
     if (!text.empty()) {
-        const auto parsed = parse(text);
-        if (!parsed.ok()) return parsed.error();
-        selection = *parsed;
+        MOTE_ASSIGN_OR_RETURN(selection, parse(text));
     }
     if (available == 0) return Error{ErrorCode::notFound, "steps", "the run has no steps"};
     const std::size_t last = selection.last.value_or(available - 1);

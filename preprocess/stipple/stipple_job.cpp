@@ -31,9 +31,8 @@ Error invalid(std::string field, std::string message) {
 
 Result<storage::StippleHierarchy> buildPlane(const proto::StippleJob& job, Progress& progress) {
     const auto points = static_cast<std::uint32_t>(job.points());
-    const auto start = evenPoints(points, job.seed(), startShare, progress);
-    if (!start.ok()) return start.error();
-    return thinPlane(*start, thinningOptions(job), startShare, progress);
+    MOTE_ASSIGN_OR_RETURN(const auto start, evenPoints(points, job.seed(), startShare, progress));
+    return thinPlane(start, thinningOptions(job), startShare, progress);
 }
 
 Result<storage::StippleHierarchy> buildPlaneOn(int threads, const proto::StippleJob& job,
@@ -66,9 +65,9 @@ ThinningOptions thinningOptions(const proto::StippleJob& job) {
 }
 
 Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPoint,
-                          const StippleJobOptions& options) {
+                          const JobResources& resources) {
     const auto needed = job.points() * bytesPerPoint;
-    const auto memory = memoryFor(options.memory);
+    const auto memory = memoryFor(resources.memory);
     if (needed <= memory) return success();
     return Error{ErrorCode::resourceExhausted, "points",
                  fmt::format("{} points need {} MiB of memory where the job may take {} MiB", job.points(),
@@ -100,23 +99,21 @@ proto::Manifest describeHierarchy(const proto::JobRequest& request,
 }
 
 Result<proto::Manifest> runPlaneJob(const proto::JobRequest& request, const fs::path& output,
-                                    const StippleJobOptions& options, Progress& progress) {
+                                    const JobResources& resources, Progress& progress) {
     const auto& job = request.stipple();
     MOTE_RETURN_IF_ERROR(checkStippleJob(job));
-    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, planeBytesPerPoint, options));
+    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, planeBytesPerPoint, resources));
     // Before the work: a place that cannot be had is said at once.
-    auto writer = storage::DatasetWriter::create(output);
-    if (!writer.ok()) return writer.error();
-    const auto hierarchy = buildPlaneOn(options.threads, job, progress);
-    if (!hierarchy.ok()) return hierarchy.error();
-    MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer->directory(), *hierarchy));
+    MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
+    MOTE_ASSIGN_OR_RETURN(const auto hierarchy, buildPlaneOn(resources.threads, job, progress));
+    MOTE_RETURN_IF_ERROR(storage::writeHierarchy(writer.directory(), hierarchy));
     for (const auto* file : {"hierarchy.h5", "hierarchy.digest"}) {
-        MOTE_RETURN_IF_ERROR(writer->add(file, [&] { return progress.cancelled(); }));
+        MOTE_RETURN_IF_ERROR(writer.add(file, [&] { return progress.cancelled(); }));
     }
-    auto manifest = describeHierarchy(request, *hierarchy, proto::StippleManifest::PLANE, 1.0);
-    if (manifest.title().empty()) manifest.set_title(fmt::format("plane of {} points", hierarchy->size()));
-    MOTE_RETURN_IF_ERROR(writer->publish(manifest));
-    manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+    auto manifest = describeHierarchy(request, hierarchy, proto::StippleManifest::PLANE, 1.0);
+    if (manifest.title().empty()) manifest.set_title(fmt::format("plane of {} points", hierarchy.size()));
+    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
+    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
     return manifest;
 }
 

@@ -8,18 +8,13 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "preprocess/stipple/thinning.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
-
-/// What changes how the job works, and not what it makes.
-struct StippleJobOptions {
-    int threads = 0;           ///< 0: as many as there are cores
-    std::uint64_t memory = 0;  ///< bytes that it may take; 0: three quarters of the machine's
-};
 
 /// What can be said of a request before its mesh is looked at. Errors: invalidArgument with the field's
 /// path.
@@ -31,7 +26,7 @@ ThinningOptions thinningOptions(const proto::StippleJob& job);
 /// Whether a job of this many bytes a point may be done. Errors: resourceExhausted, which says what is
 /// missing.
 Status checkStippleMemory(const proto::StippleJob& job, std::uint64_t bytesPerPoint,
-                          const StippleJobOptions& options);
+                          const JobResources& resources);
 
 /// The manifest of what `request` made, but for its files; without a mesh in the request.
 proto::Manifest describeHierarchy(const proto::JobRequest& request,
@@ -42,6 +37,6 @@ proto::Manifest describeHierarchy(const proto::JobRequest& request,
 /// manifest. Errors: invalidArgument, alreadyExists, permissionDenied, resourceExhausted (memory, disk),
 /// cancelled.
 Result<proto::Manifest> runPlaneJob(const proto::JobRequest& request, const std::filesystem::path& output,
-                                    const StippleJobOptions& options, Progress& progress);
+                                    const JobResources& resources, Progress& progress);
 
 }  // namespace mote::prep

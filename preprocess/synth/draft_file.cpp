@@ -9,8 +9,8 @@
 #include <cerrno>
 #include <utility>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 
 namespace mote::prep {
@@ -33,7 +33,7 @@ Result<DraftFile> DraftFile::create(const fs::path& output) {
         const storage::FileDescriptor file(
             ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
         if (file.valid()) return DraftFile(output, path);
-        if (errno != EEXIST) return storage::systemError(errno, output.string(), "cannot be made");
+        if (errno != EEXIST) return systemError(errno, output.string(), "cannot be made");
     }
     return Error{ErrorCode::alreadyExists, output.string(), "too many unfinished copies lie beside it"};
 }
@@ -49,20 +49,20 @@ Status DraftFile::reserve(std::uint64_t bytes) const {
     const auto what =
         fmt::format("needs {:.1f} MB, but they cannot be had", static_cast<double>(bytes) / 1e6);
     const storage::FileDescriptor file(::open(path_.c_str(), O_WRONLY | O_CLOEXEC));
-    if (!file.valid()) return storage::systemError(errno, output_.string(), "cannot be opened");
+    if (!file.valid()) return systemError(errno, output_.string(), "cannot be opened");
     rlimit limit{};
     if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && bytes > limit.rlim_cur) {
-        return storage::systemError(EFBIG, output_.string(), what);
+        return systemError(EFBIG, output_.string(), what);
     }
     int result = 0;
     do {
         result = ::fallocate(file.get(), FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes));
     } while (result != 0 && errno == EINTR);
     if (result == 0) return success();
-    if (errno != EOPNOTSUPP && errno != ENOSYS) return storage::systemError(errno, output_.string(), what);
+    if (errno != EOPNOTSUPP && errno != ENOSYS) return systemError(errno, output_.string(), what);
     std::error_code code;
     const auto space = fs::space(path_, code);
-    if (!code && space.available < bytes) return storage::systemError(ENOSPC, output_.string(), what);
+    if (!code && space.available < bytes) return systemError(ENOSPC, output_.string(), what);
     return success();
 }
 

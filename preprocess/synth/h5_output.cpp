@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/files/system_error.h"
 
 namespace mote::prep {
 namespace {
@@ -138,7 +138,7 @@ herr_t H5Errors::keep(hid_t stack, void* self) {
 }
 
 Error H5Errors::failure(const std::string& where) const {
-    if (number_ != 0) return storage::systemError(number_, where, "cannot be written");
+    if (number_ != 0) return systemError(number_, where, "cannot be written");
     return {ErrorCode::internal, where, "HDF5 cannot write the file"};
 }
 

@@ -53,16 +53,12 @@ Camera fitCamera(const Bounds& bounds, double aspect) {
 
 Result<Camera> parseCamera(const proto::Camera& message) {
     Camera camera;
-    const auto eye = checkVector(message.eye(), worldLimit, "eye");
-    MOTE_RETURN_IF_ERROR(eye);
-    const auto target = checkVector(message.target(), worldLimit, "target");
-    MOTE_RETURN_IF_ERROR(target);
-    camera.eye = *eye;
-    camera.target = *target;
+    MOTE_ASSIGN_OR_RETURN(const auto eye, checkVector(message.eye(), worldLimit, "eye"));
+    MOTE_ASSIGN_OR_RETURN(const auto target, checkVector(message.target(), worldLimit, "target"));
+    camera.eye = eye;
+    camera.target = target;
     if (!message.up().empty()) {
-        const auto up = checkVector(message.up(), worldLimit, "up");
-        MOTE_RETURN_IF_ERROR(up);
-        camera.up = *up;
+        MOTE_ASSIGN_OR_RETURN(camera.up, checkVector(message.up(), worldLimit, "up"));
     }
     const glm::dvec3 sight = camera.target - camera.eye;
     if (!(glm::length(sight) > 1e-9 * (1.0 + glm::length(camera.eye)))) {

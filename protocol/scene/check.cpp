@@ -23,9 +23,9 @@ Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& va
     }
     glm::dvec3 vector(0.0);
     for (int i = 0; i < 3; ++i) {
-        const auto checked = checkRange(values[i], -limit, limit, fmt::format("{}[{}]", field, i));
-        MOTE_RETURN_IF_ERROR(checked);
-        vector[i] = *checked;
+        MOTE_ASSIGN_OR_RETURN(const auto checked,
+                              checkRange(values[i], -limit, limit, fmt::format("{}[{}]", field, i)));
+        vector[i] = checked;
     }
     return vector;
 }
@@ -33,12 +33,11 @@ Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& va
 Result<glm::dvec3> checkColor(const google::protobuf::RepeatedField<double>& values,
                               const glm::dvec3& fallback, std::string_view field) {
     if (values.empty()) return fallback;
-    auto color = checkVector(values, 1.0, field);
-    MOTE_RETURN_IF_ERROR(color);
+    MOTE_ASSIGN_OR_RETURN(auto color, checkVector(values, 1.0, field));
     for (int i = 0; i < 3; ++i) {
-        MOTE_RETURN_IF_ERROR(checkRange((*color)[i], 0.0, 1.0, fmt::format("{}[{}]", field, i)));
+        MOTE_RETURN_IF_ERROR(checkRange(color[i], 0.0, 1.0, fmt::format("{}[{}]", field, i)));
     }
-    return srgbToLinear(*color);
+    return srgbToLinear(color);
 }
 
 }  // namespace mote

@@ -72,10 +72,22 @@ inline Status success() {
 
 }  // namespace mote
 
-/// Returns the Error of a Result expression from the enclosing function, if it has one.
-#define MOTE_RETURN_IF_ERROR(expression)                        \
-    do {                                                        \
-        if (auto moteStatus = (expression); !moteStatus.ok()) { \
-            return moteStatus.error();                          \
-        }                                                       \
+/// Returns the Error of a Result expression from the enclosing function, if it has one; with a second
+/// argument, the place that it lies within.
+#define MOTE_RETURN_IF_ERROR(expression, ...)                                          \
+    do {                                                                               \
+        if (auto&& moteStatus = (expression); !moteStatus.ok()) {                      \
+            return ::mote::Error(moteStatus.error()) __VA_OPT__(.within(__VA_ARGS__)); \
+        }                                                                              \
     } while (false)
+
+/// Declares or sets what a Result expression holds, or returns its Error from the enclosing function:
+/// MOTE_ASSIGN_OR_RETURN(const auto file, openRegular(path)).
+#define MOTE_ASSIGN_OR_RETURN(declaration, ...) \
+    MOTE_ASSIGN_OR_RETURN_BY(MOTE_RESULT_AT(__LINE__), declaration, (__VA_ARGS__))
+#define MOTE_ASSIGN_OR_RETURN_BY(result, declaration, expression) \
+    auto result = expression;                                     \
+    if (!result.ok()) return result.error();                      \
+    declaration = *std::move(result)
+#define MOTE_RESULT_AT(line) MOTE_RESULT_AT_LINE(line)
+#define MOTE_RESULT_AT_LINE(line) moteResult##line

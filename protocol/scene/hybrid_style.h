@@ -15,6 +15,7 @@
 #include "protocol/scene/curve.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/light.h"
+#include "protocol/scene/transfer_function.h"
 
 namespace mote {
 
@@ -40,17 +41,9 @@ struct HalfSpace {
     bool operator==(const HalfSpace&) const = default;
 };
 
-struct ValueRange {
-    double low, high;  ///< in the source's unit; low < high
-
-    bool operator==(const ValueRange&) const = default;
-};
-
 struct HybridStyle {
     /// The length over which a constant value has the curve's opacity, over the volume's longest edge.
     static constexpr double opacityShare = 1.0 / 256.0;
-    /// Opacities are held below one, so that extinction stays finite; what is left is invisible in 8 bits.
-    static constexpr double opacityLimit = 0.9999;
     static constexpr int mostClipPlanes = 6;
 
     HybridRepresentation representation = HybridRepresentation::best;

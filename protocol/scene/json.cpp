@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/json.h"
+#include "protocol/scene/system_error.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <cerrno>
-#include <cstring>
 #include <fstream>
 
 namespace mote {
@@ -63,10 +63,7 @@ Status readJsonFile(const std::filesystem::path& path, google::protobuf::Message
     }
     errno = 0;
     std::ifstream file(path, std::ios::binary);
-    if (!file) {
-        const auto kind = errno == EACCES ? ErrorCode::permissionDenied : ErrorCode::notFound;
-        return Error{kind, path.string(), fmt::format("cannot be opened: {}", std::strerror(errno))};
-    }
+    if (!file) return systemError(errno, path.string(), "cannot be opened");
     std::string text(limit + 1, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(file.gcount()));

@@ -11,9 +11,7 @@ Result<Light> parseLight(const proto::Light& message, const Light& fallback) {
     Light light = fallback;
     glm::dvec3 direction = fallback.direction;
     if (!message.direction().empty()) {
-        const auto given = checkVector(message.direction(), 1e6, "direction");
-        MOTE_RETURN_IF_ERROR(given);
-        direction = *given;
+        MOTE_ASSIGN_OR_RETURN(direction, checkVector(message.direction(), 1e6, "direction"));
     }
     if (!(glm::length(direction) > 1e-6)) {
         return Error{ErrorCode::invalidArgument, "direction", "a direction must not be zero"};
@@ -21,18 +19,18 @@ Result<Light> parseLight(const proto::Light& message, const Light& fallback) {
     light.direction = glm::normalize(direction);
     light.fixed = message.fixed();
     light.shadow = message.shadow();
-    const auto ambient =
-        checkRange(message.has_ambient() ? message.ambient() : fallback.ambient, 0.0, 1.0, "ambient");
-    MOTE_RETURN_IF_ERROR(ambient);
-    const auto diffuse =
-        checkRange(message.has_diffuse() ? message.diffuse() : fallback.diffuse, 0.0, 1.0, "diffuse");
-    MOTE_RETURN_IF_ERROR(diffuse);
-    const auto specular =
-        checkRange(message.has_specular() ? message.specular() : fallback.specular, 0.0, 1.0, "specular");
-    MOTE_RETURN_IF_ERROR(specular);
-    light.ambient = *ambient;
-    light.diffuse = *diffuse;
-    light.specular = *specular;
+    MOTE_ASSIGN_OR_RETURN(
+        const auto ambient,
+        checkRange(message.has_ambient() ? message.ambient() : fallback.ambient, 0.0, 1.0, "ambient"));
+    MOTE_ASSIGN_OR_RETURN(
+        const auto diffuse,
+        checkRange(message.has_diffuse() ? message.diffuse() : fallback.diffuse, 0.0, 1.0, "diffuse"));
+    MOTE_ASSIGN_OR_RETURN(
+        const auto specular,
+        checkRange(message.has_specular() ? message.specular() : fallback.specular, 0.0, 1.0, "specular"));
+    light.ambient = ambient;
+    light.diffuse = diffuse;
+    light.specular = specular;
     return light;
 }
 

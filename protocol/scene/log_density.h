@@ -31,9 +31,6 @@ struct LogDensity {
         if (!(max > min)) return density >= min ? 0.0 : -fade * (1.0 - density / min);
         return std::clamp(std::log(density / min) / std::log(max / min), -fade, 1.0);
     }
-
-    /// The factor on extinction at an interpolated t: 1 from 0 upwards, falling linearly to 0 at -fade.
-    static double presence(double t) { return std::clamp(1.0 + t / fade, 0.0, 1.0); }
 };
 
 }  // namespace mote

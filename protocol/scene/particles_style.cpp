@@ -40,9 +40,12 @@ Result<Curve> parsePointCurve(const proto::PointsStyle& message, const Curve& vo
 
 }  // namespace
 
-double ParticlesStyle::extinction(double t) const {
-    const double opacity = std::min(volumeOpacity(std::clamp(t, 0.0, 1.0)), opacityLimit);
-    return -std::log1p(-opacity) / opacityLength * LogDensity::presence(t);
+TransferFunction ParticlesStyle::transfer() const {
+    return {.opacity = volumeOpacity,
+            .opacityLength = opacityLength,
+            .fade = LogDensity::fade,
+            .colorMap = colorMap,
+            .span = {-LogDensity::fade, 1.0}};
 }
 
 double defaultPointOpacity(std::uint64_t particles) {

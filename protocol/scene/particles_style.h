@@ -14,6 +14,7 @@
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/curve.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/transfer_function.h"
 
 namespace mote {
 
@@ -21,8 +22,7 @@ struct ParticlesStyle {
     /// The length, in layer space, over which a volume of constant density has the curve's opacity: one cell
     /// of a 64^3 volume across the plot's edge of 2, the slice distance of the dissertation.
     static constexpr double opacityLength = 2.0 / 64.0;
-    /// Opacities are held below one, so that extinction stays finite; what is left is invisible in 8 bits.
-    static constexpr double opacityLimit = 0.9999;
+    static constexpr double opacityLimit = TransferFunction::opacityLimit;
 
     Curve volumeOpacity;    ///< t -> opacity over opacityLength
     ColorMap colorMap;      ///< t -> linear RGB
@@ -32,8 +32,8 @@ struct ParticlesStyle {
     glm::dvec3 pointColor;  ///< linear RGB
     bool opacityByPlot = false;  ///< the view leaves the opacity of a point to defaultPointOpacity()
 
-    /// Extinction per unit length of layer space at scaled log density t (see log_density.h for t < 0).
-    double extinction(double t) const;
+    /// By t; see log_density.h for t < 0.
+    TransferFunction transfer() const;
 
     bool operator==(const ParticlesStyle&) const = default;
 };

@@ -58,9 +58,8 @@ Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind)
 
 Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& background) {
     if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
-    const auto transform = parseTransform(message.transform());
-    MOTE_RETURN_IF_ERROR(transform);
-    const Layer layer{message.dataset(), message.step(), *transform, StippleStyle{}};
+    MOTE_ASSIGN_OR_RETURN(const auto transform, parseTransform(message.transform()));
+    const Layer layer{message.dataset(), message.step(), transform, StippleStyle{}};
     switch (message.kind_case()) {
         case proto::Layer::kParticles:
             return withStyle(layer, parseParticlesStyle(message.particles()), "particles");
@@ -89,9 +88,7 @@ Result<View> parseView(const proto::View& message) {
     View view;
     view.width = message.width();
     view.height = message.height();
-    const auto background = checkColor(message.background(), glm::dvec3(0.0), "background");
-    MOTE_RETURN_IF_ERROR(background);
-    view.background = *background;
+    MOTE_ASSIGN_OR_RETURN(view.background, checkColor(message.background(), glm::dvec3(0.0), "background"));
     if (message.layers_size() > View::maxLayers) {
         return invalid("layers", fmt::format("a view has at most {} layers, not {}", View::maxLayers,
                                              message.layers_size()));

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <string>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/framing.h"
 
@@ -19,14 +19,6 @@ namespace mote::wire {
 namespace {
 
 constexpr std::size_t maxFileSize = std::size_t{64} << 10;
-
-Error systemError(const std::filesystem::path& path, const char* what, int number) {
-    const ErrorCode code = number == ENOENT || number == ENOTDIR ? ErrorCode::notFound
-                           : number == EACCES || number == EPERM || number == EROFS || number == ELOOP
-                               ? ErrorCode::permissionDenied
-                               : ErrorCode::internal;
-    return {code, path.string(), fmt::format("{}: {}", what, std::strerror(number))};
-}
 
 /// Closes the descriptor of a file at the end of a scope.
 class OpenFile {
@@ -48,27 +40,28 @@ Status writeAll(const OpenFile& file, const std::filesystem::path& path, const s
     while (done < text.size()) {
         const ssize_t count = ::write(file.descriptor(), text.data() + done, text.size() - done);
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0) return systemError(path, "cannot be written", errno);
+        if (count < 0) return systemError(errno, path.string(), "cannot be written");
         done += static_cast<std::size_t>(count);
     }
-    if (::fsync(file.descriptor()) != 0) return systemError(path, "cannot be written", errno);
+    if (::fsync(file.descriptor()) != 0) return systemError(errno, path.string(), "cannot be written");
     return success();
 }
 
 /// mkostemp makes the file with mode 0600 under a name that nobody had before.
 Status writeBeside(const std::filesystem::path& path, const std::string& text, std::string& temporary) {
     const OpenFile file(::mkostemp(temporary.data(), O_CLOEXEC));
-    if (file.descriptor() < 0) return systemError(path, "cannot be made", errno);
+    if (file.descriptor() < 0) return systemError(errno, path.string(), "cannot be made");
     MOTE_RETURN_IF_ERROR(writeAll(file, path, text));
-    if (::rename(temporary.c_str(), path.c_str()) != 0) return systemError(path, "cannot be made", errno);
+    if (::rename(temporary.c_str(), path.c_str()) != 0)
+        return systemError(errno, path.string(), "cannot be made");
     return success();
 }
 
 Result<std::string> readPrivate(const std::filesystem::path& path) {
     const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-    if (file.descriptor() < 0) return systemError(path, "cannot be read", errno);
+    if (file.descriptor() < 0) return systemError(errno, path.string(), "cannot be read");
     struct stat status {};
-    if (::fstat(file.descriptor(), &status) != 0) return systemError(path, "cannot be read", errno);
+    if (::fstat(file.descriptor(), &status) != 0) return systemError(errno, path.string(), "cannot be read");
     if (!S_ISREG(status.st_mode)) return Error{ErrorCode::invalidArgument, path.string(), "is no plain file"};
     if ((status.st_mode & 077) != 0) {
         return Error{ErrorCode::permissionDenied, path.string(),
@@ -81,7 +74,7 @@ Result<std::string> readPrivate(const std::filesystem::path& path) {
     while (done < text.size()) {
         const ssize_t count = ::read(file.descriptor(), text.data() + done, text.size() - done);
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0) return systemError(path, "cannot be read", errno);
+        if (count < 0) return systemError(errno, path.string(), "cannot be read");
         if (count == 0) break;
         done += static_cast<std::size_t>(count);
     }
@@ -98,8 +91,7 @@ bool isToken(const std::string& text) {
 }
 
 Status checkContent(const proto::ConnectionFile& content) {
-    const auto address = parseAddress(content.address());
-    if (!address.ok()) return address.error().within("address");
+    MOTE_RETURN_IF_ERROR(parseAddress(content.address()), "address");
     if (!isToken(content.token())) {
         return Error{ErrorCode::invalidArgument, "token", "is not hexadecimal"};
     }
@@ -122,12 +114,10 @@ Status writeConnectionFile(const std::filesystem::path& path, const proto::Conne
 }
 
 Result<proto::ConnectionFile> readConnectionFile(const std::filesystem::path& path) {
-    const auto text = readPrivate(path);
-    MOTE_RETURN_IF_ERROR(text);
+    MOTE_ASSIGN_OR_RETURN(const auto text, readPrivate(path));
     proto::ConnectionFile content;
-    MOTE_RETURN_IF_ERROR(parseJson(*text, content, path.string()));
-    const auto status = checkContent(content);
-    if (!status.ok()) return status.error().within(path.string() + ":");
+    MOTE_RETURN_IF_ERROR(parseJson(text, content, path.string()));
+    MOTE_RETURN_IF_ERROR(checkContent(content), path.string() + ":");
     return content;
 }
 

@@ -73,12 +73,12 @@ Status encodeFrame(const google::protobuf::MessageLite& message, std::size_t pay
                    std::vector<std::uint8_t>& bytes) {
     const std::size_t size = message.ByteSizeLong();
     MOTE_RETURN_IF_ERROR(checkLengths(size, payloadSize, limits));
-    const auto header =
-        encodeHeader({static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(payloadSize)}, limits);
-    MOTE_RETURN_IF_ERROR(header);
-    bytes.resize(header->size() + size);
-    std::copy(header->begin(), header->end(), bytes.begin());
-    MOTE_CHECK(message.SerializeToArray(bytes.data() + header->size(), static_cast<int>(size)));
+    MOTE_ASSIGN_OR_RETURN(
+        const auto header,
+        encodeHeader({static_cast<std::uint32_t>(size), static_cast<std::uint32_t>(payloadSize)}, limits));
+    bytes.resize(header.size() + size);
+    std::copy(header.begin(), header.end(), bytes.begin());
+    MOTE_CHECK(message.SerializeToArray(bytes.data() + header.size(), static_cast<int>(size)));
     return success();
 }
 

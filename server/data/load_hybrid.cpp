@@ -9,8 +9,8 @@
 
 namespace mote::server {
 
-Result<Loadable<render::HybridStep>> hybridStep(const storage::Catalogue::Entry& entry, std::uint32_t step,
-                                                HybridRepresentation representation) {
+Result<Loadable<render::GridField>> hybridStep(const storage::Catalogue::Entry& entry, std::uint32_t step,
+                                               HybridRepresentation representation) {
     if (entry.manifest->kind() != "hybrid") {
         return Error{
             ErrorCode::invalidArgument, "dataset",
@@ -25,15 +25,14 @@ Result<Loadable<render::HybridStep>> hybridStep(const storage::Catalogue::Entry&
     const auto load = [entry, parts = *parts](std::uint32_t index, const AnyLoadable::Cancelled& cancelled) {
         return render::loadHybrid(entry.directory, *entry.manifest, index, parts, cancelled);
     };
-    Loadable<render::HybridStep> loadable(entry, expected, load);
+    Loadable<render::GridField> loadable(entry, expected, load);
     loadable.part = static_cast<int>(*parts);
     loadable.step = step;
     loadable.steps = entry.manifest->hybrid().steps_size();
     return loadable;
 }
 
-Result<Loadable<render::HybridStep>> hybridVolume(const storage::Catalogue::Entry& entry,
-                                                  std::uint32_t step) {
+Result<Loadable<render::GridField>> hybridVolume(const storage::Catalogue::Entry& entry, std::uint32_t step) {
     auto volume = hybridStep(entry, step, HybridRepresentation::volume);
     if (volume.ok()) volume->steps = 1;
     return volume;

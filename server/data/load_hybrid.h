@@ -6,17 +6,17 @@
 #include <cstdint>
 
 #include "server/data/loadable.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 
 namespace mote::server {
 
 /// A step of a series, with what a representation draws. Errors: invalidArgument (a dataset of another kind),
 /// unsupported (it has no such representation).
-Result<Loadable<render::HybridStep>> hybridStep(const storage::Catalogue::Entry& entry, std::uint32_t step,
-                                                HybridRepresentation representation);
+Result<Loadable<render::GridField>> hybridStep(const storage::Catalogue::Entry& entry, std::uint32_t step,
+                                               HybridRepresentation representation);
 
 /// Its low-resolution volume alone, for as long as the rest is on its way; those of other steps are not
 /// loaded ahead. Errors: the same.
-Result<Loadable<render::HybridStep>> hybridVolume(const storage::Catalogue::Entry& entry, std::uint32_t step);
+Result<Loadable<render::GridField>> hybridVolume(const storage::Catalogue::Entry& entry, std::uint32_t step);
 
 }  // namespace mote::server

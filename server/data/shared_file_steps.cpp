@@ -32,7 +32,7 @@ Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const storage::ParticleSte
     return nameOf(mapped->origin());
 }
 
-Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const render::HybridStep& step) {
+Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const render::GridField& step) {
     return nameOf(step.origin);
 }
 
@@ -67,21 +67,17 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(c
                                        budget_);
 }
 
-Result<std::shared_ptr<const render::HybridStep>> SharedFileSteps::openHybrid(
-    const Name& name, HybridRepresentation representation) {
-    const auto* const known = mostRecent(hybrids_, [&](const OpenHybrid& one) {
-        return one.name == name && one.representation == representation;
-    });
+Result<std::shared_ptr<const render::GridField>> SharedFileSteps::openGrid(const Name& name) {
+    const auto* const known = mostRecent(grids_, [&](const OpenGrid& one) { return one.name == name; });
     if (known != nullptr) return known->step;
-    auto loaded = loadFile(name, representation);
+    auto loaded = loadFile(name);
     if (!loaded.ok()) return loaded;
     MOTE_RETURN_IF_ERROR(makeRoom((*loaded)->bytes()));
-    hybrids_.push_front({name, representation, *loaded});
+    grids_.push_front({name, *loaded});
     return loaded;
 }
 
-Result<std::shared_ptr<const render::HybridStep>> SharedFileSteps::loadFile(
-    const Name& name, HybridRepresentation representation) {
+Result<std::shared_ptr<const render::GridField>> SharedFileSteps::loadFile(const Name& name) {
     const auto file = roots_.resolveExisting(name.file);
     if (!file.ok()) return file.error();
     const auto manifest = storage::readManifest(file->parent_path());
@@ -91,22 +87,22 @@ Result<std::shared_ptr<const render::HybridStep>> SharedFileSteps::loadFile(
                                  [&](const auto& step) { return step.file() == file->filename().string(); });
     if (at == steps.end() || render::hybridDigest(*manifest) != name.digest) return replaced(*file);
     const auto index = static_cast<std::uint32_t>(at - steps.begin());
-    const std::uint64_t expected = render::hybridBytes(manifest->hybrid(), index, representation);
+    const std::uint64_t expected = render::hybridBytes(manifest->hybrid(), index, name.parts);
     MOTE_RETURN_IF_ERROR(makeRoom(expected));
-    auto loaded = render::loadHybrid(file->parent_path(), *manifest, index, representation);
+    auto loaded = render::loadHybrid(file->parent_path(), *manifest, index, name.parts);
     budget_->giveBack(expected);
     return loaded;
 }
 
 Status SharedFileSteps::makeRoom(std::uint64_t bytes) {
     while (!budget_->take(bytes, budget_->turn())) {
-        if (hybrids_.empty()) {
+        if (grids_.empty()) {
             return Error{
                 ErrorCode::resourceExhausted, "dataset",
                 fmt::format("its step takes {} MiB, more than the server has for data", bytes >> 20)};
         }
-        budget_->giveBack(hybrids_.back().step->bytes());
-        hybrids_.pop_back();
+        budget_->giveBack(grids_.back().step->bytes());
+        grids_.pop_back();
     }
     return success();
 }

@@ -20,9 +20,8 @@ class SharedFileSteps final : public render::RankSteps {
 
     Result<Name> nameOf(const storage::ParticleStep& step) override;
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
-    Result<Name> nameOf(const render::HybridStep& step) override;
-    Result<std::shared_ptr<const render::HybridStep>> openHybrid(
-        const Name& name, HybridRepresentation representation) override;
+    Result<Name> nameOf(const render::GridField& field) override;
+    Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
     void beginPicture() override { budget_->beginTurn(); }
 
   private:
@@ -32,21 +31,19 @@ class SharedFileSteps final : public render::RankSteps {
         Name name;
         std::shared_ptr<const storage::ParticleStep> step;
     };
-    struct OpenHybrid {
+    struct OpenGrid {
         Name name;
-        HybridRepresentation representation;
-        std::shared_ptr<const render::HybridStep> step;
+        std::shared_ptr<const render::GridField> step;
     };
     Result<Name> nameOf(const storage::StepOrigin& origin) const;
     Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
-    Result<std::shared_ptr<const render::HybridStep>> loadFile(const Name& name,
-                                                               HybridRepresentation representation);
+    Result<std::shared_ptr<const render::GridField>> loadFile(const Name& name);
     Status makeRoom(std::uint64_t bytes);
 
     const storage::Roots roots_;
     const std::shared_ptr<storage::BlockBudget> budget_;
-    std::list<OpenStep> open_;       // the latest first
-    std::list<OpenHybrid> hybrids_;  // likewise
+    std::list<OpenStep> open_;   // the latest first
+    std::list<OpenGrid> grids_;  // likewise
 };
 
 }  // namespace mote::server

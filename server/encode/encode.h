@@ -9,7 +9,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/render/picture.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::server {
 

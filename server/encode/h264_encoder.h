@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/render/picture.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::server {
 

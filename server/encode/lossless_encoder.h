@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/render/picture.h"
+#include "server/render/plan/picture.h"
 
 struct ZSTD_CCtx_s;
 

@@ -11,9 +11,9 @@
 
 #include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
+#include "server/render/layers/scene.h"
 #include "server/render/layers/stipple/photograph_dots.h"
 #include "server/render/layers/stipple/soft_points.h"
-#include "server/render/plan/scene.h"
 
 namespace mote::server {
 

@@ -9,7 +9,7 @@
 
 #include "server/frames/layer_kinds.h"
 #include "server/frames/scene_maker.h"
-#include "server/render/plan/frame_plan.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
 
 namespace mote::server {
@@ -27,8 +27,8 @@ void check(const render::Scene& scene) {
     }
 }
 
-std::vector<const render::HybridStep*> hybridsOf(const render::Scene& scene) {
-    std::vector<const render::HybridStep*> hybrids;
+std::vector<const render::GridField*> hybridsOf(const render::Scene& scene) {
+    std::vector<const render::GridField*> hybrids;
     for (const auto& step : scene.hybrids) hybrids.push_back(step.get());
     return hybrids;
 }
@@ -55,10 +55,10 @@ Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controll
     return stage == Stage::intermediate ? controller.intermediate(load) : Quality::exact();
 }
 
-/// Of the exact picture's points; of layers with a share each, the least.
+/// The share of the exact picture's points that is drawn; the least, where layers have one each.
 double shareOf(const render::FramePlan& plan, const Quality& quality) {
     double share = quality.pointFraction;
-    for (const auto& layer : plan.layers) share = std::min(share, layer.share);
+    for (const auto& points : plan.points) share = std::min(share, points.share);
     return share;
 }
 
@@ -206,7 +206,7 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
 /// Says what the pictures need; whether some of it is on its way.
 bool PictureMaker::want(const render::FramePlan& plan) {
     bool coming = false;
-    for (const auto& layer : plan.layers) coming = steps_.want(*layer.step, layer.need) || coming;
+    for (const auto& points : plan.points) coming = steps_.want(*points.step, points.need) || coming;
     return coming;
 }
 
@@ -244,7 +244,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
                      {},
                      stageAfter(job.stage, scene, history),
                      dots,
-                     plan->layers.empty() && plan->hybrids.empty()};
+                     plan->points.empty() && plan->fields.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
     const auto& shown = dots ? dots : plan->dots;

@@ -17,7 +17,7 @@
 #include "server/frames/quality_controller.h"
 #include "server/frames/render_schedule.h"
 #include "server/render/device.h"
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 #include "server/render/plan/selection_cache.h"
 
 namespace mote::server {
@@ -29,7 +29,7 @@ using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
 struct PictureHistory {
     QualityController quality;
     std::vector<std::shared_ptr<const storage::ParticleStep>> steps = {};  ///< of the latest picture
-    std::vector<const render::HybridStep*> hybrids = {};  ///< likewise; not held, only told apart
+    std::vector<const render::GridField*> hybrids = {};  ///< likewise; not held, only told apart
     double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
     DotHistory dots = {};
 };

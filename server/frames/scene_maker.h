@@ -12,7 +12,7 @@
 #include "server/data/step_source.h"
 #include "server/frames/dot_maker.h"
 #include "server/frames/render_schedule.h"
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 
 namespace mote::server {
 

@@ -11,7 +11,7 @@
 
 #include "protocol/scene/page.h"
 #include "protocol/scene/view.h"
-#include "server/render/picture.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::server {
 

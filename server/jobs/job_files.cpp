@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -87,10 +87,7 @@ Status writeFile(const std::filesystem::path& path, const std::string& text) {
     if (file.valid() && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size())) {
         return success();
     }
-    const auto kind = errno == ENOSPC || errno == EDQUOT ? ErrorCode::resourceExhausted
-                      : errno == EACCES                  ? ErrorCode::permissionDenied
-                                                         : ErrorCode::internal;
-    return Error{kind, path.string(), fmt::format("cannot be written: {}", std::strerror(errno))};
+    return systemError(errno, path.string(), "cannot be written");
 }
 
 }  // namespace
@@ -111,8 +108,7 @@ std::string plainText(std::string_view text, std::size_t longest) {
 
 Status JobFiles::prepare(const proto::JobRequest& request) {
     if (mkdir(directory_.c_str(), 0700) != 0 && errno != EEXIST) {
-        return Error{errno == EACCES ? ErrorCode::permissionDenied : ErrorCode::internal, directory_.string(),
-                     fmt::format("cannot be made: {}", std::strerror(errno))};
+        return systemError(errno, directory_.string(), "cannot be made");
     }
     for (const char* name : {"result", "result.new", "progress"}) unlink((directory_ / name).c_str());
     progressSize_ = 0;

@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/local_runner.h"
 
@@ -76,9 +77,7 @@ JobQueue::Impl::Impl(asio::io_context& context, JobSettings settings)
 
 Status JobQueue::Impl::start() {
     MOTE_CHECK(!table_);
-    auto roots = storage::Roots::parse(settings_.roots);
-    if (!roots.ok()) return roots.error();
-    roots_ = *std::move(roots);
+    MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
     if (settings_.supervisor.empty()) settings_.supervisor = settings_.prep.parent_path() / "mote-supervise";
     settings_.running = std::max<std::size_t>(settings_.running, 1);
     MOTE_RETURN_IF_ERROR(openState());
@@ -94,7 +93,7 @@ Status JobQueue::Impl::openState() {
     std::filesystem::create_directories(state.parent_path(), code);
     if (mkdir(state.c_str(), 0700) != 0 && errno != EEXIST) {
         return Error{ErrorCode::permissionDenied, state.string(),
-                     fmt::format("cannot be made: {}", strerror(errno))};
+                     fmt::format("cannot be made: {}", systemMessage(errno))};
     }
     state = std::filesystem::canonical(state, code);
     if (code || (mkdir((state / "jobs").c_str(), 0700) != 0 && errno != EEXIST)) {
@@ -102,15 +101,14 @@ Status JobQueue::Impl::openState() {
     }
     lock_ = storage::FileDescriptor(open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
     if (!lock_.valid()) {
-        return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), strerror(errno)};
+        return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), systemMessage(errno)};
     }
     if (!lockSoon(lock_.get())) {
         return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};
     }
-    auto store = JobStore::open(state / "jobs.sqlite");
-    if (!store.ok()) return store.error();
-    const bool anew = !store->setAside().empty();
-    JobTable table(*std::move(store));
+    MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state / "jobs.sqlite"));
+    const bool anew = !store.setAside().empty();
+    JobTable table(std::move(store));
     MOTE_RETURN_IF_ERROR(table.load());
     table_.emplace(std::move(table));
     if (!anew)
@@ -156,8 +154,7 @@ void JobQueue::Impl::goOnWith(JobRecord& record) {
 
 Result<proto::JobStatus> JobQueue::Impl::submit(const proto::JobRequest& request) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
-    const auto checked = checkJobRequest(request, roots_);
-    if (!checked.ok()) return checked.error();
+    MOTE_RETURN_IF_ERROR(checkJobRequest(request, roots_));
     if (const auto* maker = table_->maker(request.output())) {
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
@@ -172,11 +169,10 @@ Result<proto::JobStatus> JobQueue::Impl::submit(const proto::JobRequest& request
     record.status.set_state(State::QUEUED);
     record.status.set_phase("waiting");
     record.status.set_created_ms(nowMs());
-    const auto added = table_->add(std::move(record));
-    if (!added.ok()) return added.error();
-    changed(**added);
+    MOTE_ASSIGN_OR_RETURN(const auto added, table_->add(std::move(record)));
+    changed(*added);
     scheduleSoon();
-    return added.value()->status;
+    return added->status;
 }
 
 Status JobQueue::Impl::cancel(std::string_view id) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a server asks of a job request before it queues it: bounded, named beneath its roots, with an output
-// that is not there yet. What the numbers mean is mote-prep's to judge. Pure, but for the look at the roots'
-// folders.
+// What a server asks of a job request before it queues it: that it is one (protocol/scene/job_request.h), its
+// inputs lie beneath the roots and its output is not there yet; the kind of job does not matter. Pure, but
+// for the look at the roots' folders.
 #pragma once
 
 #include "protocol/mote.pb.h"
@@ -14,6 +14,6 @@ namespace mote::server {
 
 /// Where the output is to appear. Errors: invalidArgument, notFound (a root, an input), alreadyExists (the
 /// output), permissionDenied; each with the path of its field, as in JSON.
-Result<JobOutput> checkJobRequest(const proto::JobRequest& request, const storage::Roots& roots);
+Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots);
 
 }  // namespace mote::server

@@ -61,9 +61,8 @@ Result<std::string> ask(sqlite3* database, const char* sql) {
 
 /// Whether the file is a job database of ours; makes the table in an empty one.
 Status prepareSchema(sqlite3* database) {
-    const auto check = ask(database, "PRAGMA quick_check(1)");
-    if (!check.ok()) return check.error();
-    if (check.value() != "ok") return Error{ErrorCode::corrupt, "jobs.sqlite", check.value()};
+    MOTE_ASSIGN_OR_RETURN(const auto check, ask(database, "PRAGMA quick_check(1)"));
+    if (check != "ok") return Error{ErrorCode::corrupt, "jobs.sqlite", check};
     const auto tables = ask(database, "SELECT count(*) FROM sqlite_schema");
     const auto id = ask(database, "PRAGMA application_id");
     const auto version = ask(database, "PRAGMA user_version");
@@ -158,9 +157,7 @@ Result<JobStore> JobStore::open(const std::filesystem::path& file) {
     auto database = connect(file);
     std::filesystem::path aside;
     if (!database.ok() && database.error().code == ErrorCode::corrupt) {
-        auto moved = moveAside(file);
-        if (!moved.ok()) return moved.error();
-        aside = *moved;
+        MOTE_ASSIGN_OR_RETURN(aside, moveAside(file));
         spdlog::error("the database of jobs is broken ({}): it was moved to {} and a new one begun",
                       database.error().message, aside.string());
         database = connect(file);

@@ -14,9 +14,8 @@ constexpr int kListedLines = 5;  // of a finished job's log: a list of hundreds 
 }  // namespace
 
 Status JobTable::load() {
-    auto records = store_.load();
-    if (!records.ok()) return records.error();
-    for (auto& record : *records) records_.emplace(record.number, std::move(record));
+    MOTE_ASSIGN_OR_RETURN(auto records, store_.load());
+    for (auto& record : records) records_.emplace(record.number, std::move(record));
     return success();
 }
 

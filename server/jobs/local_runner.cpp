@@ -16,9 +16,9 @@
 #include <asio/io_context.hpp>
 #include <asio/posix/stream_descriptor.hpp>
 #include <cerrno>
-#include <cstring>
 #include <system_error>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/process_identity.h"
 #include "storage/files/file_descriptor.h"
 
@@ -156,7 +156,7 @@ Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
         return Error{ErrorCode::internal, "",
-                     fmt::format("the job cannot be started: {}", std::strerror(errno))};
+                     fmt::format("the job cannot be started: {}", systemMessage(errno))};
     }
     FileDescriptor gate(ends[0]);
     const FileDescriptor theirs(ends[1]);
@@ -165,7 +165,7 @@ Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
     const int error = spawn(words, (order.directory / "log").string(), theirs.get(), pid);
     if (error != 0) {
         return Error{error == ENOENT ? ErrorCode::notFound : ErrorCode::internal, supervisor_.string(),
-                     fmt::format("cannot be started: {}", std::strerror(error))};
+                     fmt::format("cannot be started: {}", systemMessage(error))};
     }
     // A child that is not waited for keeps its number: these two cannot meet another process.
     const auto identity = ProcessIdentity::of(pid);

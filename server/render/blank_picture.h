@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "server/render/picture.h"
 #include "server/render/plan/frame_plan.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::render {
 

@@ -8,6 +8,8 @@
 
 #include "server/render/calibration_step.h"
 
+#include "server/render/layers/make_frame_plan.h"
+
 namespace mote::render {
 namespace {
 

@@ -12,8 +12,9 @@
 #include <string>
 
 #include "protocol/scene/error.h"
-#include "server/render/picture.h"
 #include "server/render/plan/frame_plan.h"
+#include "server/render/plan/picture.h"
+#include "server/render/plan/quality.h"
 
 namespace mote::render {
 

@@ -46,23 +46,21 @@ std::string describe(const std::vector<std::uint64_t>& shape) {
 }  // namespace
 
 Status writeArrayFile(const fs::path& directory, const std::string& name, const ArrayFileContent& content) {
-    const auto writer = ArrayFileWriter::create(directory, name, layoutOf(content));
-    if (!writer.ok()) return writer.error();
+    MOTE_ASSIGN_OR_RETURN(const auto writer, ArrayFileWriter::create(directory, name, layoutOf(content)));
     for (std::size_t i = 0; i < content.arrays.size(); ++i) {
-        MOTE_RETURN_IF_ERROR(writer->write(i, 0, content.arrays[i].bytes));
+        MOTE_RETURN_IF_ERROR(writer.write(i, 0, content.arrays[i].bytes));
     }
-    return writer->finish();
+    return writer.finish();
 }
 
 Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& entry) {
-    const auto text = readWhole(path, digestLimit);
-    if (!text.ok()) return text.error();
-    if (text->size() != entry.size() || hash128(std::as_bytes(std::span(*text))) != entry.xxh3_128()) {
+    MOTE_ASSIGN_OR_RETURN(const auto text, readWhole(path, digestLimit));
+    if (text.size() != entry.size() || hash128(std::as_bytes(std::span(text))) != entry.xxh3_128()) {
         return Error{ErrorCode::corrupt, path.string(),
                      "differs from its hash in the manifest; the dataset is damaged: copy or make it again"};
     }
     proto::Digest digest;
-    const auto parsed = parseJson(*text, digest, path.string());
+    const auto parsed = parseJson(text, digest, path.string());
     if (parsed.ok()) return digest;
     return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
 }
@@ -83,26 +81,23 @@ Result<proto::Digest> findDigest(const fs::path& directory, const proto::Manifes
 
 Result<ArrayFile> ArrayFile::open(const fs::path& directory, const proto::Manifest& manifest,
                                   const std::string& name) {
-    const auto digest = findDigest(directory, manifest, name, ".h5");
-    if (!digest.ok()) return digest.error();
+    MOTE_ASSIGN_OR_RETURN(const auto digest, findDigest(directory, manifest, name, ".h5"));
     const auto& entry = *findFile(manifest, name + ".h5");
-    return of(MappedFile::open(directory / entry.name(), entry.size()), *digest);
+    return of(MappedFile::open(directory / entry.name(), entry.size()), digest);
 }
 
 Result<ArrayFile> ArrayFile::openPacked(const fs::path& directory, const proto::Manifest& manifest,
                                         const std::string& name, std::uint64_t most) {
-    const auto digest = findDigest(directory, manifest, name, ".h5.zst");
-    if (!digest.ok()) return digest.error();
-    return of(MappedFile::unpack(directory / (name + ".h5.zst"), most), *digest);
+    MOTE_ASSIGN_OR_RETURN(const auto digest, findDigest(directory, manifest, name, ".h5.zst"));
+    return of(MappedFile::unpack(directory / (name + ".h5.zst"), most), digest);
 }
 
 Result<ArrayFile> ArrayFile::of(Result<MappedFile> mapped, const proto::Digest& digest) {
     if (!mapped.ok()) return mapped.error();
     ArrayFile file(*std::move(mapped));
     for (const auto& described : digest.arrays()) {
-        auto array = VerifiedArray::make(*file.file_, described, nullptr);
-        if (!array.ok()) return array.error();
-        file.arrays_.push_back({described.name(), *std::move(array)});
+        MOTE_ASSIGN_OR_RETURN(auto array, VerifiedArray::make(*file.file_, described, nullptr));
+        file.arrays_.push_back({described.name(), std::move(array)});
     }
     return file;
 }

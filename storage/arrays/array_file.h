@@ -76,9 +76,8 @@ class ArrayFile {
     /// corrupt (missing, another type or shape, a block that differs; with file, array and offset).
     template <class T>
     Result<std::span<const T>> get(const std::string& name, const std::vector<std::uint64_t>& shape) const {
-        const auto bytes = verified(name, arrayType<T>, shape);
-        if (!bytes.ok()) return bytes.error();
-        return std::span<const T>(reinterpret_cast<const T*>(bytes->data()), bytes->size() / sizeof(T));
+        MOTE_ASSIGN_OR_RETURN(const auto bytes, verified(name, arrayType<T>, shape));
+        return std::span<const T>(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
     }
     static constexpr std::uint64_t any = ~std::uint64_t{0};
 

@@ -8,8 +8,8 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/system_error.h"
 #include "storage/arrays/hdf5_layout.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 #include "storage/hash.h"
 
@@ -20,11 +20,10 @@ namespace fs = std::filesystem;
 Result<ArrayFileWriter> ArrayFileWriter::create(const fs::path& directory, const std::string& name,
                                                 FileLayout layout) {
     auto path = directory / (name + ".h5");
-    auto places = layOutFile(path, layout);
-    if (!places.ok()) return places.error();
+    MOTE_ASSIGN_OR_RETURN(auto places, layOutFile(path, layout));
     FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
     if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
-    return ArrayFileWriter(std::move(path), std::move(layout), *std::move(places), std::move(file));
+    return ArrayFileWriter(std::move(path), std::move(layout), std::move(places), std::move(file));
 }
 
 Status ArrayFileWriter::write(std::size_t array, std::uint64_t at, std::span<const std::byte> bytes) const {

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/files/system_error.h"
 #include "storage/particles/hdf5_id.h"
 
 namespace mote::storage {

@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <vector>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/packed_file.h"
 #include "storage/files/read_file.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 
 namespace mote::storage {
@@ -26,31 +26,29 @@ bool same(const timespec& a, const timespec& b) {
 }  // namespace
 
 Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint64_t expectedSize) {
-    auto file = openRegular(path);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(auto file, openRegular(path));
     struct stat status {};
-    if (::fstat(file->get(), &status) != 0) return systemError(errno, path.string(), "cannot be opened");
+    if (::fstat(file.get(), &status) != 0) return systemError(errno, path.string(), "cannot be opened");
     const auto size = static_cast<std::uint64_t>(status.st_size);
     if (size != expectedSize) {
         return Error{ErrorCode::corrupt, path.string(),
                      fmt::format("has {} bytes where the manifest says {}: it is truncated or was changed",
                                  size, expectedSize)};
     }
-    MappedFile mapped(path.string(), *std::move(file));
+    MappedFile mapped(path.string(), std::move(file));
     mapped.changed_ = status.st_mtim;
     MOTE_RETURN_IF_ERROR(mapped.map(size));
     return mapped;
 }
 
 Result<MappedFile> MappedFile::unpack(const std::filesystem::path& path, std::uint64_t most) {
-    auto source = PackedSource::open(path);
-    if (!source.ok()) return source.error();
+    MOTE_ASSIGN_OR_RETURN(auto source, PackedSource::open(path));
     MappedFile memory(path.string(), FileDescriptor(::memfd_create("mote-unpacked", MFD_CLOEXEC)));
     if (!memory.file_.valid()) return systemError(errno, path.string(), "cannot be unpacked");
     std::vector<char> piece(unpackedPiece);
     std::uint64_t size = 0;
-    for (auto got = (*source)->sgetn(piece.data(), unpackedPiece); got > 0;
-         got = (*source)->sgetn(piece.data(), unpackedPiece)) {
+    for (auto got = source->sgetn(piece.data(), unpackedPiece); got > 0;
+         got = source->sgetn(piece.data(), unpackedPiece)) {
         const std::span some(piece.data(), static_cast<std::size_t>(got));
         if (some.size() > most - size) {
             return Error{ErrorCode::corrupt, path.string(), fmt::format("holds more than {} bytes", most)};

@@ -82,9 +82,8 @@ struct PackedSource::Stream {
 };
 
 Result<std::unique_ptr<PackedSource>> PackedSource::open(const std::filesystem::path& path) {
-    auto file = openRegular(path);
-    if (!file.ok()) return file.error();
-    return std::unique_ptr<PackedSource>(new PackedSource(*std::move(file)));
+    MOTE_ASSIGN_OR_RETURN(auto file, openRegular(path));
+    return std::unique_ptr<PackedSource>(new PackedSource(std::move(file)));
 }
 
 PackedSource::PackedSource(FileDescriptor file)

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/files/read_file.h"
+#include "protocol/scene/system_error.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cerrno>
-
-#include "storage/files/system_error.h"
 
 namespace mote::storage {
 
@@ -25,14 +24,13 @@ Result<FileDescriptor> openRegular(const std::filesystem::path& path) {
 }
 
 Result<std::string> readWhole(const std::filesystem::path& path, std::size_t limit) {
-    const auto file = openRegular(path);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, openRegular(path));
     std::string text;
     while (true) {
         constexpr std::size_t piece = std::size_t{1} << 18;
         const std::size_t begin = text.size();
         text.resize(begin + piece);
-        const ssize_t got = ::read(file->get(), text.data() + begin, piece);
+        const ssize_t got = ::read(file.get(), text.data() + begin, piece);
         text.resize(begin + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return systemError(errno, path.string(), "cannot be read");

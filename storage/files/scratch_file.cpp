@@ -6,7 +6,7 @@
 
 #include <cerrno>
 
-#include "storage/files/system_error.h"
+#include "protocol/scene/system_error.h"
 #include "storage/files/write_file.h"
 
 namespace mote::storage {

@@ -8,8 +8,8 @@
 #include <cerrno>
 #include <cstdio>
 
+#include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/files/system_error.h"
 
 namespace mote::storage {
 namespace {

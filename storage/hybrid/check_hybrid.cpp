@@ -61,19 +61,19 @@ Status checkValues(const proto::HybridManifest& hybrid) {
     return success();
 }
 
-Status checkFilesOf(const proto::Manifest& manifest, const proto::HybridStepEntry& step, bool residual) {
+Status checkFilesOf(const FileNames& files, const proto::HybridStepEntry& step, bool residual) {
     const auto stem = [](const std::string& name, std::string_view suffix) {
         return name.ends_with(suffix) ? name.substr(0, name.size() - suffix.size()) : std::string();
     };
     auto name = stem(step.file(), ".h5");
     if (name.empty()) name = stem(step.file(), ".h5.zst");
-    if (!findFile(manifest, step.file()) || name.empty()) {
+    if (!files.contains(step.file()) || name.empty()) {
         return corrupt("file", "is not among the dataset's files");
     }
-    if (!findFile(manifest, step.digest()) || stem(step.digest(), ".digest") != name) {
+    if (!files.contains(step.digest()) || stem(step.digest(), ".digest") != name) {
         return corrupt("digest", "is not the digest of the step's file");
     }
-    if (residual ? !findFile(manifest, step.residual_file()) : !step.residual_file().empty()) {
+    if (residual ? !files.contains(step.residual_file()) : !step.residual_file().empty()) {
         return corrupt("residualFile", "is not among the dataset's files");
     }
     return success();
@@ -125,8 +125,7 @@ const proto::HybridStepEntry* findHybridStep(const proto::Manifest& manifest, st
     return step < static_cast<std::uint32_t>(steps.size()) ? &steps.at(static_cast<int>(step)) : nullptr;
 }
 
-Status checkHybrid(const proto::Manifest& manifest) {
-    const auto& hybrid = manifest.hybrid();
+Status checkHybrid(const proto::HybridManifest& hybrid, const FileNames& files) {
     MOTE_RETURN_IF_ERROR(checkSizes(hybrid));
     MOTE_RETURN_IF_ERROR(checkPlacing(hybrid));
     MOTE_RETURN_IF_ERROR(checkValues(hybrid));
@@ -135,9 +134,9 @@ Status checkHybrid(const proto::Manifest& manifest) {
     }
     for (int i = 0; i < hybrid.steps_size(); ++i) {
         const auto& step = hybrid.steps(i);
-        auto checked = checkFilesOf(manifest, step, hybrid.residual());
-        if (checked.ok()) checked = checkStep(hybrid, step);
-        if (!checked.ok()) return checked.error().within(fmt::format("steps[{}]", i));
+        const auto place = fmt::format("steps[{}]", i);
+        MOTE_RETURN_IF_ERROR(checkFilesOf(files, step, hybrid.residual()), place);
+        MOTE_RETURN_IF_ERROR(checkStep(hybrid, step), place);
     }
     return success();
 }

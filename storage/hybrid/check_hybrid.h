@@ -8,13 +8,14 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/dataset_kind.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {
 
-/// Whether the manifest's `hybrid` is complete and in range and names files that it has. Errors: corrupt,
-/// with the path of the field below `hybrid`.
-Status checkHybrid(const proto::Manifest& manifest);
+/// Whether a manifest's `hybrid` is complete and in range and names files that it has. Errors: corrupt, with
+/// the path of the field below `hybrid`.
+Status checkHybrid(const proto::HybridManifest& hybrid, const FileNames& files);
 
 /// Of a manifest that was checked: three numbers.
 GridSize gridSize(const google::protobuf::RepeatedField<std::uint32_t>& size);

@@ -64,9 +64,8 @@ Result<HybridStepWriter> HybridStepWriter::create(const std::filesystem::path& d
     layout.arrays.push_back({"/volume/value", shape.valueBits == 8 ? "u8" : "u16", extents});
     layout.arrays.push_back({"/volume/normal", "u8", extents});
     if (shape.pointBytes > 0) addPoints(shape, layout);
-    auto file = ArrayFileWriter::create(directory, name, std::move(layout));
-    if (!file.ok()) return file.error();
-    return HybridStepWriter(*std::move(file), shape.pointBytes);
+    MOTE_ASSIGN_OR_RETURN(auto file, ArrayFileWriter::create(directory, name, std::move(layout)));
+    return HybridStepWriter(std::move(file), shape.pointBytes);
 }
 
 Status HybridStepWriter::writeLow(const LowCodes& codes, std::span<const std::uint8_t> normals) const {
@@ -117,9 +116,7 @@ Result<HybridStep> HybridStep::open(const std::filesystem::path& directory, cons
 Status HybridStep::readLow(std::uint32_t bits) {
     const std::vector<std::uint64_t> shape{lowSize_[2], lowSize_[1], lowSize_[0]};
     const auto take = [&]<class T>(const char* name, std::span<const T>& out) -> Status {
-        const auto array = file_.get<T>(name, shape);
-        if (!array.ok()) return array.error();
-        out = *array;
+        MOTE_ASSIGN_OR_RETURN(out, file_.get<T>(name, shape));
         return success();
     };
     MOTE_RETURN_IF_ERROR(take("/volume/normal", lowNormal_));
@@ -132,9 +129,7 @@ Status HybridStep::readLow(std::uint32_t bits) {
 Status HybridStep::readPoints(std::uint32_t bytes, std::uint64_t count) {
     const auto take = [&]<class T>(const char* name, std::span<const T>& out,
                                    const std::vector<std::uint64_t>& shape) -> Status {
-        const auto array = file_.get<T>(name, shape);
-        if (!array.ok()) return array.error();
-        out = *array;
+        MOTE_ASSIGN_OR_RETURN(out, file_.get<T>(name, shape));
         return success();
     };
     if (bytes == 5) {

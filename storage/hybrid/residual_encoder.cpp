@@ -83,10 +83,9 @@ Result<std::optional<ResidualPart>> ResidualEncoder::store(ScratchFile& scratch)
     };
     append(std::as_bytes(std::span(bricks_)));
     append(std::as_bytes(std::span(bytes_)));
-    const auto at = scratch.append(all);
-    if (!at.ok()) return at.error();
+    MOTE_ASSIGN_OR_RETURN(const auto at, scratch.append(all));
     auto part = part_;
-    part.offset = *at;
+    part.offset = at;
     part.bytes = all.size();
     return std::optional(part);
 }

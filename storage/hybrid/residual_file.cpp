@@ -33,9 +33,8 @@ Status damaged(const fs::path& path, std::string message) {
 /// Of a file that may be packed.
 Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
     if (path.extension() == packedSuffix) {
-        auto packed = PackedSource::open(path);
-        if (!packed.ok()) return packed.error();
-        return std::unique_ptr<std::streambuf>(*std::move(packed));
+        MOTE_ASSIGN_OR_RETURN(auto packed, PackedSource::open(path));
+        return std::unique_ptr<std::streambuf>(std::move(packed));
     }
     auto plain = std::make_unique<std::filebuf>();
     if (plain->open(path, std::ios::in | std::ios::binary))
@@ -46,9 +45,8 @@ Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
 Result<openvdb::FloatGrid::Ptr> readGrid(const fs::path& path) {
     try {
         openvdb::initialize();
-        const auto bytes = openBytes(path);
-        if (!bytes.ok()) return bytes.error();
-        std::istream in(bytes->get());
+        MOTE_ASSIGN_OR_RETURN(const auto bytes, openBytes(path));
+        std::istream in(bytes.get());
         const auto grids = openvdb::io::Stream(in, false).getGrids();
         const auto grid =
             openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::findGridByName(*grids, residualGridName));
@@ -105,18 +103,16 @@ Status readResidual(const fs::path& directory, const proto::Manifest& manifest, 
                      fmt::format("has no residual of a step {}", step)};
     }
     const auto path = directory / entry->residual_file();
-    const auto hash = hashFile(path, cancelled);
-    if (!hash.ok()) return hash.error();
+    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(path, cancelled));
     const auto& file = *findFile(manifest, entry->residual_file());
-    if (hash->size != file.size() || hash->xxh3_128 != file.xxh3_128()) {
+    if (hash.size != file.size() || hash.xxh3_128 != file.xxh3_128()) {
         return damaged(
             path, "differs from its hash in the manifest; the dataset is damaged: copy or make it again");
     }
-    const auto grid = readGrid(path);
-    if (!grid.ok()) return grid.error();
-    MOTE_RETURN_IF_ERROR(checkGrid(**grid, gridSize(manifest.hybrid().error_size()), *entry, path));
+    MOTE_ASSIGN_OR_RETURN(const auto grid, readGrid(path));
+    MOTE_RETURN_IF_ERROR(checkGrid(*grid, gridSize(manifest.hybrid().error_size()), *entry, path));
     Values values;
-    for (auto leaf = (*grid)->tree().cbeginLeaf(); leaf; ++leaf) {
+    for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
         if (cancelled && cancelled()) return Error{ErrorCode::cancelled, path.string(), "cancelled"};
         if (!takeValues(*leaf, entry->residual_step(), values)) {
             return damaged(path, "holds a value that is not finite, or too great");

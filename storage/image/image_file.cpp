@@ -48,20 +48,18 @@ Result<Luminance> readImage(const std::filesystem::path& directory, const proto:
         return Error{ErrorCode::invalidArgument, directory.string(),
                      fmt::format("is a dataset of kind \"{}\", not an image", manifest.kind())};
     }
-    const auto file = ArrayFile::open(directory, manifest, imageName);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, ArrayFile::open(directory, manifest, imageName));
     const auto width = manifest.image().width();
     const auto height = manifest.image().height();
-    const auto values = file->get<float>(luminanceArray, {height, width});
-    if (!values.ok()) return values.error();
+    MOTE_ASSIGN_OR_RETURN(const auto values, file.get<float>(luminanceArray, {height, width}));
     const auto good = [](float value) { return std::isfinite(value) && value >= 0.0F; };
-    const bool allGood = std::all_of(values->begin(), values->end(), good);
-    const double times = static_cast<double>(values->size()) / static_cast<double>(mostPixels);
-    auto picture = reduced(*values, width, height,
-                           std::max(1U, static_cast<std::uint32_t>(std::ceil(std::sqrt(times)))));
-    MOTE_RETURN_IF_ERROR(file->check());
+    const bool allGood = std::all_of(values.begin(), values.end(), good);
+    const double times = static_cast<double>(values.size()) / static_cast<double>(mostPixels);
+    auto picture =
+        reduced(values, width, height, std::max(1U, static_cast<std::uint32_t>(std::ceil(std::sqrt(times)))));
+    MOTE_RETURN_IF_ERROR(file.check());
     if (allGood) return picture;
-    return Error{ErrorCode::corrupt, file->where(luminanceArray),
+    return Error{ErrorCode::corrupt, file.where(luminanceArray),
                  "holds a luminance that is negative or not finite"};
 }
 

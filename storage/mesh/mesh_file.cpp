@@ -26,9 +26,8 @@ std::vector<Row> rowsOf(std::span<const T> values) {
 /// Reads `rows` from the array of this name, as long as nothing went wrong before.
 template <class T, class Row>
 Status readRows(const ArrayFile& file, const char* name, std::uint64_t count, std::vector<Row>& rows) {
-    const auto values = file.get<T>(name, {count, sizeof(Row) / sizeof(T)});
-    if (!values.ok()) return values.error();
-    rows = rowsOf<Row>(*values);
+    MOTE_ASSIGN_OR_RETURN(const auto values, file.get<T>(name, {count, sizeof(Row) / sizeof(T)}));
+    rows = rowsOf<Row>(values);
     return success();
 }
 
@@ -76,19 +75,18 @@ Result<SurfaceMesh> readMesh(const std::filesystem::path& directory, const proto
     if (!manifest.has_mesh()) {
         return Error{ErrorCode::invalidArgument, directory.string(), "is a dataset without a mesh"};
     }
-    const auto file = ArrayFile::open(directory, manifest, meshName);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, ArrayFile::open(directory, manifest, meshName));
     const auto& described = manifest.mesh();
     SurfaceMesh mesh;
-    MOTE_RETURN_IF_ERROR(readRows<float>(*file, "/mesh/position", described.vertices(), mesh.positions));
-    MOTE_RETURN_IF_ERROR(readRows<float>(*file, "/mesh/normal", described.vertices(), mesh.normals));
+    MOTE_RETURN_IF_ERROR(readRows<float>(file, "/mesh/position", described.vertices(), mesh.positions));
+    MOTE_RETURN_IF_ERROR(readRows<float>(file, "/mesh/normal", described.vertices(), mesh.normals));
     MOTE_RETURN_IF_ERROR(
-        readRows<std::uint32_t>(*file, "/mesh/triangle", described.triangles(), mesh.triangles));
-    MOTE_RETURN_IF_ERROR(readRows<std::uint32_t>(*file, "/mesh/edge", described.edges(), mesh.edges));
-    MOTE_RETURN_IF_ERROR(file->check());
+        readRows<std::uint32_t>(file, "/mesh/triangle", described.triangles(), mesh.triangles));
+    MOTE_RETURN_IF_ERROR(readRows<std::uint32_t>(file, "/mesh/edge", described.edges(), mesh.edges));
+    MOTE_RETURN_IF_ERROR(file.check());
     const auto checked = checkSurfaceMesh(mesh);
     if (checked.ok()) return mesh;
-    return Error{checked.error().code, file->where(checked.error().where), checked.error().message};
+    return Error{checked.error().code, file.where(checked.error().where), checked.error().message};
 }
 
 }  // namespace mote::storage

@@ -37,11 +37,9 @@ Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesy
                                                                const proto::Manifest& manifest,
                                                                std::uint32_t step,
                                                                std::shared_ptr<BlockBudget> budget) {
-    const auto checked = checkManifest(manifest);
-    if (!checked.ok()) return checked.error().within((directory / manifestName).string() + ":");
-    auto opened = MappedStep::open(directory, manifest, step, std::move(budget));
-    if (!opened.ok()) return opened.error();
-    return std::shared_ptr<const ParticleStep>(*std::move(opened));
+    MOTE_RETURN_IF_ERROR(checkManifest(manifest), (directory / manifestName).string() + ":");
+    MOTE_ASSIGN_OR_RETURN(auto opened, MappedStep::open(directory, manifest, step, std::move(budget)));
+    return std::shared_ptr<const ParticleStep>(std::move(opened));
 }
 
 Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem::path& directory,
@@ -59,19 +57,18 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
     }
     const auto& particles = manifest.particles();
     const auto& entry = particles.steps(static_cast<int>(step));
-    const auto digest = readDigest(directory / entry.digest(), *findFile(manifest, entry.digest()));
-    if (!digest.ok()) return digest.error();
+    MOTE_ASSIGN_OR_RETURN(const auto digest,
+                          readDigest(directory / entry.digest(), *findFile(manifest, entry.digest())));
     const auto path = directory / entry.file();
     const auto& described = *findFile(manifest, entry.file());
-    auto file = MappedFile::open(path, described.size());
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(auto file, MappedFile::open(path, described.size()));
     const std::shared_ptr<MappedStep> mapped(
-        new MappedStep(*std::move(file), path.string(), std::move(budget)));
+        new MappedStep(std::move(file), path.string(), std::move(budget)));
     mapped->origin_ = {path, described.xxh3_128()};
     mapped->volumeSize_ = 1U << particles.volume_level();
     mapped->maxLevel_ = particles.max_level();
     mapped->logDensity_ = {particles.density_min(), particles.density_max()};
-    MOTE_RETURN_IF_ERROR(mapped->readArrays(withPreview(*digest)));
+    MOTE_RETURN_IF_ERROR(mapped->readArrays(withPreview(digest)));
     MOTE_RETURN_IF_ERROR(mapped->checkShapes(entry));
     MOTE_RETURN_IF_ERROR(mapped->enterBudget());
     return std::shared_ptr<const MappedStep>(mapped);
@@ -102,9 +99,8 @@ Status MappedStep::readArrays(const proto::Digest& digest) {
         const auto where = name_ + ":" + wanted.name;
         if (!found) return Error{ErrorCode::corrupt, where, "is missing in the digest"};
         if (found->type() != wanted.type) return Error{ErrorCode::corrupt, where, "has the wrong type"};
-        auto made = VerifiedArray::make(file_, *found, budget_.get());
-        if (!made.ok()) return made.error();
-        arrays_.push_back(*std::move(made));
+        MOTE_ASSIGN_OR_RETURN(auto made, VerifiedArray::make(file_, *found, budget_.get()));
+        arrays_.push_back(std::move(made));
     }
     return success();
 }

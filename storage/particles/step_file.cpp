@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "protocol/scene/system_error.h"
 #include "storage/arrays/hdf5_layout.h"
-#include "storage/files/system_error.h"
 #include "storage/files/write_file.h"
 #include "storage/hash.h"
 
@@ -56,10 +56,9 @@ std::vector<std::uint64_t> StepShape::of(StepArray which) const {
 
 Result<StepFile> StepFile::create(const fs::path& path, const StepShape& shape,
                                   const StepAttributes& attributes) {
-    const auto laidOut = layOutFile(path, layoutOf(shape, attributes));
-    if (!laidOut.ok()) return laidOut.error();
+    MOTE_ASSIGN_OR_RETURN(const auto laidOut, layOutFile(path, layoutOf(shape, attributes)));
     Places places;
-    std::copy(laidOut->begin(), laidOut->end(), places.begin());
+    std::copy(laidOut.begin(), laidOut.end(), places.begin());
     return open(path, places);
 }
 

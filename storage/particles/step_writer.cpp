@@ -44,12 +44,10 @@ Status writeArrays(const StepFile& file, const StepContent& content) {
 Status writeStep(const std::filesystem::path& directory, const std::string& name,
                  const StepContent& content) {
     const auto shape = shapeOf(content);
-    const auto file = StepFile::create(directory / (name + ".h5"), shape, content);
-    if (!file.ok()) return file.error();
-    MOTE_RETURN_IF_ERROR(writeArrays(*file, content));
-    const auto blocks = file->hashBlocks(0, file->blockCount());
-    if (!blocks.ok()) return blocks.error();
-    return writeNewFile(directory / (name + ".digest"), toJson(file->digest(shape, *blocks)));
+    MOTE_ASSIGN_OR_RETURN(const auto file, StepFile::create(directory / (name + ".h5"), shape, content));
+    MOTE_RETURN_IF_ERROR(writeArrays(file, content));
+    MOTE_ASSIGN_OR_RETURN(const auto blocks, file.hashBlocks(0, file.blockCount()));
+    return writeNewFile(directory / (name + ".digest"), toJson(file.digest(shape, blocks)));
 }
 
 std::string stepName(std::uint32_t step) {

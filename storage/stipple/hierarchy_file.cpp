@@ -19,10 +19,9 @@ std::span<const float> numbers(const std::vector<glm::vec3>& vectors) {
 template <class Number, class Value>
 Status read(const ArrayFile& file, const char* name, const std::vector<std::uint64_t>& shape,
             std::vector<Value>& out) {
-    const auto values = file.get<Number>(name, shape);
-    if (!values.ok()) return values.error();
-    const auto* first = reinterpret_cast<const Value*>(values->data());
-    out.assign(first, first + values->size_bytes() / sizeof(Value));
+    MOTE_ASSIGN_OR_RETURN(const auto values, file.get<Number>(name, shape));
+    const auto* first = reinterpret_cast<const Value*>(values.data());
+    out.assign(first, first + values.size_bytes() / sizeof(Value));
     return success();
 }
 
@@ -62,15 +61,14 @@ Result<StippleHierarchy> readHierarchy(const std::filesystem::path& directory,
         return Error{ErrorCode::invalidArgument, directory.string(),
                      fmt::format("is a dataset of kind \"{}\", not a stipple hierarchy", manifest.kind())};
     }
-    const auto file = ArrayFile::open(directory, manifest, hierarchyName);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, ArrayFile::open(directory, manifest, hierarchyName));
     StippleHierarchy hierarchy;
     MOTE_RETURN_IF_ERROR(
-        readArrays(*file, manifest.stipple().points(), manifest.stipple().moves(), hierarchy));
-    MOTE_RETURN_IF_ERROR(file->check());
+        readArrays(file, manifest.stipple().points(), manifest.stipple().moves(), hierarchy));
+    MOTE_RETURN_IF_ERROR(file.check());
     const auto checked = checkHierarchy(hierarchy);
     if (!checked.ok()) {
-        return Error{checked.error().code, file->where(checked.error().where), checked.error().message};
+        return Error{checked.error().code, file.where(checked.error().where), checked.error().message};
     }
     return hierarchy;
 }

@@ -91,9 +91,8 @@ Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<open
     }
     file.flush();
     if (!file.good() || !writeIdentity(file, "00000000-0000-0000-0000-000000000000")) return full;
-    const auto hash = hashFile(path);
-    if (!hash.ok()) return hash.error();
-    const std::string_view h = hash->xxh3_128;
+    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(path));
+    const std::string_view h = hash.xxh3_128;
     const auto identity = fmt::format("{}-{}-{}-{}-{}", h.substr(0, 8), h.substr(8, 4), h.substr(12, 4),
                                       h.substr(16, 4), h.substr(20));
     return writeIdentity(file, identity) ? success() : Status(full);

@@ -12,6 +12,7 @@
 #include <glm/geometric.hpp>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/ray_map.h"
 #include "server/render/plan/screen_map.h"
 #include "tests/golden/comparison.h"
@@ -81,7 +82,7 @@ double medianMilliseconds(render::Device& device, const render::Scene& scene,
 /// Samples, in millions, that the rays within the box would take if nothing were skipped.
 double millionSamples(const render::Scene& scene, const render::Quality& quality) {
     const auto plan = render::makeFramePlan(scene, quality);
-    const render::RayMap rays(plan, plan.layers[0].layerToEye * render::boxToLayer(), plan.nearDepth,
+    const render::RayMap rays(plan, plan.fields[0].boxToEye, plan.nearDepth,
                               (plan.farDepth - plan.nearDepth) / plan.slabs);
     const double half = plan.camera.halfHeight();
     double cells = 0.0;

@@ -11,6 +11,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "server/render/egl/egl_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/octree_cell.h"
 #include "tests/bench/bench_step.h"
 #include "tests/bench/gl_points.h"

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A client behind a thin line and one beside the server: what each is sent, and that both end with the same
-// picture.
+// A client behind a thin line and one beside the server: what each is sent before its link is known, that the
+// stream goes on, and that both end with the same picture. What a measured link gets is decided by how fast
+// the machine is, too: tests/unit/session/flow_control_test.cpp asks that of simulated links.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "client/shared/connection.h"
 #include "protocol/wire/address.h"
@@ -51,15 +53,19 @@ ReceivedFrame nextFrame(Connection& connection) {
     return {};
 }
 
-/// Turns the view until a picture in motion comes that is encoded so, of a link that has been measured.
-bool seenInMotion(Connection& connection, proto::Frame::Encoding encoding) {
-    for (int i = 0; i < 400; ++i) {
+/// Turns the view, at least until the link has been measured; how the pictures in motion were encoded.
+std::vector<proto::Frame::Encoding> turn(Connection& connection) {
+    std::vector<proto::Frame::Encoding> encodings;
+    bool measured = false;
+    for (int i = 0; i < 400 && (i < 5 || !measured); ++i) {
         connection.setView(beamAt(0.01 * i), {.moving = true});
         const auto frame = nextFrame(connection);
-        if (testing::Test::HasFailure()) return false;
-        if (frame.message.encoding() == encoding && frame.message.link_bytes_per_second() > 0.0) return true;
+        if (testing::Test::HasFailure()) break;
+        encodings.push_back(frame.message.encoding());
+        measured = frame.message.link_bytes_per_second() > 0.0;
     }
-    return false;
+    EXPECT_TRUE(measured);
+    return encodings;
 }
 
 ReceivedFrame atRest(Connection& connection) {
@@ -76,8 +82,6 @@ TEST(Link, ThinOrWideItEndsWithTheSamePicture) {
     station.startServer();
     auto file = wire::readConnectionFile(station.connection());
     ASSERT_TRUE(file.ok()) << file.error().toString();
-    // 1/2 Mbit/s carry 2 KiB a frame of 30 ms, and 12 KiB where a busy machine takes 200 ms for one: less
-    // than this picture, which the beam fills, takes without loss at a third of the resolution.
     const auto socket = station.temporary() / "link.sock";
     const ShapedLink link(socket, wire::parseAddress(file->address())->path,
                           {5e5, std::chrono::milliseconds(20)});
@@ -85,16 +89,16 @@ TEST(Link, ThinOrWideItEndsWithTheSamePicture) {
     ASSERT_TRUE(wire::writeConnectionFile(station.temporary() / "thin.json", *file).ok());
 
     Connection thin(station.temporary() / "thin.json", {});
-    EXPECT_TRUE(seenInMotion(thin, proto::Frame::H264));
+    EXPECT_EQ(turn(thin).at(0), proto::Frame::H264);
     const auto far = atRest(thin);
     Connection wide(station.connection(), {});
-    EXPECT_TRUE(seenInMotion(wide, proto::Frame::ZSTD));
+    EXPECT_EQ(turn(wide).at(0), proto::Frame::H264);
     const auto near = atRest(wide);
     EXPECT_EQ(far.message.encoding(), proto::Frame::ZSTD);
     EXPECT_EQ(far.pixels.width, 1280u);
     EXPECT_TRUE(far.pixels.bytes == near.pixels.bytes);
     // It is not over: the stream goes on after a picture that was none of it.
-    EXPECT_TRUE(seenInMotion(thin, proto::Frame::H264));
+    EXPECT_GE(turn(thin).size(), 5u);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/render/device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/quality.h"
 #include "tests/support/image.h"
 

@@ -21,8 +21,8 @@ glm::dmat4 turnedBox() {
     return glm::translate(glm::scale(turned, glm::dvec3(60.0, 50.0, 56.0)), glm::dvec3(-0.5));
 }
 
-/// Parts that the low volume of 12^3 blurs; 2 to 202 in the source's unit.
-std::shared_ptr<const render::HybridStep> machine(HybridRepresentation parts) {
+/// Parts that the coarse grid of 12^3 blurs; 2 to 202 in the source's unit.
+std::shared_ptr<const render::GridField> machine(HybridRepresentation parts) {
     const HybridShape shape{.source = {48, 40, 28},
                             .low = {12, 10, 7},
                             .boxToLayer = turnedBox(),
@@ -79,10 +79,10 @@ std::shared_ptr<const MemoryStep> beamInside() {
 const std::vector<GoldenScene>& goldenHybrids() {
     // The shares are about two thirds of what the scenes show.
     static const std::vector<GoldenScene> all{
-        // Light bends within the cells of the low volume, which are a dozen pixels large here.
+        // Light bends within the cells of the coarse grid, which are a dozen pixels large here.
         {"hybridVolume", 0.1, 0.0, 0.0, {50.0, 0.995, 12}},
         {"hybridResidual", 0.2, 0.0, 0.1},
-        // A face an eighth of a cell thick is found to within the shortest stretch, a tenth of a cell.
+        // A face an eighth of a cell thick is found to within the shortest segment, a tenth of a cell.
         {"hybridSquares", 0.2, 0.0, 0.05, {50.0, 0.99, 32}},
         {"hybridDiscs", 0.2, 0.0, 0.05, {50.0, 0.997, 26}},
         {"hybridGaussians", 0.2, 0.0, 0.05},

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 
 namespace mote::test {
 

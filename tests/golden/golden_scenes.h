@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 #include "tests/golden/comparison.h"
 
 namespace mote::test {

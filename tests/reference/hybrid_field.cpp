@@ -12,7 +12,7 @@
 namespace mote::reference {
 namespace {
 
-using render::HybridBricks;
+using render::GridBricks;
 
 /// The place in samples of a grid: sample i lies at (i + 1/2) / size of the box, the outermost ones hold
 /// beyond.
@@ -42,12 +42,12 @@ Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerTo
     return {std::min(1.0, light.ambient + light.diffuse * diffuse), light.specular * specular};
 }
 
-HybridField::HybridField(const render::HybridStep& step, const Layer& layer, const Camera& camera)
+HybridField::HybridField(const render::GridField& step, const Layer& layer, const Camera& camera)
     : step_(step),
       style_(*layer.hybrid()),
       drawn_(render::resolved(style_.representation, step)),
       corrected_(step.bricks != nullptr && drawn_ != HybridRepresentation::volume),
-      transfer_(style_, step),
+      transfer_(render::transferOf(style_, step)),
       layerToBox_(glm::inverse(step.boxToLayer)) {
     const glm::dmat4 layerToEye = camera.worldToEye() * layer.transform;
     for (std::size_t code = 0; code < shades_.size(); ++code)
@@ -77,20 +77,20 @@ HybridField::Sampled HybridField::interpolated(const std::uint16_t* values, cons
 }
 
 HybridField::Sampled HybridField::sampledLow(const glm::dvec3& inBox) const {
-    const auto& low = step_.low;
+    const auto& low = step_.coarse;
     return interpolated(
         low.values.data(), low.normals.data(), placeIn(inBox, low.size), low.size - 1U,
         [&](const glm::uvec3& at) { return low.index(at); }, [](double share) { return share; });
 }
 
 HybridField::Sampled HybridField::sampledBrick(std::int32_t number, const glm::dvec3& inBrick) const {
-    const HybridBricks& bricks = *step_.bricks;
-    const std::size_t begin = static_cast<std::size_t>(number) * HybridBricks::volume;
+    const GridBricks& bricks = *step_.bricks;
+    const std::size_t begin = static_cast<std::size_t>(number) * GridBricks::volume;
     const bool points = drawn_ == HybridRepresentation::points;
     return interpolated(
-        bricks.values.data() + begin, bricks.normals.data() + begin, inBrick, glm::uvec3(HybridBricks::edge),
+        bricks.values.data() + begin, bricks.normals.data() + begin, inBrick, glm::uvec3(GridBricks::edge),
         [](const glm::uvec3& at) {
-            return (std::size_t{at.z} * HybridBricks::samples + at.y) * HybridBricks::samples + at.x;
+            return (std::size_t{at.z} * GridBricks::samples + at.y) * GridBricks::samples + at.x;
         },
         [&](double share) {
             if (points && style_.pointShape == PointShape::disc)
@@ -104,12 +104,12 @@ HybridField::Sampled HybridField::sampledBrick(std::int32_t number, const glm::d
 HybridField::Sampled HybridField::sampled(const glm::dvec3& inLayer) const {
     const glm::dvec3 inBox(layerToBox_ * glm::dvec4(inLayer, 1.0));
     if (!corrected_) return sampledLow(inBox);
-    const HybridBricks& bricks = *step_.bricks;
+    const GridBricks& bricks = *step_.bricks;
     const glm::dvec3 place = placeIn(inBox, bricks.size);
-    const glm::uvec3 brick = glm::uvec3(place) / HybridBricks::edge;
+    const glm::uvec3 brick = glm::uvec3(place) / GridBricks::edge;
     const std::int32_t number = bricks.numbers[bricks.index(brick)];
-    if (number == HybridBricks::none) return sampledLow(inBox);
-    const Sampled whole = sampledBrick(number, place - glm::dvec3(brick * HybridBricks::edge));
+    if (number == GridBricks::none) return sampledLow(inBox);
+    const Sampled whole = sampledBrick(number, place - glm::dvec3(brick * GridBricks::edge));
     if (drawn_ != HybridRepresentation::points || style_.pointOpacity == 1.0) return whole;
     const Sampled low = sampledLow(inBox);
     const double share = style_.pointOpacity;
@@ -145,7 +145,7 @@ std::vector<HalfSpace> HybridField::within() const {
 }
 
 double HybridField::cellEdge() const {
-    const glm::dvec3 size(corrected_ ? step_.bricks->size : step_.low.size);
+    const glm::dvec3 size(corrected_ ? step_.bricks->size : step_.coarse.size);
     double least = step_.longestEdge();
     for (int axis = 0; axis < 3; ++axis)
         least = std::min(least, glm::length(glm::dvec3(step_.boxToLayer[axis])) / size[axis]);

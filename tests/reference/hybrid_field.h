@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "protocol/scene/view.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
-#include "server/render/layers/hybrid/hybrid_transfer.h"
+#include "server/render/layers/hybrid/lower_hybrid.h"
+#include "server/render/plan/grid_field.h"
 #include "tests/reference/volume.h"
 
 namespace mote::reference {
@@ -24,7 +24,7 @@ Shade shadeOf(std::uint8_t normal, const Light& light, const glm::dmat4& layerTo
 
 class HybridField final : public Volume {
   public:
-    HybridField(const render::HybridStep& step, const Layer& layer, const Camera& camera);
+    HybridField(const render::GridField& step, const Layer& layer, const Camera& camera);
 
     /// In the source's unit.
     double value(const glm::dvec3& inLayer) const;
@@ -44,11 +44,11 @@ class HybridField final : public Volume {
     Sampled interpolated(const std::uint16_t* values, const std::uint8_t* normals, const glm::dvec3& place,
                          const glm::uvec3& last, const Index& index, const Weight& weightOf) const;
 
-    const render::HybridStep& step_;
+    const render::GridField& step_;
     HybridStyle style_;
     HybridRepresentation drawn_;
     bool corrected_;
-    render::HybridTransfer transfer_;
+    TransferFunction transfer_;
     glm::dmat4 layerToBox_;
     std::array<Shade, 256> shades_;
 };

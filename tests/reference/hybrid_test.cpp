@@ -27,7 +27,7 @@ glm::dmat4 plainBox() {
                       glm::dvec3(12.0, 10.0, 8.0));
 }
 
-render::Scene sceneOf(std::shared_ptr<const render::HybridStep> step, const std::string& style,
+render::Scene sceneOf(std::shared_ptr<const render::GridField> step, const std::string& style,
                       const std::string& camera = "'orthographicHeight': 16") {
     return {test::viewOf("{'width': 32, 'height': 32, 'camera': {'eye': [0, 0, 40], 'target': [0, 0, 0], " +
                          camera + "}, 'layers': [{'hybrid': " + style + "}]}"),
@@ -136,7 +136,7 @@ class OnePoint : public testing::Test {
     }
 };
 
-// A point's value has 8 bits, and 0.2 and 0.8 are codes of them; the low volume's has 16.
+// A point's value has 8 bits, and 0.2 and 0.8 are codes of them; the coarse grid's has 16.
 constexpr double halfCode = 0.5 / 65535.0;
 
 TEST_F(OnePoint, FillsItsCellByItsShape) {

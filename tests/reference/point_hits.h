@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 
 namespace mote::reference {
 

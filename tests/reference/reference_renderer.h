@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 #include "tests/support/image.h"
 
 namespace mote::reference {

@@ -8,7 +8,7 @@
 namespace mote::reference {
 
 VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style)
-    : size_(step.volumeSize()), style_(style) {
+    : size_(step.volumeSize()), transfer_(style.transfer()) {
     const LogDensity scale = step.logDensity();
     for (const float density : step.volume()) cells_.push_back(scale.ofCell(density));
 }

@@ -23,9 +23,9 @@ class VolumeField final : public Volume {
     /// beyond the outermost centres.
     double t(const glm::dvec3& inLayer) const;
     /// Per unit length of layer space.
-    double extinction(double t) const { return style_.extinction(t); }
+    double extinction(double t) const { return transfer_.extinction(t); }
     /// Linear RGB.
-    glm::dvec3 color(double t) const { return style_.colorMap(t); }
+    glm::dvec3 color(double t) const { return transfer_.color(t); }
     VolumeMatter at(const glm::dvec3& inLayer) const override;
     std::vector<HalfSpace> within() const override;
     double cellEdge() const override { return 2.0 / size_; }
@@ -33,7 +33,7 @@ class VolumeField final : public Volume {
   private:
     std::uint32_t size_;
     std::vector<double> cells_;  // t of each, x fastest
-    ParticlesStyle style_;
+    TransferFunction transfer_;
 };
 
 }  // namespace mote::reference

@@ -29,6 +29,11 @@ MAY_INCLUDE = {
     "preprocess/": ("preprocess/", "storage/", SCENE, SCHEMA),
     "server/": ("server/", "storage/", "protocol/"),
     "server/render/": ("server/render/", "storage/", SCENE, SCHEMA),
+    # Devices know primitives, and primitives no layers.
+    "server/render/plan/": ("server/render/plan/", "storage/", SCENE, SCHEMA),
+    "server/render/layers/": ("server/render/layers/", "server/render/plan/", "storage/", SCENE, SCHEMA),
+    "server/data/": ("server/data/", "server/render/", "storage/", SCENE, SCHEMA),
+    "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/render/", "storage/", "protocol/"),
     "client/": ("client/", "protocol/"),
     "tests/": None,
 }

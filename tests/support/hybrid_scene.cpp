@@ -17,8 +17,8 @@
 namespace mote::test {
 namespace {
 
-using render::HybridBricks;
-using render::HybridStep;
+using render::GridBricks;
+using render::GridField;
 
 template <class Visit>
 void forEach(const glm::uvec3& size, const Visit& visit) {
@@ -48,19 +48,19 @@ class Maker {
         }
         return normals_.code(-glm::vec3(glm::transpose(glm::inverse(glm::dmat3(shape_.boxToLayer))) * slope));
     }
-    void addLow(HybridStep& step) const {
-        step.low.size = shape_.low;
+    void addLow(GridField& step) const {
+        step.coarse.size = shape_.low;
         forEach(shape_.low, [&](const glm::uvec3& at) {
             const glm::dvec3 place = placeOf(at, shape_.low);
             const double code = std::clamp(step.codeOf(field_(place)), 0.0, 65535.0);
-            step.low.values.push_back(static_cast<std::uint16_t>(std::lround(code)));
-            step.low.normals.push_back(normalAt(place));
+            step.coarse.values.push_back(static_cast<std::uint16_t>(std::lround(code)));
+            step.coarse.normals.push_back(normalAt(place));
         });
-        step.low.values.resize(step.low.values.size() + 4);
-        step.low.normals.resize(step.low.normals.size() + 4);
+        step.coarse.values.resize(step.coarse.values.size() + 4);
+        step.coarse.normals.resize(step.coarse.normals.size() + 4);
     }
-    /// The field minus the low volume at a sample of the error grid, where that is above the threshold.
-    double errorAt(const HybridStep& step, const glm::uvec3& at) const {
+    /// The field minus the coarse grid at a sample of the error grid, where that is above the threshold.
+    double errorAt(const GridField& step, const glm::uvec3& at) const {
         std::array<storage::Between, 3> along;
         for (int axis = 0; axis < 3; ++axis) {
             along[static_cast<std::size_t>(axis)] = storage::between(
@@ -76,12 +76,12 @@ class Maker {
                 sample[axis] = ahead ? between.second : between.first;
                 weight *= ahead ? double{between.fraction} : 1.0 - double{between.fraction};
             }
-            low += weight * step.valueOf(step.low.values[step.low.index(sample)]);
+            low += weight * step.valueOf(step.coarse.values[step.coarse.index(sample)]);
         }
         const double error = field_(placeOf(at, shape_.source)) - low;
         return std::abs(error) > shape_.threshold ? error : 0.0;
     }
-    HybridBricks bricksOf(const HybridStep& step) const {
+    GridBricks bricksOf(const GridField& step) const {
         render::BrickMaker maker(step, shape_.source);
         if (shape_.parts == HybridRepresentation::points) {
             addPoints(step, maker);
@@ -92,20 +92,20 @@ class Maker {
     }
 
   private:
-    void addResidual(const HybridStep& step, render::BrickMaker& maker) const {
-        const glm::uvec3 count = (shape_.source + (HybridBricks::edge - 1)) / HybridBricks::edge;
+    void addResidual(const GridField& step, render::BrickMaker& maker) const {
+        const glm::uvec3 count = (shape_.source + (GridBricks::edge - 1)) / GridBricks::edge;
         forEach(count, [&](const glm::uvec3& brick) {
             std::array<float, storage::residualBrickSamples> residual{};
             std::size_t i = 0;
-            forEach(glm::uvec3(HybridBricks::edge), [&](const glm::uvec3& at) {
-                const glm::uvec3 sample = brick * HybridBricks::edge + at;
+            forEach(glm::uvec3(GridBricks::edge), [&](const glm::uvec3& at) {
+                const glm::uvec3 sample = brick * GridBricks::edge + at;
                 const bool inside = glm::all(glm::lessThan(sample, shape_.source));
                 residual[i++] = inside ? static_cast<float>(errorAt(step, sample)) : 0.0F;
             });
             check(maker.add(brick, residual));
         });
     }
-    void addPoints(const HybridStep& step, render::BrickMaker& maker) const {
+    void addPoints(const GridField& step, render::BrickMaker& maker) const {
         forEach(shape_.source, [&](const glm::uvec3& at) {
             if (errorAt(step, at) == 0.0) return;
             const glm::dvec3 place = placeOf(at, shape_.source);
@@ -125,16 +125,16 @@ class Maker {
 
 }  // namespace
 
-std::shared_ptr<const HybridStep> hybridOf(const HybridShape& shape,
-                                           const std::function<double(const glm::dvec3&)>& field) {
-    auto step = std::make_shared<HybridStep>();
+std::shared_ptr<const GridField> hybridOf(const HybridShape& shape,
+                                          const std::function<double(const glm::dvec3&)>& field) {
+    auto step = std::make_shared<GridField>();
     step->boxToLayer = shape.boxToLayer;
     step->range = shape.range;
     const Maker maker(shape, field);
     maker.addLow(*step);
     step->parts = shape.parts;
     if (shape.parts != HybridRepresentation::volume)
-        step->bricks = std::make_shared<const HybridBricks>(maker.bricksOf(*step));
+        step->bricks = std::make_shared<const GridBricks>(maker.bricksOf(*step));
     return step;
 }
 

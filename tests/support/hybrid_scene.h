@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Hybrid volumes made in memory for tests: a field given as a function, its low-resolution volume, and
+// Hybrid volumes made in memory for tests: a field given as a function, its coarse grid, and
 // corrections of it as residuals, which are exact, or as points. Pure functions.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 
 namespace mote::test {
 
@@ -21,9 +21,9 @@ struct HybridShape {
     HybridRepresentation parts = HybridRepresentation::residual;
 };
 
-/// `field`: the value at a place in the box [0, 1]^3. The low volume's samples are the field's own.
-std::shared_ptr<const render::HybridStep> hybridOf(const HybridShape& shape,
-                                                   const std::function<double(const glm::dvec3&)>& field);
+/// `field`: the value at a place in the box [0, 1]^3. The coarse grid's samples are the field's own.
+std::shared_ptr<const render::GridField> hybridOf(const HybridShape& shape,
+                                                  const std::function<double(const glm::dvec3&)>& field);
 
 /// A shell, two balls and a thin rod in a smooth ground: what a low resolution gets wrong. Values 0 to 1.
 double machineParts(const glm::dvec3& inBox);

@@ -29,12 +29,11 @@ Result<std::shared_ptr<const storage::ParticleStep>> SceneSteps::open(const Name
     return Error{ErrorCode::notFound, "/data/beam.mote/step-000000.h5", "is not there"};
 }
 
-Result<render::RankSteps::Name> SceneSteps::nameOf(const render::HybridStep& step) {
+Result<render::RankSteps::Name> SceneSteps::nameOf(const render::GridField& step) {
     return nameAmong(hybrids_, step);
 }
 
-Result<std::shared_ptr<const render::HybridStep>> SceneSteps::openHybrid(const Name& name,
-                                                                         HybridRepresentation) {
+Result<std::shared_ptr<const render::GridField>> SceneSteps::openGrid(const Name& name) {
     return hybrids_.at(std::stoul(name.file));
 }
 

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 #include "server/render/ranks/rank_steps.h"
 #include "server/render/ranks/ranked_device.h"
 #include "tests/support/thread_ranks.h"
@@ -23,9 +23,8 @@ class SceneSteps final : public render::RankSteps {
 
     Result<Name> nameOf(const storage::ParticleStep& step) override;
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
-    Result<Name> nameOf(const render::HybridStep& step) override;
-    Result<std::shared_ptr<const render::HybridStep>> openHybrid(const Name& name,
-                                                                 HybridRepresentation asked) override;
+    Result<Name> nameOf(const render::GridField& step) override;
+    Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
 
     std::function<void()>
         onName;           ///< called before a step of particles is named, so before an order goes out
@@ -33,7 +32,7 @@ class SceneSteps final : public render::RankSteps {
 
   private:
     std::vector<std::shared_ptr<const storage::ParticleStep>> steps_;
-    std::vector<std::shared_ptr<const render::HybridStep>> hybrids_;
+    std::vector<std::shared_ptr<const render::GridField>> hybrids_;
 };
 
 class RankCrew {

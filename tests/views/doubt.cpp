@@ -9,7 +9,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "server/render/layers/hybrid/hybrid_transfer.h"
+#include "server/render/layers/hybrid/lower_hybrid.h"
 #include "tests/reference/reference_renderer.h"
 
 namespace mote::test {
@@ -66,7 +66,7 @@ Curve movedCurve(const Curve& curve, double offset, double least, double greates
     return Curve::create(std::move(knots), least, greatest).value();
 }
 
-void moveStyle(HybridStyle& style, const render::HybridStep& step, double way) {
+void moveStyle(HybridStyle& style, const render::GridField& step, double way) {
     const double range = step.range.high - step.range.low;
     constexpr double widest = std::numeric_limits<double>::max();
     style.opacity = movedCurve(style.opacity ? *style.opacity : render::defaultOpacity(step),

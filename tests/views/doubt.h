@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 #include "tests/support/image.h"
 
 namespace mote::test {

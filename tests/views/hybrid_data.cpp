@@ -68,8 +68,8 @@ HybridShape hybridShape(const std::string& form, std::uint32_t number) {
     return shape;
 }
 
-std::shared_ptr<const render::HybridStep> hybridStep(const std::string& form, std::uint32_t number,
-                                                     std::uint32_t step) {
+std::shared_ptr<const render::GridField> hybridStep(const std::string& form, std::uint32_t number,
+                                                    std::uint32_t step) {
     const HybridShape shape = hybridShape(form, number);
     return hybridOf(shape, [&](const glm::dvec3& at) {
         return glm::mix(shape.range.low, shape.range.high, unitValue(form, number, step, at));

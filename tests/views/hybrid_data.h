@@ -17,7 +17,7 @@ std::span<const std::string_view> hybridForms();
 
 /// What a step is made to; the same for all steps of a dataset. `form`: one of hybridForms().
 HybridShape hybridShape(const std::string& form, std::uint32_t number);
-std::shared_ptr<const render::HybridStep> hybridStep(const std::string& form, std::uint32_t number,
-                                                     std::uint32_t step);
+std::shared_ptr<const render::GridField> hybridStep(const std::string& form, std::uint32_t number,
+                                                    std::uint32_t step);
 
 }  // namespace mote::test

@@ -29,7 +29,7 @@ Error missing(const std::string& name) {
     return {ErrorCode::notFound, "dataset", "no generated dataset is called \"" + name + '"'};
 }
 
-Status checkRepresentation(const HybridStyle& style, const render::HybridStep& step) {
+Status checkRepresentation(const HybridStyle& style, const render::GridField& step) {
     using enum HybridRepresentation;
     const bool any = style.representation == best || style.representation == volume;
     if (any || style.representation == step.parts) return success();
@@ -73,7 +73,7 @@ std::shared_ptr<const storage::ParticleStep> ViewData::particles(const DatasetNa
     return kept;
 }
 
-std::shared_ptr<const render::HybridStep> ViewData::hybrid(const DatasetName& name, std::uint32_t step) {
+std::shared_ptr<const render::GridField> ViewData::hybrid(const DatasetName& name, std::uint32_t step) {
     auto& kept = hybrids_[name.toString() + fmt::format("/{}", step)];
     if (!kept) kept = hybridStep(name.form, name.number, step);
     return kept;

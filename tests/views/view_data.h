@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 #include "tests/views/random.h"
 
 namespace mote::test {
@@ -52,10 +52,10 @@ class ViewData {
   private:
     Status add(const Layer& layer, render::Scene& scene, render::Dots& dots);
     std::shared_ptr<const storage::ParticleStep> particles(const DatasetName& name, std::uint32_t step);
-    std::shared_ptr<const render::HybridStep> hybrid(const DatasetName& name, std::uint32_t step);
+    std::shared_ptr<const render::GridField> hybrid(const DatasetName& name, std::uint32_t step);
 
     std::map<std::string, std::shared_ptr<const storage::ParticleStep>> particles_;
-    std::map<std::string, std::shared_ptr<const render::HybridStep>> hybrids_;
+    std::map<std::string, std::shared_ptr<const render::GridField>> hybrids_;
 };
 
 }  // namespace mote::test

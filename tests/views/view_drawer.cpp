@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/rank_crew.h"
 
 namespace mote::test {

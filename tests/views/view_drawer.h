@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/render/device.h"
+#include "server/render/layers/scene.h"
 #include "tests/support/image.h"
 
 namespace mote::test {

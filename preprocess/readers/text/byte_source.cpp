@@ -7,28 +7,18 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
+
+#include "protocol/scene/system_error.h"
 
 namespace mote::prep {
-namespace {
-
-Error systemError(const std::string& where, int number) {
-    const ErrorCode code = number == ENOENT                      ? ErrorCode::notFound
-                           : number == EACCES || number == EPERM ? ErrorCode::permissionDenied
-                                                                 : ErrorCode::internal;
-    return {code, where, std::string("cannot be read: ") + std::strerror(number)};
-}
-
-}  // namespace
-
 Result<std::unique_ptr<ByteSource>> ByteSource::open(const std::filesystem::path& path) {
     std::unique_ptr<ByteSource> source(new ByteSource());
     source->name_ = path.filename().string();
     // O_NONBLOCK: a pipe in the place of a file must not make the job wait.
     source->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (source->descriptor_ < 0) return systemError(source->name_, errno);
+    if (source->descriptor_ < 0) return systemError(errno, source->name_, "cannot be read");
     struct stat state {};
-    if (::fstat(source->descriptor_, &state) != 0) return systemError(source->name_, errno);
+    if (::fstat(source->descriptor_, &state) != 0) return systemError(errno, source->name_, "cannot be read");
     if (!S_ISREG(state.st_mode)) {
         return Error{ErrorCode::unsupported, source->name_, "is not a regular file"};
     }
@@ -55,7 +45,7 @@ Result<std::size_t> ByteSource::readFile(std::span<char> bytes) {
         const ssize_t got =
             ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset_));
         if (got < 0 && errno == EINTR) continue;
-        if (got < 0) return systemError(name_, errno);
+        if (got < 0) return systemError(errno, name_, "cannot be read");
         if (got == 0) break;
         done += static_cast<std::size_t>(got);
         offset_ += static_cast<std::uint64_t>(got);

@@ -27,10 +27,9 @@ constexpr std::uint64_t surfaceBytesPerPoint = 900;
 
 Result<storage::StippleHierarchy> build(const WalkMesh& mesh, const proto::StippleJob& job,
                                         Progress& progress) {
-    auto start =
-        evenSurfacePoints(mesh, static_cast<std::uint32_t>(job.points()), job.seed(), startShare, progress);
-    if (!start.ok()) return start.error();
-    return thinSurface(mesh, *std::move(start), thinningOptions(job), startShare, progress);
+    MOTE_ASSIGN_OR_RETURN(auto start, evenSurfacePoints(mesh, static_cast<std::uint32_t>(job.points()),
+                                                        job.seed(), startShare, progress));
+    return thinSurface(mesh, std::move(start), thinningOptions(job), startShare, progress);
 }
 
 Result<storage::StippleHierarchy> buildOn(int threads, const WalkMesh& mesh, const proto::StippleJob& job,
@@ -63,27 +62,24 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
 }  // namespace
 
 Result<proto::Manifest> runSurfaceJob(const proto::JobRequest& request, const fs::path& input,
-                                      const fs::path& output, const StippleJobOptions& options,
+                                      const fs::path& output, const JobResources& resources,
                                       Progress& progress) {
     const auto& job = request.stipple();
     MOTE_RETURN_IF_ERROR(checkStippleJob(job));
-    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, surfaceBytesPerPoint, options));
+    MOTE_RETURN_IF_ERROR(checkStippleMemory(job, surfaceBytesPerPoint, resources));
     // Before the work: a place that cannot be had is said at once.
-    auto writer = storage::DatasetWriter::create(output);
-    if (!writer.ok()) return writer.error();
+    MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
     progress.report(0.0, "reading the mesh");
-    auto read = readMesh(input, meshFileLimit(memoryFor(options.memory)), progress);
-    if (!read.ok()) return read.error();
-    if (const auto repairs = describeRepairs(read->counts); !repairs.empty()) progress.note(repairs);
-    orderInSpace(read->mesh);  // the points take over its order
-    const auto mesh = makeSurfaceMesh(read->mesh);
-    const WalkMesh walk(mesh, findNeighbours(read->mesh.triangles));
-    const auto hierarchy = buildOn(options.threads, walk, job, progress);
-    if (!hierarchy.ok()) return hierarchy.error();
-    MOTE_RETURN_IF_ERROR(writeFiles(*writer, mesh, *hierarchy, progress));
-    auto manifest = describe(request, input, output, mesh, *hierarchy);
-    MOTE_RETURN_IF_ERROR(writer->publish(manifest));
-    manifest.mutable_files()->Assign(writer->files().begin(), writer->files().end());
+    MOTE_ASSIGN_OR_RETURN(auto read, readMesh(input, meshFileLimit(memoryFor(resources.memory)), progress));
+    if (const auto repairs = describeRepairs(read.counts); !repairs.empty()) progress.note(repairs);
+    orderInSpace(read.mesh);  // the points take over its order
+    const auto mesh = makeSurfaceMesh(read.mesh);
+    const WalkMesh walk(mesh, findNeighbours(read.mesh.triangles));
+    MOTE_ASSIGN_OR_RETURN(const auto hierarchy, buildOn(resources.threads, walk, job, progress));
+    MOTE_RETURN_IF_ERROR(writeFiles(writer, mesh, hierarchy, progress));
+    auto manifest = describe(request, input, output, mesh, hierarchy);
+    MOTE_RETURN_IF_ERROR(writer.publish(manifest));
+    manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
     progress.report(1.0, "done");
     return manifest;
 }

@@ -17,7 +17,7 @@ namespace mote::prep {
 /// Errors: those of readMesh (preprocess/mesh/read_mesh.h), invalidArgument, alreadyExists, permissionDenied,
 /// resourceExhausted (memory, disk), cancelled.
 Result<proto::Manifest> runSurfaceJob(const proto::JobRequest& request, const std::filesystem::path& input,
-                                      const std::filesystem::path& output, const StippleJobOptions& options,
+                                      const std::filesystem::path& output, const JobResources& resources,
                                       Progress& progress);
 
 }  // namespace mote::prep

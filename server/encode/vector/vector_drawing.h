@@ -14,8 +14,8 @@
 #include "protocol/scene/error.h"
 #include "protocol/scene/page.h"
 #include "server/encode/vector/page_layout.h"
-#include "server/render/picture.h"
 #include "server/render/plan/dot.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::server {
 

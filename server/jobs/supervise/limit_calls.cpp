@@ -7,9 +7,9 @@
 
 #include <cerrno>
 #include <cstddef>
-#include <cstring>
 #include <vector>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/supervise/rights.h"
 
 namespace mote::server {
@@ -95,7 +95,7 @@ Status limitCalls() {
     auto filter = program();
     const sock_fprog code{static_cast<unsigned short>(filter.size()), filter.data()};
     if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &code, 0, 0) == 0) return success();
-    return Error{ErrorCode::unsupported, "seccomp", std::strerror(errno)};
+    return Error{ErrorCode::unsupported, "seccomp", systemMessage(errno)};
 }
 
 }  // namespace mote::server

@@ -5,8 +5,8 @@
 #include <sys/syscall.h>
 
 #include <cerrno>
-#include <cstring>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/supervise/rights.h"
 #include "storage/files/file_descriptor.h"
 
@@ -34,7 +34,7 @@ std::uint64_t knownRights() {
 }
 
 Error failure(const char* what) {
-    return {ErrorCode::internal, what, std::strerror(errno)};
+    return {ErrorCode::internal, what, systemMessage(errno)};
 }
 
 Status allow(int rules, const std::filesystem::path& path, std::uint64_t rights) {

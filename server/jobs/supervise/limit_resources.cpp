@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/supervise/rights.h"
 
 namespace mote::server {
@@ -20,7 +20,7 @@ Status lower(int resource, std::uint64_t value) {
     getrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
     limit.rlim_cur = limit.rlim_max = std::min<rlim_t>(value, limit.rlim_max);
     if (setrlimit(static_cast<__rlimit_resource_t>(resource), &limit) == 0) return success();
-    return Error{ErrorCode::internal, "setrlimit", std::strerror(errno)};
+    return Error{ErrorCode::internal, "setrlimit", systemMessage(errno)};
 }
 
 }  // namespace
@@ -31,7 +31,7 @@ Status limitResources(const Rights& rights) {
     if (rights.memory != 0) MOTE_RETURN_IF_ERROR(lower(RLIMIT_DATA, rights.memory + kHeadroom));
     setpriority(PRIO_PROCESS, 0, std::min(19, getpriority(PRIO_PROCESS, 0) + kNiceness));
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0) return success();
-    return Error{ErrorCode::internal, "no_new_privs", std::strerror(errno)};
+    return Error{ErrorCode::internal, "no_new_privs", systemMessage(errno)};
 }
 
 }  // namespace mote::server

@@ -17,12 +17,12 @@
 #include <charconv>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "protocol/scene/system_error.h"
 #include "server/jobs/supervise/rights.h"
 #include "storage/files/file_descriptor.h"
 
@@ -102,7 +102,7 @@ void giveUpRights(const Rights& rights) {
     giveUpRights(order.rights);
     sigprocmask(SIG_UNBLOCK, &signals, nullptr);
     execv(order.program[0], order.program.data());
-    fmt::print(stderr, "{} cannot be started: {}\n", order.program[0], std::strerror(errno));
+    fmt::print(stderr, "{} cannot be started: {}\n", order.program[0], systemMessage(errno));
     std::fflush(stderr);
     _exit(kCannotStart);
 }
@@ -147,7 +147,7 @@ int writeResult(const std::string& directory, int status) {
         file.valid() && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
         fsync(file.get()) == 0 && rename(draft.c_str(), (directory + "/result").c_str()) == 0;
     if (written) return 0;
-    fmt::print(stderr, "the job's result cannot be written: {}\n", std::strerror(errno));
+    fmt::print(stderr, "the job's result cannot be written: {}\n", systemMessage(errno));
     return 1;
 }
 
@@ -171,7 +171,7 @@ int run(Order order) {
     const pid_t child = progress.valid() ? fork() : -1;
     if (child == 0) become(order, progress.get(), supervisor, signals);
     if (child < 0) {
-        fmt::print(stderr, "the job cannot be started: {}\n", std::strerror(errno));
+        fmt::print(stderr, "the job cannot be started: {}\n", systemMessage(errno));
         return writeResult(order.directory, kCannotStart << 8);
     }
     setpgid(child, child);  // as the child does: whoever is first

@@ -14,7 +14,7 @@ namespace mote::render {
 struct BoxSpace {
     glm::dvec3 cells{1.0};    ///< along each axis
     double shift = 0.0;       ///< the place of the box's first corner, in cells, on each axis
-    double samples = 1.0;     ///< stretches a cell's edge
+    double samples = 1.0;     ///< segments a cell's edge
     glm::dmat3 toLayer{2.0};  ///< box to layer space, without its place; a plot's box is [-1, 1]^3 there
     std::span<const HalfSpace> clips = {};  ///< in the box: nothing is seen outside of any
 };

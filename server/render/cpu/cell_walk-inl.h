@@ -12,7 +12,7 @@
 
 #include <algorithm>
 
-#include "server/render/cpu/volume_sample-inl.h"
+#include "server/render/cpu/density_sample-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -33,7 +33,7 @@ struct PartReads {
 class CellWalk {
   public:
     /// From a way through the box to another, at most 1.
-    HWY_INLINE CellWalk(const VolumeSource& source, const RayLanes& rays, const PacketRays& packet,
+    HWY_INLINE CellWalk(const DensitySource& source, const RayLanes& rays, const PacketRays& packet,
                         std::size_t lane, V from, V to)
         : way_(from), end_(to) {
         const Floats d;
@@ -58,7 +58,7 @@ class CellWalk {
     }
 
     /// Reads the cell that the rays are in and leaves it. Rays that have arrived stay where they are.
-    HWY_INLINE CellPart next(const VolumeSource& source) {
+    HWY_INLINE CellPart next(const DensitySource& source) {
         const V crossX = x_.crossing(), crossY = y_.crossing(), crossZ = z_.crossing();
         const V leave = hn::Max(hn::Min(hn::Min(crossX, crossY), hn::Min(crossZ, end_)), way_);
         const CellPart part{way_, leave, x_.cell, y_.cell, z_.cell, readCells(source, offset_)};
@@ -89,7 +89,7 @@ class CellWalk {
 };
 
 /// A way that lies within one cell: the one around its middle.
-HWY_INLINE CellPart partBetween(const VolumeSource& source, const RayLanes& rays, V from, V to) {
+HWY_INLINE CellPart partBetween(const DensitySource& source, const RayLanes& rays, V from, V to) {
     const V middle = hn::Mul(hn::Add(from, to), hn::Set(Floats(), 0.5F));
     const Whole x(hn::MulAdd(middle, rays.travelX, rays.entryX));
     const Whole y(hn::MulAdd(middle, rays.travelY, rays.entryY));
@@ -124,14 +124,14 @@ class PartDensity {
           y_(hn::Sub(rays.entryY, part.y)),
           z_(hn::Sub(rays.entryZ, part.z)) {}
 
-    HWY_INLINE TableReads read(const VolumeSource& source, const RayLanes& rays, V way) const {
+    HWY_INLINE TableReads read(const DensitySource& source, const RayLanes& rays, V way) const {
         const Floats d;
         // A way may lead out of the cell by rounding, and by a thousandth of it (nextPlane): the integer
         // weights along y mind the one, the table's ends the other where the density is steep.
         const V y = hn::Min(hn::Max(hn::MulAdd(way, rays.travelY, y_), hn::Zero(d)), hn::Set(d, 1.0F));
         const V density =
             densityIn(front_, back_, hn::MulAdd(way, rays.travelX, x_), y, hn::MulAdd(way, rays.travelZ, z_));
-        constexpr float last = static_cast<float>(VolumeTable::cells) + 1.0F;
+        constexpr float last = static_cast<float>(TransferTable::cells) + 1.0F;
         return readTable(source, way, hn::Min(hn::Max(density, hn::Set(d, 1.0F)), hn::Set(d, last)));
     }
 
@@ -140,7 +140,7 @@ class PartDensity {
     V x_, y_, z_;
 };
 
-HWY_INLINE PartReads readPart(const VolumeSource& source, const RayLanes& rays, const CellPart& part) {
+HWY_INLINE PartReads readPart(const DensitySource& source, const RayLanes& rays, const CellPart& part) {
     const PartDensity density(rays, part);
     return {density.read(source, rays, hn::Mul(hn::Add(part.from, part.to), hn::Set(Floats(), 0.5F))),
             density.read(source, rays, part.to)};
@@ -173,17 +173,17 @@ HWY_INLINE void takeSmooth(const CellPieces& pieces, const Sample& front, const 
     take(hn::Mul(pieces.far.depth, scale), middle, back, pieces.far.mean);
 }
 
-/// A change of density between two samples, as the VolumeTable counts it, from which on they are too far
+/// A change of density between two samples, as the TransferTable counts it, from which on they are too far
 /// apart for transfer functions with kinks and steps; and an optical depth by which halves may differ from
 /// the whole where a parabola still tells what lies between.
-constexpr float steepChange = 0.035F * VolumeTable::cells;
+constexpr float steepChange = 0.035F * TransferTable::cells;
 constexpr float bentDepth = 0.02F;
 constexpr float mostPieces = 8.0F, leastOfBent = 4.0F;
 
 /// The same for the rays whose density is steep in a part, each in as many pieces as it needs itself: what
 /// its neighbours in the vector need must not show. `steep`: which; `pieces`: how many.
 template <class Take>
-HWY_INLINE void takeSteep(const VolumeSource& source, const RayLanes& rays, const Sample& front,
+HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, const Sample& front,
                           const Sample& back, hn::Mask<Floats> steep, V pieces, const Take& take) {
     const Floats d;
     const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
@@ -209,7 +209,7 @@ HWY_INLINE void takeSteep(const VolumeSource& source, const RayLanes& rays, cons
 /// The same for a part of which the table was read, in several pieces where the density is steep or what
 /// shows of it bends much. `length`: of a way of 1.
 template <class Take>
-HWY_INLINE void takePart(const VolumeSource& source, const RayLanes& rays, const Sample& front,
+HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
                          const PartReads& reads, const Sample& back, V length, const Take& take) {
     const Floats d;
     const Sample middle = sampleOf(reads.middle);

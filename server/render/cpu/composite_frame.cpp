@@ -48,13 +48,13 @@ std::vector<FrameSection> sectionsOf(const FramePlan& plan) {
     return sections;
 }
 
-std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
+std::array<std::uint32_t, 256> packedShades(const Shades& shades) {
     std::array<std::uint32_t, 256> packed{};
     const auto bits = [](float x) {
-        return static_cast<std::uint32_t>(std::lround(x * HybridLayer::fullShade));
+        return static_cast<std::uint32_t>(std::lround(x * GridSamples::fullShade));
     };
     for (std::size_t code = 0; code < packed.size(); ++code) {
-        const auto& shade = light.shades()[code];
+        const auto& shade = shades[code];
         packed[code] = bits(shade.diffuse) | bits(shade.specular) << 16;
     }
     return packed;
@@ -62,59 +62,64 @@ std::array<std::uint32_t, 256> packedShades(const HybridLight& light) {
 
 /// The edge of the cube with the volume of a cell, in pixels of the picture, in the middle of the box; where
 /// the eye is nearer than half the box's edge, at that distance.
-double pixelsPerCell(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
-    const double volume = std::abs(glm::determinant(glm::dmat3(hybrid.boxToEye)));
+double pixelsPerCell(const FramePlan& plan, const glm::dmat4& boxToEye, const glm::dvec3& cells) {
+    const double volume = std::abs(glm::determinant(glm::dmat3(boxToEye)));
     const double edge = std::cbrt(volume / (cells.x * cells.y * cells.z));
-    const double depth = -(hybrid.boxToEye * glm::dvec4(0.5, 0.5, 0.5, 1.0)).z;
+    const double depth = -(boxToEye * glm::dvec4(0.5, 0.5, 0.5, 1.0)).z;
     const double away = plan.camera.perspective() ? std::max(depth, 0.5 * std::cbrt(volume)) : 1.0;
     return edge / away * plan.height / (2.0 * plan.camera.halfHeight());
 }
 
-/// The stretches of a hybrid volume to a cell's edge. At rest they bound what is leapt over and what is mixed
-/// in one step. In motion they are the distances of samples: no shorter than a pixel is wide, up to four
-/// cells, as what is finer no pixel shows either.
-double hybridSamples(const FramePlan& plan, const HybridPlan& hybrid, const glm::dvec3& cells) {
+/// Ray segments to the edge of a cell of a field of samples. At rest they bound what is leapt over and what
+/// is mixed in one step. In motion they are the distances of samples: no shorter than a pixel is wide, up to
+/// four cells, as what is finer no pixel shows either.
+double gridSegments(const FramePlan& plan, const FieldPlan& field, const glm::dvec3& cells) {
     constexpr double least = 0.25;
-    const double most = hybrid.corrected() ? 1.25 : 6.0;
+    const double most = field.grid()->corrected() ? 1.25 : 6.0;
     if (plan.exact) return most;
-    return std::clamp(plan.samplesPerCell * std::min(1.0, pixelsPerCell(plan, hybrid, cells)), least, most);
+    return std::clamp(plan.samplesPerCell * std::min(1.0, pixelsPerCell(plan, field.boxToEye, cells)), least,
+                      most);
 }
 
-HybridLayer hybridLayer(const FramePlan& plan, const HybridPlan& hybrid, const VisibleHybrid& visible) {
-    const HybridStep& step = *hybrid.step;
-    const HybridBricks* const bricks = hybrid.corrected() ? step.bricks.get() : nullptr;
-    const glm::dvec3 low(step.low.size), cells(bricks != nullptr ? bricks->size : step.low.size);
-    const glm::dvec3 ratio = cells / low;
-    const VolumeTable& table = *visible.table;
-    const double perValue = VolumeTable::cells / (table.high() - table.low());
+GridSamples gridSamples(const CorrectedField& field, const TransferTable& table, const glm::dvec3& cells) {
+    const GridField& grid = *field.grid;
+    const glm::dvec3 coarse(grid.coarse.size), ratio = cells / coarse;
+    const double perValue = TransferTable::cells / (table.high() - table.low());
     return {
-        .rays = raysOf(plan, hybrid.boxToEye),
-        .screen = screenOf(boxToScreen(plan, hybrid.boxToEye)),
-        .space = {.cells = cells,
-                  .shift = -0.5,
-                  .samples = hybridSamples(plan, hybrid, cells),
-                  .toLayer = glm::dmat3(step.boxToLayer),
-                  .clips = hybrid.clips},
-        .blocks = visible.blocks,
-        .table = visible.table,
-        .tableScale = static_cast<float>((step.range.high - step.range.low) / 65535.0 * perValue),
-        .tableShift = static_cast<float>(1.0 + (step.range.low - table.low()) * perValue),
-        .low = &step.low,
-        .bricks = bricks,
-        .correction = static_cast<float>(hybrid.correction()),
-        .steepness = static_cast<float>(hybrid.steepness()),
-        // Twice as many to a cell of the low volume as to one of a brick; whole, so that both meet.
-        .coarse = std::max(1.0F, std::floor(static_cast<float>(0.5 * std::min({ratio.x, ratio.y, ratio.z})))),
-        .lowScale = glm::vec3(low / cells),
-        .lowShift = glm::vec3(0.5 * low / cells - 0.5),
-        .shades = packedShades(hybrid.light)};
+        .table = &table,
+        .tableScale = static_cast<float>((grid.range.high - grid.range.low) / 65535.0 * perValue),
+        .tableShift = static_cast<float>(1.0 + (grid.range.low - table.low()) * perValue),
+        .coarse = &grid.coarse,
+        .bricks = field.corrected() ? grid.bricks.get() : nullptr,
+        .correction = static_cast<float>(field.correction),
+        .steepness = static_cast<float>(field.steepness),
+        // Twice as many to a cell of the coarse grid as to one of a brick; whole, so that both meet.
+        .stride = std::max(1.0F, std::floor(static_cast<float>(0.5 * std::min({ratio.x, ratio.y, ratio.z})))),
+        .coarseScale = glm::vec3(coarse / cells),
+        .coarseShift = glm::vec3(0.5 * coarse / cells - 0.5),
+        .shades = packedShades(field.shades)};
+}
+
+/// `even`: samples a cell where they are evenly spaced.
+BoxSpace spaceOf(const FramePlan& plan, const FieldPlan& field, const VisibleField& visible, double even) {
+    BoxSpace space{.toLayer = field.boxToLayer, .clips = field.clips};
+    if (const auto* const samples = field.grid()) {
+        const GridField& grid = *samples->grid;
+        space.cells = glm::dvec3(samples->corrected() ? grid.bricks->size : grid.coarse.size);
+        space.shift = -0.5;
+        space.samples = gridSegments(plan, field, space.cells);
+    } else if (visible.volume != nullptr) {
+        space.cells = glm::dvec3(visible.volume->size());
+        space.shift = 0.5;
+        space.samples = even;
+    }
+    return space;
 }
 
 }  // namespace
 
 CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
-                               const std::vector<VisibleVolume>& volumes,
-                               const std::vector<VisibleHybrid>& visibleHybrids)
+                               const std::vector<VisibleField>& visible)
     : width(plan.width),
       height(plan.height),
       slabs(plan.slabs),
@@ -125,18 +130,21 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       background(plan.background),
       format(chosen),
       blank(blankPixel(plan.background, chosen)) {
-    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
-        const LayerPlan& layer = plan.layers[i];
-        const double size = std::min(layer.style.pointSize, 1.0);
-        layers.push_back(
-            {.rays = raysOf(plan, layer.layerToEye * boxToLayer()),
-             .screen = screenOf(boxToScreen(plan, layer)),
-             .visible = volumes[i],
-             .pointColor = glm::vec3(layer.style.pointColor),
-             .pointTau = static_cast<float>(-std::log1p(-layer.style.pointOpacity * size * size))});
+    for (const auto& one : plan.points) {
+        const double size = std::min(one.look.size, 1.0);
+        points.push_back(
+            {glm::vec3(one.look.color), static_cast<float>(-std::log1p(-one.look.opacity * size * size))});
     }
-    for (std::size_t i = 0; i < plan.hybrids.size(); ++i)
-        hybrids.push_back(hybridLayer(plan, plan.hybrids[i], visibleHybrids[i]));
+    for (std::size_t i = 0; i < plan.fields.size(); ++i) {
+        const FieldPlan& field = plan.fields[i];
+        fields.push_back({.rays = raysOf(plan, field.boxToEye),
+                          .screen = screenOf(boxToScreen(plan, field.boxToEye)),
+                          .space = spaceOf(plan, field, visible[i], cellByCell ? 1.0 : samplesPerCell),
+                          .visible = visible[i]});
+        FrameField& made = fields.back();
+        if (field.grid() != nullptr)
+            made.grid = gridSamples(*field.grid(), *visible[i].sight.table, made.space.cells);
+    }
 }
 
 }  // namespace mote::render

@@ -1,38 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // CompositeFrame: what the composite of every tile of one picture has in common. A value that points to
-// volumes and tables which the device keeps while the picture is drawn; read by any number of threads.
+// fields and tables which the device keeps while the picture is drawn; read by any number of threads.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "server/render/cpu/box_space.h"
-#include "server/render/cpu/packed_volume.h"
-#include "server/render/cpu/volume_blocks.h"
-#include "server/render/picture.h"
+#include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/frame_plan.h"
+#include "server/render/plan/picture.h"
 #include "server/render/plan/ray_map.h"
-#include "server/render/plan/volume_table.h"
 
 namespace mote::render {
-
-/// A volume that is somewhere visible; nothing is owned.
-struct VisibleVolume {
-    const PackedVolume* volume = nullptr;  ///< null: there is none
-    const VolumeTable* table = nullptr;
-    const VisibleBlocks* blocks = nullptr;
-};
-
-/// The same of a hybrid layer.
-struct VisibleHybrid {
-    const VolumeTable* table = nullptr;
-    const VisibleBlocks* blocks = nullptr;  ///< null: nothing of its volume is seen
-    const BlockRanges* ranges = nullptr;    ///< of the same blocks; null with them
-};
 
 /// Pixels, from the picture's upper left corner; may reach beyond it.
 struct PixelRange {
@@ -44,30 +29,33 @@ struct PixelRange {
     }
 };
 
-struct CompositeLayer {
-    RayMap rays;        ///< by mean slabs, see FrameSection
-    PixelRange screen;  ///< outside of which no ray meets the box
-    VisibleVolume visible;
-    glm::vec3 pointColor;  ///< linear RGB
-    float pointTau;        ///< optical depth of a whole point
+/// Points of one look.
+struct FramePointLook {
+    glm::vec3 color;  ///< linear RGB
+    float tau;        ///< optical depth of a whole point
 };
 
-/// A hybrid layer whose volume is somewhere visible; nothing is owned but a few numbers.
-struct HybridLayer {
-    RayMap rays;
-    PixelRange screen;
-    BoxSpace space;
-    const VisibleBlocks* blocks;  ///< null: nothing of it is seen
-    const VolumeTable* table;
+/// What is read of a field of samples with normals; nothing is owned but a few numbers.
+struct GridSamples {
+    const TransferTable* table;
     float tableScale, tableShift;  ///< a code times the scale, plus the shift, is what the table takes
-    const HybridGrid* low;
-    const HybridBricks* bricks;    ///< null: it is not corrected
-    float correction, steepness;   ///< HybridPlan's
-    float coarse;                  ///< in motion: stretches to one where nothing is corrected
-    glm::vec3 lowScale, lowShift;  ///< from a place in the space's cells to one in samples of the low volume
+    const SampleGrid* coarse;
+    const GridBricks* bricks;            ///< null: it is not corrected
+    float correction, steepness;         ///< CorrectedField's
+    float stride;                        ///< in motion: ray segments to one where nothing is corrected
+    glm::vec3 coarseScale, coarseShift;  ///< from a place in cells of the field to one in coarse samples
     static constexpr float fullShade = 32767.0F;
     /// Of each normal, times fullShade: diffuse in the low 15 bits, specular from bit 16.
     std::array<std::uint32_t, 256> shades;
+};
+
+/// A field as rays go through it. Its format is told once a ray segment: densities, or samples with normals.
+struct FrameField {
+    RayMap rays;        ///< by mean slabs, see FrameSection
+    PixelRange screen;  ///< outside of which no ray meets the box
+    BoxSpace space;
+    VisibleField visible;               ///< its blocks are null where nothing of it is seen
+    std::optional<GridSamples> grid{};  ///< none: of densities
 };
 
 /// A section of the depth (DepthSection), beside what rays are told by: s counts the picture's mean slabs
@@ -80,8 +68,8 @@ struct FrameSection {
 };
 
 struct CompositeFrame {
-    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleVolume>& volumes,
-                   const std::vector<VisibleHybrid>& visibleHybrids = {});
+    /// `visible`: of each field of the plan.
+    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleField>& visible);
 
     std::uint32_t width, height;         ///< pixels
     std::uint32_t slabs;                 ///< of all sections
@@ -91,9 +79,9 @@ struct CompositeFrame {
     glm::dvec2 window;     ///< half width and half height of the picture at depth 1
     glm::vec3 background;  ///< linear RGB
     PixelFormat format;
-    std::array<std::uint8_t, 8> blank;  ///< a pixel of background, in its first bytes
-    std::vector<CompositeLayer> layers;
-    std::vector<HybridLayer> hybrids;
+    std::array<std::uint8_t, 8> blank;   ///< a pixel of background, in its first bytes
+    std::vector<FramePointLook> points;  ///< one of the plan's each
+    std::vector<FrameField> fields;      ///< likewise
 };
 
 }  // namespace mote::render

@@ -10,15 +10,13 @@
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
 #include "server/render/cpu/composite.h"
-#include "server/render/cpu/flat_layer.h"
 #include "server/render/cpu/flat_picture.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/packet.h"
-#include "server/render/cpu/resident_hybrids.h"
-#include "server/render/cpu/resident_volumes.h"
+#include "server/render/cpu/resident_fields.h"
 #include "server/render/cpu/vectors.h"
 
 namespace mote::render {
@@ -30,12 +28,11 @@ struct CpuDevice::State {
 
     std::optional<Picture> draw(const FramePlan& plan, PixelFormat format, const std::stop_token& stop);
 
-    std::optional<Picture> drawFlat(const FramePlan& plan, const LayerPlan& layer, PixelFormat format,
+    std::optional<Picture> drawFlat(const FramePlan& plan, const PointsPlan& only, PixelFormat format,
                                     const std::stop_token& stop);
 
     oneapi::tbb::task_arena arena;
-    ResidentVolumes volumes;
-    ResidentHybrids hybrids;
+    ResidentFields fields;
     ResidentLeaves leaves;
     FramePoints points;
     FrameDots dots;
@@ -44,15 +41,12 @@ struct CpuDevice::State {
 
 std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
                                               const std::stop_token& stop) {
-    std::vector<VisibleVolume> visible;
-    for (const auto& layer : plan.layers) visible.push_back(volumes.of(layer.step, layer.style));
-    if (const auto only = flatLayer(plan, visible)) return drawFlat(plan, plan.layers[*only], format, stop);
-    std::vector<VisibleHybrid> visibleHybrids;
-    for (const auto& hybrid : plan.hybrids) visibleHybrids.push_back(hybrids.of(hybrid));
+    const auto visible = fields.of(plan);
+    if (const auto only = flatPoints(plan, visible)) return drawFlat(plan, plan.points[*only], format, stop);
     if (!points.sort(plan, leaves, stop)) return std::nullopt;
     dots.sort(plan, stop);
     if (stop.stop_requested()) return std::nullopt;
-    const CompositeFrame frame(plan, format, visible, visibleHybrids);
+    const CompositeFrame frame(plan, format, visible);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
     picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
     picture.pointsDrawn = points.pointsDrawn();
@@ -68,11 +62,11 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
     return picture;
 }
 
-std::optional<Picture> CpuDevice::State::drawFlat(const FramePlan& plan, const LayerPlan& layer,
+std::optional<Picture> CpuDevice::State::drawFlat(const FramePlan& plan, const PointsPlan& only,
                                                   PixelFormat format, const std::stop_token& stop) {
-    const auto cells = leaves.of(layer.step).upTo(*layer.step, layer.selection->drawn.size());
-    if (!flat.draw(plan, layer, cells, stop)) return std::nullopt;
-    return flatPicture(plan, layer, flat, format);
+    const auto cells = leaves.of(only.step).upTo(*only.step, only.selection->drawn.size());
+    if (!flat.draw(plan, only, cells, stop)) return std::nullopt;
+    return flatPicture(plan, only, flat, format);
 }
 
 std::string cpuName(int threads) {
@@ -95,8 +89,7 @@ DeviceCosts CpuDevice::costs() {
 }
 
 std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 &&
-               plan.layers.size() + plan.hybrids.size() <= Packet::mostLayers);
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.fields.size() <= Packet::mostFields);
     MOTE_CHECK(plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
@@ -104,8 +97,7 @@ std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat form
 }
 
 void CpuDevice::trim() {
-    state_->volumes.dropExpired();
-    state_->hybrids.dropExpired();
+    state_->fields.dropExpired();
     state_->leaves.dropExpired();
 }
 

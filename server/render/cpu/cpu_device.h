@@ -24,7 +24,7 @@ class CpuDevice final : public Device {
     ~CpuDevice() override;
 
     std::string name() const override;
-    DeviceAbilities abilities() const override { return {.preview = true, .hybrids = true}; }
+    DeviceAbilities abilities() const override { return {.preview = true}; }
     DeviceCosts costs() override;
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
     void trim() override;

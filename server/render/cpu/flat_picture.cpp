@@ -18,12 +18,12 @@ namespace {
 using Pixel = std::array<std::uint8_t, 8>;
 
 /// From a pixel's count to its bytes.
-class Shades {
+class PixelBytes {
   public:
-    Shades(const FramePlan& plan, const LayerPlan& layer, const FlatPoints& points, PixelFormat format)
-        : background_(plan.background), color_(layer.style.pointColor), format_(format) {
-        const double size = std::min(layer.style.pointSize, 1.0);
-        tau_ = -std::log1p(-layer.style.pointOpacity * size * size) * points.weightOfOne();
+    PixelBytes(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points, PixelFormat format)
+        : background_(plan.background), color_(only.look.color), format_(format) {
+        const double size = std::min(only.look.size, 1.0);
+        tau_ = -std::log1p(-only.look.opacity * size * size) * points.weightOfOne();
         // What is left behind so much shows in no pixel of the format.
         const double opaque = format == PixelFormat::srgb8 ? 12.0 : 20.0;
         constexpr double most = 65536.0;
@@ -56,7 +56,7 @@ class Shades {
 };
 
 template <std::size_t bytes>
-void fill(const Shades& shades, std::span<const std::uint32_t> counts, std::uint8_t* pixels) {
+void fill(const PixelBytes& shades, std::span<const std::uint32_t> counts, std::uint8_t* pixels) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, counts.size(), 1 << 14), [&](const auto& block) {
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
             std::memcpy(pixels + i * bytes, shades(counts[i]).data(), bytes);
@@ -66,7 +66,20 @@ void fill(const Shades& shades, std::span<const std::uint32_t> counts, std::uint
 
 }  // namespace
 
-Picture flatPicture(const FramePlan& plan, const LayerPlan& layer, const FlatPoints& points,
+std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector<VisibleField>& fields) {
+    const bool seen = std::any_of(fields.begin(), fields.end(),
+                                  [](const VisibleField& field) { return field.volume != nullptr; });
+    if (plan.anyDots() || plan.densities() < plan.fields.size() || seen) return std::nullopt;
+    std::optional<std::uint32_t> only;
+    for (std::uint32_t i = 0; i < plan.points.size(); ++i) {
+        if (plan.points[i].pointsDrawn == 0) continue;
+        if (only) return std::nullopt;
+        only = i;
+    }
+    return only;
+}
+
+Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points,
                     PixelFormat format) {
     Picture picture{.width = plan.width,
                     .height = plan.height,
@@ -74,7 +87,7 @@ Picture flatPicture(const FramePlan& plan, const LayerPlan& layer, const FlatPoi
                     .pixels = {},
                     .pointsDrawn = points.pointsDrawn()};
     picture.pixels.resize(points.counts().size() * bytesPerPixel(format));
-    const Shades shades(plan, layer, points, format);
+    const PixelBytes shades(plan, only, points, format);
     if (format == PixelFormat::srgb8) {
         fill<4>(shades, points.counts(), picture.pixels.data());
     } else {

@@ -26,9 +26,9 @@ constexpr std::size_t countBytes = std::size_t{1} << 30;
 
 /// What a disc of full coverage counts: of an opaque one a step of its edge's optical depth, of which there
 /// is much, must not be seen either. Few enough that counts saturate only where all is opaque.
-double discUnit(const ParticlesStyle& style) {
+double discUnit(const PointLook& look) {
     constexpr double least = 256.0, most = 8192.0, stepsOfDepth = 512.0;
-    return std::round(std::clamp(-std::log1p(-style.pointOpacity) * stepsOfDepth, least, most));
+    return std::round(std::clamp(-std::log1p(-look.opacity) * stepsOfDepth, least, most));
 }
 
 /// So that a sum never wraps and does not depend on its order.
@@ -41,7 +41,7 @@ std::uint32_t saturatingSum(std::uint32_t a, std::uint32_t b) {
 class Counting {
   public:
     /// Of the leaves, and of points told in the whole box.
-    Counting(const LayerPlan& layer, const PointMap& map, std::span<const LeafCell> cells,
+    Counting(const PointsPlan& layer, const PointMap& map, std::span<const LeafCell> cells,
              const PreviewBlocks& blocks)
         : layer_(layer),
           // Without leaves to draw, the octree need not even be there.
@@ -49,10 +49,10 @@ class Counting {
           cells_(cells),
           map_(map),
           preview_(blocks),
-          unit_(static_cast<float>(discUnit(layer.style))),
+          unit_(static_cast<float>(discUnit(layer.look))),
           end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
-        if (layer.style.pointSize > 1.0) {
-            discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
+        if (layer.look.size > 1.0) {
+            discs_.emplace(layer.look.size, layer.look.opacity);
         }
     }
 
@@ -125,7 +125,7 @@ class Counting {
         }
     }
 
-    const LayerPlan& layer_;
+    const PointsPlan& layer_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
     const PointMap& map_;
@@ -142,14 +142,14 @@ std::size_t partsFor(std::size_t pixels) {
 
 }  // namespace
 
-bool FlatPoints::draw(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
                       std::stop_token stop) {
     const std::size_t pixels = std::size_t{plan.width} * plan.height;
     const PointMap map = PointMap::make(plan, layer);
     const bool stream = PointStream::serves(plan, layer, map);
     const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
                             stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer));
-    weightOfOne_ = layer.style.pointSize > 1.0 ? 1.0 / discUnit(layer.style) : 1.0;
+    weightOfOne_ = layer.look.size > 1.0 ? 1.0 / discUnit(layer.look) : 1.0;
     const std::size_t parts = partsFor(pixels);
     parts_.resize(parts - 1);
     pixels_ = pixels;

@@ -19,7 +19,7 @@ namespace mote::render {
 class FlatPoints {
   public:
     /// Draws what the plan selects. False where `stop` was requested meanwhile. Throws storage::StorageError.
-    bool draw(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+    bool draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
               std::stop_token stop);
 
     /// Optical depth of a count over that of one point: 1, or what discs, which cover pixels in part, are

@@ -6,9 +6,9 @@
 namespace mote::render {
 
 bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop) {
-    layers_.resize(plan.layers.size());
+    layers_.resize(plan.points.size());
     for (std::size_t i = 0; i < layers_.size(); ++i) {
-        const LayerPlan& layer = plan.layers[i];
+        const PointsPlan& layer = plan.points[i];
         const auto cells = leaves.of(layer.step).upTo(*layer.step, layer.selection->drawn.size());
         if (!layers_[i].sort(plan, layer, cells, stop)) return false;
     }

@@ -9,7 +9,7 @@
 #define MOTE_LIGHT_INL_H
 #endif
 
-#include "server/render/cpu/volume_sample-inl.h"
+#include "server/render/cpu/density_sample-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -36,7 +36,7 @@ HWY_INLINE V expMinus(V x) {
     return hn::BitCast(d, hn::Add(hn::BitCast(ints, sum), exponent));
 }
 
-/// Of light that comes from a stretch of this optical depth, evenly filled, where it comes from on average:
+/// Of light that comes from a segment of this optical depth, evenly filled, where it comes from on average:
 /// 1/2 where it is thin, less where its front hides its back. 1/x - 1/(exp(x) - 1), to within 0.025.
 HWY_INLINE V centreOfLight(V depth) {
     const Floats d;
@@ -66,7 +66,7 @@ struct Blend {
     HWY_INLINE V operator()(V one, V other) const { return hn::MulAdd(share, hn::Sub(other, one), one); }
 };
 
-/// What is in one stretch: optical depth, and colour times optical depth, which may change evenly from its
+/// What is in one segment: optical depth, and colour times optical depth, which may change evenly from its
 /// front to its back: by so much, around so much in its middle.
 struct Matter {
     V tau, red, green, blue;
@@ -105,7 +105,7 @@ struct Light {
         red = green = blue = hn::Zero(d);
         left = hn::Set(d, 1.0F);
     }
-    /// A stretch of one colour.
+    /// A segment of one colour.
     HWY_INLINE void gather(V tau, V r, V g, V b) {
         const V passed = hn::Mul(left, expMinus(tau));
         const V share = hn::Sub(left, passed);
@@ -114,7 +114,7 @@ struct Light {
         blue = hn::MulAdd(share, b, blue);
         left = passed;
     }
-    /// A stretch between two samples.
+    /// A segment between two samples.
     HWY_INLINE void gather(V depth, const Sample& from, const Sample& to, V mean) {
         const Blend blend(from, to, mean, depth);
         const V passed = hn::Mul(left, expMinus(depth));

@@ -19,25 +19,25 @@ constexpr std::uint64_t mostClear = 1 << 10;
 constexpr double clear = 1.0 / 64.0;
 
 /// Of points that all lie in one tile, at most; where some are opaque those behind are left out.
-double hitsInTile(const FramePlan& plan, const LayerPlan& layer) {
+double hitsInTile(const FramePlan& plan, const PointsPlan& layer) {
     constexpr double opaque = 10.0;  // optical depth
-    const double across = std::max(layer.style.pointSize, 0.0) + 2.0;
+    const double across = std::max(layer.look.size, 0.0) + 2.0;
     const double pixels = std::min<double>({Tile::pixels, double(plan.width) * plan.height, across * across});
-    const double depth = -std::log1p(-pointFootprint(layer.style).most);
+    const double depth = -std::log1p(-pointFootprint(layer.look).most);
     return pixels * std::min(static_cast<double>(layer.pointsDrawn), 1.0 + opaque / std::max(depth, 1e-9));
 }
 
 }  // namespace
 
-bool standAlone(const FramePlan& plan, const LayerPlan& layer) {
+bool standAlone(const FramePlan& plan, const PointsPlan& layer) {
     if (!plan.exact || layer.preview != nullptr) return false;
     if (layer.pointsDrawn > mostPoints || layer.selection->drawn.size() > mostLeaves) return false;
-    if (layer.pointsDrawn > mostClear && pointFootprint(layer.style).most < clear) return false;
+    if (layer.pointsDrawn > mostClear && pointFootprint(layer.look).most < clear) return false;
     return hitsInTile(plan, layer) <= mostHits;
 }
 
-DotFootprint pointFootprint(const ParticlesStyle& style) {
-    const auto size = static_cast<float>(style.pointSize), opacity = static_cast<float>(style.pointOpacity);
+DotFootprint pointFootprint(const PointLook& look) {
+    const auto size = static_cast<float>(look.size), opacity = static_cast<float>(look.opacity);
     if (size > 1.0F) return {0.5F * size + 0.5F, opacity};
     return {0.0F, size * size * opacity};
 }

@@ -11,9 +11,9 @@
 namespace mote::render {
 
 /// Whether each point of a layer is drawn where it stands. The same on all ranks, before points are dealt.
-bool standAlone(const FramePlan& plan, const LayerPlan& layer);
+bool standAlone(const FramePlan& plan, const PointsPlan& points);
 
-/// What a point of a style covers of a pixel. Its reach is 0 where it lies in one pixel alone.
-DotFootprint pointFootprint(const ParticlesStyle& style);
+/// What a point of a look covers of a pixel. Its reach is 0 where it lies in one pixel alone.
+DotFootprint pointFootprint(const PointLook& look);
 
 }  // namespace mote::render

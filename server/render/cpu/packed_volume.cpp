@@ -39,6 +39,27 @@ std::unique_ptr<std::uint16_t[]> quantisedCells(std::span<const float> densities
     return cells;
 }
 
+float unpacked(std::uint16_t cell) {
+    constexpr double scale = (1.0 + LogDensity::fade) / PackedVolume::full;
+    return static_cast<float>(cell * scale - LogDensity::fade);
+}
+
+/// In a block, with the cells beside it.
+BlockRanges::Range rangeOf(const PackedVolume& volume, const glm::uvec3& block, std::uint32_t edge) {
+    const glm::uvec3 first = block * edge, last = glm::min(first + edge, volume.size() + 1U);
+    std::uint16_t low = PackedVolume::full, high = 0;
+    for (std::uint32_t z = first.z; z <= last.z; ++z) {
+        for (std::uint32_t y = first.y; y <= last.y; ++y) {
+            for (std::uint32_t x = first.x; x <= last.x; ++x) {
+                const std::uint16_t cell = volume.cell(x, y, z);
+                low = std::min(low, cell);
+                high = std::max(high, cell);
+            }
+        }
+    }
+    return {unpacked(low), unpacked(high)};
+}
+
 }  // namespace
 
 PackedVolume::PackedVolume(const storage::ParticleStep& step) : size_(checkedSize(step)) {
@@ -56,6 +77,19 @@ PackedVolume::PackedVolume(const storage::ParticleStep& step) : size_(checkedSiz
                 row[x] = near[inside(x)] | std::uint32_t{far[inside(x)]} << 16;
         }
     });
+}
+
+BlockRanges PackedVolume::ranges() const {
+    const std::uint32_t edgeBits = size_ >= 128 ? 3 : 2;
+    const std::uint32_t side = (size_ >> edgeBits) + 1;
+    std::vector<BlockRanges::Range> ranges(std::size_t{side} * side * side);
+    oneapi::tbb::parallel_for(0U, side, [&](std::uint32_t z) {
+        for (std::uint32_t y = 0; y < side; ++y) {
+            for (std::uint32_t x = 0; x < side; ++x)
+                ranges[(std::size_t{z} * side + y) * side + x] = rangeOf(*this, {x, y, z}, 1U << edgeBits);
+        }
+    });
+    return {edgeBits, glm::uvec3(side), std::move(ranges), {}};
 }
 
 }  // namespace mote::render

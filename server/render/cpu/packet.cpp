@@ -14,20 +14,14 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     slabs_ = frame.slabs;
     anyHit = false;
     hitCount_ = 0;
-    for (std::size_t l = 0; l < frame.layers.size(); ++l) {
-        const CompositeLayer& layer = frame.layers[l];
-        rays[l].meets = false;
-        if (layer.visible.volume == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
-        const double samples = frame.cellByCell ? 1.0 : frame.samplesPerCell;
-        aim(frame, l, layer.rays, x, y,
-            {.cells = glm::dvec3(layer.visible.volume->size()), .shift = 0.5, .samples = samples});
-    }
-    for (std::size_t h = 0; h < frame.hybrids.size(); ++h) {
-        const HybridLayer& layer = frame.hybrids[h];
-        const std::size_t l = frame.layers.size() + h;
-        rays[l].meets = false;
-        if (layer.blocks == nullptr || !layer.screen.meets(x, y, Tile::packetEdge)) continue;
-        aim(frame, l, layer.rays, x, y, layer.space);
+    for (std::size_t f = 0; f < frame.fields.size(); ++f) {
+        const FrameField& field = frame.fields[f];
+        rays[f].meets = false;
+        if (field.visible.sight.blocks == nullptr || !field.screen.meets(x, y, Tile::packetEdge)) continue;
+        rays[f].aim(frame, field.rays, x, y, field.space);
+        if (!rays[f].meets) continue;
+        anyHit = true;
+        hits_[hitCount_++] = f;
     }
     occupied_.fill(0);
     for (const auto& layer : points) {
@@ -41,23 +35,15 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     anyPoints = std::any_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits != 0; });
 }
 
-void Packet::aim(const CompositeFrame& frame, std::size_t l, const RayMap& map, std::uint32_t x,
-                 std::uint32_t y, const BoxSpace& space) {
-    rays[l].aim(frame, map, x, y, space);
-    if (!rays[l].meets) return;
-    anyHit = true;
-    hits_[hitCount_++] = l;
-}
-
 void Packet::enter(const FrameSection& section) {
     sectionHits_ = 0;
-    stretch = static_cast<float>(section.slabs);
+    segment = static_cast<float>(section.slabs);
     for (std::size_t i = 0; i < hitCount_; ++i) {
         PacketRays& own = rays[hits_[i]];
         own.enterSection(section);
         if (!own.hit) continue;
         inSection_[sectionHits_++] = hits_[i];
-        stretch = std::min(stretch, own.stretch);
+        segment = std::min(segment, own.segment);
     }
 }
 

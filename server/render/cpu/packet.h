@@ -16,14 +16,14 @@
 namespace mote::render {
 
 struct Packet {
-    static constexpr std::size_t mostLayers = 8;
+    static constexpr std::size_t mostFields = View::maxLayers;
 
-    std::array<PacketRays, mostLayers> rays;  ///< of the frame's layers, then of its hybrids
-    bool anyHit = false;                      ///< whether any ray meets a volume
+    std::array<PacketRays, mostFields> rays;  ///< of the frame's fields
+    bool anyHit = false;                      ///< whether any ray meets a field
     bool anyPoints = false;                   ///< or dots
-    float stretch = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
+    float segment = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
 
-    std::span<const TileCells> points;  ///< of each layer, or empty
+    std::span<const TileCells> points;  ///< one of the frame's each, or empty
     const TileDots* dots = nullptr;     ///< null: none in the tile
     std::uint32_t number = 0;           ///< in its tile
 
@@ -33,8 +33,8 @@ struct Packet {
 
     /// Tells the rays' ways in slabs of a section.
     void enter(const FrameSection& section);
-    /// The volumes that some ray meets in the section, as `rays` counts them.
-    std::span<const std::size_t> hitVolumes() const { return {inSection_.data(), sectionHits_}; }
+    /// The fields that some ray meets in the section.
+    std::span<const std::size_t> hitFields() const { return {inSection_.data(), sectionHits_}; }
     /// The first slab from `slab` on that may hold points or dots; the number of slabs where there is none.
     std::uint32_t nextPoints(std::uint32_t slab) const;
     bool hasPoints(std::size_t layer, std::uint32_t slab) const {
@@ -50,11 +50,8 @@ struct Packet {
     }
 
   private:
-    void aim(const CompositeFrame& frame, std::size_t l, const RayMap& map, std::uint32_t x, std::uint32_t y,
-             const BoxSpace& space);
-
     std::uint32_t slabs_ = 0;
-    std::array<std::size_t, mostLayers> hits_{}, inSection_{};
+    std::array<std::size_t, mostFields> hits_{}, inSection_{};
     std::size_t hitCount_ = 0, sectionHits_ = 0;
     std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer or dots
 };

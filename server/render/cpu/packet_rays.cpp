@@ -10,10 +10,10 @@
 namespace mote::render {
 namespace {
 
-// More stretches in one packet than any box of 512 cells needs, unless it is squeezed to a plate.
-constexpr float mostStretches = 65536.0F;
+// More segments in one packet than any box of 512 cells needs, unless it is squeezed to a plate.
+constexpr float mostSegments = 65536.0F;
 // Slabs are told in single precision, to 1/16384 of one: a step must lead on.
-constexpr float leastStretch = 1.0F / 2048.0F;
+constexpr float leastSegment = 1.0F / 2048.0F;
 constexpr double thinnest = 1e-12;  // a way through the box, slabs, that is worth walking
 
 struct Way {
@@ -100,8 +100,8 @@ void PacketRays::enterSection(const FrameSection& section) {
     const auto first = static_cast<float>(section.firstSlab);
     nearest = std::max(nearest, first);
     farthest = std::min(farthest, first + slabs);
-    stretch = static_cast<float>(1.0 / (crowded_ * section.meanSlab));
-    stretch = std::clamp(stretch, std::max((farthest - nearest) / mostStretches, leastStretch), slabs);
+    segment = static_cast<float>(1.0 / (crowded_ * section.meanSlab));
+    segment = std::clamp(segment, std::max((farthest - nearest) / mostSegments, leastSegment), slabs);
 }
 
 }  // namespace mote::render

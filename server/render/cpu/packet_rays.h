@@ -38,7 +38,7 @@ struct PacketRays {
     bool hit = false;       ///< whether any ray meets the box there
     float nearest = 0.0F;   ///< slab in which the first ray enters
     float farthest = 0.0F;  ///< slab in which the last ray leaves
-    float stretch = 0.0F;   ///< slabs between two samples that bound a stretch
+    float segment = 0.0F;   ///< slabs between two samples that bound a segment
 
     /// (x, y): the first pixel of the packet in the picture. No section is entered yet.
     void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
@@ -48,7 +48,7 @@ struct PacketRays {
 
   private:
     std::array<double, Tile::packetPixels> enterMean_, leaveMean_;  // mean slabs, see FrameSection
-    double crowded_ = 0.0;                                          // stretches to a mean slab
+    double crowded_ = 0.0;                                          // segments to a mean slab
 };
 
 }  // namespace mote::render

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PacketWalk: the way of a vector of rays through slabs, volumes, points and dots, front to back. Compiled
+// PacketWalk: the way of a vector of rays through slabs, fields, points and dots, front to back. Compiled
 // once for each target (Highway's foreach_target), hence without #pragma once.
 //
 // The picture does not depend on the width of the vectors: what is skipped begins and ends at multiples of
-// the packet's stretch and is the same for all vectors of a packet (PacketSights), and whatever else adapts,
+// the packet's segment and is the same for all vectors of a packet (PacketSights), and whatever else adapts,
 // steps and their end, is decided ray by ray.
 #if defined(MOTE_PACKET_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_PACKET_WALK_INL_H
@@ -14,11 +14,11 @@
 #endif
 
 #include "server/render/cpu/dot_cursor-inl.h"
+#include "server/render/cpu/field_march-inl.h"
+#include "server/render/cpu/field_sight-inl.h"
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/packet_sights.h"
 #include "server/render/cpu/slab_points-inl.h"
-#include "server/render/cpu/volume_march-inl.h"
-#include "server/render/cpu/volume_sight-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -29,12 +29,7 @@ class PacketWalk {
     /// Not inlined, for it is called where no target is chosen. `sights`: of the packet in the section that
     /// it goes through, for all vectors of its rays.
     PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane, PacketSights& sights)
-        : frame_(frame),
-          packet_(packet),
-          lane_(lane),
-          layers_(frame.layers.size()),
-          known_(sights),
-          dots_(packet, lane) {}
+        : frame_(frame), packet_(packet), lane_(lane), known_(sights), dots_(packet, lane) {}
 
     /// Through a section that the packet has entered; from front to back through all of them.
     void run(const FrameSection& section) {
@@ -45,7 +40,7 @@ class PacketWalk {
         std::uint32_t at = section.firstSlab;
         while (at < end_ && !light_.gone()) {
             const std::uint32_t next = std::min(packet_.nextPoints(at), end_);
-            if (at < next && !packet_.hitVolumes().empty())
+            if (at < next && !packet_.hitFields().empty())
                 walkClear(static_cast<float>(at), static_cast<float>(next));
             if (next >= end_ || light_.gone()) break;
             mixSlab(next);
@@ -59,54 +54,53 @@ class PacketWalk {
         Lanes way, density, integral, slope, red, green, blue;
     };
 
-    /// Volumes are counted through: those of the frame's layers, then its hybrids'. Only those that the
-    /// packet's rays hit are ever asked for.
-    bool isHybrid(std::size_t l) const { return l >= layers_; }
-    const HybridLayer& hybrid(std::size_t l) const { return frame_.hybrids[l - layers_]; }
+    /// Only fields that the packet's rays hit are ever asked for.
+    bool isGrid(std::size_t f) const { return frame_.fields[f].grid.has_value(); }
+    const GridSamples& grid(std::size_t f) const { return *frame_.fields[f].grid; }
+    DensitySource density(std::size_t f) const { return DensitySource(frame_.fields[f].visible); }
 
-    /// Looks ahead from a slab in a volume that some ray hits.
-    HWY_NOINLINE VolumeSight look(std::size_t l, float slab) const {
-        const PacketRays& rays = packet_.rays[l];
+    /// Looks ahead from a slab in a field that some ray hits.
+    HWY_NOINLINE FieldSight look(std::size_t f, float slab) const {
+        const PacketRays& rays = packet_.rays[f];
         const float farthest = static_cast<float>(end_) + 1.0F;
         if (slab >= rays.farthest) return {false, false, farthest};
         if (slab < rays.nearest) return {false, false, rays.nearest};
-        const auto& blocks = isHybrid(l) ? hybrid(l).blocks : frame_.layers[l].visible.blocks;
-        auto sight = lookAhead(*blocks, rays, slab, farthest);
+        auto sight = lookAhead(*frame_.fields[f].visible.sight.blocks, rays, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
-        if (!(sight.until >= slab + packet_.stretch)) return {true, true, slab + packet_.stretch};
+        if (!(sight.until >= slab + packet_.segment)) return {true, true, slab + packet_.segment};
         // Blocks may be alike as far as the box reaches, and so beyond it: nothing is left to walk there.
         sight.until = std::min(sight.until, rays.farthest);
         return sight;
     }
 
-    /// The volumes, as bits, that may be seen from a slab on; `until`: how far this holds. In double
-    /// precision, in which multiples of a stretch are exact.
+    /// The fields, as bits, that may be seen from a slab on; `until`: how far this holds. In double
+    /// precision, in which multiples of a segment are exact.
     std::uint32_t visibleFrom(double slab, double& until) {
-        const double stretch = packet_.stretch;
+        const double segment = packet_.segment;
         std::uint32_t visible = 0;
         until = end_ + 1.0;
-        for (const std::size_t l : packet_.hitVolumes()) {
-            VolumeSight& sight = sights_[l];
+        for (const std::size_t f : packet_.hitFields()) {
+            FieldSight& sight = sights_[f];
             if (slab >= sight.until)
-                sight = known_.of(l, asked_[l]++, [&] { return look(l, static_cast<float>(slab)); });
-            if (sight.visible) visible |= 1U << l;
+                sight = known_.of(f, asked_[f]++, [&] { return look(f, static_cast<float>(slab)); });
+            if (sight.visible) visible |= 1U << f;
             const double holds = sight.until;
-            until = std::min(until, sight.visible ? std::max(holds, slab + 2.0 * stretch) : holds);
+            until = std::min(until, sight.visible ? std::max(holds, slab + 2.0 * segment) : holds);
         }
-        if (visible == 0 || packet_.hitVolumes().size() == 1) return visible;
-        // What is walked ends at a multiple of the stretch: another volume must not begin before it.
-        for (const std::size_t l : packet_.hitVolumes()) {
-            const double begins = std::floor(sights_[l].until / stretch) * stretch;
-            if (sights_[l].visible || begins > until) continue;
-            if (begins < slab + stretch) visible |= 1U << l;
-            until = std::max(begins, slab + stretch);
+        if (visible == 0 || packet_.hitFields().size() == 1) return visible;
+        // What is walked ends at a multiple of the segment: another field must not begin before it.
+        for (const std::size_t f : packet_.hitFields()) {
+            const double begins = std::floor(sights_[f].until / segment) * segment;
+            if (sights_[f].visible || begins > until) continue;
+            if (begins < slab + segment) visible |= 1U << f;
+            until = std::max(begins, slab + segment);
         }
         return visible;
     }
 
     /// From a slab to another, between which there are no points.
     HWY_NOINLINE void walkClear(float from, float to) {
-        const double stretch = packet_.stretch;
+        const double segment = packet_.segment;
         double done = from;   // gathered up to here
         double clear = from;  // nothing is seen up to here
         while (clear < to) {
@@ -116,8 +110,8 @@ class PacketWalk {
                 clear = until;
                 continue;
             }
-            const double start = std::max(done, std::floor(clear / stretch) * stretch);
-            const double stop = std::max(std::ceil(until / stretch) * stretch, start + 0.5 * stretch);
+            const double start = std::max(done, std::floor(clear / segment) * segment);
+            const double stop = std::max(std::ceil(until / segment) * segment, start + 0.5 * segment);
             done = clear = std::min(stop, double{to});
             const auto first = static_cast<float>(start), last = static_cast<float>(done);
             if ((visible & (visible - 1)) == 0) {
@@ -129,40 +123,39 @@ class PacketWalk {
         }
     }
 
-    /// The volume of one layer alone.
-    HWY_NOINLINE void march(std::size_t l, float from, float to) {
-        const PacketRays& rays = packet_.rays[l];
+    /// One field alone.
+    HWY_NOINLINE void march(std::size_t f, float from, float to) {
+        const PacketRays& rays = packet_.rays[f];
         Light light = light_;
-        if (isHybrid(l)) {
-            marchHybrid(l, from, to, light);
+        if (isGrid(f)) {
+            marchGrid(f, from, to, light);
         } else {
-            const Sample front = frontOf(l, from);
-            const VolumeSource source(frame_.layers[l].visible);
-            storeFront(l,
+            const Sample front = frontOf(f, from);
+            const DensitySource source = density(f);
+            storeFront(f,
                        frame_.cellByCell
                            ? marchCells(source, rays, lane_, front, to, light)
-                           : marchEvenly(source, rays, lane_, front, from, to, packet_.stretch, light),
+                           : marchEvenly(source, rays, lane_, front, from, to, packet_.segment, light),
                        to);
         }
         light_ = light;
     }
-    HWY_INLINE void marchHybrid(std::size_t l, float from, float to, Light& light) {
-        const PacketRays& rays = packet_.rays[l];
-        const HybridSource source(hybrid(l));
-        const Sample front = frontOf(l, from);
-        const float stretch = sights_[l].fine ? packet_.stretch : packet_.stretch * hybrid(l).coarse;
-        storeFront(l,
-                   frame_.cellByCell
-                       ? marchHybridCells(source, rays, lane_, front, to, light)
-                       : marchHybridEvenly(source, rays, lane_, front, from, to, stretch, light),
+    HWY_INLINE void marchGrid(std::size_t f, float from, float to, Light& light) {
+        const PacketRays& rays = packet_.rays[f];
+        const GridSource source(grid(f));
+        const Sample front = frontOf(f, from);
+        const float segment = sights_[f].fine ? packet_.segment : packet_.segment * grid(f).stride;
+        storeFront(f,
+                   frame_.cellByCell ? marchGridCells(source, rays, lane_, front, to, light)
+                                     : marchGridEvenly(source, rays, lane_, front, from, to, segment, light),
                    to);
     }
 
-    /// A slab with points of some layer or dots.
+    /// A slab with some points or dots.
     HWY_NOINLINE void mixSlab(std::uint32_t slab) {
         const float from = static_cast<float>(slab);
         std::uint32_t visible = 0;
-        for (double at = from; !packet_.hitVolumes().empty() && at < from + 1.0F;) {
+        for (double at = from; !packet_.hitFields().empty() && at < from + 1.0F;) {
             double until = 0.0;
             visible |= visibleFrom(at, until);
             at = until;
@@ -173,7 +166,7 @@ class PacketWalk {
         if (visible == 0 && layers == 0) {
             dots_.pass(hn::Set(Floats(), from + 1.0F), light_);
         } else if (!dots && visible == 0 && (layers & (layers - 1)) == 0) {
-            // Points of one layer with no volume about: where they stand does not matter.
+            // Points of one look with no field about: where they stand does not matter.
             const glm::vec3& color = points.color[0];
             const Floats d;
             light_.gather(hn::Load(d, points.tau[0].data()), hn::Set(d, color.x), hn::Set(d, color.y),
@@ -183,12 +176,12 @@ class PacketWalk {
         }
     }
 
-    /// Volumes of some layers and points, if any, evenly mixed, dots between them. Each ray has its own cuts.
+    /// Some fields and points, if any, evenly mixed, dots between them. Each ray has its own cuts.
     HWY_NOINLINE void mix(std::uint32_t visible, float from, float to, const SlabPoints* points) {
         const Floats d;
         for (std::uint32_t left = visible; left != 0; left &= left - 1) {
-            const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-            storeFront(l, frontOf(l, from), to);
+            const std::size_t f = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+            storeFront(f, frontOf(f, from), to);
         }
         const V end = hn::Set(d, to);
         V at = hn::Set(d, from);
@@ -199,7 +192,7 @@ class PacketWalk {
             next = dots_.nextCut(next);
             // However close the cuts, each step must go on in single precision.
             next = hn::Min(hn::Max(next, hn::Add(at, hn::Set(d, 1e-4F))), end);
-            Matter matter = thinVolumes(visible, at, next);
+            Matter matter = thinFields(visible, at, next);
             if (points != nullptr) points->addSpread(at, next, matter);
             light_.gather(matter);
             if (points != nullptr) {
@@ -212,21 +205,21 @@ class PacketWalk {
         }
     }
 
-    /// How far the densities of volumes may be sampled in one step; at most to `end`.
+    /// How far fields may be sampled in one step; at most to `end`.
     HWY_INLINE V nextSample(std::uint32_t visible, V at, V end) const {
         const Floats d;
         if (visible == 0) return end;
-        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
-        // Several volumes are mixed in each step: it must be short where they change differently.
-        if ((visible & (visible - 1)) != 0) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.stretch)));
+        if (!frame_.cellByCell) return hn::Min(end, hn::Add(at, hn::Set(d, packet_.segment)));
+        // Several fields are mixed in each step: it must be short where they change differently.
+        if ((visible & (visible - 1)) != 0) end = hn::Min(end, hn::Add(at, hn::Set(d, packet_.segment)));
         for (; visible != 0; visible &= visible - 1) {
-            const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
-            end = hn::Min(end, hn::Add(at, thinStretch(l)));
-            const RayLanes rays(packet_.rays[l], lane_);
-            // Also where rays enter and leave, so that what lies in one volume and not in another is not
+            const std::size_t f = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
+            end = hn::Min(end, hn::Add(at, thinSegment(f)));
+            const RayLanes rays(packet_.rays[f], lane_);
+            // Also where rays enter and leave, so that what lies in one field and not in another is not
             // mixed.
             const V way = rays.way(at);
-            const V plane = hn::Min(leaveCell(l, rays, way), hn::Set(d, 1.0F));
+            const V plane = hn::Min(leaveCell(f, rays, way), hn::Set(d, 1.0F));
             const V cut = hn::Add(hn::Div(plane, rays.rate), rays.enter);
             const V next = hn::IfThenElse(hn::Gt(rays.enter, at), rays.enter, cut);
             end = hn::IfThenElse(hn::Lt(way, hn::Set(d, 1.0F)), hn::Min(end, next), end);
@@ -235,35 +228,35 @@ class PacketWalk {
     }
 
     /// The way at which rays next leave their cell.
-    HWY_INLINE V leaveCell(std::size_t l, const RayLanes& rays, V way) const {
-        if (isHybrid(l)) return HybridPlace(hybrid(l), axesOf(rays, packet_.rays[l], lane_), way).leave;
-        return nextPlane(rays, packet_.rays[l], lane_, way);
+    HWY_INLINE V leaveCell(std::size_t f, const RayLanes& rays, V way) const {
+        if (isGrid(f)) return GridPlace(grid(f), axesOf(rays, packet_.rays[f], lane_), way).leave;
+        return nextPlane(rays, packet_.rays[f], lane_, way);
     }
 
-    /// So far, slabs, that a volume which goes on as at its front absorbs little: what is mixed in one step
+    /// So far, slabs, that a field which goes on as at its front absorbs little: what is mixed in one step
     /// is seen through each other.
-    HWY_INLINE V thinStretch(std::size_t l) const {
+    HWY_INLINE V thinSegment(std::size_t f) const {
         const Floats d;
-        const PacketRays& rays = packet_.rays[l];
-        const V slope = hn::Load(d, samples_[l][front_[l]].slope.data());
+        const PacketRays& rays = packet_.rays[f];
+        const V slope = hn::Load(d, samples_[f][front_[f]].slope.data());
         const V unit =
             hn::Mul(hn::LoadU(d, rays.length.data() + lane_), hn::LoadU(d, rays.rate.data() + lane_));
-        const V stretch = hn::Div(hn::Set(d, 0.5F), hn::Max(hn::Mul(slope, unit), hn::Set(d, 1e-20F)));
-        return hn::Max(stretch, hn::Set(d, packet_.stretch / 16.0F));
+        const V segment = hn::Div(hn::Set(d, 0.5F), hn::Max(hn::Mul(slope, unit), hn::Set(d, 1e-20F)));
+        return hn::Max(segment, hn::Set(d, packet_.segment / 16.0F));
     }
 
-    /// What lies in the volumes up to `next`, which comes nearer for rays that would mix too much in one
+    /// What lies in the fields up to `next`, which comes nearer for rays that would mix too much in one
     /// step, since nothing in it is in front of anything else.
-    HWY_INLINE Matter thinVolumes(std::uint32_t visible, V at, V& next) {
+    HWY_INLINE Matter thinFields(std::uint32_t visible, V at, V& next) {
         const Floats d;
         constexpr int mostTries = 4;
-        Matter matter = volumesTo(visible, next);
+        Matter matter = fieldsTo(visible, next);
         for (int i = 1; i < mostTries; ++i) {
             const auto deep = hn::And(light_.seen(), hn::Gt(matter.tau, hn::Set(d, 0.5F)));
             if (hn::AllFalse(d, deep)) break;
             const V nearer = hn::MulAdd(hn::Sub(next, at), hn::Set(d, 0.375F), at);
             next = hn::IfThenElse(deep, nearer, next);
-            matter = volumesTo(visible, next);
+            matter = fieldsTo(visible, next);
         }
         for (std::uint32_t left = visible; left != 0; left &= left - 1)
             front_[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)] ^= 1U;
@@ -271,45 +264,45 @@ class PacketWalk {
     }
 
     /// The samples at `next` are kept beside those at the front.
-    HWY_INLINE Matter volumesTo(std::uint32_t visible, V next) {
+    HWY_INLINE Matter fieldsTo(std::uint32_t visible, V next) {
         const Floats d;
         Matter matter;
         for (; visible != 0; visible &= visible - 1) {
-            const std::size_t l = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
-            const RayLanes rays(packet_.rays[l], lane_);
-            const Sample front = loadFront(l);
-            const V length = hn::LoadU(d, packet_.rays[l].length.data() + lane_);
+            const std::size_t f = hwy::Num0BitsBelowLS1Bit_Nonzero32(visible);
+            const RayLanes rays(packet_.rays[f], lane_);
+            const Sample front = loadFront(f);
+            const V length = hn::LoadU(d, packet_.rays[f].length.data() + lane_);
             const V way = rays.way(next);
-            if (isHybrid(l)) {
-                store(hybridTo(l, rays, front, way, matter), samples_[l][front_[l] ^ 1U]);
+            if (isGrid(f)) {
+                store(gridTo(f, rays, front, way, matter), samples_[f][front_[f] ^ 1U]);
                 continue;
             }
-            const VolumeSource source(frame_.layers[l].visible);
+            const DensitySource source = density(f);
             if (frame_.cellByCell) {
                 const PartReads reads = readPart(source, rays, partBetween(source, rays, front.way, way));
                 const Sample back = sampleOf(reads.back);
                 takePart(source, rays, front, reads, back, length,
                          [&](V depth, const Sample& one, const Sample& other, V mean)
                              HWY_ATTR { matter.add(hn::Mul(depth, length), one, other, mean); });
-                store(back, samples_[l][front_[l] ^ 1U]);
+                store(back, samples_[f][front_[f] ^ 1U]);
             } else {
                 const Sample back = sampleAt(source, rays, way);
                 const Piece piece(front, back);
                 matter.add(hn::Mul(piece.depth, length), front, back, piece.mean);
-                store(back, samples_[l][front_[l] ^ 1U]);
+                store(back, samples_[f][front_[f] ^ 1U]);
             }
         }
         return matter;
     }
 
-    HWY_INLINE Sample hybridTo(std::size_t l, const RayLanes& rays, const Sample& front, V way,
-                               Matter& matter) const {
-        const V length = hn::LoadU(Floats(), packet_.rays[l].length.data() + lane_);
+    HWY_INLINE Sample gridTo(std::size_t f, const RayLanes& rays, const Sample& front, V way,
+                             Matter& matter) const {
+        const V length = hn::LoadU(Floats(), packet_.rays[f].length.data() + lane_);
         const auto take = [&](const LitPiece& piece) HWY_ATTR {
             matter.add(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue);
         };
-        const HybridSource source(hybrid(l));
-        const ThreeAxes axes = axesOf(rays, packet_.rays[l], lane_);
+        const GridSource source(grid(f));
+        const ThreeAxes axes = axesOf(rays, packet_.rays[f], lane_);
         if (frame_.cellByCell) {
             return takeCells(
                 source, axes, front, way, length, [&]() HWY_ATTR { return light_.seen(); }, take);
@@ -320,24 +313,24 @@ class PacketWalk {
     }
 
     /// The sample at the front of what comes next; it may be there already.
-    HWY_INLINE Sample frontOf(std::size_t l, float slab) const {
-        if (frontAt_[l] == slab) return loadFront(l);
-        const RayLanes rays(packet_.rays[l], lane_);
+    HWY_INLINE Sample frontOf(std::size_t f, float slab) const {
+        if (frontAt_[f] == slab) return loadFront(f);
+        const RayLanes rays(packet_.rays[f], lane_);
         const V way = rays.way(hn::Set(Floats(), slab));
-        if (isHybrid(l)) return sampleAt(HybridSource(hybrid(l)), axesOf(rays, packet_.rays[l], lane_), way);
-        return sampleAt(VolumeSource(frame_.layers[l].visible), rays, way);
+        if (isGrid(f)) return sampleAt(GridSource(grid(f)), axesOf(rays, packet_.rays[f], lane_), way);
+        return sampleAt(density(f), rays, way);
     }
-    HWY_INLINE Sample loadFront(std::size_t l) const {
+    HWY_INLINE Sample loadFront(std::size_t f) const {
         const Floats d;
-        const StoredSample& stored = samples_[l][front_[l]];
+        const StoredSample& stored = samples_[f][front_[f]];
         return {hn::Load(d, stored.way.data()),      hn::Load(d, stored.density.data()),
                 hn::Load(d, stored.integral.data()), hn::Load(d, stored.slope.data()),
                 hn::Load(d, stored.red.data()),      hn::Load(d, stored.green.data()),
                 hn::Load(d, stored.blue.data())};
     }
-    HWY_INLINE void storeFront(std::size_t l, const Sample& sample, float slab) {
-        store(sample, samples_[l][front_[l]]);
-        frontAt_[l] = slab;
+    HWY_INLINE void storeFront(std::size_t f, const Sample& sample, float slab) {
+        store(sample, samples_[f][front_[f]]);
+        frontAt_[f] = slab;
     }
     HWY_INLINE static void store(const Sample& sample, StoredSample& stored) {
         const Floats d;
@@ -353,17 +346,16 @@ class PacketWalk {
     const CompositeFrame& frame_;
     const Packet& packet_;
     std::size_t lane_;
-    std::size_t layers_;
     std::uint32_t end_ = 0;  // slab, of the section
     PacketSights& known_;
-    std::array<std::size_t, Packet::mostLayers> asked_;  // sights of each volume
+    std::array<std::size_t, Packet::mostFields> asked_;  // sights of each field
     Light light_;
     DotCursor dots_;
-    std::array<VolumeSight, Packet::mostLayers> sights_;
-    std::array<float, Packet::mostLayers> frontAt_;  // slab of the front sample
-    // Of each volume the sample at the front, and one beside it.
-    std::array<std::array<StoredSample, 2>, Packet::mostLayers> samples_;
-    std::array<std::uint32_t, Packet::mostLayers> front_{};  // which of the two
+    std::array<FieldSight, Packet::mostFields> sights_;
+    std::array<float, Packet::mostFields> frontAt_;  // slab of the front sample
+    // The sample at the front of each field, and one beside it.
+    std::array<std::array<StoredSample, 2>, Packet::mostFields> samples_;
+    std::array<std::uint32_t, Packet::mostFields> front_{};  // which of the two
 };
 
 }  // namespace mote::render::HWY_NAMESPACE

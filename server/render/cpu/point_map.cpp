@@ -6,18 +6,18 @@
 #include "server/render/plan/screen_map.h"
 
 namespace mote::render {
-PointMap PointMap::make(const FramePlan& plan, const LayerPlan& layer) {
+PointMap PointMap::make(const FramePlan& plan, const PointsPlan& layer) {
     constexpr double positionSteps = 65536.0;
     PointMap map{.edge = {},
                  .corner = {},
                  .step = {},
                  .width = plan.width,
                  .height = plan.height,
-                 .bends = slabBends(plan, layer.layerToEye * boxToLayer()),
+                 .bends = slabBends(plan, layer.boxToEye),
                  .perspective = plan.camera.perspective()};
     // A little less, for rounding at the very border of the box.
     if (map.perspective) map.nearest = static_cast<float>(plan.nearDepth * (1.0 - 1e-5));
-    const glm::dmat4 toScreen = boxToScreen(plan, layer);
+    const glm::dmat4 toScreen = boxToScreen(plan, layer.boxToEye);
     for (std::size_t row = 0; row < rows; ++row) {
         const auto at = static_cast<int>(row);
         map.corner[row] = toScreen[3][at];

@@ -31,7 +31,7 @@ struct PointMap {
     float nearest = 0.0F;  ///< nothing nearer is seen by a perspective eye: least w
 
     std::uint32_t slabs() const { return bends.slabs; }
-    static PointMap make(const FramePlan& plan, const LayerPlan& layer);
+    static PointMap make(const FramePlan& plan, const PointsPlan& layer);
 };
 
 }  // namespace mote::render

@@ -18,7 +18,7 @@ std::uint16_t inBox(std::uint32_t cell, std::uint16_t position, std::uint32_t le
 
 }  // namespace
 
-bool PointStream::serves(const FramePlan& plan, const LayerPlan& layer, const PointMap& map) {
+bool PointStream::serves(const FramePlan& plan, const PointsPlan& layer, const PointMap& map) {
     if (plan.exact || !layer.leavesInView.empty()) return false;
     if (layer.selection->points == 0 || layer.selection->points > mostPoints) return false;
     // Sixteen steps a pixel, where the box is nearest.
@@ -35,7 +35,7 @@ bool PointStream::serves(const FramePlan& plan, const LayerPlan& layer, const Po
     return true;
 }
 
-std::span<const storage::PreviewPoint> PointStream::of(const LayerPlan& layer,
+std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,
                                                        std::span<const LeafCell> cells) {
     if (selection_.lock() == layer.selection) return points_;
     selection_.reset();

@@ -23,11 +23,11 @@ class PointStream {
 
     /// Whether a picture of a layer is well drawn from a stream: not exact, of a plot that lies mostly in
     /// view, and whose box is not too large on the screen.
-    static bool serves(const FramePlan& plan, const LayerPlan& layer, const PointMap& map);
+    static bool serves(const FramePlan& plan, const PointsPlan& layer, const PointMap& map);
 
     /// The layer's points; kept until another selection is asked for. Uses all threads of the calling arena.
     /// Throws storage::StorageError.
-    std::span<const storage::PreviewPoint> of(const LayerPlan& layer, std::span<const LeafCell> cells);
+    std::span<const storage::PreviewPoint> of(const PointsPlan& layer, std::span<const LeafCell> cells);
 
   private:
     std::weak_ptr<const PointSelection> selection_;

@@ -5,7 +5,7 @@
 
 namespace mote::render {
 
-PreviewBlocks::PreviewBlocks(const LayerPlan& layer) : selection_(layer.preview.get()) {
+PreviewBlocks::PreviewBlocks(const PointsPlan& layer) : selection_(layer.preview.get()) {
     if (selection_ == nullptr) return;
     const storage::Preview preview = layer.step->preview(selection_->points);
     points_ = preview.points;

@@ -18,7 +18,7 @@ class PreviewBlocks {
     static constexpr std::size_t blockPoints = storage::Preview::blockPoints;
 
     /// No blocks where the layer has no preview. Throws storage::StorageError.
-    explicit PreviewBlocks(const LayerPlan& layer);
+    explicit PreviewBlocks(const PointsPlan& layer);
     /// All of `points`.
     explicit PreviewBlocks(std::span<const storage::PreviewPoint> points) : points_(points) {}
 

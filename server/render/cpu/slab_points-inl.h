@@ -20,13 +20,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// are spread; a single one stays where it is.
 struct alignas(64) SlabPoints {
     // The lanes first: they are loaded as vectors, which must lie as the struct itself is aligned.
-    std::array<Lanes, Packet::mostLayers> from, to;     ///< slabs; both -1 where a ray meets none
-    std::array<Lanes, Packet::mostLayers> density;      ///< optical depth a slab of those that are spread
-    std::array<Lanes, Packet::mostLayers> single;       ///< optical depth of one in one place, at `to`
-    std::array<Lanes, Packet::mostLayers> tau;          ///< optical depth of all
-    std::size_t count = 0;                              ///< layers that have points here
-    std::array<std::size_t, Packet::mostLayers> layer;  ///< which
-    std::array<glm::vec3, Packet::mostLayers> color;
+    std::array<Lanes, View::maxLayers> from, to;     ///< slabs; both -1 where a ray meets none
+    std::array<Lanes, View::maxLayers> density;      ///< optical depth a slab of those that are spread
+    std::array<Lanes, View::maxLayers> single;       ///< optical depth of one in one place, at `to`
+    std::array<Lanes, View::maxLayers> tau;          ///< optical depth of all
+    std::size_t count = 0;                           ///< layers that have points here
+    std::array<std::size_t, View::maxLayers> layer;  ///< which
+    std::array<glm::vec3, View::maxLayers> color;
 
     /// Returns the layers that have points, as bits.
     HWY_INLINE std::uint32_t read(const CompositeFrame& frame, const Packet& packet, std::uint32_t slab,
@@ -35,8 +35,8 @@ struct alignas(64) SlabPoints {
         for (std::size_t l = 0; l < packet.points.size(); ++l) {
             if (!packet.hasPoints(l, slab)) continue;
             layer[count] = l;
-            color[count] = frame.layers[l].pointColor;
-            readLayer(packet.cells(l, slab) + lane, frame.layers[l].pointTau, static_cast<float>(slab));
+            color[count] = frame.points[l].color;
+            readLayer(packet.cells(l, slab) + lane, frame.points[l].tau, static_cast<float>(slab));
             layers |= 1U << l;
         }
         return layers;
@@ -92,7 +92,7 @@ struct alignas(64) SlabPoints {
         }
     }
 
-    /// A single point ends the stretch before it.
+    /// A single point ends the segment before it.
     HWY_INLINE void addSingle(V at, V next, Matter& matter) const {
         const Floats d;
         for (std::size_t i = 0; i < count; ++i) {

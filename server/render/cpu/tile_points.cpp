@@ -19,7 +19,7 @@ constexpr std::size_t chunkBlocks = 16;  // of the preview
 class LeafTiles {
   public:
     /// `boxes`: room for those of the leaves.
-    LeafTiles(const LayerPlan& layer, std::span<const LeafCell> cells, std::vector<TileBox>& boxes)
+    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells, std::vector<TileBox>& boxes)
         : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), boxes_(boxes) {
         boxes_.resize(cells.size());
     }
@@ -78,7 +78,7 @@ class LeafTiles {
         }
     }
 
-    const LayerPlan& layer_;
+    const PointsPlan& layer_;
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
     std::vector<TileBox>& boxes_;
@@ -86,19 +86,19 @@ class LeafTiles {
 
 }  // namespace
 
-bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
                       const std::stop_token& stop) {
     columns_ = tilesAcross(plan.width);
     tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
     map_ = PointMap::make(plan, layer);
     discs_.reset();
-    if (layer.style.pointSize > 1.0) discs_.emplace(layer.style.pointSize, layer.style.pointOpacity);
+    if (layer.look.size > 1.0) discs_.emplace(layer.look.size, layer.look.opacity);
     points_ = layer.step->positions(0, 0).data();
     end_ = points_ + layer.step->pointCount();
     pointsDrawn_ = 0;
     alone_ = standAlone(plan, layer);
-    ink_ = pointFootprint(layer.style);
-    color_ = glm::vec3(layer.style.pointColor);
+    ink_ = pointFootprint(layer.look);
+    color_ = glm::vec3(layer.look.color);
     // Not by what is found: of several processes each has its own part of the points.
     slabs_ = layer.pointsDrawn > 0 && !alone_ ? map_->slabs() : 0;
     const bool stream = PointStream::serves(plan, layer, *map_);
@@ -109,7 +109,7 @@ bool TilePoints::sort(const FramePlan& plan, const LayerPlan& layer, std::span<c
     return !stop.stop_requested();
 }
 
-void TilePoints::sortLeaves(const LayerPlan& layer, std::span<const LeafCell> cells,
+void TilePoints::sortLeaves(const PointsPlan& layer, std::span<const LeafCell> cells,
                             const std::stop_token& stop) {
     // Without leaves to draw, the octree need not even be there.
     if (cells.empty()) return leaves_.clear(tiles_);

@@ -27,7 +27,7 @@ class TilePoints {
   public:
     /// Sorts what the plan selects; uses all threads of the calling arena. False where `stop` was requested
     /// meanwhile. Throws storage::StorageError. The step must outlive what follows.
-    bool sort(const FramePlan& plan, const LayerPlan& layer, std::span<const LeafCell> cells,
+    bool sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
               const std::stop_token& stop);
 
     /// Whether each point is drawn where it stands (standAlone) and none has a cell.
@@ -50,7 +50,7 @@ class TilePoints {
   private:
     std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
     float reach() const { return discs_ ? discs_->reach() : 0.0F; }
-    void sortLeaves(const LayerPlan& layer, std::span<const LeafCell> cells, const std::stop_token& stop);
+    void sortLeaves(const PointsPlan& layer, std::span<const LeafCell> cells, const std::stop_token& stop);
     void sortDiscs(const PreviewBlocks& blocks, const std::stop_token& stop);
     void sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop);
     template <class Visit>

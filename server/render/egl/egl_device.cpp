@@ -12,6 +12,12 @@ namespace mote::render {
 namespace {
 
 constexpr std::size_t mostLayers = 8;  // as in shaders/frame.glsl
+static_assert(mostLayers >= View::maxLayers);
+
+/// As the shaders count them.
+std::size_t layerCount(const FramePlan& plan) {
+    return layerSlots(plan).size() + plan.fields.size() - plan.densities();
+}
 
 }  // namespace
 
@@ -20,13 +26,13 @@ struct EglDevice::State {
         : options(std::move(chosen)),
           shaders(options.shaderDirectory),
           steps(options.residentBytes),
-          hybridSteps(options.residentBytes) {}
+          residentGrids(options.residentBytes) {}
 
     EglOptions options;
     ShaderLibrary shaders;
     ResidentSteps steps;
-    ResidentHybridSteps hybridSteps;
-    ParticleTables tables;
+    ResidentGrids residentGrids;
+    DensityTables tables;
     FrameBuffers buffers;
     StageTimes times;
 
@@ -60,14 +66,14 @@ DeviceCosts EglDevice::costs() {
 }
 
 std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.layers.size() + plan.hybrids.size() <= mostLayers);
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && layerCount(plan) <= mostLayers);
     MOTE_CHECK(plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
     const EglContext::Current current(context_);
     state_->shaders.reloadChanged();
     if (!state_->buffers.noVolume) state_->begin();
-    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->hybridSteps,
+    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->residentGrids,
                  state_->tables, state_->buffers, std::move(stop));
     auto picture = run.draw();
     state_->times = run.times();
@@ -77,7 +83,7 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
 void EglDevice::trim() {
     const EglContext::Current current(context_);
     state_->steps.dropExpired();
-    state_->hybridSteps.dropExpired();
+    state_->residentGrids.dropExpired();
 }
 
 const StageTimes& EglDevice::lastTimes() const {

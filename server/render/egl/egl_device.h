@@ -46,7 +46,6 @@ class EglDevice final : public Device {
     ~EglDevice() override;
 
     std::string name() const override;
-    DeviceAbilities abilities() const override { return {.hybrids = true}; }
     DeviceCosts costs() override;
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
     void trim() override;

@@ -20,7 +20,7 @@
 namespace mote::render {
 namespace {
 
-/// How closely stretches of pictures in motion are looked at, beside those of exact ones.
+/// How closely segments of pictures in motion are looked at, beside those of exact ones.
 constexpr float looseness = 0.1F;
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
@@ -45,19 +45,36 @@ std::uint32_t weightUnit(std::uint64_t points) {
         std::clamp<std::uint64_t>(0xffffffffULL / std::max<std::uint64_t>(points, 1), 1, most));
 }
 
-/// Into how many stretches the edge of a cell is cut that is cut into so many in exact pictures.
-float stretchesPerCell(const FramePlan& plan, double exact) {
+/// Into how many segments the edge of a cell is cut that is cut into so many in exact pictures.
+float segmentsPerCell(const FramePlan& plan, double exact) {
     return static_cast<float>(exact * std::max(0.25 * plan.samplesPerCell, 0.25));
 }
 
 }  // namespace
 
-PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
-    const double size = layer.style.pointSize;
-    const double opacity = layer.style.pointOpacity * std::min(size * size, 1.0);
-    const glm::dmat4 toScreen = boxToScreen(plan, layer);
+std::vector<LayerSlot> layerSlots(const FramePlan& plan) {
+    std::vector<LayerSlot> slots;
+    for (const auto& points : plan.points) slots.push_back({.points = &points});
+    for (const auto& field : plan.fields) {
+        if (field.density() == nullptr) continue;
+        const auto own = std::find_if(slots.begin(), slots.end(), [&](const LayerSlot& slot) {
+            return slot.points != nullptr && slot.points->layer == field.layer;
+        });
+        if (own != slots.end()) {
+            own->densities = &field;
+        } else {
+            slots.push_back({.densities = &field});
+        }
+    }
+    return slots;
+}
+
+PointNumbers pointNumbers(const FramePlan& plan, const PointsPlan& points) {
+    const double size = points.look.size;
+    const double opacity = points.look.opacity * std::min(size * size, 1.0);
+    const glm::dmat4 toScreen = boxToScreen(plan, points.boxToEye);
     // Relative to the camera's target, for a camera that comes close to something looks at it.
-    const glm::dvec3 target(glm::inverse(layer.layerToEye * boxToLayer()) *
+    const glm::dvec3 target(glm::inverse(points.boxToEye) *
                             (plan.camera.worldToEye() * glm::dvec4(plan.camera.target, 1.0)));
     const glm::uvec3 origin(glm::clamp(target, 0.0, 1.0) * (originUnits - 1.0));
     const glm::dmat4 toBox = glm::scale(glm::translate(glm::dmat4(1.0), glm::dvec3(origin) / originUnits),
@@ -70,7 +87,7 @@ PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer) {
             .radius = static_cast<float>(0.5 * size + 0.5),
             .opacity = static_cast<float>(opacity),
             .tau = static_cast<float>(-std::log1p(-opacity)),
-            .unit = weightUnit(layer.pointsDrawn)};
+            .unit = weightUnit(points.pointsDrawn)};
 }
 
 BendBlock::BendBlock(const SlabBends& slabs) : shape(slabs.bends.size(), slabs.first.firstSlab, slabs.slabs) {
@@ -92,31 +109,33 @@ std::vector<glm::vec4> sectionRays(const FramePlan& plan) {
         for (const auto& row : map.entry) rays.emplace_back(row, 0.0);
         for (const auto& row : map.advance) rays.emplace_back(row, 0.0);
     };
+    const auto slots = layerSlots(plan);
     for (const auto& section : plan.sections) {
         rays.emplace_back(section.endSlab(), section.firstSlab, 0.0, 0.0);
-        for (const auto& layer : plan.layers) add(section, layer.layerToEye * boxToLayer());
-        for (const auto& layer : plan.hybrids) add(section, layer.boxToEye);
+        for (const auto& slot : slots) add(section, slot.boxToEye());
+        for (std::size_t i = plan.densities(); i < plan.fields.size(); ++i)
+            add(section, plan.fields[i].boxToEye);
     }
     return rays;
 }
 
-HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
-                        std::uint32_t firstBrick) {
-    const HybridStep& step = *layer.step;
-    const ValueRange& span = layer.transfer.span();
+GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const CorrectedField& samples,
+                    const glm::uvec3& size, std::uint32_t firstBrick) {
+    const GridField& grid = *samples.grid;
+    const ValueRange& span = field.transfer.span;
     const double scale = TransferTable::cells / (span.high - span.low);
-    HybridBlock block{};
-    block.grid = glm::vec4(grid, stretchesPerCell(plan, HybridBlock::fineStretches));
-    block.low = glm::vec4(step.low.size, stretchesPerCell(plan, HybridBlock::lowStretches));
+    GridBlock block{};
+    block.grid = glm::vec4(size, segmentsPerCell(plan, GridBlock::fineSegments));
+    block.low = glm::vec4(grid.coarse.size, segmentsPerCell(plan, GridBlock::lowSegments));
     block.table =
-        glm::vec4((step.valueOf(1.0) - step.valueOf(0.0)) * scale,
-                  (step.valueOf(0.0) - span.low) * scale + 1.0, layer.correction(), layer.steepness());
-    block.place = glm::ivec4(firstBrick, layer.clips.size(), 0, 0);
+        glm::vec4((grid.valueOf(1.0) - grid.valueOf(0.0)) * scale,
+                  (grid.valueOf(0.0) - span.low) * scale + 1.0, samples.correction, samples.steepness);
+    block.place = glm::ivec4(firstBrick, field.clips.size(), 0, 0);
     for (std::size_t axis = 0; axis < 3; ++axis)
-        block.toLayer[axis] = glm::vec4(step.boxToLayer[static_cast<int>(axis)]);
-    MOTE_CHECK(layer.clips.size() <= HybridBlock::mostClips);
-    for (std::size_t i = 0; i < layer.clips.size(); ++i)
-        block.clips[i] = glm::vec4(layer.clips[i].normal, layer.clips[i].distance);
+        block.toLayer[axis] = glm::vec4(grid.boxToLayer[static_cast<int>(axis)]);
+    MOTE_CHECK(field.clips.size() <= GridBlock::mostClips);
+    for (std::size_t i = 0; i < field.clips.size(); ++i)
+        block.clips[i] = glm::vec4(field.clips[i].normal, field.clips[i].distance);
     return block;
 }
 
@@ -133,20 +152,21 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     block.background = glm::vec4(plan.background, 1.0);
     const auto blank = blankPixel(plan.background, format);
     std::memcpy(&block.blank, blank.data(), blank.size());
-    for (std::size_t i = 0; i < plan.layers.size(); ++i) {
-        const LayerPlan& layer = plan.layers[i];
-        const PointNumbers numbers = pointNumbers(plan, layer);
+    const auto slots = layerSlots(plan);
+    for (std::size_t i = 0; i < slots.size(); ++i) {
         LayerBlock& result = block.layers[i];
-        result.boxToScreen = glm::mat4(boxToScreen(plan, layer));
-        setRays(result, raysIn(plan, plan.sections.front(), layer.layerToEye * boxToLayer()));
-        result.point = glm::vec4(layer.style.pointColor, numbers.tau);
-        result.scale = glm::vec4(1.0 / numbers.unit, volumeSizes[i], 0.0, 0.0);
+        result.boxToScreen = glm::mat4(boxToScreen(plan, slots[i].boxToEye()));
+        setRays(result, raysIn(plan, plan.sections.front(), slots[i].boxToEye()));
+        result.scale = glm::vec4(0.0, volumeSizes[i], 0.0, 0.0);
+        if (slots[i].points == nullptr) continue;
+        const PointNumbers numbers = pointNumbers(plan, *slots[i].points);
+        result.point = glm::vec4(slots[i].points->look.color, numbers.tau);
+        result.scale.x = static_cast<float>(1.0 / numbers.unit);
     }
-    for (std::size_t i = 0; i < plan.hybrids.size(); ++i) {
-        const HybridPlan& layer = plan.hybrids[i];
-        LayerBlock& result = block.layers[plan.layers.size() + i];
-        result.boxToScreen = glm::mat4(boxToScreen(plan, layer.boxToEye));
-        setRays(result, raysIn(plan, plan.sections.front(), layer.boxToEye));
+    for (std::size_t i = plan.densities(), slot = slots.size(); i < plan.fields.size(); ++i, ++slot) {
+        const FieldPlan& field = plan.fields[i];
+        block.layers[slot].boxToScreen = glm::mat4(boxToScreen(plan, field.boxToEye));
+        setRays(block.layers[slot], raysIn(plan, plan.sections.front(), field.boxToEye));
     }
     return block;
 }

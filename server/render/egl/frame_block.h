@@ -12,8 +12,8 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
-#include "server/render/picture.h"
 #include "server/render/plan/frame_plan.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::render {
 
@@ -25,21 +25,21 @@ struct LayerBlock {
     glm::vec4 scale;
 };
 
-/// Of a hybrid layer, as shaders/hybrid.glsl declares it (std140).
-struct HybridBlock {
+/// A field of samples, as shaders/grid.glsl declares it (std140).
+struct GridBlock {
     static constexpr std::size_t mostClips = 12;
-    /// Of exact pictures, stretches that a cell's edge is cut into, where they absorb much.
-    static constexpr double fineStretches = 1.6, lowStretches = 2.5;
+    /// Of exact pictures, segments that a cell's edge is cut into, where they absorb much.
+    static constexpr double fineSegments = 1.6, lowSegments = 2.5;
 
-    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; stretches a cell
-    glm::vec4 low;     ///< samples of the low volume; stretches a cell
-    glm::vec4 table;   ///< code * x + y is a place in the transfer table (VolumeTable); correction and
-                       ///< steepness (HybridPlan)
-    glm::ivec4 place;  ///< of its first brick among all hybrid layers'; clips; unused
+    glm::vec4 grid;    ///< samples of the grid that is cut into bricks; segments a cell
+    glm::vec4 low;     ///< samples of the coarse grid; segments a cell
+    glm::vec4 table;   ///< code * x + y is a place in the transfer table (TransferTable); correction and
+                       ///< steepness (CorrectedField)
+    glm::ivec4 place;  ///< of its first brick among all fields'; clips; unused
     std::array<glm::vec4, 3> toLayer;        ///< the box's edges in layer space
     std::array<glm::vec4, mostClips> clips;  ///< in the box: dot(xyz, place) >= w is drawn
 };
-static_assert(sizeof(HybridBlock) == 19 * 16);
+static_assert(sizeof(GridBlock) == 19 * 16);
 
 struct FrameBlock {
     glm::ivec4 picture;
@@ -64,7 +64,19 @@ struct PointNumbers {
     std::uint32_t unit;  ///< weight of a whole point; the sum over all points drawn stays below 2^32
 };
 
-PointNumbers pointNumbers(const FramePlan& plan, const LayerPlan& layer);
+PointNumbers pointNumbers(const FramePlan& plan, const PointsPlan& points);
+
+/// What the shaders count as a layer: the points and the densities of one layer of the view share a slot,
+/// each field of samples has one of its own, after these.
+struct LayerSlot {
+    const PointsPlan* points = nullptr;    ///< null: none
+    const FieldPlan* densities = nullptr;  ///< likewise
+
+    const glm::dmat4& boxToEye() const { return points != nullptr ? points->boxToEye : densities->boxToEye; }
+};
+
+/// Those of points and densities.
+std::vector<LayerSlot> layerSlots(const FramePlan& plan);
 
 /// How the slabs of a layer are bent, for shaders/bends.glsl.
 struct BendBlock {
@@ -80,12 +92,13 @@ struct BendBlock {
 /// Of each section (composite.comp, SECTIONS): its end, and of each layer the entry and the advance of rays.
 std::vector<glm::vec4> sectionRays(const FramePlan& plan);
 
-/// `grid`: samples; `firstBrick`: of it among all hybrid layers'.
-HybridBlock hybridBlock(const FramePlan& plan, const HybridPlan& layer, const glm::uvec3& grid,
-                        std::uint32_t firstBrick);
+/// `samples`: the field's; `size`: of the grid that is cut into bricks; `firstBrick`: of it among those of
+/// all fields.
+GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const CorrectedField& samples,
+                    const glm::uvec3& size, std::uint32_t firstBrick);
 
-/// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side, 0 where nothing of it is
-/// visible. Hybrid layers come after those of particles.
+/// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side of a slot's
+/// densities, 0 where nothing of them is visible.
 FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
                       const std::array<std::uint32_t, 8>& volumeSizes);
 

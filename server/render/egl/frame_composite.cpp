@@ -76,11 +76,11 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         const auto unit = static_cast<GLuint>(i);
         glBindTextureUnit(unit, work.volume == nullptr ? buffers_.noVolume.get() : work.volume->texture());
     }
-    for (std::size_t i = 0; i < hybrids_.size(); ++i)
-        glBindTextureUnit(static_cast<GLuint>(layers_.size() + i), hybrids_[i].resident->volume.samples());
-    if (!hybrids_.empty()) {
-        glBindTextureUnit(hybridBrickUnit, buffers_.hybridBricksTexture.get());
-        glBindBufferBase(GL_UNIFORM_BUFFER, 1, buffers_.hybrids.get());
+    for (std::size_t i = 0; i < grids_.size(); ++i)
+        glBindTextureUnit(static_cast<GLuint>(layers_.size() + i), grids_[i].resident->samples.samples());
+    if (!grids_.empty()) {
+        glBindTextureUnit(gridBrickUnit, buffers_.gridBricksTexture.get());
+        glBindBufferBase(GL_UNIFORM_BUFFER, 1, buffers_.grids.get());
     }
     glBindTextureUnit(tableUnit, buffers_.tablesTexture.get());
     glBindTextureUnit(maskUnit, buffers_.masksTexture.get());
@@ -105,19 +105,19 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
 }
 
 GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) const {
-    const auto mixed = [](const HybridWork& work) { return work.plan->mixed(); };
-    const bool oneHybrid = layers_.empty() && hybrids_.size() == 1 && dots_.empty();
+    const auto mixed = [](const GridWork& work) { return work.samples->mixed(); };
+    const bool oneGrid = layers_.empty() && grids_.size() == 1 && dots_.empty();
     ShaderLibrary::Defines defines{{"LAYERS", static_cast<unsigned>(layerCount())},
-                                   {"HYBRIDS", static_cast<unsigned>(hybrids_.size())},
-                                   {"MIXED", std::any_of(hybrids_.begin(), hybrids_.end(), mixed) ? 1U : 0U},
+                                   {"GRIDS", static_cast<unsigned>(grids_.size())},
+                                   {"MIXED", std::any_of(grids_.begin(), grids_.end(), mixed) ? 1U : 0U},
                                    {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U}};
-    if (!oneHybrid) {
+    if (!oneGrid) {
         defines.insert(defines.end(), {{"POINTS", points ? 1U : 0U},
                                        {"DOTS", dots_.empty() ? 0U : 1U},
                                        {"VOLUME", volume ? 1U : 0U},
                                        {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});
     }
-    const GLuint program = shaders_.program(oneHybrid ? "composite_hybrid" : "composite", defines);
+    const GLuint program = shaders_.program(oneGrid ? "composite_grid" : "composite", defines);
     glProgramUniform2ui(program, glGetUniformLocation(program, "pass"), pass.firstCell, pass.cells);
     return program;
 }

@@ -37,7 +37,7 @@ enum CompositeUnit : GLuint {
     volumeMaskUnit,
     dotUnit,
     dotListUnit,
-    hybridBrickUnit
+    gridBrickUnit
 };
 
 /// What shaders wrote before is seen by whatever reads it after.

@@ -23,7 +23,7 @@ bool FrameRun::dispatchPoints(std::string_view name, std::size_t layer, const Pa
     const LayerWork& work = layers_[layer];
     if (!work.drawsPoints()) return true;
     StepPoints& points = work.resident->points;
-    points.select(*work.plan);
+    points.select(*work.slot.points);
     for (std::size_t i = 0; i < points.chunkCount(); ++i) {
         const ChunkSelection& selection = points.selection(i);
         if (selection.empty()) continue;

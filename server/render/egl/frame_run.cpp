@@ -10,14 +10,14 @@
 namespace mote::render {
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
-                   ShaderLibrary& shaders, ResidentSteps& steps, ResidentHybridSteps& hybridSteps,
-                   ParticleTables& tables, FrameBuffers& buffers, std::stop_token stop)
+                   ShaderLibrary& shaders, ResidentSteps& steps, ResidentGrids& residentGrids,
+                   DensityTables& tables, FrameBuffers& buffers, std::stop_token stop)
     : plan_(plan),
       format_(format),
       options_(options),
       shaders_(shaders),
       steps_(steps),
-      hybridSteps_(hybridSteps),
+      residentGrids_(residentGrids),
       tables_(tables),
       buffers_(buffers),
       pacer_(std::move(stop)),
@@ -29,7 +29,7 @@ std::optional<Picture> FrameRun::draw() {
     if (!prepare()) return std::nullopt;
     Picture picture{.width = plan_.width, .height = plan_.height, .format = format_, .pixels = {}};
     picture.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(format_));
-    for (const auto& layer : plan_.layers) picture.pointsDrawn += layer.pointsDrawn;
+    for (const auto& points : plan_.points) picture.pointsDrawn += points.pointsDrawn;
     // A pixel: its sum of weights, or for each layer pairs of slab bits and first cell.
     const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layerCount() * words_) * sizeof(std::uint32_t);
     const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * pixelBytes;
@@ -45,19 +45,21 @@ std::optional<Picture> FrameRun::draw() {
 
 bool FrameRun::prepare() {
     const Stage stage(*this, times_.prepare);
-    for (const auto& layer : plan_.layers) {
-        layers_.push_back(LayerWork{.plan = &layer,
-                                    .resident = &steps_.of(layer.step),
-                                    .numbers = pointNumbers(plan_, layer),
-                                    .bends = BendBlock(slabBends(plan_, layer.layerToEye * boxToLayer())),
-                                    .bricks = {}});
+    for (const auto& slot : layerSlots(plan_)) {
+        const auto& step = slot.points != nullptr ? slot.points->step : slot.densities->density()->step;
+        LayerWork work{.slot = slot,
+                       .resident = &steps_.of(step),
+                       .bends = BendBlock(slabBends(plan_, slot.boxToEye())),
+                       .bricks = {}};
+        if (slot.points != nullptr) work.numbers = pointNumbers(plan_, *slot.points);
+        layers_.push_back(std::move(work));
     }
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (!prepareVolume(layers_[i])) return false;
     }
-    if (!prepareHybrids()) return false;
+    if (!prepareGrids()) return false;
     // Points of one colour with nothing between them look the same in any order.
-    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && hybrids_.empty() && !plan_.anyDots();
+    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && grids_.empty() && !plan_.anyDots();
     prepareDots();
     if (!flat_) gatherTables();
     anyPoints_ =
@@ -66,11 +68,10 @@ bool FrameRun::prepare() {
 }
 
 bool FrameRun::prepareVolume(LayerWork& work) {
-    const ParticlesStyle& style = work.plan->style;
-    if (!(style.volumeOpacity.maximum() > 0.0)) return true;
+    if (work.slot.densities == nullptr) return true;
     const StepVolume* volume = steps_.volume(*work.resident, pacer_);
     if (volume == nullptr) return false;
-    work.table = &tables_.of(style);
+    work.table = &tables_.of(work.slot.densities->transfer);
     const auto visible = volume->visibleBricks(work.table->table);
     if (visible.empty()) return true;
     work.volume = volume;
@@ -85,9 +86,9 @@ void FrameRun::gatherTables() {
     const auto add = [&](const std::vector<TableEntry>& table) {
         all.insert(all.end(), table.begin(), table.end());
     };
-    const std::vector<TableEntry> none(VolumeTable::cells + 2);
+    const std::vector<TableEntry> none(TransferTable::cells + 2);
     for (const auto& work : layers_) add(work.volume == nullptr ? none : work.table->entries);
-    for (const auto& work : hybrids_) add(work.bricks->table);
+    for (const auto& work : grids_) add(work.bricks->table);
     if (all.empty()) add(none);
     buffers_.tables = GlBuffer::of(std::span<const TableEntry>(all));
     buffers_.tablesTexture = bufferTexture(buffers_.tables, GL_RGBA32UI);
@@ -162,11 +163,11 @@ void FrameRun::markVolumes() {
         dispatch(i, work.bricks, work.brickCount, glm::vec3(work.volume->brickEdge()), glm::vec3(0.0F),
                  work.bends);
     }
-    for (std::size_t i = 0; i < hybrids_.size(); ++i) {
-        const HybridWork& work = hybrids_[i];
-        const glm::vec3 grid(work.resident->volume.grid());
+    for (std::size_t i = 0; i < grids_.size(); ++i) {
+        const GridWork& work = grids_[i];
+        const glm::vec3 grid(work.resident->samples.grid());
         // Samples lie at the centres of the grid's cells, bricks between samples.
-        dispatch(layers_.size() + i, work.visible, work.visibleCount, float{StepHybrid::brickEdge} / grid,
+        dispatch(layers_.size() + i, work.visible, work.visibleCount, float{StepGrid::brickEdge} / grid,
                  0.5F / grid, BendBlock(slabBends(plan_, work.plan->boxToEye)));
     }
 }

@@ -9,11 +9,11 @@
 #include <optional>
 #include <vector>
 
+#include "server/render/egl/density_tables.h"
 #include "server/render/egl/egl_device.h"
 #include "server/render/egl/frame_block.h"
 #include "server/render/egl/pacer.h"
-#include "server/render/egl/particle_tables.h"
-#include "server/render/egl/resident_hybrid_steps.h"
+#include "server/render/egl/resident_grids.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
 #include "server/render/plan/screen_dots.h"
@@ -24,17 +24,17 @@ namespace mote::render {
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
     GlBuffer dots, dotLists, sections;
-    GlBuffer hybrids, hybridBricks, tables;
+    GlBuffer grids, gridBricks, tables;
     GlTexture noVolume;  ///< where a layer has none: a program is compiled for textures as they are
-    GlTexture hybridBricksTexture, tablesTexture;
+    GlTexture gridBricksTexture, tablesTexture;
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, dotsTexture, dotListsTexture;
 };
 
 class FrameRun {
   public:
     FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
-             ResidentSteps& steps, ResidentHybridSteps& hybridSteps, ParticleTables& tables,
-             FrameBuffers& buffers, std::stop_token stop);
+             ResidentSteps& steps, ResidentGrids& residentGrids, DensityTables& tables, FrameBuffers& buffers,
+             std::stop_token stop);
 
     /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
     std::optional<Picture> draw();
@@ -42,24 +42,27 @@ class FrameRun {
 
   private:
     struct LayerWork {
-        const LayerPlan* plan;
+        LayerSlot slot;
         ResidentStep* resident;
-        PointNumbers numbers;
         BendBlock bends;
+        PointNumbers numbers{};
         const StepVolume* volume = nullptr;  ///< null where none of it is visible
-        const ParticleTable* table = nullptr;
+        const DensityTable* table = nullptr;
         GlBuffer bricks;
         std::uint32_t brickCount = 0;
 
-        bool drawsPoints() const { return plan->pointsDrawn > 0 && numbers.tau > 0.0F; }
+        bool drawsPoints() const {
+            return slot.points != nullptr && slot.points->pointsDrawn > 0 && numbers.tau > 0.0F;
+        }
     };
-    struct HybridWork {
-        const HybridPlan* plan;
-        ResidentHybrid* resident;
-        const BrickLooks* bricks;
+    struct GridWork {
+        const FieldPlan* plan;
+        const CorrectedField* samples;  ///< the plan's
+        ResidentGrid* resident;
+        const ClassifiedBricks* bricks;
         GlBuffer visible;  ///< bricks in which something is seen
         std::uint32_t visibleCount;
-        std::uint32_t firstBrick;  ///< among those of all hybrid layers
+        std::uint32_t firstBrick;  ///< among those of all fields
     };
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
@@ -81,7 +84,7 @@ class FrameRun {
     bool prepare();
     bool prepareVolume(LayerWork& work);
     void gatherTables();
-    bool prepareHybrids();
+    bool prepareGrids();
     void gatherBricks();
     void prepareDots();
     void bindDots(const Band& band);
@@ -101,8 +104,8 @@ class FrameRun {
     void setPointUniforms(GLuint program, std::size_t layer, const Pass& pass) const;
     bool composite(GLuint program, std::uint32_t firstTile, std::uint32_t tileCount);
     void readBack(const Band& band, Picture& picture);
-    /// That the shaders are compiled for: they know no picture without any. Hybrid layers come last.
-    std::size_t layerCount() const { return std::max<std::size_t>(layers_.size() + hybrids_.size(), 1); }
+    /// That the shaders are compiled for: they know no picture without any. Fields of samples come last.
+    std::size_t layerCount() const { return std::max<std::size_t>(layers_.size() + grids_.size(), 1); }
     GLuint compositeProgram(bool points, bool volume, const Pass& pass) const;
     GLuint allocateProgram() const;
 
@@ -111,13 +114,13 @@ class FrameRun {
     const EglOptions& options_;
     ShaderLibrary& shaders_;
     ResidentSteps& steps_;
-    ResidentHybridSteps& hybridSteps_;
-    ParticleTables& tables_;
+    ResidentGrids& residentGrids_;
+    DensityTables& tables_;
     FrameBuffers& buffers_;
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;
-    std::vector<HybridWork> hybrids_;
+    std::vector<GridWork> grids_;
     std::vector<ScreenDot> dots_;  ///< front to back
     bool anyPoints_ = false;
     bool flat_ = false;    ///< points of one layer and nothing else

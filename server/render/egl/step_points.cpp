@@ -87,7 +87,7 @@ StepPoints::StepPoints(const storage::ParticleStep& step)
       chunks_((pointCount_ + chunkPoints - 1) / chunkPoints),
       selected_(chunks_.size()) {}
 
-void StepPoints::select(const LayerPlan& layer) {
+void StepPoints::select(const PointsPlan& layer) {
     if (layer.selection == selection_ && layer.leavesInView == leavesInView_) return;
     selection_.reset();  // until all chunks follow: an exception must not leave half of them behind
     for (auto& selected : selected_) selected = {};
@@ -98,7 +98,7 @@ void StepPoints::select(const LayerPlan& layer) {
     leavesInView_ = layer.leavesInView;
 }
 
-void StepPoints::selectChunk(const LayerPlan& layer, const storage::Leaves& leaves, std::size_t chunk) {
+void StepPoints::selectChunk(const PointsPlan& layer, const storage::Leaves& leaves, std::size_t chunk) {
     const std::uint64_t begin = chunk * chunkPoints;
     const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
     ChunkSelection& selected = selected_[chunk];

@@ -47,7 +47,7 @@ class StepPoints {
     explicit StepPoints(const storage::ParticleStep& step);
 
     /// Which points are drawn from now on. Cheap where they are the same as before.
-    void select(const LayerPlan& layer);
+    void select(const PointsPlan& layer);
 
     std::size_t chunkCount() const { return chunks_.size(); }
     const ChunkSelection& selection(std::size_t chunk) const { return selected_[chunk]; }
@@ -58,7 +58,7 @@ class StepPoints {
     const std::optional<PointChunk>& at(std::size_t chunk) const { return chunks_[chunk]; }
 
   private:
-    void selectChunk(const LayerPlan& layer, const storage::Leaves& leaves, std::size_t chunk);
+    void selectChunk(const PointsPlan& layer, const storage::Leaves& leaves, std::size_t chunk);
 
     std::uint64_t pointCount_;
     std::vector<std::optional<PointChunk>> chunks_;

@@ -79,7 +79,7 @@ StepVolume::StepVolume(std::uint32_t size, const std::vector<float>& t)
     }
 }
 
-std::vector<std::uint32_t> StepVolume::visibleBricks(const VolumeTable& table) const {
+std::vector<std::uint32_t> StepVolume::visibleBricks(const TransferTable& table) const {
     std::vector<std::uint32_t> visible;
     std::size_t i = 0;
     for (std::uint32_t z = 0; z < bricks_; ++z) {

@@ -11,7 +11,7 @@
 
 #include "server/render/egl/gl_objects.h"
 #include "server/render/egl/pacer.h"
-#include "server/render/plan/volume_table.h"
+#include "server/render/plan/transfer_table.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -29,7 +29,7 @@ class StepVolume {
     /// A brick's edge, as a share of the box's.
     double brickEdge() const { return static_cast<double>(brickCells_) / size_; }
     /// The bricks in which something is visible, packed as x | y << 10 | z << 20.
-    std::vector<std::uint32_t> visibleBricks(const VolumeTable& table) const;
+    std::vector<std::uint32_t> visibleBricks(const TransferTable& table) const;
     std::size_t bytes() const { return std::size_t{size_} * size_ * size_ * sizeof(float); }
 
   private:

@@ -7,10 +7,10 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t count = VolumeTable::cells + 2;
+constexpr std::uint32_t count = TransferTable::cells + 2;
 
 /// From each entry, how many it is to one with extinction.
-std::vector<std::uint32_t> waysToExtinction(const VolumeTable& table) {
+std::vector<std::uint32_t> waysToExtinction(const TransferTable& table) {
     std::vector<std::uint32_t> ways(count, count);
     const auto pass = [&](std::uint32_t i, std::uint32_t before) {
         ways[i] = table.entries()[i].mean() > 0.0F ? 0 : std::min(ways[i], before + 1);
@@ -24,7 +24,7 @@ std::vector<std::uint32_t> waysToExtinction(const VolumeTable& table) {
 
 }  // namespace
 
-std::vector<TableEntry> tableEntries(const VolumeTable& table) {
+std::vector<TableEntry> tableEntries(const TransferTable& table) {
     const auto ways = waysToExtinction(table);
     std::vector<TableEntry> entries;
     entries.reserve(count);

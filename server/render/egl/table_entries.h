@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/render/plan/volume_table.h"
+#include "server/render/plan/transfer_table.h"
 
 namespace mote::render {
 
@@ -17,7 +17,7 @@ namespace mote::render {
 /// it is to one with extinction.
 using TableEntry = std::array<std::uint32_t, 4>;
 
-/// As many as VolumeTable has.
-std::vector<TableEntry> tableEntries(const VolumeTable& table);
+/// As many as TransferTable has.
+std::vector<TableEntry> tableEntries(const TransferTable& table);
 
 }  // namespace mote::render

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Quality: how far a device may stray from the reference picture. A value.
+// Quality: how far a device may stray from the reference picture; and what else a plan is told. Values.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,16 @@ struct Quality {
 
     static Quality exact() { return {}; }
     bool operator==(const Quality&) const = default;
+};
+
+/// Whether a plan takes the time to read what is not in memory. `notForPoints`: where the device can, it
+/// shows of the points what the preview offers instead.
+enum class Reading { all, notForPoints };
+
+/// What a device knows to draw.
+struct DeviceAbilities {
+    bool preview = false;   ///< PointsPlan::preview
+    bool allPoints = true;  ///< from this process's memory: PointsPlan::need asks for them
 };
 
 }  // namespace mote::render

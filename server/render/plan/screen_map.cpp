@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/screen_map.h"
 
-#include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
 
 namespace mote::render {
@@ -21,14 +20,6 @@ glm::dmat4 eyeToScreen(const FramePlan& plan, const DepthSection& section) {
 }
 
 }  // namespace
-
-glm::dmat4 boxToLayer() {
-    return glm::scale(glm::translate(glm::dmat4(1.0), glm::dvec3(-1.0)), glm::dvec3(2.0));
-}
-
-glm::dmat4 boxToScreen(const FramePlan& plan, const LayerPlan& layer) {
-    return boxToScreen(plan, layer.layerToEye * boxToLayer());
-}
 
 glm::dmat4 boxToScreen(const FramePlan& plan, const glm::dmat4& boxToEye) {
     return eyeToScreen(plan, slabBends(plan, boxToEye).first) * boxToEye;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ScreenMap: from a layer's plot box to pixels and slabs, in double precision. A pure function of a plan,
+// ScreenMap: from the box of a primitive to pixels and slabs, in double precision. A pure function of a plan,
 // shared by all devices.
 #pragma once
 
@@ -10,14 +10,9 @@
 
 namespace mote::render {
 
-/// Box [0, 1]^3 to layer space [-1, 1]^3.
-glm::dmat4 boxToLayer();
-
 /// Box [0, 1]^3 to (px * w, py * w, slab, w): px and py in pixels from the picture's upper left corner; slab
 /// in slabs of the first section in which the box lies, from its first on, before slabBends(); w is the depth
 /// (perspective) or 1.
-glm::dmat4 boxToScreen(const FramePlan& plan, const LayerPlan& layer);
-/// The same from any box.
 glm::dmat4 boxToScreen(const FramePlan& plan, const glm::dmat4& boxToEye);
 
 /// Of what lies in a box.

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "protocol/scene/log_density.h"
+#include <limits>
 
 namespace mote::render {
 namespace {
@@ -27,12 +26,19 @@ TransferTable::Cell cellOf(double from, double width, const std::function<double
     return cell;
 }
 
+std::uint32_t packedRoot(const glm::dvec3& linear) {
+    const auto root = [](double component) {
+        return static_cast<std::uint32_t>(std::lround(1023.0 * std::sqrt(std::clamp(component, 0.0, 1.0))));
+    };
+    return root(linear.x) | root(linear.y) << 10 | root(linear.z) << 20;
+}
+
 }  // namespace
 
-TransferTable::TransferTable(const ParticlesStyle& style)
+TransferTable::TransferTable(const TransferFunction& transfer)
     : TransferTable(
-          -LogDensity::fade, 1.0, [&](double t) { return style.extinction(t); },
-          [&](double t) { return style.colorMap(t); }) {}
+          transfer.span.low, transfer.span.high, [&](double value) { return transfer.extinction(value); },
+          [&](double value) { return transfer.color(value); }) {}
 
 TransferTable::TransferTable(double low, double high, const std::function<double(double)>& extinction,
                              const std::function<glm::dvec3(double)>& color)
@@ -43,6 +49,8 @@ TransferTable::TransferTable(double low, double high, const std::function<double
         visibleBefore_[i + 1] = visibleBefore_[i] + (cell.extinction > 0.0 ? 1 : 0);
     }
     spreadColors();
+    addEntries(extinction(low), extinction(high));
+    findNextVisible();
 }
 
 void TransferTable::spreadColors() {
@@ -58,6 +66,30 @@ void TransferTable::spreadColors() {
         last = next + 1;
     }
     std::for_each(last, ofCells_.end(), [&](Cell& cell) { cell.color = before; });
+}
+
+void TransferTable::addEntries(double extinctionBelow, double extinctionAbove) {
+    const auto below = static_cast<float>(extinctionBelow), above = static_cast<float>(extinctionAbove);
+    entries_.push_back({-below, below, packedRoot(ofCells_.front().color), 0.0F});
+    double integral = 0.0;
+    for (const auto& cell : ofCells_) {
+        const double bend = 0.5 * cell.change;
+        entries_.push_back({static_cast<float>(integral), static_cast<float>(cell.extinction - bend),
+                            packedRoot(cell.color), static_cast<float>(bend)});
+        integral += cell.extinction;
+    }
+    entries_.push_back({static_cast<float>(integral), above, packedRoot(ofCells_.back().color), 0.0F});
+}
+
+void TransferTable::findNextVisible() {
+    nextVisible_.assign(entries_.size(), std::numeric_limits<float>::infinity());
+    for (std::size_t i = entries_.size(); i-- > 0;) {
+        if (entries_[i].mean() > 0.0F) {
+            nextVisible_[i] = static_cast<float>(i);
+        } else if (i + 1 < entries_.size()) {
+            nextVisible_[i] = nextVisible_[i + 1];
+        }
+    }
 }
 
 bool TransferTable::visible(double low, double high) const {

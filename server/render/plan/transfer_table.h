@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferTable: a volume's transfer functions in cells of t, whose running integrals give the mean over any
-// stretch of t as a difference (pre-integration in one dimension, for a ray along which t changes linearly
-// between two samples). A value.
+// TransferTable: a transfer function in cells of its values, as composites read it: running integrals of
+// extinction, so that the mean over any segment of values is a difference (pre-integration in one dimension,
+// for a ray along which the value changes linearly between two samples), their slopes, and colours; 16 bytes
+// for one read. A value, safe on any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +11,26 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "protocol/scene/particles_style.h"
+#include "protocol/scene/transfer_function.h"
 
 namespace mote::render {
 
 class TransferTable {
   public:
-    static constexpr std::uint32_t cells = 4095;  ///< of t in [-LogDensity::fade, 1]; t = 0 ends one
+    static constexpr std::uint32_t cells = 4095;  ///< of t in [-LogDensity::fade, 1] t = 0 ends one
 
-    explicit TransferTable(const ParticlesStyle& style);
-    /// Of any functions over [low, high]; beyond, both are as at its ends. What is said of t below holds of
-    /// this range.
-    TransferTable(double low, double high, const std::function<double(double)>& extinction,
-                  const std::function<glm::dvec3(double)>& color);
+    /// Values are counted as x: 1 at the table's low end, 1 + cells at its high one. At x = i: the integral
+    /// of extinction over x up to i. Between i and i + 1: the extinction, per unit length of layer space,
+    /// which changes linearly, from its start on by twice its bend; and the colour: red, green, blue from the
+    /// lowest bits, each the square root of the linear component in 10 bits.
+    struct alignas(16) Entry {
+        float value;
+        float start;
+        std::uint32_t color;
+        float bend;
 
-    double low() const { return low_; }
-    double high() const { return high_; }
+        float mean() const { return start + bend; }  ///< extinction
+    };
     struct Cell {
         double extinction = 0.0;  ///< mean, per unit length of layer space
         double change = 0.0;      ///< of extinction from the cell's beginning to its end
@@ -33,16 +38,32 @@ class TransferTable {
         /// lies on a ray between the two has that one's colour.
         glm::dvec3 color{0.0};
     };
-    const std::vector<Cell>& ofCells() const { return ofCells_; }
-    /// Whether any t in [low, high] has extinction.
+
+    /// Over the function's span. Beyond its ends x goes on, and the first and the last entry hold.
+    explicit TransferTable(const TransferFunction& transfer);
+    /// The same of any two functions over [low, high].
+    TransferTable(double low, double high, const std::function<double(double)>& extinction,
+                  const std::function<glm::dvec3(double)>& color);
+
+    double low() const { return low_; }
+    double high() const { return high_; }
+    const Entry* entries() const { return entries_.data(); }  ///< cells + 2
+    /// Of each entry, the number of the first one from it on that has extinction; infinite where none has.
+    const float* nextVisible() const { return nextVisible_.data(); }
+    /// Whether any value in [low, high] has extinction.
     bool visible(double low, double high) const;
+    const std::vector<Cell>& ofCells() const { return ofCells_; }
 
   private:
     void spreadColors();
+    void addEntries(double below, double above);
+    void findNextVisible();
 
     double low_, high_;
     std::vector<Cell> ofCells_;
     std::vector<std::uint32_t> visibleBefore_;  ///< cells + 1: how many cells below the i-th have extinction
+    std::vector<Entry> entries_;
+    std::vector<float> nextVisible_;
 };
 
 }  // namespace mote::render

@@ -29,110 +29,97 @@ Camera getCamera(ByteReader& in) {
     return camera;
 }
 
-void put(ByteWriter& out, const ParticlesStyle& style) {
-    out.putList(style.volumeOpacity.knots());
-    out.putList(style.colorMap.name());
-    out.putList(style.pointFraction.knots());
-    out.put(style.pointOpacity);
-    out.put(style.pointSize);
-    out.put(style.pointColor);
-}
-
-/// In order: an initialiser's parts are read from left to right.
-ParticlesStyle getStyle(ByteReader& in) {
-    return ParticlesStyle{.volumeOpacity = *Curve::create(in.getList<std::vector<Curve::Knot>>()),
-                          .colorMap = *ColorMap::find(in.getList<std::string>()),
-                          .pointFraction = *Curve::create(in.getList<std::vector<Curve::Knot>>()),
-                          .pointOpacity = in.get<double>(),
-                          .pointSize = in.get<double>(),
-                          .pointColor = in.get<glm::dvec3>()};
-}
-
-template <class Value>
-void put(ByteWriter& out, const std::optional<Value>& value) {
-    out.put(value.has_value());
-    if (value) out.put(*value);
-}
-
-template <class Value>
-std::optional<Value> getOptional(ByteReader& in) {
-    if (!in.get<bool>()) return std::nullopt;
-    return in.get<Value>();
-}
-
 void put(ByteWriter& out, const RankSteps::Name& name) {
     out.putList(name.file);
     out.putList(name.digest);
+    out.put(name.parts);
 }
 
 RankSteps::Name getName(ByteReader& in) {
-    auto file = in.getList<std::string>();
-    return {std::move(file), in.getList<std::string>()};
+    return {.file = in.getList<std::string>(),
+            .digest = in.getList<std::string>(),
+            .parts = in.get<HybridRepresentation>()};
 }
 
-void put(ByteWriter& out, const HybridStyle& style) {
-    out.put(style.representation);
-    out.put(style.opacity.has_value());
-    if (style.opacity) out.putList(style.opacity->knots());
-    out.putList(style.colors);
-    out.putList(style.colorMap.name());
-    put(out, style.colorRange);
-    out.put(style.pointShape);
-    out.put(style.pointOpacity);
-    out.put(style.light);
-    out.putList(style.clipPlanes);
-    put(out, style.clipBox);
+void put(ByteWriter& out, const TransferFunction& transfer) {
+    out.putList(transfer.opacity.knots());
+    out.put(transfer.opacityLength);
+    out.put(transfer.fade);
+    out.putList(transfer.colorMap.name());
+    out.put(transfer.colorRange);
+    out.putList(transfer.colors);
+    out.put(transfer.span);
 }
 
-HybridStyle getHybridStyle(ByteReader& in) {
-    constexpr double anyValue = std::numeric_limits<double>::infinity();
-    HybridStyle style;
-    style.representation = in.get<HybridRepresentation>();
-    if (in.get<bool>())
-        style.opacity = *Curve::create(in.getList<std::vector<Curve::Knot>>(), -anyValue, anyValue);
-    style.colors = in.getList<std::vector<glm::dvec3>>();
-    style.colorMap = *ColorMap::find(in.getList<std::string>());
-    style.colorRange = getOptional<ValueRange>(in);
-    style.pointShape = in.get<PointShape>();
-    style.pointOpacity = in.get<double>();
-    style.light = in.get<Light>();
-    style.clipPlanes = in.getList<std::vector<HalfSpace>>();
-    style.clipBox = getOptional<Bounds>(in);
-    return style;
+Curve getCurve(ByteReader& in) {
+    constexpr double any = std::numeric_limits<double>::infinity();
+    return *Curve::create(in.getList<std::vector<Curve::Knot>>(), -any, any);
 }
 
-void put(ByteWriter& out, const FrameOrder::Hybrid& layer) {
-    put(out, layer.step);
-    put(out, layer.style);
-    out.put(layer.layerToWorld);
+/// In order: an initialiser's parts are read from left to right.
+TransferFunction getTransfer(ByteReader& in) {
+    return {.opacity = getCurve(in),
+            .opacityLength = in.get<double>(),
+            .fade = in.get<double>(),
+            .colorMap = *ColorMap::find(in.getList<std::string>()),
+            .colorRange = in.get<ValueRange>(),
+            .colors = in.getList<std::vector<glm::dvec3>>(),
+            .span = in.get<ValueRange>()};
 }
 
-FrameOrder::Hybrid getHybrid(ByteReader& in) {
-    return {.step = getName(in), .style = getHybridStyle(in), .layerToWorld = in.get<glm::dmat4>()};
+void put(ByteWriter& out, const PointsPlan& points) {
+    out.put(points.layer);
+    out.put(points.boxToEye);
+    out.put(points.look);
+    out.putList(points.fraction.knots());
+    MOTE_CHECK(points.preview == nullptr);
+    out.put(points.selection->points > 0);
+    out.putList(points.leavesInView);
+    out.put(points.pointsDrawn);
+    out.put(points.share);
 }
 
-void put(ByteWriter& out, const LayerPlan& layer) {
-    out.put(layer.layerToEye);
-    put(out, layer.style);
-    MOTE_CHECK(layer.preview == nullptr);
-    out.put(layer.selection->points > 0);
-    out.putList(layer.leavesInView);
-    out.put(layer.pointsDrawn);
-    out.put(layer.share);
+PointsPlan getPoints(ByteReader& in) {
+    PointsPlan points{.layer = in.get<std::size_t>(),
+                      .boxToEye = in.get<glm::dmat4>(),
+                      .look = in.get<PointLook>(),
+                      .fraction = getCurve(in)};
+    if (!in.get<bool>()) points.selection = std::make_shared<const PointSelection>();
+    points.leavesInView = in.getList<std::vector<std::uint64_t>>();
+    points.pointsDrawn = in.get<std::uint64_t>();
+    points.share = in.get<double>();
+    return points;
 }
 
-LayerPlan getLayer(ByteReader& in) {
-    LayerPlan layer{.step = {},
-                    .layerToEye = in.get<glm::dmat4>(),
-                    .style = getStyle(in),
-                    .selection = {},
-                    .leavesInView = {},
-                    .preview = {}};
-    if (!in.get<bool>()) layer.selection = std::make_shared<const PointSelection>();
-    layer.leavesInView = in.getList<std::vector<std::uint64_t>>();
-    layer.pointsDrawn = in.get<std::uint64_t>();
-    layer.share = in.get<double>();
-    return layer;
+void put(ByteWriter& out, const FieldPlan& field) {
+    out.put(field.layer);
+    out.put(field.boxToEye);
+    out.put(field.boxToLayer);
+    put(out, field.transfer);
+    out.putList(field.clips);
+    const auto* const samples = field.grid();
+    out.put(samples != nullptr);
+    if (samples == nullptr) return;
+    out.put(samples->bricks);
+    out.put(samples->correction);
+    out.put(samples->steepness);
+    out.put(samples->shades);
+}
+
+FieldPlan getField(ByteReader& in) {
+    FieldPlan field{.layer = in.get<std::size_t>(),
+                    .boxToEye = in.get<glm::dmat4>(),
+                    .boxToLayer = in.get<glm::dmat3>(),
+                    .transfer = getTransfer(in),
+                    .clips = in.getList<std::vector<HalfSpace>>(),
+                    .samples = {}};
+    if (!in.get<bool>()) return field;
+    field.samples = CorrectedField{.grid = {},
+                                   .bricks = in.get<bool>(),
+                                   .correction = in.get<double>(),
+                                   .steepness = in.get<double>(),
+                                   .shades = in.get<Shades>()};
+    return field;
 }
 
 void put(ByteWriter& out, const FramePlan& plan) {
@@ -146,8 +133,10 @@ void put(ByteWriter& out, const FramePlan& plan) {
     out.putList(plan.sections);
     out.put(plan.samplesPerCell);
     out.put(plan.exact);
-    out.put(std::uint64_t{plan.layers.size()});
-    for (const auto& layer : plan.layers) put(out, layer);
+    out.put(std::uint64_t{plan.points.size()});
+    for (const auto& points : plan.points) put(out, points);
+    out.put(std::uint64_t{plan.fields.size()});
+    for (const auto& field : plan.fields) put(out, field);
     out.putList(plan.anyDots() ? *plan.dots : Dots());
 }
 
@@ -161,10 +150,11 @@ FramePlan getPlan(ByteReader& in) {
                    .slabs = in.get<std::uint32_t>(),
                    .sections = in.getList<std::vector<DepthSection>>(),
                    .samplesPerCell = in.get<double>(),
-                   .exact = in.get<bool>(),
-                   .layers = {}};
-    const auto layers = in.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < layers; ++i) plan.layers.push_back(getLayer(in));
+                   .exact = in.get<bool>()};
+    const auto points = in.get<std::uint64_t>();
+    for (std::uint64_t i = 0; i < points; ++i) plan.points.push_back(getPoints(in));
+    const auto fields = in.get<std::uint64_t>();
+    for (std::uint64_t i = 0; i < fields; ++i) plan.fields.push_back(getField(in));
     plan.dots = std::make_shared<const Dots>(in.getList<Dots>());
     return plan;
 }
@@ -175,12 +165,11 @@ Bytes packOrder(const FrameOrder& order) {
     ByteWriter out;
     out.put(order.number);
     out.put(order.format);
-    out.put(order.flatLayer.has_value());
-    out.put(order.flatLayer.value_or(0));
+    out.put(order.flatPoints.has_value());
+    out.put(order.flatPoints.value_or(0));
     put(out, order.plan);
-    for (const auto& step : order.steps) put(out, step);
-    out.put(std::uint64_t{order.hybrids.size()});
-    for (const auto& layer : order.hybrids) put(out, layer);
+    for (const auto& step : order.pointSteps) put(out, step);
+    for (const auto& step : order.fieldSteps) put(out, step);
     return out.take();
 }
 
@@ -190,12 +179,11 @@ FrameOrder unpackOrder(const Bytes& bytes) {
     order.number = in.get<std::uint64_t>();
     order.format = in.get<PixelFormat>();
     const bool flat = in.get<bool>();
-    const auto layer = in.get<std::uint32_t>();
-    if (flat) order.flatLayer = layer;
+    const auto only = in.get<std::uint32_t>();
+    if (flat) order.flatPoints = only;
     order.plan = getPlan(in);
-    for (std::size_t i = 0; i < order.plan.layers.size(); ++i) order.steps.push_back(getName(in));
-    const auto hybrids = in.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < hybrids; ++i) order.hybrids.push_back(getHybrid(in));
+    for (std::size_t i = 0; i < order.plan.points.size(); ++i) order.pointSteps.push_back(getName(in));
+    for (std::size_t i = 0; i < order.plan.fields.size(); ++i) order.fieldSteps.push_back(getName(in));
     MOTE_CHECK(in.atEnd());
     return order;
 }

@@ -14,9 +14,9 @@ namespace {
 
 /// Of the cells of a tile that ranks may have for each other.
 std::size_t tileBytes(const FramePlan& plan) {
-    const bool points = std::any_of(plan.layers.begin(), plan.layers.end(),
-                                    [](const LayerPlan& layer) { return layer.pointsDrawn > 0; });
-    return points ? mostCellBytes(plan.slabs, plan.layers.size()) : 0;
+    const bool points = std::any_of(plan.points.begin(), plan.points.end(),
+                                    [](const PointsPlan& one) { return one.pointsDrawn > 0; });
+    return points ? mostCellBytes(plan.slabs, plan.points.size()) : 0;
 }
 
 /// The messages of one rank, one after another.
@@ -36,16 +36,16 @@ MixedFrame::MixedFrame(Ranks& ranks, RankParts& parts, const FrameOrder& order, 
       plan_(order.plan),
       agreement_(agreement),
       stop_(stop),
-      deal_(plan_.width, plan_.height, tileBytes(plan_), ranks.size()),
+      tiles_(plan_.width, plan_.height, tileBytes(plan_), ranks.size()),
       rank_(static_cast<std::uint32_t>(ranks.rank())) {}
 
 std::optional<Picture> MixedFrame::draw() {
     agreement_.attempt([this] { sort(); });
-    for (std::uint32_t begin = 0; begin < deal_.tiles; begin += deal_.batch) {
-        if (!drawBatch({begin, std::min(deal_.tiles, begin + deal_.batch)})) return std::nullopt;
+    for (std::uint32_t begin = 0; begin < tiles_.tiles; begin += tiles_.batch) {
+        if (!drawBatch({begin, std::min(tiles_.tiles, begin + tiles_.batch)})) return std::nullopt;
     }
     agreement_.attempt([this] {
-        for (const auto& layer : plan_.layers) layer.step->check();
+        for (const auto& points : plan_.points) points.step->check();
     });
     if (!agreement_.all(stop_)) return std::nullopt;
     collect();
@@ -56,7 +56,7 @@ std::optional<Picture> MixedFrame::draw() {
 void MixedFrame::sort() {
     const StopRelay relay(ranks_, order_.number, stop_);
     parts_.arena.execute([&] {
-        frame_.emplace(plan_, order_.format, parts_.visible(plan_), parts_.visibleHybrids(plan_));
+        frame_.emplace(plan_, order_.format, parts_.fields.of(plan_));
         parts_.points.sort(plan_, parts_.leaves, relay.token());
         parts_.dots.sort(plan_, relay.token());
     });
@@ -76,15 +76,15 @@ bool MixedFrame::drawBatch(Batch batch) {
 }
 
 std::vector<Bytes> MixedFrame::gather(Batch batch) {
-    std::vector<std::vector<Bytes>> tiles(deal_.ranks);
-    for (std::uint32_t rank = 0; rank < deal_.ranks; ++rank) {
-        if (rank != rank_) tiles[rank].resize(deal_.countOf(rank, batch.begin, batch.end));
+    std::vector<std::vector<Bytes>> tiles(tiles_.ranks);
+    for (std::uint32_t rank = 0; rank < tiles_.ranks; ++rank) {
+        if (rank != rank_) tiles[rank].resize(tiles_.countOf(rank, batch.begin, batch.end));
     }
     oneapi::tbb::parallel_for(batch.begin, batch.end, [&](std::uint32_t tile) {
-        const std::uint32_t owner = deal_.owner(tile);
-        if (owner == rank_ || !parts_.points.any(deal_.at(tile))) return;
-        const std::size_t place = (tile - deal_.firstOf(owner, batch.begin)) / deal_.ranks;
-        tiles[owner][place] = packCells(parts_.points.gather(deal_.at(tile)));
+        const std::uint32_t owner = tiles_.owner(tile);
+        if (owner == rank_ || !parts_.points.any(tiles_.at(tile))) return;
+        const std::size_t place = (tile - tiles_.firstOf(owner, batch.begin)) / tiles_.ranks;
+        tiles[owner][place] = packCells(parts_.points.gather(tiles_.at(tile)));
     });
     std::vector<Bytes> outgoing;
     for (const auto& ofRank : tiles) outgoing.push_back(join(ofRank));
@@ -92,7 +92,7 @@ std::vector<Bytes> MixedFrame::gather(Batch batch) {
 }
 
 void MixedFrame::composite(Batch batch, const std::vector<Bytes>& incoming) {
-    const std::uint32_t count = deal_.countOf(rank_, batch.begin, batch.end);
+    const std::uint32_t count = tiles_.countOf(rank_, batch.begin, batch.end);
     // Of each tile, in the order of the ranks, so that sums are the same every time.
     std::vector<std::vector<std::span<const std::byte>>> packed(count);
     for (const auto& bytes : incoming) {
@@ -101,12 +101,12 @@ void MixedFrame::composite(Batch batch, const std::vector<Bytes>& incoming) {
         for (auto& tile : packed) tile.push_back(in.getSpan());
     }
     oneapi::tbb::parallel_for(0U, count, [&](std::uint32_t i) {
-        compositeTile(deal_.firstOf(rank_, batch.begin) + i * deal_.ranks, packed[i]);
+        compositeTile(tiles_.firstOf(rank_, batch.begin) + i * tiles_.ranks, packed[i]);
     });
 }
 
 void MixedFrame::compositeTile(std::uint32_t tile, const std::vector<std::span<const std::byte>>& packed) {
-    const Tile at = deal_.at(tile);
+    const Tile at = tiles_.at(tile);
     const TileDots* const dots = parts_.dots.of(at, parts_.points);
     const bool more = std::any_of(packed.begin(), packed.end(), [](auto bytes) { return !bytes.empty(); });
     if (!more && !parts_.points.any(at)) {
@@ -123,8 +123,8 @@ void MixedFrame::compositeTile(std::uint32_t tile, const std::vector<std::span<c
 template <class Visit>
 void MixedFrame::forRows(std::uint32_t rank, Visit visit) {
     const std::size_t size = bytesPerPixel(order_.format);
-    for (std::uint32_t tile = deal_.firstOf(rank, 0); tile < deal_.tiles; tile += deal_.ranks) {
-        const std::uint32_t x = deal_.at(tile).column * Tile::edge, y = deal_.at(tile).row * Tile::edge;
+    for (std::uint32_t tile = tiles_.firstOf(rank, 0); tile < tiles_.tiles; tile += tiles_.ranks) {
+        const std::uint32_t x = tiles_.at(tile).column * Tile::edge, y = tiles_.at(tile).row * Tile::edge;
         const std::uint32_t columns = std::min(Tile::edge, plan_.width - x);
         for (std::uint32_t row = y; row < std::min(plan_.height, y + Tile::edge); ++row) {
             std::uint8_t* const first = picture_.pixels.data() + (std::size_t{row} * plan_.width + x) * size;
@@ -134,7 +134,7 @@ void MixedFrame::forRows(std::uint32_t rank, Visit visit) {
 }
 
 void MixedFrame::collect() {
-    std::vector<Bytes> outgoing(deal_.ranks);
+    std::vector<Bytes> outgoing(tiles_.ranks);
     if (rank_ != 0) {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
@@ -142,7 +142,7 @@ void MixedFrame::collect() {
     // Of those that stand alone every rank has all.
     picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn(rank_ == 0));
     if (rank_ != 0) return;
-    for (std::uint32_t rank = 1; rank < deal_.ranks; ++rank) {
+    for (std::uint32_t rank = 1; rank < tiles_.ranks; ++rank) {
         const auto* next = incoming[rank].data();
         forRows(rank, [&](auto row) {
             std::copy_n(next, row.size(), row.data());

@@ -12,7 +12,7 @@
 #include "server/render/ranks/frame_order.h"
 #include "server/render/ranks/rank_parts.h"
 #include "server/render/ranks/ranks.h"
-#include "server/render/ranks/tile_deal.h"
+#include "server/render/ranks/tile_distribution.h"
 
 namespace mote::render {
 
@@ -44,7 +44,7 @@ class MixedFrame {
     const FramePlan& plan_;
     Agreement& agreement_;
     const std::stop_token& stop_;
-    const TileDeal deal_;
+    const TileDistribution tiles_;
     const std::uint32_t rank_;
     std::optional<CompositeFrame> frame_;
     Picture picture_;

@@ -13,8 +13,7 @@
 #include "server/render/cpu/frame_dots.h"
 #include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/leaf_cells.h"
-#include "server/render/cpu/resident_hybrids.h"
-#include "server/render/cpu/resident_volumes.h"
+#include "server/render/cpu/resident_fields.h"
 
 namespace mote::render {
 
@@ -24,27 +23,14 @@ struct RankParts {
         : arena(threads == 0 ? oneapi::tbb::task_arena::automatic : static_cast<int>(threads)) {}
 
     oneapi::tbb::task_arena arena;
-    ResidentVolumes volumes;
-    ResidentHybrids hybrids;
+    ResidentFields fields;
     ResidentLeaves leaves;
     FramePoints points;
     FrameDots dots;
     FlatPoints flat;
 
-    /// What of each layer's volume can be seen. Throws storage::StorageError.
-    std::vector<VisibleVolume> visible(const FramePlan& plan) {
-        std::vector<VisibleVolume> result;
-        for (const auto& layer : plan.layers) result.push_back(volumes.of(layer.step, layer.style));
-        return result;
-    }
-    std::vector<VisibleHybrid> visibleHybrids(const FramePlan& plan) {
-        std::vector<VisibleHybrid> result;
-        for (const auto& hybrid : plan.hybrids) result.push_back(hybrids.of(hybrid));
-        return result;
-    }
     void dropExpired() {
-        volumes.dropExpired();
-        hybrids.dropExpired();
+        fields.dropExpired();
         leaves.dropExpired();
     }
 };

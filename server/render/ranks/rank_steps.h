@@ -8,7 +8,7 @@
 #include <string>
 
 #include "protocol/scene/error.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -19,6 +19,8 @@ class RankSteps {
     struct Name {
         std::string file;    ///< "ROOT/NAME.mote/step-000000.h5"
         std::string digest;  ///< as StepOrigin's
+        /// What is drawn of a field of samples; never `best`.
+        HybridRepresentation parts = HybridRepresentation::volume;
         bool operator==(const Name&) const = default;
     };
 
@@ -27,12 +29,11 @@ class RankSteps {
     virtual Result<Name> nameOf(const storage::ParticleStep& step) = 0;
     /// Errors: of ParticleStep::open; corrupt where the file is not the one that was named.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) = 0;
-    /// Likewise of hybrid volumes.
-    virtual Result<Name> nameOf(const HybridStep& step) = 0;
-    /// Whole, with what `representation` draws. Errors: of loadHybrid; corrupt where the dataset is not the
-    /// one that was named, resourceExhausted.
-    virtual Result<std::shared_ptr<const HybridStep>> openHybrid(const Name& name,
-                                                                 HybridRepresentation representation) = 0;
+    /// Likewise of fields of samples; `parts` is told by who draws.
+    virtual Result<Name> nameOf(const GridField& field) = 0;
+    /// Whole. Errors: of loadHybrid; corrupt where the dataset is not the one that was named,
+    /// resourceExhausted.
+    virtual Result<std::shared_ptr<const GridField>> openGrid(const Name& name) = 0;
     /// Before a picture's first step: what the one before it held may leave memory.
     virtual void beginPicture() {}
 };

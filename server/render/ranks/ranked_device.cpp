@@ -6,20 +6,11 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/cpu_device.h"
-#include "server/render/cpu/flat_layer.h"
+#include "server/render/cpu/flat_picture.h"
 #include "server/render/cpu/packet.h"
 #include "server/render/ranks/rank_frame.h"
 
 namespace mote::render {
-
-namespace {
-
-/// Of what the plan asks for, what its step has: the rest may be on its way.
-HybridRepresentation drawnOf(const HybridPlan& plan) {
-    return plan.corrected() ? plan.representation : HybridRepresentation::volume;
-}
-
-}  // namespace
 
 struct RankedDevice::State {
     FrameOrder orderOf(const FramePlan& plan, PixelFormat format);
@@ -37,14 +28,24 @@ struct RankedDevice::State {
 };
 
 FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat format) {
-    FrameOrder order{
-        .number = ++pictures, .format = format, .flatLayer = {}, .steps = {}, .hybrids = {}, .plan = plan};
-    for (const auto& layer : plan.layers) order.steps.push_back(nameOf(*layer.step));
-    for (const auto& layer : plan.hybrids) {
-        order.hybrids.push_back({nameOf(*layer.step), layer.style, layer.layerToWorld});
-        order.hybrids.back().style.representation = drawnOf(layer);
+    FrameOrder order{.number = ++pictures,
+                     .format = format,
+                     .flatPoints = {},
+                     .pointSteps = {},
+                     .fieldSteps = {},
+                     .plan = plan};
+    for (const auto& points : plan.points) order.pointSteps.push_back(nameOf(*points.step));
+    for (const auto& field : plan.fields) {
+        if (const auto* const cells = field.density()) {
+            order.fieldSteps.push_back(nameOf(*cells->step));
+            continue;
+        }
+        const CorrectedField& samples = *field.grid();
+        order.fieldSteps.push_back(nameOf(*samples.grid));
+        // What the field has of what the plan asks for: the rest may be on its way.
+        if (samples.corrected()) order.fieldSteps.back().parts = samples.grid->parts;
     }
-    order.flatLayer = flatLayer(plan, parts.arena.execute([&] { return parts.visible(plan); }));
+    order.flatPoints = flatPoints(plan, parts.arena.execute([&] { return parts.fields.of(plan); }));
     return order;
 }
 
@@ -67,12 +68,11 @@ DeviceCosts RankedDevice::costs() {
 }
 
 DeviceAbilities RankedDevice::abilities() const {
-    return {.allPoints = false, .hybrids = true};
+    return {.allPoints = false};
 }
 
 std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 &&
-               plan.layers.size() + plan.hybrids.size() <= Packet::mostLayers);
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.fields.size() <= Packet::mostFields);
     MOTE_CHECK(plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);

@@ -6,22 +6,27 @@
 namespace mote::render {
 namespace {
 
-/// Gives the layers of an order the rank's own steps, and the same selections of them as rank 0 has.
+template <class Step>
+Step held(Result<Step> step) {
+    if (!step.ok()) throw storage::StorageError(step.error());
+    return *std::move(step);
+}
+
+/// Gives an order's plan the rank's own data, and the same selections of them as rank 0 has.
 void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
-    for (std::size_t i = 0; i < order.steps.size(); ++i) {
-        auto step = steps.open(order.steps[i]);
-        if (!step.ok()) throw storage::StorageError(step.error());
-        LayerPlan& layer = order.plan.layers[i];
-        layer.step = *std::move(step);
-        if (layer.selection == nullptr) {
-            layer.selection = selections.of(layer.step, layer.style.pointFraction, layer.share);
-        }
+    for (std::size_t i = 0; i < order.plan.points.size(); ++i) {
+        PointsPlan& points = order.plan.points[i];
+        points.step = held(steps.open(order.pointSteps[i]));
+        if (points.selection == nullptr)
+            points.selection = selections.of(points.step, points.fraction, points.share);
     }
-    for (const auto& layer : order.hybrids) {
-        auto step = steps.openHybrid(layer.step, layer.style.representation);
-        if (!step.ok()) throw storage::StorageError(step.error());
-        order.plan.hybrids.push_back(
-            planHybrid(layer.style, layer.layerToWorld, *std::move(step), order.plan.camera));
+    for (std::size_t i = 0; i < order.plan.fields.size(); ++i) {
+        auto& samples = order.plan.fields[i].samples;
+        if (auto* const cells = std::get_if<DensityField>(&samples)) {
+            cells->step = held(steps.open(order.fieldSteps[i]));
+        } else {
+            std::get<CorrectedField>(samples).grid = held(steps.openGrid(order.fieldSteps[i]));
+        }
     }
 }
 

@@ -15,6 +15,7 @@
 
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/bench/device/bench_scene.h"
 #include "tests/bench/device/scene_export.h"
 #include "tests/golden/comparison.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
 
 namespace mote::bench {
 

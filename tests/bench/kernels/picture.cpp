@@ -3,6 +3,8 @@
 
 #include "server/render/cpu/cpu_device.h"
 
+#include "server/render/layers/make_frame_plan.h"
+
 namespace mote::bench {
 
 render::Scene beamScene(Shown shown) {

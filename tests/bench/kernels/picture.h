@@ -3,8 +3,8 @@
 // What the groups of mote-bench measure on, made once each, from seeds. Pure functions; one thread.
 #pragma once
 
-#include "server/render/picture.h"
-#include "server/render/plan/scene.h"
+#include "server/render/layers/scene.h"
+#include "server/render/plan/picture.h"
 #include "tests/bench/device/bench_scene.h"
 
 namespace mote::bench {

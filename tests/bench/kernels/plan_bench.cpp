@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/plan/frame_plan.h"
+#include "server/render/layers/make_frame_plan.h"
 
 #include <benchmark/benchmark.h>
 

@@ -3,6 +3,7 @@
 
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/cpu/points_kernel.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/bench/kernels/picture.h"
 
 namespace mote::bench {
@@ -13,7 +14,7 @@ void count(benchmark::State& state) {
     const auto scene = beamScene(Shown::points);
     const auto& step = *scene.steps[0];
     const auto plan = render::makeFramePlan(scene, render::Quality::exact());
-    const auto& drawn = plan.layers[0].selection->drawn;
+    const auto& drawn = plan.points[0].selection->drawn;
     render::LeafCells cells;
     const auto places = cells.upTo(step, drawn.size());
     const auto points = step.positions(0, step.pointCount());
@@ -23,7 +24,7 @@ void count(benchmark::State& state) {
                               .points = points.data(),
                               .end = points.data() + points.size(),
                               .leaves = drawn.size()};
-    const auto map = render::PointMap::make(plan, plan.layers[0]);
+    const auto map = render::PointMap::make(plan, plan.points[0]);
     std::vector<std::uint32_t> counts(std::size_t{plan.width} * plan.height + render::spareCounts);
     for (auto _ : state) benchmark::DoNotOptimize(render::countPoints(map, run, counts.data()));
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points.size()));
@@ -37,7 +38,7 @@ void picture(benchmark::State& state, Shown shown, double size) {
     render::CpuDevice device;
     const auto plan = render::makeFramePlan(scene, render::Quality::exact());
     for (auto _ : state) benchmark::DoNotOptimize(device.render(plan, render::PixelFormat::srgb8, {}));
-    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(plan.layers[0].pointsDrawn));
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(plan.points[0].pointsDrawn));
 }
 BENCHMARK_CAPTURE(picture, pixel, Shown::points, 1.0)
     ->Name("points/picture")

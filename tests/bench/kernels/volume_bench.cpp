@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/bench/device/bench_scene.h"
 
 namespace mote::bench {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/render/device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/bench/bench_step.h"
 
 namespace mote::bench {

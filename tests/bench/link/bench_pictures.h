@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/render/picture.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::bench {
 

@@ -24,7 +24,7 @@ using testing::HasSubstr;
 constexpr std::uint64_t mib = std::uint64_t{1} << 20;
 constexpr std::uint32_t steps = 16;
 
-using Step = std::shared_ptr<const render::HybridStep>;
+using Step = std::shared_ptr<const render::GridField>;
 
 /// Its one thread waits after each step until the test lets it go on: what was loaded by then is certain.
 class HybridResidency : public testing::Test {
@@ -68,11 +68,11 @@ class HybridResidency : public testing::Test {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [this] { return residency_->underWay() == 0; });
     }
-    Step get(const Result<Loadable<render::HybridStep>>& what) {
+    Step get(const Result<Loadable<render::GridField>>& what) {
         EXPECT_TRUE(what.ok()) << what.error().toString();
         const auto found = residency_->get(*what);
         EXPECT_TRUE(found.ok()) << found.error().toString();
-        return found.ok() ? std::static_pointer_cast<const render::HybridStep>(found->value) : nullptr;
+        return found.ok() ? std::static_pointer_cast<const render::GridField>(found->value) : nullptr;
     }
     Step step(std::uint32_t index, HybridRepresentation representation = residual) {
         return get(hybridStep(entry_, index, representation));

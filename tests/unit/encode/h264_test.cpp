@@ -129,6 +129,20 @@ TEST_F(H264, AfterALossNothingIsDecodedUpToTheNextKeyFrame) {
     EXPECT_FALSE(decoder_.wantsKey());
 }
 
+TEST_F(H264, GoesOnAfterAPictureThatIsNoneOfIt) {
+    FrameEncoder encoder;
+    const EncodingTarget thin{true, true, 20000};
+    const auto picture = noise(320, 200, 1);
+    for (const bool first : {true, false}) {
+        const auto moving = encoder.encode(picture, false, thin);
+        ASSERT_TRUE(moving.ok()) << moving.error().toString();
+        EXPECT_EQ(moving->encoding, proto::Frame::H264);
+        EXPECT_EQ(moving->key, first);
+        EXPECT_TRUE(decode(picture, {moving->payload, moving->key}).ok());
+        EXPECT_EQ(encoder.encode(picture, true, thin)->encoding, proto::Frame::ZSTD);
+    }
+}
+
 TEST_F(H264, AnotherSizeThanTheMessageSaysIsDamage) {
     const auto made = encode(waves(64, 48, 0));
     for (const auto& [width, height] : {std::pair{64u, 64u}, {48u, 64u}, {66u, 48u}, {1u, 1u}}) {

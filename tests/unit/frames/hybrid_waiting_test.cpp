@@ -4,18 +4,18 @@
 #include <gmock/gmock.h>
 
 #include "server/frames/picture_maker.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 
 namespace mote::server {
 namespace {
 
-using render::HybridStep;
+using render::GridField;
 
-std::shared_ptr<HybridStep> smallStep() {
-    auto step = std::make_shared<HybridStep>();
-    step->low.size = {2, 2, 2};
-    step->low.values.resize(12);
-    step->low.normals.resize(12);
+std::shared_ptr<GridField> smallStep() {
+    auto step = std::make_shared<GridField>();
+    step->coarse.size = {2, 2, 2};
+    step->coarse.values.resize(12);
+    step->coarse.normals.resize(12);
     return step;
 }
 
@@ -35,9 +35,9 @@ class SlowSource final : public StepSource {
     }
     bool played(const storage::Catalogue::Entry&) override { return inOrder; }
 
-    std::shared_ptr<HybridStep> volume = smallStep();
-    std::shared_ptr<HybridStep> whole;  ///< null: on its way
-    bool inOrder = false;               ///< steps are played
+    std::shared_ptr<GridField> volume = smallStep();
+    std::shared_ptr<GridField> whole;  ///< null: on its way
+    bool inOrder = false;              ///< steps are played
 
   private:
     static std::shared_ptr<const proto::Manifest> manifestWithResidual() {
@@ -50,18 +50,17 @@ class SlowSource final : public StepSource {
     const std::shared_ptr<const proto::Manifest> manifest_ = manifestWithResidual();
 };
 
-using Drawn = std::vector<std::shared_ptr<const HybridStep>>;
+using Drawn = std::vector<std::shared_ptr<const GridField>>;
 
 /// Notes which steps it drew.
 class NotingDevice final : public render::Device {
   public:
     explicit NotingDevice(Drawn& drawn) : drawn_(drawn) {}
     std::string name() const override { return "noting"; }
-    render::DeviceAbilities abilities() const override { return {.hybrids = true}; }
     void trim() override {}
     std::optional<render::Picture> render(const render::FramePlan& plan, render::PixelFormat format,
                                           std::stop_token) override {
-        for (const auto& hybrid : plan.hybrids) drawn_.push_back(hybrid.step);
+        for (const auto& field : plan.fields) drawn_.push_back(field.grid()->grid);
         render::Picture picture{plan.width, plan.height, format, {}, 0};
         picture.pixels.resize(std::size_t{plan.width} * plan.height * render::bytesPerPixel(format));
         return picture;

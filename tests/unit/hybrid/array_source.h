@@ -64,7 +64,7 @@ class ArraySource final : public prep::VolumeSource {
 /// The job on volumes in memory, one a step.
 inline Result<proto::Manifest> runOn(const std::vector<Volume>& volumes, const proto::VolumeJob& job,
                                      const std::filesystem::path& output, QuietProgress& progress,
-                                     const prep::VolumeJobOptions& options = {}) {
+                                     const prep::JobResources& options = {}) {
     proto::JobRequest request;
     *request.mutable_volume() = job;
     std::vector<std::filesystem::path> names;

@@ -22,7 +22,7 @@ class HybridLoad : public testing::Test {
         test::writeSmallHybrid(dir_ / "a.mote", smallPoints(5), smallManifest(5, 8));
         manifest_ = storage::readManifest(dir_ / "a.mote").value();
     }
-    std::shared_ptr<const HybridStep> load(HybridRepresentation representation) {
+    std::shared_ptr<const GridField> load(HybridRepresentation representation) {
         auto step = loadHybrid(dir_ / "a.mote", manifest_, 0, representation);
         EXPECT_TRUE(step.ok()) << step.error().toString();
         return *step;
@@ -49,9 +49,9 @@ TEST_F(HybridLoad, TakesOnlyWhatIsDrawn) {
     const auto low = load(volume);
     EXPECT_FALSE(low->bricks);
     EXPECT_EQ(low->parts, volume);
-    EXPECT_EQ(low->low.size, glm::uvec3(4, 3, 2));
-    EXPECT_NEAR(low->valueOf(low->low.values[23]), 16.0, 255.0 / 65535.0);
-    EXPECT_EQ(low->low.normals[1], 4);
+    EXPECT_EQ(low->coarse.size, glm::uvec3(4, 3, 2));
+    EXPECT_NEAR(low->valueOf(low->coarse.values[23]), 16.0, 255.0 / 65535.0);
+    EXPECT_EQ(low->coarse.normals[1], 4);
     for (const auto parts : {points, residual}) {
         EXPECT_TRUE(load(parts)->bricks);
         EXPECT_EQ(load(parts)->parts, parts);
@@ -66,13 +66,13 @@ TEST_F(HybridLoad, TheBoxIsWhereTheVoxelsAre) {
 
 /// A sample of a brick.
 struct Placed {
-    const HybridBricks& bricks;
+    const GridBricks& bricks;
     glm::uvec3 brick, sample;
 
     std::size_t index() const {
         const auto number = bricks.numbers[bricks.index(brick)];
-        EXPECT_NE(number, HybridBricks::none);
-        return static_cast<std::size_t>(number) * HybridBricks::volume + (sample.z * 9 + sample.y) * 9 +
+        EXPECT_NE(number, GridBricks::none);
+        return static_cast<std::size_t>(number) * GridBricks::volume + (sample.z * 9 + sample.y) * 9 +
                sample.x;
     }
     std::uint16_t code() const { return bricks.values[index()]; }

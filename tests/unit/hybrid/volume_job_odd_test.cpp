@@ -37,9 +37,8 @@ TEST(VolumeJob, SameBytesForAnyThreadsAndMemory) {
         std::map<std::string, std::string> expected;
         int run = 0;
         // The last two have room for slabs of 16 and of 8 slices.
-        for (const VolumeJobOptions& options :
-             {VolumeJobOptions{1, 0}, VolumeJobOptions{4, 0}, VolumeJobOptions{2, 99 << 20},
-              VolumeJobOptions{1, 97 << 20}}) {
+        for (const JobResources& options :
+             {JobResources{1, 0}, JobResources{4, 0}, JobResources{2, 99 << 20}, JobResources{1, 97 << 20}}) {
             auto job = jobOf(0.03, 20, "both");
             job.set_filter(filter);
             if (filter[0] == 'u') job.set_max_points(20000);

@@ -38,7 +38,7 @@ inline proto::VolumeJob jobOf(double threshold, std::uint32_t low, const char* r
 }
 
 inline void make(const std::vector<Volume>& volumes, const proto::VolumeJob& job,
-                 const std::filesystem::path& output, const prep::VolumeJobOptions& options = {}) {
+                 const std::filesystem::path& output, const prep::JobResources& options = {}) {
     QuietProgress progress;
     const auto made = runOn(volumes, job, output, progress, options);
     ASSERT_TRUE(made.ok()) << made.error().toString();

@@ -38,7 +38,7 @@ class ImageJob : public ::testing::Test {
         request.set_output(output.string());
         request.mutable_image()->set_input(input_.string());
         QuietProgress progress(cancelAfter);
-        return prep::runImageJob(request, input_, output, 0, progress);
+        return prep::runImageJob(request, input_, output, {}, progress);
     }
 
     TempDir folder_;

@@ -28,7 +28,7 @@ class MeshDataset : public testing::Test {
         std::ofstream(input_) << sample.bytes;
         proto::JobRequest request;
         request.mutable_mesh()->set_input(input_.string());
-        const auto made = prep::runMeshJob(request, input_, dataset_, 0, progress_);
+        const auto made = prep::runMeshJob(request, input_, dataset_, {}, progress_);
         ASSERT_TRUE(made.ok()) << made.error().toString();
     }
 
@@ -87,9 +87,9 @@ TEST_F(MeshDataset, AManifestThatLiesIsRefused) {
 TEST_F(MeshDataset, AFailedJobLeavesNothing) {
     std::ofstream(folder_ / "bad.obj") << "v 0 0 0\nf 1 2 3\n";
     proto::JobRequest request;
-    EXPECT_FALSE(prep::runMeshJob(request, folder_ / "bad.obj", folder_ / "b.mote", 0, progress_).ok());
+    EXPECT_FALSE(prep::runMeshJob(request, folder_ / "bad.obj", folder_ / "b.mote", {}, progress_).ok());
     QuietProgress cancelling(0);
-    EXPECT_EQ(prep::runMeshJob(request, input_, folder_ / "b.mote", 0, cancelling).error().code,
+    EXPECT_EQ(prep::runMeshJob(request, input_, folder_ / "b.mote", {}, cancelling).error().code,
               ErrorCode::cancelled);
     const auto entries = std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator());
     EXPECT_EQ(entries, 3) << "the two inputs and the first dataset";

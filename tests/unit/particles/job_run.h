@@ -27,8 +27,7 @@ inline proto::JobRequest requestFor(const char* a = "x", const char* b = "px", c
 }
 
 inline Result<proto::Manifest> make(const proto::JobRequest& request, FakeSource& source,
-                                    const std::filesystem::path& output,
-                                    prep::ParticlesJobOptions options = {}) {
+                                    const std::filesystem::path& output, prep::JobResources options = {}) {
     QuietProgress progress;
     return prep::runParticlesJob(request, source, {output.parent_path() / "fake.h5"}, output, options,
                                  progress);

@@ -6,38 +6,86 @@
 namespace mote::render {
 namespace {
 
-/// No field as it is by default.
-HybridStyle unlikeTheDefault() {
-    HybridStyle style;
-    style.representation = HybridRepresentation::points;
-    style.opacity = Curve::create({{-400.0, 0.0}, {1300.0, 0.9}}, -1000.0, 3000.0).value();
-    style.colors = {glm::dvec3(0.1, 0.2, 0.3), glm::dvec3(0.9, 0.8, 0.7)};
-    style.colorMap = ColorMap::find("viridis").value();
-    style.colorRange = ValueRange{-300.0, 1200.0};
-    style.pointShape = PointShape::disc;
-    style.pointOpacity = 0.7;
-    style.light = {.direction = glm::dvec3(0.0, 0.6, 0.8), .fixed = true, .ambient = 0.3, .diffuse = 0.5};
-    style.light.specular = 0.2;
-    style.clipPlanes = {{glm::dvec3(1.0, 0.0, 0.0), 20.0}, {glm::dvec3(0.0, 0.0, -1.0), -3.0}};
-    style.clipBox = Bounds{glm::dvec3(-1.0), glm::dvec3(2.0)};
-    return style;
+/// Nothing as it is by default.
+FieldPlan unlikeTheDefault() {
+    FieldPlan field{
+        .layer = 3,
+        .boxToEye = glm::dmat4(2.5),
+        .boxToLayer = glm::dmat3(0.25),
+        .transfer = {.opacity = Curve::create({{-400.0, 0.0}, {1300.0, 0.9}}, -1000.0, 3000.0).value(),
+                     .opacityLength = 0.125,
+                     .fade = 0.5,
+                     .colorMap = ColorMap::find("viridis").value(),
+                     .colorRange = {-300.0, 1200.0},
+                     .colors = {glm::dvec3(0.1, 0.2, 0.3), glm::dvec3(0.9, 0.8, 0.7)},
+                     .span = {-500.0, 1500.0}},
+        .clips = {{glm::dvec3(1.0, 0.0, 0.0), 20.0}, {glm::dvec3(0.0, 0.0, -1.0), -3.0}},
+        .samples = {}};
+    CorrectedField samples{.grid = {}, .bricks = false, .correction = 0.7, .steepness = 8.0};
+    samples.shades.fill({0.5F, 0.25F});
+    field.samples = samples;
+    return field;
 }
 
-TEST(FrameOrder, EveryFieldOfAHybridLayerArrives) {
-    glm::dmat4 layerToWorld(1.0);
-    layerToWorld[3] = glm::dvec4(5.0, 6.0, 7.0, 1.0);
+void expectSame(const FieldPlan& arrived, const FieldPlan& sent) {
+    EXPECT_EQ(arrived.layer, sent.layer);
+    EXPECT_EQ(arrived.boxToEye, sent.boxToEye);
+    EXPECT_EQ(arrived.boxToLayer, sent.boxToLayer);
+    EXPECT_EQ(arrived.transfer, sent.transfer);
+    EXPECT_EQ(arrived.clips, sent.clips);
+    ASSERT_EQ(arrived.samples.index(), sent.samples.index());
+    if (sent.grid() == nullptr) return;
+    EXPECT_EQ(arrived.grid()->bricks, sent.grid()->bricks);
+    EXPECT_EQ(arrived.grid()->correction, sent.grid()->correction);
+    EXPECT_EQ(arrived.grid()->steepness, sent.grid()->steepness);
+    EXPECT_EQ(arrived.grid()->shades, sent.grid()->shades);
+}
+
+TEST(FrameOrder, FieldsArrive) {
     FrameOrder order;
     order.plan.width = 64;
     order.plan.height = 48;
-    order.hybrids = {{{"data/ct.mote/step-000000.h5", "digest"}, unlikeTheDefault(), layerToWorld},
-                     {{"data/b.mote/step-000003.h5", "other"}, {}, glm::dmat4(1.0)}};
+    const TransferFunction density{.opacity = Curve::constant(0.5), .opacityLength = 1.0};
+    order.plan.fields = {{.layer = 1, .transfer = density, .samples = DensityField{}}, unlikeTheDefault()};
+    order.fieldSteps = {{"data/beam.mote/step-000000.h5", "digest"},
+                        {"data/ct.mote/step-000003.h5", "other", HybridRepresentation::points}};
     const auto arrived = unpackOrder(packOrder(order));
-    ASSERT_EQ(arrived.hybrids.size(), order.hybrids.size());
-    for (std::size_t i = 0; i < order.hybrids.size(); ++i) {
-        EXPECT_EQ(arrived.hybrids[i].step, order.hybrids[i].step);
-        EXPECT_EQ(arrived.hybrids[i].style, order.hybrids[i].style);
-        EXPECT_EQ(arrived.hybrids[i].layerToWorld, order.hybrids[i].layerToWorld);
-    }
+    EXPECT_EQ(arrived.plan.width, 64U);
+    EXPECT_EQ(arrived.plan.height, 48U);
+    EXPECT_EQ(arrived.fieldSteps, order.fieldSteps);
+    ASSERT_EQ(arrived.plan.fields.size(), order.plan.fields.size());
+    for (std::size_t i = 0; i < order.plan.fields.size(); ++i)
+        expectSame(arrived.plan.fields[i], order.plan.fields[i]);
+}
+
+TEST(FrameOrder, PointsArrive) {
+    FrameOrder order;
+    const PointsPlan points{.layer = 2,
+                            .step = {},
+                            .boxToEye = glm::dmat4(1.5),
+                            .look = {.size = 2.0, .opacity = 0.25, .color = glm::dvec3(0.1, 0.2, 0.3)},
+                            .fraction = Curve::create({{0.0, 1.0}, {0.5, 0.0}}).value(),
+                            .selection = std::make_shared<const PointSelection>(),
+                            .leavesInView = {5, 6, 7},
+                            .preview = {},
+                            .pointsDrawn = 12345,
+                            .share = 0.75};
+    order.plan.points = {points};
+    order.pointSteps = {{"data/beam.mote/step-000000.h5", "digest"}};
+    order.flatPoints = 0;
+    const auto arrived = unpackOrder(packOrder(order));
+    EXPECT_EQ(arrived.flatPoints, order.flatPoints);
+    EXPECT_EQ(arrived.pointSteps, order.pointSteps);
+    ASSERT_EQ(arrived.plan.points.size(), 1U);
+    const PointsPlan& one = arrived.plan.points[0];
+    EXPECT_EQ(one.layer, points.layer);
+    EXPECT_EQ(one.boxToEye, points.boxToEye);
+    EXPECT_EQ(one.look, points.look);
+    EXPECT_EQ(one.fraction, points.fraction);
+    EXPECT_NE(one.selection, nullptr) << "of no leaves";
+    EXPECT_EQ(one.leavesInView, points.leavesInView);
+    EXPECT_EQ(one.pointsDrawn, points.pointsDrawn);
+    EXPECT_EQ(one.share, points.share);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
 #include "tests/golden/comparison.h"
 #include "tests/golden/golden_scenes.h"

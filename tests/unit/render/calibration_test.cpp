@@ -27,7 +27,7 @@ class RecordingDevice final : public Device {
     std::string name() const override { return "recording"; }
     void trim() override {}
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token) override {
-        points.push_back(plan.layers.at(0).pointsDrawn);
+        points.push_back(plan.points.at(0).pointsDrawn);
         return Picture{plan.width, plan.height, format, {}, points.back()};
     }
     std::vector<std::uint64_t> points;

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "protocol/scene/srgb.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
 
@@ -31,8 +32,7 @@ class CompositeTest : public testing::Test {
         Quality quality;
         quality.slabs = slabs;
         const auto plan = makeFramePlan({view, {layers, step}}, quality);
-        frame_ =
-            std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleVolume>(layers));
+        frame_ = std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleField>());
         cells_.assign(layers, TileCells(slabs));
     }
 
@@ -70,7 +70,7 @@ TEST_F(CompositeTest, PointsOfOneLayerDimEachOther) {
 }
 
 TEST_F(CompositeTest, SinglePointsOfTwoLayersStandWhereTheyAre) {
-    frame_->layers[1].pointColor = {0.0F, 1.0F, 0.0F};
+    frame_->points[1].color = {0.0F, 1.0F, 0.0F};
     add(0, 2, 1.0F, 0.2F);
     add(1, 2, 1.0F, 0.7F);
     EXPECT_EQ(pixel(), (std::array<int, 4>{encoded(0.6), encoded(0.24), encoded(0.16), 255}));
@@ -84,7 +84,7 @@ TEST_F(CompositeTest, SinglePointsOfTwoLayersStandWhereTheyAre) {
 }
 
 TEST_F(CompositeTest, ManyPointsAroundTheSameDepthAreMixedEvenly) {
-    frame_->layers[1].pointColor = {0.0F, 1.0F, 0.0F};
+    frame_->points[1].color = {0.0F, 1.0F, 0.0F};
     add(0, 0, 2.0F, 0.5F);
     add(1, 0, 2.0F, 0.5F);
     const double light = 0.5 * (1.0 - std::pow(0.4, 4.0));
@@ -99,7 +99,7 @@ TEST_F(CompositeTest, PixelsAreEncodedToTheNearestStep) {
     for (int i = 0; i < steps; i += 3) {
         const std::array<float, 3> linear{static_cast<float>(i) / steps, static_cast<float>(i + 1) / steps,
                                           static_cast<float>(i + 2) / steps};
-        frame_->layers[0].pointColor = {linear[0], linear[1], linear[2]};
+        frame_->points[0].color = {linear[0], linear[1], linear[2]};
         const auto bytes = pixel();
         for (std::size_t c = 0; c < 3; ++c) {
             // 0.0025 of the polynomial and some roundings of single precision at 255.

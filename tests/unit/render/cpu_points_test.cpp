@@ -12,6 +12,7 @@
 #include "server/render/cpu/disc_footprint.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/tile_points.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/octree_cell.h"
 #include "server/render/plan/screen_map.h"
 #include "tests/support/beams.h"
@@ -27,10 +28,10 @@ struct PlainPoint {
 
 /// The points that a plan's only layer draws, from its leaves, where the eye sees them.
 std::vector<PlainPoint> plainPoints(const FramePlan& plan) {
-    const LayerPlan& layer = plan.layers.at(0);
+    const PointsPlan& layer = plan.points.at(0);
     const auto leaves = layer.step->leaves();
     const auto nodes = layer.step->nodes();
-    const glm::dmat4 toScreen = boxToScreen(plan, layer);
+    const glm::dmat4 toScreen = boxToScreen(plan, layer.boxToEye);
     std::vector<PlainPoint> points;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
         const auto node = leaves.node[i];
@@ -91,7 +92,7 @@ Scene scene(const std::string& camera, const std::string& look = "") {
 std::vector<std::uint32_t> flatCounts(const FramePlan& plan) {
     LeafCells cells;
     FlatPoints flat;
-    const LayerPlan& layer = plan.layers.at(0);
+    const PointsPlan& layer = plan.points.at(0);
     EXPECT_TRUE(flat.draw(plan, layer, cells.upTo(*layer.step, layer.selection->drawn.size()), {}));
     return {flat.counts().begin(), flat.counts().end()};
 }
@@ -105,7 +106,7 @@ struct Gathered {
 Gathered gather(const FramePlan& plan) {
     LeafCells leafCells;
     TilePoints points;
-    const LayerPlan& layer = plan.layers.at(0);
+    const PointsPlan& layer = plan.points.at(0);
     EXPECT_TRUE(points.sort(plan, layer, leafCells.upTo(*layer.step, layer.selection->drawn.size()), {}));
     Gathered sums{std::vector<double>(std::size_t{plan.width} * plan.height, 0.0)};
     TileCells cells(plan.slabs);
@@ -183,8 +184,8 @@ TEST_P(CpuPointsTest, ThePreviewIsTheShareOfTheLeavesThatItStandsFor) {
         const auto fromLeaves = makeFramePlan(whole, {.pointFraction = share, .slabs = 24}, selections, {});
         const auto preview =
             makeFramePlan(whole, {.pointFraction = share, .slabs = 24}, selections, {.preview = true});
-        ASSERT_NE(preview.layers[0].preview, nullptr);
-        EXPECT_EQ(preview.layers[0].selection->points, 0U);
+        ASSERT_NE(preview.points[0].preview, nullptr);
+        EXPECT_EQ(preview.points[0].selection->points, 0U);
         const auto expected = plainCounts(fromLeaves);
         const double points = std::accumulate(expected.begin(), expected.end(), 0.0);
         // Its positions are rounded to a 65536th of the box, here a 500th of a pixel across: of the points
@@ -203,9 +204,9 @@ TEST_P(CpuPointsTest, AStreamShowsThePointsOfTheLeaves) {
         const auto exact = makeFramePlan(whole, {.slabs = Quality::exact().slabs});
         ASSERT_FALSE(moving.exact);
         ASSERT_TRUE(exact.exact);
-        const PointMap map = PointMap::make(moving, moving.layers[0]);
-        ASSERT_TRUE(PointStream::serves(moving, moving.layers[0], map));
-        EXPECT_FALSE(PointStream::serves(exact, exact.layers[0], map));
+        const PointMap map = PointMap::make(moving, moving.points[0]);
+        ASSERT_TRUE(PointStream::serves(moving, moving.points[0], map));
+        EXPECT_FALSE(PointStream::serves(exact, exact.points[0], map));
         const auto streamed = gather(moving);
         const auto leaves = gather(exact);
         double apart = 0.0, sum = 0.0;
@@ -223,7 +224,7 @@ TEST_P(CpuPointsTest, AStreamShowsThePointsOfTheLeaves) {
 TEST_P(CpuPointsTest, ATileBoxHoldsAllThatItsLeafTouches) {
     for (const auto* camera : cameras) {
         const auto plan = makeFramePlan(scene(camera), Quality::exact());
-        const LayerPlan& layer = plan.layers[0];
+        const PointsPlan& layer = plan.points[0];
         LeafCells leafCells;
         const auto cells = leafCells.upTo(*layer.step, layer.step->leaves().size());
         const PointMap map = PointMap::make(plan, layer);
@@ -290,7 +291,7 @@ TEST(CpuPoints, AStoppedPictureSaysSo) {
     std::stop_source source;
     source.request_stop();
     LeafCells cells;
-    const auto& layer = plan.layers[0];
+    const auto& layer = plan.points[0];
     const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
     EXPECT_FALSE(FlatPoints().draw(plan, layer, span, source.get_token()));
     EXPECT_FALSE(TilePoints().sort(plan, layer, span, source.get_token()));

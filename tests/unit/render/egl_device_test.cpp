@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "server/render/egl/step_points.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"

@@ -5,13 +5,14 @@
 #include <gtest/gtest.h>
 
 #include "server/render/egl/egl_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/hybrid_scene.h"
 #include "tests/support/view_text.h"
 
 namespace mote::render {
 namespace {
 
-std::shared_ptr<const HybridStep> machine() {
+std::shared_ptr<const GridField> machine() {
     static const auto step = test::hybridOf(
         {.source = {32, 24, 20}, .low = {8, 6, 5}, .threshold = 0.05, .parts = HybridRepresentation::points},
         test::machineParts);
@@ -25,7 +26,7 @@ std::string layer(const std::string& representation, const std::string& look = c
     return "{'hybrid': {'representation': '" + representation + "', " + look + "}}";
 }
 
-Scene sceneOf(const std::string& layers, std::shared_ptr<const HybridStep> step = machine()) {
+Scene sceneOf(const std::string& layers, std::shared_ptr<const GridField> step = machine()) {
     Scene scene{test::viewOf("{'width': 131, 'height': 83, 'camera': {'eye': [1.5, 1.2, 2.2], 'target': "
                              "[0.5, 0.5, 0.5], 'fovYDegrees': 35}, 'layers': [" +
                              layers + "]}"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/plan/frame_plan.h"
+#include "server/render/layers/make_frame_plan.h"
 
 #include <gtest/gtest.h>
 
@@ -32,13 +32,21 @@ TEST(FramePlan, TakesTheViewAsItIsAtFullQuality) {
     EXPECT_EQ(plan.height, 100U);
     EXPECT_EQ(plan.camera, scene.view.camera);
     EXPECT_EQ(plan.slabs, Quality::exact().slabs);
-    ASSERT_EQ(plan.layers.size(), 1U);
-    EXPECT_EQ(plan.layers[0].style, *scene.view.layers[0].particles());
-    EXPECT_EQ(plan.layers[0].step, scene.steps[0]);
+    ASSERT_EQ(plan.points.size(), 1U);
+    const ParticlesStyle& style = *scene.view.layers[0].particles();
+    EXPECT_EQ(plan.points[0].look.size, style.pointSize);
+    EXPECT_NEAR(plan.points[0].look.opacity, style.pointOpacity, 1e-15);
+    EXPECT_EQ(plan.points[0].look.color, style.pointColor);
+    EXPECT_EQ(plan.points[0].fraction, style.pointFraction);
+    ASSERT_EQ(plan.fields.size(), 1U);
+    ASSERT_NE(plan.fields[0].density(), nullptr);
+    EXPECT_EQ(plan.fields[0].density()->step, scene.steps[0]);
+    EXPECT_EQ(plan.fields[0].transfer, style.transfer());
+    EXPECT_EQ(plan.points[0].step, scene.steps[0]);
     std::uint64_t drawn = 0;
-    for (std::size_t i = 0; i < scene.steps[0]->leaves().size(); ++i) drawn += plan.layers[0].drawn(i);
-    EXPECT_EQ(plan.layers[0].pointsDrawn, drawn);
-    EXPECT_GT(plan.layers[0].pointsDrawn, 0U);
+    for (std::size_t i = 0; i < scene.steps[0]->leaves().size(); ++i) drawn += plan.points[0].drawn(i);
+    EXPECT_EQ(plan.points[0].pointsDrawn, drawn);
+    EXPECT_GT(plan.points[0].pointsDrawn, 0U);
 }
 
 TEST(FramePlan, DepthsEncloseTheBox) {
@@ -69,7 +77,7 @@ TEST(FramePlan, ABoxBehindTheEyeLeavesNoDepthsAndNoPoints) {
                                 "'layers': [{'particles': {}}]}"),
                       Quality::exact());
     EXPECT_EQ(plan.nearDepth, plan.farDepth);
-    EXPECT_EQ(plan.layers[0].pointsDrawn, 0U);
+    EXPECT_EQ(plan.points[0].pointsDrawn, 0U);
 }
 
 TEST(FramePlan, DepthsEncloseAllLayers) {
@@ -86,7 +94,7 @@ TEST(FramePlan, LowerResolutionKeepsThePointsInProportion) {
     const auto plan = makeFramePlan(beamScene(plain), {.resolutionScale = 0.5});
     EXPECT_EQ(plan.width, 100U);
     EXPECT_EQ(plan.height, 50U);
-    EXPECT_DOUBLE_EQ(plan.layers[0].style.pointSize, 1.5);
+    EXPECT_DOUBLE_EQ(plan.points[0].look.size, 1.5);
     const auto least = makeFramePlan(beamScene(plain), {.resolutionScale = 1e-6});
     EXPECT_EQ(least.width, 1U);
     EXPECT_EQ(least.height, 1U);
@@ -97,13 +105,13 @@ TEST(FramePlan, FewerPointsAreAPrefixAndMoreOpaque) {
     const auto all = makeFramePlan(scene, Quality::exact());
     const auto some = makeFramePlan(scene, {.pointFraction = 0.25});
     // n points of opacity a leave (1 - a)^n; a quarter of them must leave as much.
-    EXPECT_NEAR(std::pow(1.0 - some.layers[0].style.pointOpacity, 0.25), 0.5, 1e-12);
+    EXPECT_NEAR(std::pow(1.0 - some.points[0].look.opacity, 0.25), 0.5, 1e-12);
     const std::size_t count = scene.steps[0]->leaves().size();
-    for (std::size_t i = 0; i < count; ++i) EXPECT_LE(some.layers[0].drawn(i), all.layers[0].drawn(i));
+    for (std::size_t i = 0; i < count; ++i) EXPECT_LE(some.points[0].drawn(i), all.points[0].drawn(i));
     // Each leaf rounds by less than a point, at random: three standard deviations of a sum over the leaves.
     const auto leaves = static_cast<double>(count);
-    EXPECT_NEAR(static_cast<double>(some.layers[0].pointsDrawn),
-                0.25 * static_cast<double>(all.layers[0].pointsDrawn), 3.0 * std::sqrt(0.5 * leaves));
+    EXPECT_NEAR(static_cast<double>(some.points[0].pointsDrawn),
+                0.25 * static_cast<double>(all.points[0].pointsDrawn), 3.0 * std::sqrt(0.5 * leaves));
 }
 
 TEST(FramePlan, PicturesOfOneStepAndStyleShareTheirSelection) {
@@ -112,19 +120,19 @@ TEST(FramePlan, PicturesOfOneStepAndStyleShareTheirSelection) {
     const auto first = makeFramePlan(scene, Quality::exact(), selections, {});
     scene.view.camera.eye = {3.0, 0.0, 0.0};
     const auto turned = makeFramePlan(scene, Quality::exact(), selections, {});
-    EXPECT_EQ(turned.layers[0].selection, first.layers[0].selection);
+    EXPECT_EQ(turned.points[0].selection, first.points[0].selection);
     const auto quick = makeFramePlan(scene, {.pointFraction = 0.5}, selections, {});
-    EXPECT_NE(quick.layers[0].selection, first.layers[0].selection);
+    EXPECT_NE(quick.points[0].selection, first.points[0].selection);
     scene.view.layers[0].particles()->pointFraction = Curve::constant(0.5);
-    EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections, {}).layers[0].selection,
-              first.layers[0].selection);
+    EXPECT_NE(makeFramePlan(scene, Quality::exact(), selections, {}).points[0].selection,
+              first.points[0].selection);
 }
 
 TEST(FramePlan, OpacityStaysBelowItsLimit) {
     auto scene = beamScene(plain);
     scene.view.layers[0].particles()->pointOpacity = ParticlesStyle::opacityLimit;
     const auto plan = makeFramePlan(scene, {.pointFraction = 0.01});
-    EXPECT_EQ(plan.layers[0].style.pointOpacity, ParticlesStyle::opacityLimit);
+    EXPECT_EQ(plan.points[0].look.opacity, ParticlesStyle::opacityLimit);
 }
 
 TEST(FramePlan, LeavesOutOfViewAreNotDrawn) {
@@ -133,8 +141,8 @@ TEST(FramePlan, LeavesOutOfViewAreNotDrawn) {
                   "'orthographicHeight': 0.6}, 'layers': [{'particles': {'points': {'linked': false,"
                   "'curve': [{'density': 0, 'fraction': 1}]}}}]}"),
         Quality::exact());
-    EXPECT_GT(plan.layers[0].pointsDrawn, 0U);
-    EXPECT_LT(plan.layers[0].pointsDrawn, 3000U);  // of 11000, the core with 8000 out of view
+    EXPECT_GT(plan.points[0].pointsDrawn, 0U);
+    EXPECT_LT(plan.points[0].pointsDrawn, 3000U);  // of 11000, the core with 8000 out of view
 }
 
 }  // namespace

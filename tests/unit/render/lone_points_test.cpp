@@ -10,6 +10,7 @@
 
 #include "protocol/scene/srgb.h"
 #include "server/render/cpu/cpu_device.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
 
@@ -61,7 +62,7 @@ TEST(LonePoints, AreFewAndAtRest) {
     };
     const auto alone = [&](const std::string& look, std::size_t count, const Quality& quality) {
         const auto plan = planOf(look, count, quality);
-        return standAlone(plan, plan.layers[0]);
+        return standAlone(plan, plan.points[0]);
     };
     const std::string pixels = "'opacity': 0.5, 'sizePixels': 1", clear = "'opacity': 0.01, 'sizePixels': 1";
     EXPECT_TRUE(alone(pixels, 16000, Quality::exact()));

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "server/render/plan/frame_plan.h"
+#include "server/render/layers/make_frame_plan.h"
 #include "tests/support/view_text.h"
 
 namespace mote::render {
@@ -64,7 +64,7 @@ FramePlan planOf(std::uint64_t previewReady, double share, const char* layer) {
 
 TEST(ReadyPlan, PointsThatAreNotThereComeFromThePreview) {
     const auto plan = planOf(0, 1.0, "{'particles': {}}");
-    const auto& layer = plan.layers.at(0);
+    const auto& layer = plan.points.at(0);
     EXPECT_TRUE(plan.waits());
     EXPECT_TRUE(layer.waits);
     ASSERT_NE(layer.preview, nullptr);
@@ -80,20 +80,20 @@ TEST(ReadyPlan, PointsThatAreNotThereComeFromThePreview) {
 TEST(ReadyPlan, TheShareGrowsWithWhatIsReadyAndStopsAtWhatWasAskedFor) {
     const auto little = planOf(0, 1.0, "{'particles': {}}");
     const auto more = planOf(std::uint64_t{1} << 21, 1.0, "{'particles': {}}");
-    EXPECT_LE(little.layers[0].preview->points, std::uint64_t{1} << 20);
-    EXPECT_GT(more.layers[0].share, little.layers[0].share);
-    EXPECT_LE(more.layers[0].preview->points, std::uint64_t{1} << 21);
+    EXPECT_LE(little.points[0].preview->points, std::uint64_t{1} << 20);
+    EXPECT_GT(more.points[0].share, little.points[0].share);
+    EXPECT_LE(more.points[0].preview->points, std::uint64_t{1} << 21);
     // So few points that what is read on the spot has them: nothing is missing.
     const auto enough = planOf(0, 1e-3, "{'particles': {}}");
-    EXPECT_EQ(enough.layers[0].share, 1e-3);
+    EXPECT_EQ(enough.points[0].share, 1e-3);
     EXPECT_FALSE(enough.waits());
 }
 
 TEST(ReadyPlan, OpacityMakesUpForTheShare) {
     const auto few = planOf(0, 1.0, "{'particles': {'points': {'opacity': 0.001}}}");
-    const auto& layer = few.layers[0];
+    const auto& layer = few.points[0];
     // n points of opacity a leave (1 - a)^n: a share s of them needs 1 - (1 - a)^(1 / s).
-    EXPECT_NEAR(layer.style.pointOpacity, 1.0 - std::pow(1.0 - 0.001, 1.0 / layer.share), 1e-12);
+    EXPECT_NEAR(layer.look.opacity, 1.0 - std::pow(1.0 - 0.001, 1.0 / layer.share), 1e-12);
 }
 
 }  // namespace

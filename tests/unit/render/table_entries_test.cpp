@@ -10,8 +10,8 @@ namespace mote::render {
 namespace {
 
 /// Extinction rises from 0 at 1/2 to 1 at 3/4 and is nothing elsewhere.
-VolumeTable someTable() {
-    return VolumeTable(
+TransferTable someTable() {
+    return TransferTable(
         0.0, 1.0, [](double x) { return x < 0.5 || x > 0.75 ? 0.0 : 4.0 * x - 2.0; },
         [](double) { return glm::dvec3(0.25, 0.5, 1.0); });
 }
@@ -21,9 +21,9 @@ float bendIn(const TableEntry& entry) {
 }
 
 TEST(TableEntries, SayWhatTheTableDoes) {
-    const VolumeTable table = someTable();
+    const TransferTable table = someTable();
     const auto entries = tableEntries(table);
-    ASSERT_EQ(entries.size(), VolumeTable::cells + 2U);
+    ASSERT_EQ(entries.size(), TransferTable::cells + 2U);
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const auto& expected = table.entries()[i];
         EXPECT_EQ(std::bit_cast<float>(entries[i][0]), expected.value) << i;
@@ -37,7 +37,7 @@ TEST(TableEntries, SayWhatTheTableDoes) {
 TEST(TableEntries, SayHowFarItIsToWhatIsSeen) {
     const auto entries = tableEntries(someTable());
     const auto way = [&](std::size_t i) { return entries[i][3] & 0xffffU; };
-    constexpr std::size_t first = 1 + VolumeTable::cells / 2, last = 1 + 3 * VolumeTable::cells / 4;
+    constexpr std::size_t first = 1 + TransferTable::cells / 2, last = 1 + 3 * TransferTable::cells / 4;
     EXPECT_EQ(way(first), 0U);
     EXPECT_EQ(way(last), 0U);
     EXPECT_EQ(way(0), first);
@@ -47,7 +47,7 @@ TEST(TableEntries, SayHowFarItIsToWhatIsSeen) {
 }
 
 TEST(TableEntries, NothingIsFartherThanTheTableIsLong) {
-    const auto entries = tableEntries(VolumeTable(
+    const auto entries = tableEntries(TransferTable(
         0.0, 1.0, [](double) { return 0.0; }, [](double) { return glm::dvec3(1.0); }));
     for (const auto& entry : entries) EXPECT_EQ(entry[3], entries.size());
 }

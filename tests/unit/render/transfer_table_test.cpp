@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "protocol/scene/log_density.h"
+#include "protocol/scene/particles_style.h"
 
 namespace mote::render {
 namespace {
@@ -25,7 +26,7 @@ double tOf(std::uint32_t i) {
 
 TEST(TransferTable, HoldsTheIntegralOfExtinction) {
     const auto style = styleOf({{0.2, 0.0}, {0.6, 0.5}, {1.0, 0.1}});
-    const TransferTable table(style);
+    const TransferTable table(style.transfer());
     ASSERT_EQ(table.ofCells().size(), TransferTable::cells);
     const double cell = (1.0 + LogDensity::fade) / TransferTable::cells;
     double summed = 0.0;
@@ -41,14 +42,14 @@ TEST(TransferTable, HoldsTheIntegralOfExtinction) {
             ++next;
         }
         const double width = (1.0 + LogDensity::fade) / steps;
-        integral += style.extinction(at + 0.5 * width) * width;
+        integral += style.transfer().extinction(at + 0.5 * width) * width;
     }
     EXPECT_EQ(next, TransferTable::cells + 1U);
 }
 
 TEST(TransferTable, ColorsAreWeightedByExtinction) {
     const auto style = styleOf({{0.0, 0.3}});
-    const TransferTable table(style);
+    const TransferTable table(style.transfer());
     const glm::dvec3 color = style.colorMap(tOf(3000));
     for (int channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(table.ofCells()[3000].color[channel], color[channel], 5e-3);
@@ -57,14 +58,15 @@ TEST(TransferTable, ColorsAreWeightedByExtinction) {
 TEST(TransferTable, CellsSayHowExtinctionChangesInThem) {
     // t = 0, where a plot of one density lies, ends a cell: a curve that begins there shows nothing of it.
     const auto style = styleOf({{0.0, 0.0}, {0.003, 0.1}});
-    const TransferTable table(style);
+    const TransferTable table(style.transfer());
     const auto zero = static_cast<std::size_t>(
         std::lround(LogDensity::fade / (1.0 + LogDensity::fade) * TransferTable::cells));
     EXPECT_NEAR(tOf(static_cast<std::uint32_t>(zero)), 0.0, 1e-12);
     const auto& cell = table.ofCells()[zero];
     EXPECT_NEAR(cell.extinction - 0.5 * cell.change, 0.0, 1e-2 * cell.extinction);
     EXPECT_NEAR(cell.extinction + 0.5 * cell.change,
-                style.extinction(tOf(static_cast<std::uint32_t>(zero) + 1)), 1e-2 * cell.extinction);
+                style.transfer().extinction(tOf(static_cast<std::uint32_t>(zero) + 1)),
+                1e-2 * cell.extinction);
     EXPECT_EQ(table.ofCells()[zero - 1].extinction, 0.0);
 }
 
@@ -83,15 +85,54 @@ TEST(TransferTable, WhatIsNotSeenHasTheColorOfWhatIsSeenBesideIt) {
 }
 
 TEST(TransferTable, KnowsWhereNothingIsSeen) {
-    const TransferTable table(styleOf({{0.4, 0.0}, {0.5, 0.3}, {0.6, 0.0}}));
+    const TransferTable table(styleOf({{0.4, 0.0}, {0.5, 0.3}, {0.6, 0.0}}).transfer());
     EXPECT_FALSE(table.visible(-0.125F, 0.39F));
     EXPECT_FALSE(table.visible(0.61F, 1.0F));
     EXPECT_TRUE(table.visible(0.45F, 0.45F));
     EXPECT_TRUE(table.visible(-0.125F, 1.0F));
     EXPECT_TRUE(table.visible(0.2F, 0.41F));
-    EXPECT_FALSE(TransferTable(styleOf({{0.0, 0.0}})).visible(-0.125F, 1.0F));
+    EXPECT_FALSE(TransferTable(styleOf({{0.0, 0.0}}).transfer()).visible(-0.125F, 1.0F));
     // Opaque at the least density: still seen while it fades towards empty space.
-    EXPECT_TRUE(TransferTable(styleOf({{0.0, 0.3}})).visible(-0.1F, -0.05F));
+    EXPECT_TRUE(TransferTable(styleOf({{0.0, 0.3}}).transfer()).visible(-0.1F, -0.05F));
+}
+
+const auto white = [](double) { return glm::dvec3(1.0); };
+
+/// The number of the first entry from one on that has extinction, told without the table's own list.
+double nextByHand(const TransferTable& table, std::uint32_t entry) {
+    for (; entry < TransferTable::cells + 2; ++entry)
+        if (table.entries()[entry].mean() > 0.0F) return entry;
+    return INFINITY;
+}
+
+void expectNextVisible(const TransferTable& table) {
+    for (std::uint32_t i = 0; i < TransferTable::cells + 2; ++i)
+        EXPECT_EQ(table.nextVisible()[i], nextByHand(table, i)) << i;
+}
+
+TEST(TransferTable, KnowsWhatIsNextSeen) {
+    // Two bands, the second a single entry wide; beyond both ends nothing.
+    expectNextVisible(TransferTable(
+        0.0, 1.0,
+        [](double x) {
+            const double entry = x * TransferTable::cells;
+            return (x > 0.25 && x < 0.5) || (entry > 3000.0 && entry < 3001.0) ? 1.0 : 0.0;
+        },
+        white));
+}
+
+TEST(TransferTable, SeesWhatGoesOnBeyondItsEnds) {
+    const TransferTable table(
+        0.0, 1.0, [](double x) { return x <= 0.0 || x >= 1.0 ? 1.0 : 0.0; }, white);
+    expectNextVisible(table);
+    EXPECT_EQ(table.nextVisible()[0], 0.0F);
+    EXPECT_EQ(table.nextVisible()[1], TransferTable::cells + 1.0F);
+}
+
+TEST(TransferTable, FindsNothingWhereNothingIsSeen) {
+    const TransferTable table(
+        0.0, 1.0, [](double) { return 0.0; }, white);
+    for (std::uint32_t i = 0; i < TransferTable::cells + 2; ++i) EXPECT_EQ(table.nextVisible()[i], INFINITY);
 }
 
 }  // namespace

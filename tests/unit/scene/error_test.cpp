@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <memory>
 #include <set>
+
+#include "protocol/scene/system_error.h"
 
 namespace mote {
 namespace {
@@ -63,6 +66,41 @@ Status passOn(const Status& status) {
 TEST(Result, TheMacroReturnsTheErrorOnly) {
     EXPECT_EQ(passOn(Error{ErrorCode::cancelled, "x", "y"}).error().code, ErrorCode::cancelled);
     EXPECT_EQ(passOn(success()).error().message, "went on");
+}
+
+Status passOnFrom(const Status& status, const std::string& place) {
+    MOTE_RETURN_IF_ERROR(status, place + "[2]");
+    return success();
+}
+
+TEST(Result, TheMacroSaysThePlaceThatAnErrorLiesWithin) {
+    EXPECT_EQ(passOnFrom(Error{ErrorCode::cancelled, "x", "y"}, "steps").error().where, "steps[2].x");
+    EXPECT_TRUE(passOnFrom(success(), "steps").ok());
+}
+
+Result<int> twice(Result<std::unique_ptr<int>> first, const Result<int>& second) {
+    MOTE_ASSIGN_OR_RETURN(const auto number, std::move(first));
+    int other = 0;
+    MOTE_ASSIGN_OR_RETURN(other, second);
+    return *number + other;
+}
+
+TEST(Result, TheOtherMacroTakesTheValueToo) {
+    EXPECT_EQ(*twice(std::make_unique<int>(5), 2), 7);
+    const Error error{ErrorCode::notFound, "a", "b"};
+    EXPECT_EQ(twice(error, 2).error().code, ErrorCode::notFound);
+    EXPECT_EQ(twice(std::make_unique<int>(5), error).error().where, "a");
+}
+
+TEST(SystemError, SaysWhatTheKernelSaysUnderOurCode) {
+    const auto error = systemError(ENOENT, "run.h5", "cannot be opened");
+    EXPECT_EQ(error.code, ErrorCode::notFound);
+    EXPECT_EQ(error.toString(), "run.h5: cannot be opened: No such file or directory");
+    EXPECT_EQ(systemError(EACCES, "", "").code, ErrorCode::permissionDenied);
+    EXPECT_EQ(systemError(ELOOP, "", "").code, ErrorCode::permissionDenied);
+    EXPECT_EQ(systemError(EEXIST, "", "").code, ErrorCode::alreadyExists);
+    EXPECT_EQ(systemError(ENOSPC, "", "").code, ErrorCode::resourceExhausted);
+    EXPECT_EQ(systemError(EIO, "", "").code, ErrorCode::internal);
 }
 
 TEST(Result, TheWrongHalfIsABrokenInvariant) {

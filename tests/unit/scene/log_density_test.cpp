@@ -37,13 +37,5 @@ TEST(LogDensity, OneDensityIsEnough) {
     EXPECT_NEAR(scale.ofCell(2.0), -0.5 * LogDensity::fade, 1e-15);
 }
 
-TEST(LogDensity, PresenceFadesBelowZero) {
-    EXPECT_EQ(LogDensity::presence(0.7), 1.0);
-    EXPECT_EQ(LogDensity::presence(0.0), 1.0);
-    EXPECT_NEAR(LogDensity::presence(-LogDensity::fade / 2), 0.5, 1e-15);
-    EXPECT_EQ(LogDensity::presence(-LogDensity::fade), 0.0);
-    EXPECT_EQ(LogDensity::presence(-1.0), 0.0);
-}
-
 }  // namespace
 }  // namespace mote

@@ -63,12 +63,13 @@ TEST(ParticlesStyle, ExtinctionGivesTheOpacityOverItsLength) {
     proto::ParticlesStyle message;
     auto* knot = message.mutable_volume()->add_curve();
     knot->set_opacity(0.3);
-    const auto style = parseParticlesStyle(message).value();
+    const auto transfer = parseParticlesStyle(message)->transfer();
     // exp(-extinction / 32) is what a ray through 1/32 leaves.
-    EXPECT_NEAR(std::exp(-style.extinction(0.5) / 32.0), 0.7, 1e-12);
-    EXPECT_NEAR(style.extinction(-0.0625), 0.5 * style.extinction(0.0), 1e-12);
-    EXPECT_EQ(style.extinction(-0.125), 0.0);
-    EXPECT_EQ(style.extinction(2.0), style.extinction(1.0));
+    EXPECT_NEAR(std::exp(-transfer.extinction(0.5) / 32.0), 0.7, 1e-12);
+    EXPECT_NEAR(transfer.extinction(-0.0625), 0.5 * transfer.extinction(0.0), 1e-12);
+    EXPECT_EQ(transfer.extinction(-0.125), 0.0);
+    EXPECT_EQ(transfer.extinction(-1.0), 0.0);
+    EXPECT_EQ(transfer.extinction(2.0), transfer.extinction(1.0));
 }
 
 TEST(ParticlesStyle, FullOpacityStaysFinite) {
@@ -76,7 +77,7 @@ TEST(ParticlesStyle, FullOpacityStaysFinite) {
     message.mutable_volume()->add_curve()->set_opacity(1.0);
     message.mutable_points()->set_opacity(1.0);
     const auto style = parseParticlesStyle(message).value();
-    EXPECT_TRUE(std::isfinite(style.extinction(0.5)));
+    EXPECT_TRUE(std::isfinite(style.transfer().extinction(0.5)));
     EXPECT_EQ(style.pointOpacity, ParticlesStyle::opacityLimit);
     // What is left is less than half an 8-bit step of sRGB near black.
     EXPECT_LT(linearToSrgb(1.0 - ParticlesStyle::opacityLimit), 0.5 / 255.0);

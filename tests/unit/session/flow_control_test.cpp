@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Flow control against simulated links: how many frames a second, how old they are, what queues.
+// Flow control against simulated links: how many frames a second, how old they are, what queues, and how they
+// are encoded.
 #include "server/session/flow_control.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,6 +38,9 @@ class Orbit {
         Clock::time_point begun, at;
     };
     std::vector<Shown> shown;
+    std::vector<proto::Frame::Encoding> encodings;  ///< of what was drawn
+    /// What a picture takes without loss: at first more than any link carries.
+    std::size_t losslessBytes = std::size_t{1} << 40;
     std::uint64_t sentBytes = 0;
     double mostWaiting = 0.0;  ///< bytes that waited for the link when a frame was sent, that frame included
     FlowControl flow_{true, 16};
@@ -44,8 +49,7 @@ class Orbit {
     Clock::time_point drawnAt() const { return std::max(begun_.front(), drawn_) + work_; }
 
     void draw() {
-        const std::size_t bytes =
-            std::min<std::size_t>(flow_.frameBytes().value_or(unmeasuredFrameBytes), 300000);
+        const std::size_t bytes = encode();
         flow_.made(bytes, milliseconds(work_), true);
         for (std::size_t begin = 0; begin < bytes;) {
             const std::size_t size = flow_.piece(now_, begin, bytes - begin, false);
@@ -58,6 +62,15 @@ class Orbit {
         sentBytes += bytes;
         drawn_ = now_;
         begun_.erase(begun_.begin());
+    }
+
+    /// Returns how many bytes it takes.
+    std::size_t encode() {
+        const bool wasLossless = !encodings.empty() && encodings.back() == proto::Frame::ZSTD;
+        encodings.push_back(
+            chooseEncoding({true, true, flow_.frameBytes()}, {false, losslessBytes, wasLossless}));
+        if (encodings.back() == proto::Frame::ZSTD) return losslessBytes;
+        return std::min<std::size_t>(flow_.frameBytes().value_or(unmeasuredFrameBytes), 300000);
     }
 
     void receive() {
@@ -118,6 +131,24 @@ TEST(FlowControl, AThinnerLinkIsNoticedBeforeMuchQueues) {
     orbit.run(3s);
     EXPECT_GE(orbit.shown.size(), 3u * 25u);
     EXPECT_LE(milliseconds(orbit.shown.back().at - orbit.shown.back().begun), 12 + 2 * 27 + 50 + 3);
+}
+
+/// 1280 x 960 that points fill, at a third of the resolution. tests/e2e/link_test.cpp has such a client, but
+/// no say in how fast its machine is.
+TEST(FlowControl, AThinLinkGetsH264AndAWideOneLosslessPicturesHoweverBusyTheMachine) {
+    for (const auto work : {5ms, 30ms, 200ms}) {
+        Orbit thin({62500.0, 20ms}, work), wide({500e6, 50us}, work);
+        for (Orbit* orbit : {&thin, &wide}) {
+            orbit->losslessBytes = 100000;
+            orbit->run(2s);  // it measures
+            EXPECT_EQ(orbit->encodings.front(), proto::Frame::H264) << "of a link that nothing is known of";
+            orbit->encodings.clear();
+            orbit->run(5s);
+            EXPECT_GE(orbit->encodings.size(), 20u);
+        }
+        EXPECT_THAT(thin.encodings, testing::Each(proto::Frame::H264)) << milliseconds(work);
+        EXPECT_THAT(wide.encodings, testing::Each(proto::Frame::ZSTD)) << milliseconds(work);
+    }
 }
 
 TEST(FlowControl, AClientThatDoesNotReadCostsTwoFrames) {

@@ -36,7 +36,7 @@ class SurfaceJob : public testing::Test {
         request_.mutable_stipple()->set_seed(7);
     }
     Result<proto::Manifest> run(const std::string& name, prep::Progress& progress,
-                                const prep::StippleJobOptions& options = {}) {
+                                const prep::JobResources& options = {}) {
         return prep::runSurfaceJob(request_, input_, folder_ / name, options, progress);
     }
     std::string bytesOf(const fs::path& name) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/hybrid_controls.h"
+#include "client/view/layers/hybrid_editor.h"
 
 #include <gtest/gtest.h>
 

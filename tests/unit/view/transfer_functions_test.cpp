@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/view/transfer_functions.h"
+#include "client/view/layers/transfer_functions.h"
 
 #include <gtest/gtest.h>
 

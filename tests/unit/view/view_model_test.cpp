@@ -3,11 +3,26 @@
 
 #include <gtest/gtest.h>
 
+#include "client/view/layers/hybrid_editor.h"
+#include "client/view/layers/particles_editor.h"
+#include "client/view/layers/stipple_editor.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/particles_style.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {
 namespace {
+
+/// The controls of the edited layer, which is of this kind.
+template <class Editor>
+auto& controls(ViewModel& model) {
+    return dynamic_cast<Editor&>(model.editor()).controls;
+}
+
+template <class Editor>
+bool edits(ViewModel& model) {
+    return dynamic_cast<Editor*>(&model.editor()) != nullptr;
+}
 
 proto::View savedView() {
     proto::View view;
@@ -82,7 +97,7 @@ TEST(ViewModel, AnotherDatasetKeepsTheLookAndAStepThatExists) {
     ASSERT_TRUE(model.load(savedView()).ok());
     model.setDataset("data/short", plotOf(2));
     EXPECT_EQ(model.step(), 1U);
-    EXPECT_EQ(model.colorMap, "viridis");
+    EXPECT_EQ(controls<ParticlesEditor>(model).colorMap, "viridis");
 }
 
 TEST(ViewModel, OpacityGoesWithThePlotUntilItIsChosen) {
@@ -93,27 +108,28 @@ TEST(ViewModel, OpacityGoesWithThePlotUntilItIsChosen) {
     };
     ViewModel model;
     model.setDataset("data/beam", plotOf(1));
-    EXPECT_EQ(model.pointOpacity, 0.25F);
+    EXPECT_EQ(controls<ParticlesEditor>(model).pointOpacity, 0.25F);
     model.setDataset("data/large", large());
-    EXPECT_FLOAT_EQ(model.pointOpacity, static_cast<float>(defaultPointOpacity(100'000'000)));
-    model.pointOpacity = 0.1F;
+    EXPECT_FLOAT_EQ(controls<ParticlesEditor>(model).pointOpacity,
+                    static_cast<float>(defaultPointOpacity(100'000'000)));
+    controls<ParticlesEditor>(model).pointOpacity = 0.1F;
     model.setDataset("data/beam", plotOf(1));
-    EXPECT_EQ(model.pointOpacity, 0.1F);
+    EXPECT_EQ(controls<ParticlesEditor>(model).pointOpacity, 0.1F);
     auto saved = savedView();
     saved.mutable_layers(0)->mutable_particles()->mutable_points()->set_opacity(0.25);
     ASSERT_TRUE(model.load(saved).ok());
     model.setDataset("data/large", large());
-    EXPECT_EQ(model.pointOpacity, 0.25F);
+    EXPECT_EQ(controls<ParticlesEditor>(model).pointOpacity, 0.25F);
 }
 
 TEST(ViewModel, ASurfaceIsStippledAndFramed) {
     ViewModel model;
     ASSERT_TRUE(model.load(savedView()).ok());
     model.setDataset("data/teapot", surface());
-    EXPECT_TRUE(model.stipples());
-    model.stipple.spacing = 7.0F;
-    model.stipple.angles.across = 90.0F;
-    model.stipple.angles.above = 0.0F;
+    EXPECT_TRUE(edits<StippleEditor>(model));
+    controls<StippleEditor>(model).spacing = 7.0F;
+    controls<StippleEditor>(model).angles.across = 90.0F;
+    controls<StippleEditor>(model).angles.above = 0.0F;
     const auto view = parseView(model.view(640, 480));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].stipple(), nullptr);
@@ -121,7 +137,7 @@ TEST(ViewModel, ASurfaceIsStippledAndFramed) {
     EXPECT_NEAR(view->layers[0].stipple()->light.direction.x, 1.0, 1e-6);
     EXPECT_EQ(view->camera.target, glm::dvec3(10.0, 5.0, -5.0));
     model.setDataset("data/beam", plotOf(1));
-    EXPECT_FALSE(model.stipples());
+    EXPECT_FALSE(edits<StippleEditor>(model));
     EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(0.0));
 }
 
@@ -142,9 +158,9 @@ TEST(ViewModel, AVolumeIsShownAndFramed) {
     ViewModel model;
     ASSERT_TRUE(model.load(savedView()).ok());
     model.setDataset("data/engine", volume(10.0));
-    EXPECT_TRUE(model.showsVolume());
+    EXPECT_TRUE(edits<HybridEditor>(model));
     EXPECT_EQ(model.step(), 1U);
-    model.hybrid.representation = "points";
+    controls<HybridEditor>(model).representation = "points";
     const auto view = parseView(model.view(640, 480));
     ASSERT_TRUE(view.ok()) << view.error().toString();
     ASSERT_NE(view->layers[0].hybrid(), nullptr);
@@ -153,9 +169,9 @@ TEST(ViewModel, AVolumeIsShownAndFramed) {
     EXPECT_EQ(view->camera.target, glm::dvec3(15.0));
     model.setDataset("data/frog", volume(-10.0));  // elsewhere
     EXPECT_EQ(parseView(model.view(640, 480))->camera.target, glm::dvec3(-5.0));
-    EXPECT_EQ(model.hybrid.representation, "points");
+    EXPECT_EQ(controls<HybridEditor>(model).representation, "points");
     model.setDataset("data/beam", plotOf(1));
-    EXPECT_FALSE(model.showsVolume());
+    EXPECT_FALSE(edits<HybridEditor>(model));
     model.setDataset("data/engine", volume(10.0));
     EXPECT_GT(parseView(model.view(640, 480))->layers[0].hybrid()->opacity->maximum(), 0.0);
 }
@@ -178,6 +194,27 @@ TEST(ViewModel, AStippleStyleIsKept) {
         EXPECT_NEAR(shown.layers[0].stipple()->light.direction[i],
                     wanted.layers[0].stipple()->light.direction[i], 1e-6);
     }
+}
+
+TEST(ViewModel, OpacityGoesWithAPlotAlsoAfterAnotherKindOfLayer) {
+    auto large = plotOf(1);
+    large.mutable_particles()->mutable_steps(0)->set_particles(100'000'000);
+    ViewModel model;
+    model.setDataset("data/teapot", surface());
+    model.setDataset("data/large", large);
+    EXPECT_FLOAT_EQ(controls<ParticlesEditor>(model).pointOpacity,
+                    static_cast<float>(defaultPointOpacity(100'000'000)));
+}
+
+TEST(ViewModel, StepsAreThoseOfTheDataset) {
+    ViewModel model;
+    EXPECT_EQ(model.steps(), 0);
+    model.setDataset("data/beam", plotOf(3));
+    EXPECT_EQ(model.steps(), 3);
+    model.setDataset("data/engine", volume(10.0));
+    EXPECT_EQ(model.steps(), 2);
+    model.setDataset("data/teapot", surface());
+    EXPECT_EQ(model.steps(), 0);
 }
 
 TEST(ViewModel, TheCameraFitsUntilItIsMoved) {

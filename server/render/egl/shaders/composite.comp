@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
-// docs/RENDERING.md says how). Compiled with LAYERS, HYBRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the
+// docs/RENDERING.md says how). Compiled with LAYERS, GRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the
 // tiles hold none), EXACT (0: for a picture that moves). Conditions are few inside the loops: a software rasteriser runs
 // both sides of each.
 #include "frame.glsl"
@@ -20,11 +20,11 @@ layout(location = 0) uniform uint firstTile;   // of this dispatch, in `tiles`
 layout(location = 1) uniform uvec2 pass;   // cells [x, x + y) are present; pixels that start there are drawn
 
 const float narrowest = 1.0 / 64.0;   // a slab's share that points are spread over at least
-const float densest = 2.0;   // optical depth of a stretch, about, whose color is taken to change evenly
+const float densest = 2.0;   // optical depth of a segment, about, whose color is taken to change evenly
 const float deepestMixed = 0.5;   // the same where something else may be mixed with it
-Sample front[LAYERS];     // of the current stretch
+Sample front[LAYERS];     // of the current segment
 float sampledTo = -1.0;   // where it was sampled
-float reach = 1e30;       // slabs: how long a stretch may be by what the last one held
+float reach = 1e30;       // slabs: how long a segment may be by what the last one held
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
 float pointsFrom[LAYERS], pointsTo[LAYERS], pointsDensity[LAYERS], pointTau[LAYERS];
@@ -35,11 +35,11 @@ uint volumeBits[LAYERS], pointBits[LAYERS], nextCell[LAYERS];
 #include "dots.glsl"
 #endif
 
-#if HYBRIDS
-#include "hybrid.glsl"
+#if GRIDS
+#include "grid.glsl"
 
-// How far it may go from `at`, in its brick, in one stretch. `inside`: whether the layer is looked at.
-float hybridStretch(uint l, float at, bool inside) {
+// How far it may go from `at`, in its brick, in one segment. `inside`: whether the layer is looked at.
+float gridSegment(uint l, float at, bool inside) {
     uint h = l - plots;
     bool seen = brickSeen[h], fine = brickFine[h];
     float leaving = enterBrick(l, at);
@@ -55,8 +55,8 @@ void shine(inout Piece piece, vec2 shade) {
 }
 #endif
 
-#if VOLUME && LAYERS > HYBRIDS
-#include "particles.glsl"
+#if VOLUME && LAYERS > GRIDS
+#include "densities.glsl"
 #endif
 
 // Reads the points of a layer in this slab. n points scattered evenly over a slab span (n - 1) / (n + 1) of it: so far
@@ -95,15 +95,15 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
         next = min(next, enters[l] > at ? enters[l] : end);
         next = min(next, leaves[l] > at ? leaves[l] : end);
         bool inside = volume[l] && enters[l] <= at && leaves[l] > at;
-#if HYBRIDS
+#if GRIDS
         if (l >= plots) {
-            float most = hybridStretch(l, at, inside);
+            float most = gridSegment(l, at, inside);
             next = min(next, inside ? at + most : end);
             continue;
         }
 #endif
-#if LAYERS > HYBRIDS
-        float most = stretch[l];
+#if LAYERS > GRIDS
+        float most = segment[l];
 #if EXACT
         float thin = (layerCount == 1u ? densest : deepestMixed) / max(front[l].extinction * unitLength[l], 1e-20);
         most = min(most, min(nextKink(l, at), thin));
@@ -120,21 +120,21 @@ float nextCut(float at, float end, bool volume[LAYERS]) {
     return min(max(next, at + 1e-4), end);
 }
 
-// Where the ray is inside the layer's box, and how far it may go there in one stretch.
+// Where the ray is inside the layer's box, and how far it may go there in one segment.
 void aim(uint l, vec2 at) {
     aimBox(l, at);
-#if HYBRIDS
+#if GRIDS
     if (l >= plots) {
         clipWay(l);
         brickSeen[l - plots] = false;
-        unitLength[l] = hybridLength(l);
+        unitLength[l] = gridLength(l);
         return;
     }
 #endif
-#if VOLUME && LAYERS > HYBRIDS
+#if VOLUME && LAYERS > GRIDS
     unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
     float cells = length(advance[l]) * frame.layers[l].scale.y;
-    stretch[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);
+    segment[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);
 #endif
 }
 
@@ -146,7 +146,7 @@ void add(inout Piece all, Piece piece, float length) {
 
 // Of all layers between two depths, optical depths in place of extinction; `back`: samples at the farther one.
 Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[LAYERS]) {
-    float halfStretch = 0.5 * (next - at);
+    float halfSegment = 0.5 * (next - at);
     Part all;
     all.near = all.far = Piece(vec4(0.0), vec3(0.0), 0.0, 0.0);
     all.wanted = 0.0;
@@ -154,25 +154,25 @@ Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[L
         Part part;
         bool seen;
         if (l >= plots) {
-#if HYBRIDS
-            Sample middle = hybridAt(l, at + halfStretch);
-            back[l] = hybridAt(l, next);
-            part = hybridPart(l, front[l], middle, back[l], halfStretch);
-            vec2 shade = hybridShade(l, mix(at, next, centreOf(part)));
+#if GRIDS
+            Sample middle = gridAt(l, at + halfSegment);
+            back[l] = gridAt(l, next);
+            part = gridPart(l, front[l], middle, back[l], halfSegment);
+            vec2 shade = gridShade(l, mix(at, next, centreOf(part)));
             shine(part.near, shade);
             shine(part.far, shade);
             seen = brickSeen[l - plots];
 #endif
         } else {
-#if LAYERS > HYBRIDS
-            Sample middle = particlesAt(l, at + halfStretch);
+#if LAYERS > GRIDS
+            Sample middle = particlesAt(l, at + halfSegment);
             back[l] = particlesAt(l, next);
-            part = particlesPart(l, middle, back[l], halfStretch);
+            part = particlesPart(l, middle, back[l], halfSegment);
             seen = volume[l] && enters[l] <= at && leaves[l] > at;
 #endif
         }
-        add(all.near, part.near, seen ? unitLength[l] * halfStretch : 0.0);
-        add(all.far, part.far, seen ? unitLength[l] * halfStretch : 0.0);
+        add(all.near, part.near, seen ? unitLength[l] * halfSegment : 0.0);
+        add(all.far, part.far, seen ? unitLength[l] * halfSegment : 0.0);
         all.wanted = max(all.wanted, seen ? part.wanted : 0.0);
     }
     // What is mixed is seen through each other.
@@ -182,17 +182,17 @@ Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[L
 }
 #endif
 
-// From one depth to the next cut; returns it. A stretch that says too little of what is in it is tried again, shorter.
-float gatherStretch(float at, float end, bool volume[LAYERS]) {
+// From one depth to the next cut; returns it. A segment that says too little of what is in it is tried again, shorter.
+float gatherSegment(float at, float end, bool volume[LAYERS]) {
     float next = nextCut(at, end, volume);
     vec4 spread = vec4(0.0);
     vec4 single = vec4(0.0);
 #if VOLUME
-    // After a gap the front must be sampled first: by a stretch of no length.
+    // After a gap the front must be sampled first: by a segment of no length.
     next = sampledTo == at ? next : at;
     Sample back[LAYERS];
     Part part = volumesBetween(at, next, volume, back);
-    reach = nextStretch(next - at, reach, part.wanted);
+    reach = nextSegment(next - at, reach, part.wanted);
     if (part.wanted > 1.0) return at;
     front = back;
     sampledTo = next;
@@ -201,7 +201,7 @@ float gatherStretch(float at, float end, bool volume[LAYERS]) {
     for (uint l = 0u; l < layerCount; ++l) {
         vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
         spread += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
-        // A single point ends the stretch before it.
+        // A single point ends the segment before it.
         single += (pointsFrom[l] > at && pointsFrom[l] <= next ? pointTau[l] : 0.0) * color;
     }
 #endif
@@ -289,7 +289,7 @@ void walk(uint tile, uint pixel, vec2 at) {
             passDots(depth);
 #endif
         }
-        depth = gatherStretch(depth, end, volume);
+        depth = gatherSegment(depth, end, volume);
     }
 }
 

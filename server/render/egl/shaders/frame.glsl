@@ -16,7 +16,7 @@ struct Layer {
 layout(std140, binding = 0) uniform Frame {
     ivec4 picture;       // width, height, tiles a row, first tile row of the band
     ivec4 band;          // tiles, slabs, half floats wanted, rows of pixels
-    vec4 window;         // half width and half height of the picture at depth 1; samples a cell; what a stretch owes
+    vec4 window;         // half width and half height of the picture at depth 1; samples a cell; what a segment owes
     vec4 background;     // linear RGB
     uvec4 blank;         // a pixel of background, encoded: one or two words
     uvec4 counts;        // layers; words of 32 slab bits a pixel or tile; unused

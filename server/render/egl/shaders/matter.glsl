@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What transfer functions make of a volume, of particles or hybrid: of a place on a ray, and of what lies between
+// What transfer functions make of a field, of densities or of samples: of a place on a ray, and of what lies between
 // places. Needs ray.glsl.
 
-// [layer][x], VolumeTable: the integral of extinction up to x and extinction there, as floats; color; in the upper half
+// [layer][x], TransferTable: the integral of extinction up to x and extinction there, as floats; color; in the upper half
 // of a word that of a float, half of how extinction changes up to x + 1, in the lower half how far it is from x to
 // where something is seen.
 layout(binding = 8) uniform usamplerBuffer tables;
@@ -75,14 +75,14 @@ Part partOf(Sample front, Sample middle, Sample back, float length) {
     return part;
 }
 
-// Holds what is wanted of a part to what a stretch owes, less in motion, and to those longer than `least`; in slabs.
-void limitCuts(inout Part part, float stretch, float least) {
-    part.wanted = stretch > max(least, shortest) ? part.wanted * frame.window.w : 0.0;
+// Holds what is wanted of a part to what a segment owes, less in motion, and to those longer than `least`; in slabs.
+void limitCuts(inout Part part, float segment, float least) {
+    part.wanted = segment > max(least, shortest) ? part.wanted * frame.window.w : 0.0;
 }
 
-// How long the next stretch may be, after one of which so many were `wanted`; `most`: how long that might have been.
-float nextStretch(float stretch, float most, float wanted) {
-    float suited = stretch * clamp(0.9 / max(wanted, 1e-3), 0.125, 2.0);
+// How long the next segment may be, after one of which so many were `wanted`; `most`: how long that might have been.
+float nextSegment(float segment, float most, float wanted) {
+    float suited = segment * clamp(0.9 / max(wanted, 1e-3), 0.125, 2.0);
     // One that ended where something else begins says little.
-    return wanted <= 1.0 && stretch < most ? max(suited, most) : suited;
+    return wanted <= 1.0 && segment < most ? max(suited, most) : suited;
 }

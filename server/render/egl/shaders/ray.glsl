@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A pixel's ray through the layers' boxes, and what it has gathered; for composite.comp and composite_hybrid.comp.
+// A pixel's ray through the layers' boxes, and what it has gathered; for composite.comp and composite_grid.comp.
 
 const float opaque = 5e-5;      // a transmittance that no 8-bit picture shows
 const uint layerCount = uint(LAYERS);
-const uint plots = layerCount - uint(HYBRIDS);   // the layers of particles; those after them are hybrid volumes
+const uint plots = layerCount - uint(GRIDS);   // points and densities; those after them are fields of samples
 
 vec3 light = vec3(0.0);
 float transmittance = 1.0;

@@ -13,7 +13,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t edge = HybridBricks::edge, samples = HybridBricks::samples;
+constexpr std::uint32_t edge = GridBricks::edge, samples = GridBricks::samples;
 
 std::size_t placeIn(const glm::uvec3& at) {
     return (std::size_t{at.z} * samples + at.y) * samples + at.x;
@@ -58,17 +58,18 @@ glm::uvec3 bricksAlong(const glm::uvec3& size) {
 
 }  // namespace
 
-BrickMaker::BrickMaker(const HybridStep& step, const glm::uvec3& size) : step_(step) {
+BrickMaker::BrickMaker(const GridField& step, const glm::uvec3& size) : step_(step) {
     bricks_.size = size;
     bricks_.count = bricksAlong(size);
     bricks_.numbers.assign(std::size_t{bricks_.count.x} * bricks_.count.y * bricks_.count.z,
-                           HybridBricks::none);
+                           GridBricks::none);
     glm::dmat3 toLayer(step.boxToLayer);
     for (int axis = 0; axis < 3; ++axis) {
         toLayer[axis] /= size[axis];
         for (std::uint32_t i = 0; i < size[axis]; ++i) {
-            const double place = storage::placeIn(i, size[axis], step.low.size[axis]);
-            between_[static_cast<std::size_t>(axis)].push_back(storage::between(place, step.low.size[axis]));
+            const double place = storage::placeIn(i, size[axis], step.coarse.size[axis]);
+            between_[static_cast<std::size_t>(axis)].push_back(
+                storage::between(place, step.coarse.size[axis]));
         }
     }
     gradientToLayer_ = glm::mat3(glm::transpose(glm::inverse(toLayer)));
@@ -76,15 +77,15 @@ BrickMaker::BrickMaker(const HybridStep& step, const glm::uvec3& size) : step_(s
 
 Status BrickMaker::claim(const glm::uvec3& brick) {
     std::int32_t& number = bricks_.numbers[bricks_.index(brick)];
-    if (number != HybridBricks::none) return success();
-    if (told_.size() >= HybridBricks::most) {
+    if (number != GridBricks::none) return success();
+    if (told_.size() >= GridBricks::most) {
         return Error{ErrorCode::resourceExhausted, "residual",
                      fmt::format("more than {} bricks of {}^3 samples are corrected, too many to draw",
-                                 HybridBricks::most, edge)};
+                                 GridBricks::most, edge)};
     }
     number = static_cast<std::int32_t>(told_.size());
     told_.emplace_back();
-    bricks_.values.resize(told_.size() * HybridBricks::volume);
+    bricks_.values.resize(told_.size() * GridBricks::volume);
     if (ownNormals_) bricks_.normals.resize(bricks_.values.size());
     return success();
 }
@@ -105,8 +106,8 @@ Status BrickMaker::addPoint(const glm::uvec3& sample, std::uint16_t code, std::u
     MOTE_RETURN_IF_ERROR(claimReached(brick, reachOf(at)));
     const auto number = static_cast<std::size_t>(bricks_.numbers[bricks_.index(brick)]);
     told_[number].set(ownPlace(at));
-    bricks_.values[number * HybridBricks::volume + placeIn(at)] = code;
-    bricks_.normals[number * HybridBricks::volume + placeIn(at)] = normal;
+    bricks_.values[number * GridBricks::volume + placeIn(at)] = code;
+    bricks_.normals[number * GridBricks::volume + placeIn(at)] = normal;
     return success();
 }
 
@@ -121,18 +122,18 @@ Status BrickMaker::add(const glm::uvec3& brick, BrickResidual residual) {
         const glm::uvec3 sample = brick * edge + at;
         if (sample.x >= bricks_.size.x || sample.y >= bricks_.size.y || sample.z >= bricks_.size.z) return;
         const double code = lowAt(sample) + residual[ownPlace(at)] * scale;
-        bricks_.values[number * HybridBricks::volume + placeIn(at)] =
+        bricks_.values[number * GridBricks::volume + placeIn(at)] =
             static_cast<std::uint16_t>(std::lround(std::clamp(code, 0.0, 65535.0)));
     });
     return success();
 }
 
-/// The low volume's code at a sample of the error grid.
+/// The coarse grid's code at a sample of the error grid.
 float BrickMaker::lowAt(const glm::uvec3& sample) const {
     const storage::Between &x = between_[0][sample.x], &y = between_[1][sample.y], &z = between_[2][sample.z];
     const auto along = [&](std::uint32_t row, std::uint32_t sheet) {
-        const float one = step_.low.values[step_.low.index({x.first, row, sheet})];
-        const float other = step_.low.values[step_.low.index({x.second, row, sheet})];
+        const float one = step_.coarse.values[step_.coarse.index({x.first, row, sheet})];
+        const float other = step_.coarse.values[step_.coarse.index({x.second, row, sheet})];
         return one + x.fraction * (other - one);
     };
     const auto across = [&](std::uint32_t sheet) {
@@ -147,14 +148,14 @@ float BrickMaker::lowAt(const glm::uvec3& sample) const {
 float BrickMaker::sampleAt(const glm::ivec3& sample) const {
     const glm::uvec3 inside(glm::clamp(sample, glm::ivec3(0), glm::ivec3(bricks_.size) - 1));
     const std::int32_t number = bricks_.numbers[bricks_.index(inside / edge)];
-    if (number == HybridBricks::none) return std::round(lowAt(inside));
-    return bricks_.values[static_cast<std::size_t>(number) * HybridBricks::volume + placeIn(inside % edge)];
+    if (number == GridBricks::none) return std::round(lowAt(inside));
+    return bricks_.values[static_cast<std::size_t>(number) * GridBricks::volume + placeIn(inside % edge)];
 }
 
-/// Samples that nothing was told of are the low volume's.
+/// Samples that nothing was told of are the coarse grid's.
 void BrickMaker::fill(std::size_t brick) {
     const std::int32_t number = bricks_.numbers[brick];
-    if (number == HybridBricks::none || told_[static_cast<std::size_t>(number)].all()) return;
+    if (number == GridBricks::none || told_[static_cast<std::size_t>(number)].all()) return;
     const auto& told = told_[static_cast<std::size_t>(number)];
     const glm::uvec3 first =
         edge * glm::uvec3(brick % bricks_.count.x, brick / bricks_.count.x % bricks_.count.y,
@@ -162,7 +163,7 @@ void BrickMaker::fill(std::size_t brick) {
     forEach(edge, [&](const glm::uvec3& at) {
         if (told[ownPlace(at)]) return;
         const glm::uvec3 sample = glm::min(first + at, bricks_.size - 1U);
-        bricks_.values[static_cast<std::size_t>(number) * HybridBricks::volume + placeIn(at)] =
+        bricks_.values[static_cast<std::size_t>(number) * GridBricks::volume + placeIn(at)] =
             static_cast<std::uint16_t>(std::lround(lowAt(sample)));
     });
 }
@@ -180,18 +181,18 @@ std::uint8_t BrickMaker::normalAt(const Surroundings& around, const glm::uvec3& 
                                   const glm::uvec3& inBrick) const {
     const glm::uvec3 inside = glm::min(sample, bricks_.size - 1U);
     const std::int32_t number = bricks_.numbers[bricks_.index(inside / edge)];
-    if (ownNormals_ && number != HybridBricks::none) {
+    if (ownNormals_ && number != GridBricks::none) {
         const auto n = static_cast<std::size_t>(number);
         if (told_[n][ownPlace(inside % edge)])
-            return bricks_.normals[n * HybridBricks::volume + placeIn(inside % edge)];
+            return bricks_.normals[n * GridBricks::volume + placeIn(inside % edge)];
     }
     return normals_.code(-gradient(around, inBrick));
 }
 
 /// The samples that a brick shares with those behind it, and the normals of all.
 void BrickMaker::finish(std::size_t brick) {
-    if (bricks_.numbers[brick] == HybridBricks::none) return;
-    const std::size_t begin = static_cast<std::size_t>(bricks_.numbers[brick]) * HybridBricks::volume;
+    if (bricks_.numbers[brick] == GridBricks::none) return;
+    const std::size_t begin = static_cast<std::size_t>(bricks_.numbers[brick]) * GridBricks::volume;
     const glm::uvec3 at(brick % bricks_.count.x, brick / bricks_.count.x % bricks_.count.y,
                         brick / bricks_.count.x / bricks_.count.y);
     const auto& told = told_[static_cast<std::size_t>(bricks_.numbers[brick])];
@@ -214,9 +215,9 @@ void BrickMaker::finish(std::size_t brick) {
     });
 }
 
-HybridBricks BrickMaker::make() {
+GridBricks BrickMaker::make() {
     constexpr std::size_t more = 4;  // that can be read
-    bricks_.values.resize(told_.size() * HybridBricks::volume + more);
+    bricks_.values.resize(told_.size() * GridBricks::volume + more);
     bricks_.values.shrink_to_fit();
     bricks_.normals.resize(bricks_.values.size());
     bricks_.normals.shrink_to_fit();

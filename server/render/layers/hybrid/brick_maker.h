@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// BrickMaker: corrected bricks of the error grid from a low-resolution volume and its residuals or its points
+// BrickMaker: corrected bricks of the error grid from a coarse grid and its residuals or its points
 // (docs/PICTURE.md, "Hybrid volumes"), with normals from the corrected field but where points have their own.
 // Used by one thread while a step is loaded; make() works in parallel.
 #pragma once
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 #include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/normal_table.h"
@@ -22,12 +22,12 @@ namespace mote::render {
 
 /// 8 x 8 x 8 samples of the error grid, x fastest: what is to be added, in the source's unit.
 using BrickResidual = std::span<const float, storage::residualBrickSamples>;
-static_assert(storage::residualBrickSide == HybridBricks::edge);
+static_assert(storage::residualBrickSide == GridBricks::edge);
 
 class BrickMaker {
   public:
     /// `step` has all but its bricks, and must outlive the maker. `size`: of the error grid, samples.
-    BrickMaker(const HybridStep& step, const glm::uvec3& size);
+    BrickMaker(const GridField& step, const glm::uvec3& size);
 
     /// The residuals of one brick, told once; of the others they are 0. Beyond the grid they are ignored.
     /// Errors: resourceExhausted where there are too many.
@@ -36,11 +36,11 @@ class BrickMaker {
     /// residuals and points. Errors: as above.
     Status addPoint(const glm::uvec3& sample, std::uint16_t code, std::uint8_t normal);
     /// Once.
-    HybridBricks make();
+    GridBricks make();
 
   private:
     /// The samples of a brick and one more on each side.
-    static constexpr std::uint32_t wide = HybridBricks::samples + 2;
+    static constexpr std::uint32_t wide = GridBricks::samples + 2;
     using Surroundings = std::array<float, std::size_t{wide} * wide * wide>;
 
     Status claim(const glm::uvec3& brick);
@@ -53,10 +53,10 @@ class BrickMaker {
                           const glm::uvec3& inBrick) const;
     glm::vec3 gradient(const Surroundings& around, const glm::uvec3& at) const;
 
-    const HybridStep& step_;
-    HybridBricks bricks_;
+    const GridField& step_;
+    GridBricks bricks_;
     glm::mat3 gradientToLayer_;
-    std::array<std::vector<storage::Between>, 3> between_;  // of each sample along an axis, in the low volume
+    std::array<std::vector<storage::Between>, 3> between_;  // of each sample along an axis, in the coarse grid
     /// Of each corrected brick, x fastest: the samples that were told. Of points also their normals were.
     std::vector<std::bitset<storage::residualBrickSamples>> told_;
     bool ownNormals_ = false;

@@ -28,22 +28,22 @@ ValueRange rangeOf(const proto::HybridManifest& hybrid) {
 }
 
 /// `codes`: on disk, value_min + code * value_step of the entry.
-void fillLow(const storage::HybridStep& file, const proto::HybridStepEntry& entry, HybridStep& step) {
+void fillLow(const storage::HybridStep& file, const proto::HybridStepEntry& entry, GridField& step) {
     constexpr std::size_t more = 4;  // that can be read
-    step.low.size = vectorOf(file.lowSize());
+    step.coarse.size = vectorOf(file.lowSize());
     const auto fill = [&](const auto& codes) {
-        step.low.values.reserve(codes.size() + more);
+        step.coarse.values.reserve(codes.size() + more);
         for (const auto code : codes) {
             const double value = step.codeOf(entry.value_min() + code * entry.value_step());
-            step.low.values.push_back(
+            step.coarse.values.push_back(
                 static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, 65535.0))));
         }
     };
     std::visit(fill, file.low());
-    step.low.values.resize(step.low.values.size() + more);
-    step.low.normals.reserve(step.low.values.size());
-    step.low.normals.assign(file.lowNormal().begin(), file.lowNormal().end());
-    step.low.normals.resize(step.low.values.size());
+    step.coarse.values.resize(step.coarse.values.size() + more);
+    step.coarse.normals.reserve(step.coarse.values.size());
+    step.coarse.normals.assign(file.lowNormal().begin(), file.lowNormal().end());
+    step.coarse.normals.resize(step.coarse.values.size());
 }
 
 Status addPoints(const storage::HybridPoints& points, BrickMaker& maker) {
@@ -108,7 +108,7 @@ std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t ste
         representation == HybridRepresentation::points ? entry.points() : entry.residual_bricks();
     // What lies at a brick's border corrects the bricks beside it.
     return bytes + bricks * sizeof(std::int32_t) +
-           std::min(bricks, 2 * held) * HybridBricks::volume * perSample;
+           std::min(bricks, 2 * held) * GridBricks::volume * perSample;
 }
 
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
@@ -124,10 +124,10 @@ std::string hybridDigest(const proto::Manifest& manifest) {
     return storage::hash128(std::as_bytes(std::span(text)));
 }
 
-Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
-                                                     const proto::Manifest& manifest, std::uint32_t index,
-                                                     HybridRepresentation representation,
-                                                     const std::function<bool()>& cancelled) {
+Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path& directory,
+                                                    const proto::Manifest& manifest, std::uint32_t index,
+                                                    HybridRepresentation representation,
+                                                    const std::function<bool()>& cancelled) {
     const auto* const entry = storage::findHybridStep(manifest, index);
     if (entry == nullptr) {
         return Error{ErrorCode::notFound, "step",
@@ -135,7 +135,7 @@ Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path
     }
     const auto file = storage::HybridStep::open(directory, manifest, index);
     if (!file.ok()) return file.error();
-    auto step = std::make_shared<HybridStep>();
+    auto step = std::make_shared<GridField>();
     step->origin = {directory / entry->file(), hybridDigest(manifest)};
     step->boxToLayer = hybridBox(manifest.hybrid());
     step->range = rangeOf(manifest.hybrid());
@@ -151,8 +151,8 @@ Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path
     if (representation == HybridRepresentation::residual)
         MOTE_RETURN_IF_ERROR(addResidual(directory, manifest, index, cancelled, maker));
     if (representation != HybridRepresentation::volume)
-        step->bricks = std::make_shared<const HybridBricks>(maker.make());
-    return std::shared_ptr<const HybridStep>(std::move(step));
+        step->bricks = std::make_shared<const GridBricks>(maker.make());
+    return std::shared_ptr<const GridField>(std::move(step));
 }
 
 }  // namespace mote::render

@@ -14,7 +14,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/error.h"
-#include "server/render/layers/hybrid/hybrid_step.h"
+#include "server/render/plan/grid_field.h"
 
 namespace mote::render {
 
@@ -38,9 +38,9 @@ std::string hybridDigest(const proto::Manifest& manifest);
 
 /// `representation`: as hybridParts gives it; only what it draws is loaded. Errors: notFound (there is no
 /// such step), as storage::HybridStep::open and storage::readResidual, resourceExhausted (too many bricks).
-Result<std::shared_ptr<const HybridStep>> loadHybrid(const std::filesystem::path& directory,
-                                                     const proto::Manifest& manifest, std::uint32_t step,
-                                                     HybridRepresentation representation,
-                                                     const std::function<bool()>& cancelled = {});
+Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path& directory,
+                                                    const proto::Manifest& manifest, std::uint32_t step,
+                                                    HybridRepresentation representation,
+                                                    const std::function<bool()>& cancelled = {});
 
 }  // namespace mote::render

@@ -8,8 +8,8 @@
 
 #include "protocol/scene/stipple_style.h"
 #include "server/render/layers/stipple/photograph.h"
-#include "server/render/picture.h"
 #include "server/render/plan/dot.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::render {
 

@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/layers/hybrid_editor.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat4x4.hpp>
+#include <utility>
+
+#include "client/view/curve_editor.h"
+#include "client/view/panel_widgets.h"
+#include "client/view/server_state.h"
+#include "protocol/scene/color_map.h"
+#include "protocol/scene/hybrid_style.h"
+
+namespace mote::client {
+namespace {
+
+Interval valuesOf(const proto::HybridManifest& manifest) {
+    const double low = manifest.value_min(), high = manifest.value_max();
+    return {low, high > low ? high : low + 1.0};
+}
+
+void writeCurve(const KnotCurve& curve, proto::HybridStyle& style) {
+    style.clear_curve();
+    for (std::size_t i = 0; i < curve.knots().size(); ++i) {
+        auto& written = *style.add_curve();
+        written.set_value(curve.knots()[i].x);
+        written.set_opacity(curve.knots()[i].y);
+        if (!curve.colors().empty()) assignColor(written.mutable_color(), curve.colors()[i]);
+    }
+}
+
+void readCurve(const proto::HybridStyle& style, KnotCurve& curve) {
+    std::vector<Curve::Knot> knots;
+    std::vector<KnotCurve::Color> colors;
+    for (const auto& knot : style.curve()) {
+        knots.push_back({knot.value(), knot.opacity()});
+        if (knot.color_size() == 3) colors.push_back(toFloats({knot.color(0), knot.color(1), knot.color(2)}));
+    }
+    curve.take(std::move(knots), std::move(colors));
+}
+
+void writeLight(const HybridControls& controls, proto::Light& light) {
+    assign(light.mutable_direction(), controls.light.direction());
+    light.set_fixed(controls.fixedLight);
+    light.set_ambient(share(controls.ambient));
+    light.set_diffuse(share(controls.diffuse));
+    light.set_specular(share(controls.specular));
+}
+
+void writeClip(const HybridControls& controls, proto::HybridStyle& style) {
+    style.clear_clip_planes();
+    for (const auto& plane : controls.clipPlanes) {
+        auto& written = *style.add_clip_planes();
+        assign(written.mutable_normal(), plane.normal.direction());
+        written.set_distance(plane.distance);
+    }
+    style.clear_clip_box();
+    if (!controls.clipBox) return;
+    const glm::dvec3 min = toVector(controls.clipMin);
+    const glm::dvec3 least = 1e-6 * (glm::abs(min) + 1.0);  // a box holds something
+    assign(style.mutable_clip_box()->mutable_min(), min);
+    assign(style.mutable_clip_box()->mutable_max(), glm::max(toVector(controls.clipMax), min + least));
+}
+
+void readLight(const Light& light, HybridControls& controls) {
+    controls.light = LightAngles::of(light.direction);
+    controls.fixedLight = light.fixed;
+    controls.ambient = static_cast<float>(light.ambient);
+    controls.diffuse = static_cast<float>(light.diffuse);
+    controls.specular = static_cast<float>(light.specular);
+}
+
+void readClip(const HybridStyle& style, HybridControls& controls) {
+    controls.clipPlanes.clear();
+    for (const auto& plane : style.clipPlanes) {
+        controls.clipPlanes.push_back({LightAngles::of(plane.normal), static_cast<float>(plane.distance)});
+    }
+    controls.clipBox = style.clipBox.has_value();
+    if (!style.clipBox) return;
+    controls.clipMin = toFloats(style.clipBox->min);
+    controls.clipMax = toFloats(style.clipBox->max);
+}
+
+constexpr const char* bestName = "best";  // for the empty name
+
+const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std::uint32_t step) {
+    const auto index = static_cast<int>(step);
+    return index < manifest.steps_size() ? &manifest.steps(index) : nullptr;
+}
+
+/// As render::hybridParts.
+bool drawsResidual(const HybridControls& controls, const proto::HybridManifest& manifest) {
+    const auto& asked = controls.representation;
+    return manifest.residual() && (asked.empty() || asked == "residual");
+}
+
+bool drawsPoints(const HybridControls& controls, const proto::HybridManifest& manifest) {
+    const auto& asked = controls.representation;
+    return manifest.point_bytes() > 0 && (asked == "points" || (asked.empty() && !manifest.residual()));
+}
+
+/// "i16" has 16 bits.
+double sourceBytes(const proto::HybridManifest& manifest) {
+    const auto& type = manifest.scalar_type();
+    double bytes = type.empty() ? 0.0 : std::atof(&type[1]) / 8.0;
+    for (const auto side : manifest.source_size()) bytes *= side;
+    return bytes;
+}
+
+/// What one step takes.
+double storedBytes(const proto::Manifest& manifest, const proto::HybridStepEntry& step) {
+    double bytes = 0.0;
+    for (const auto& file : manifest.files()) {
+        const bool own = file.name() == step.file() || file.name() == step.residual_file();
+        bytes += own ? static_cast<double>(file.size()) : 0.0;
+    }
+    return bytes;
+}
+
+void drawPresets(HybridControls& controls, const proto::HybridManifest& manifest, PanelActions& actions) {
+    if (!ImGui::BeginCombo("preset", "choose a curve")) return;
+    for (const auto& preset : HybridControls::presets(manifest)) {
+        if (!ImGui::Selectable(std::string(preset.name).c_str())) continue;
+        controls.curve.take(preset.knots, preset.colors);
+        actions.viewChanged = true;
+    }
+    ImGui::EndCombo();
+}
+
+/// The colours are a colour map's, or each knot has one: the knot's that was last taken hold of is shown.
+void drawColors(HybridControls& controls, PanelActions& actions) {
+    if (auto* color = controls.curve.chosenColor()) {
+        colorBox(actions, "knot's colour", *color);
+        ImGui::SameLine();
+        if (ImGui::Button("Use a colour map")) {
+            controls.curve.dropColors();
+            actions.viewChanged = true;
+        }
+        return;
+    }
+    nameList(actions, "colours", controls.colorMap, ColorMap::names());
+    checkbox(actions, "own range of colours", controls.ownColorRange);
+    auto& range = controls.colorRange;
+    if (controls.ownColorRange) rangeBox(actions, "range", range[0], range[1], controls.curve.axis(), 500.0F);
+}
+
+void drawCurve(HybridControls& controls, const proto::HybridManifest& manifest, const LayerPanel& panel) {
+    if (!section("Transfer function")) return;
+    const std::string unit = manifest.value_unit().empty() ? "value" : manifest.value_unit();
+    CurveEditorLook look{
+        .xName = unit.c_str(), .yName = "opacity", .rootAxis = true, .height = 150.0F * panel.scale};
+    look.axis = controls.curve.axis();
+    look.histogramRange = {manifest.value_min(), manifest.value_max()};
+    if (const auto* shown = stepOf(manifest, panel.step)) {
+        look.histogram = {shown->histogram().data(), static_cast<std::size_t>(shown->histogram_size())};
+    }
+    look.color = [&](double value) { return controls.color(value); };
+    text(fmt::format("opacity over {}", manifest.value_unit().empty() ? "values" : manifest.value_unit()));
+    noteCurve(panel.actions, curveEditor("curve", controls.curve, look));
+    dim(fmt::format("{:.5g} to {:.5g}", look.axis.low, look.axis.high));
+    drawPresets(controls, manifest, panel.actions);
+    drawColors(controls, panel.actions);
+}
+
+void drawRepresentation(HybridControls& controls, const proto::HybridManifest& manifest,
+                        PanelActions& actions) {
+    if (!section("Representation")) return;
+    std::vector<std::string_view> names{bestName, "volume"};
+    if (manifest.point_bytes() > 0) names.emplace_back("points");
+    if (manifest.residual()) names.emplace_back("residual");
+    std::string chosen = controls.representation.empty() ? bestName : controls.representation;
+    nameList(actions, "drawn", chosen, names);
+    controls.representation = chosen == bestName ? "" : chosen;
+    if (!drawsPoints(controls, manifest)) return;
+    constexpr std::array<std::string_view, 3> shapes{"gaussian", "disc", "square"};
+    nameList(actions, "point shape", controls.pointShape, shapes);
+    slider(actions, "correction", controls.pointOpacity, 0.0F, 1.0F);
+}
+
+void drawLight(HybridControls& controls, PanelActions& actions) {
+    if (!section("Light")) return;
+    angleSliders(actions, "light", controls.light);
+    slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
+    slider(actions, "diffuse", controls.diffuse, 0.0F, 1.0F);
+    slider(actions, "specular", controls.specular, 0.0F, 1.0F);
+    checkbox(actions, "stays where it is", controls.fixedLight);
+}
+
+void drawClipBox(HybridControls& controls, const Bounds& bounds, PanelActions& actions) {
+    checkbox(actions, "box", controls.clipBox);
+    if (!controls.clipBox) return;
+    constexpr std::array<const char*, 3> axes{"x", "y", "z"};
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+        const auto axis = static_cast<glm::length_t>(i);
+        rangeBox(actions, axes[i], controls.clipMin[i], controls.clipMax[i],
+                 {bounds.min[axis], bounds.max[axis]}, 400.0F);
+    }
+}
+
+void drawClipPlanes(HybridControls& controls, const Bounds& bounds, PanelActions& actions) {
+    const auto half = static_cast<float>(0.5 * glm::length(bounds.size()));
+    for (std::size_t i = 0; i < controls.clipPlanes.size(); ++i) {
+        auto& plane = controls.clipPlanes[i];
+        ImGui::PushID(static_cast<int>(i));
+        angleSliders(actions, "plane", plane.normal);
+        const auto middle = static_cast<float>(glm::dot(plane.normal.direction(), bounds.center()));
+        note(actions, ImGui::SliderFloat("distance", &plane.distance, middle - half, middle + half, "%.4g"));
+        const bool removed = ImGui::Button("Remove plane");
+        ImGui::PopID();
+        if (!removed) continue;
+        controls.clipPlanes.erase(controls.clipPlanes.begin() + static_cast<std::ptrdiff_t>(i));
+        actions.viewChanged = true;
+        return;
+    }
+}
+
+void drawClip(HybridControls& controls, const Bounds& bounds, const LayerPanel& panel) {
+    if (!ImGui::CollapsingHeader("Cut away")) return;
+    drawClipBox(controls, bounds, panel.actions);
+    drawClipPlanes(controls, bounds, panel.actions);
+    if (controls.clipPlanes.size() >= HybridStyle::mostClipPlanes) return;
+    if (!ImGui::Button("Cut in front of the middle")) return;
+    controls.addClipPlane(bounds, panel.eye);
+    panel.actions.viewChanged = true;
+}
+
+}  // namespace
+
+HybridControls::HybridControls() {
+    read({});
+}
+
+std::vector<CurvePreset> HybridControls::presets(const proto::HybridManifest& manifest) {
+    const Interval values = valuesOf(manifest);
+    std::span<const std::uint64_t> histogram;
+    if (!manifest.steps().empty()) {
+        const auto& bins = manifest.steps(0).histogram();
+        histogram = {bins.data(), static_cast<std::size_t>(bins.size())};
+    }
+    return presetsOf(manifest.value_unit(), {values.low, values.high}, histogram);
+}
+
+Bounds HybridControls::boundsOf(const proto::HybridManifest& manifest) {
+    if (manifest.index_to_world_size() != 16 || manifest.source_size_size() != 3) return plotBounds;
+    glm::dmat4 toWorld(1.0);
+    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = manifest.index_to_world(i);  // glm keeps columns
+    const glm::dvec3 size(manifest.source_size(0), manifest.source_size(1), manifest.source_size(2));
+    return Bounds{glm::dvec3(-0.5), size - 0.5}.transformed(toWorld);  // samples are cells' centres
+}
+
+void HybridControls::setDataset(const proto::HybridManifest& manifest) {
+    const Interval values = valuesOf(manifest);
+    const bool first = values_ == Interval{0.0, 0.0};
+    const bool same = manifest.value_unit() == valuesUnit_ && values == values_;
+    values_ = values;
+    valuesUnit_ = manifest.value_unit();
+    curve.setValues(values);
+    if (same || (first && ownCurve_)) return;
+    const auto preset = presets(manifest).front();
+    curve.take(preset.knots, preset.colors);
+    ownColorRange = false;
+    colorRange = {static_cast<float>(values.low), static_cast<float>(values.high)};
+    clipPlanes.clear();
+    clipBox = false;
+    const Bounds bounds = boundsOf(manifest);
+    clipMin = toFloats(bounds.min);
+    clipMax = toFloats(bounds.max);
+}
+
+glm::dvec3 HybridControls::color(double value) const {
+    if (!curve.colors().empty()) return curve.color(value);
+    const auto map = ColorMap::find(colorMap);
+    const Interval ends = ownColorRange ? Interval{colorRange[0], colorRange[1]} : curve.extent();
+    return map.ok() ? (*map)((value - ends.low) / (ends.high - ends.low)) : glm::dvec3(0.0);
+}
+
+void HybridControls::addClipPlane(const Bounds& bounds, const glm::dvec3& eye) {
+    const glm::dvec3 away = bounds.center() - eye;
+    if (clipPlanes.size() >= HybridStyle::mostClipPlanes || !(glm::length(away) > 0.0)) return;
+    const auto normal = LightAngles::of(away);
+    clipPlanes.push_back({normal, static_cast<float>(glm::dot(normal.direction(), bounds.center()))});
+}
+
+void HybridControls::write(proto::HybridStyle& style) const {
+    writeCurve(curve, style);
+    style.set_representation(representation);
+    style.clear_color_map();
+    style.clear_color_range();
+    if (curve.colors().empty()) {
+        style.set_color_map(colorMap);
+        if (ownColorRange && colorRange[0] < colorRange[1]) {
+            for (const float end : colorRange) style.add_color_range(end);
+        }
+    }
+    style.set_point_shape(pointShape);
+    style.set_point_opacity(share(pointOpacity));
+    writeLight(*this, *style.mutable_light());
+    writeClip(*this, style);
+}
+
+void HybridControls::read(const proto::HybridStyle& message) {
+    const auto style = parseHybridStyle(message).value();
+    readCurve(message, curve);
+    ownCurve_ = !message.curve().empty();
+    values_ = {0.0, 0.0};
+    representation = message.representation();
+    colorMap = style.colorMap.name();
+    ownColorRange = style.colorRange.has_value();
+    if (style.colorRange) {
+        colorRange = {static_cast<float>(style.colorRange->low), static_cast<float>(style.colorRange->high)};
+    }
+    pointShape = message.point_shape().empty() ? "gaussian" : message.point_shape();
+    pointOpacity = static_cast<float>(style.pointOpacity);
+    readLight(style.light, *this);
+    readClip(style, *this);
+}
+
+void HybridEditor::drawFacts(const LayerPanel& panel) {
+    const auto& manifest = panel.server.shown->manifest();
+    const auto& hybrid = manifest.hybrid();
+    dim(fmt::format("{} {}, {}", fmt::join(hybrid.source_size(), " x "), hybrid.scalar_type(),
+                    metric(sourceBytes(hybrid), "B")));
+    const auto* shown = stepOf(hybrid, panel.step);
+    if (shown == nullptr) return;
+    std::string drawn = fmt::format("drawn from {}", fmt::join(hybrid.low_size(), " x "));
+    if (drawsPoints(controls, hybrid))
+        drawn += fmt::format(" and {}", metric(static_cast<double>(shown->points()), "points"));
+    if (drawsResidual(controls, hybrid))
+        drawn += fmt::format(" and {}", metric(static_cast<double>(shown->residual_samples()), "residuals"));
+    dim(fmt::format("{}; on disk {}", drawn, metric(storedBytes(manifest, *shown), "B")));
+    if (hybrid.steps_size() > 1) dim(fmt::format("t = {:.4g}", shown->time()));
+}
+
+void HybridEditor::draw(const LayerPanel& panel) {
+    if (!panel.server.shown) return;
+    const auto& manifest = panel.server.shown->manifest().hybrid();
+    drawCurve(controls, manifest, panel);
+    drawRepresentation(controls, manifest, panel.actions);
+    drawLight(controls, panel.actions);
+    drawClip(controls, HybridControls::boundsOf(manifest), panel);
+    colorBox(panel.actions, "background", panel.background);
+}
+
+}  // namespace mote::client

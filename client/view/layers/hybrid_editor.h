@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// HybridEditor: what the user sets of a hybrid volume, as sliders hold it (HybridControls, a value that is
+// free of any window), and its part of the panel.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "client/view/knot_curve.h"
+#include "client/view/layers/layer_editor.h"
+#include "client/view/slider_values.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
+#include "protocol/scene/curve_presets.h"
+
+namespace mote::client {
+
+/// What lies in front of it stays.
+struct ClipPlaneControls {
+    LightAngles normal;
+    float distance = 0.0F;  ///< from the origin along the normal, layer units
+};
+
+struct HybridControls {
+    KnotCurve curve;             ///< opacity over values in the source's own unit
+    std::string representation;  ///< "": the best that the dataset has
+    std::string colorMap;
+    bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
+    std::array<float, 2> colorRange{};  ///< in the source's unit
+    std::string pointShape;
+    float pointOpacity = 1.0F;  ///< how much of their correction is applied
+    LightAngles light;          ///< towards it
+    bool fixedLight = false;    ///< it does not turn with the camera
+    float ambient = 0.0F, diffuse = 0.0F, specular = 0.0F;
+    std::vector<ClipPlaneControls> clipPlanes;
+    bool clipBox = false;
+    std::array<float, 3> clipMin{}, clipMax{};  ///< layer units
+
+    HybridControls();
+
+    /// Another dataset: its range of values and, where the curve is that of values of another kind, a curve
+    /// that suits it.
+    void setDataset(const proto::HybridManifest& manifest);
+    /// Curves for the values of the dataset; its first step stands for all.
+    static std::vector<CurvePreset> presets(const proto::HybridManifest& manifest);
+    /// The box of the volume, layer units.
+    static Bounds boundsOf(const proto::HybridManifest& manifest);
+    /// Linear RGB.
+    glm::dvec3 color(double value) const;
+
+    /// A plane through the middle of `bounds` that cuts away what lies on the side of `eye`.
+    void addClipPlane(const Bounds& bounds, const glm::dvec3& eye);
+
+    /// Fills the fields above and leaves the others alone.
+    void write(proto::HybridStyle& style) const;
+    /// Takes a style that has been parsed without error.
+    void read(const proto::HybridStyle& style);
+
+  private:
+    bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
+    std::string valuesUnit_;     // of the dataset for which the curve is
+    Interval values_{0.0, 0.0};  // likewise; empty before the first dataset
+};
+class HybridEditor final : public LayerEditor {
+  public:
+    void read(const proto::Layer& layer) override { controls.read(layer.hybrid()); }
+    void write(proto::Layer& layer) const override { controls.write(*layer.mutable_hybrid()); }
+    void setDataset(const proto::Manifest& manifest) override { controls.setDataset(manifest.hybrid()); }
+    int steps(const proto::Manifest& manifest) const override { return manifest.hybrid().steps_size(); }
+    Bounds bounds(const proto::Manifest& manifest) const override {
+        return HybridControls::boundsOf(manifest.hybrid());
+    }
+    void drawFacts(const LayerPanel& panel) override;
+    void draw(const LayerPanel& panel) override;
+
+    HybridControls controls;
+};
+
+}  // namespace mote::client

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/layers/particles_editor.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <set>
+#include <span>
+
+#include "client/view/curve_editor.h"
+#include "client/view/panel_widgets.h"
+#include "client/view/server_state.h"
+#include "protocol/scene/color_map.h"
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/srgb.h"
+
+namespace mote::client {
+namespace {
+
+using Which = TransferFunctions::Which;
+
+/// One of the two curves, for the curve editor.
+class DensityCurve final : public EditedCurve {
+  public:
+    DensityCurve(TransferFunctions& functions, Which which) : functions_(functions), which_(which) {}
+    const std::vector<Curve::Knot>& knots() const override { return functions_.knots(which_); }
+    void move(std::size_t knot, Curve::Knot to) override { functions_.move(which_, knot, to); }
+    std::size_t insert(Curve::Knot at) override { return functions_.insert(which_, at); }
+    void remove(std::size_t knot) override { functions_.remove(which_, knot); }
+
+  private:
+    TransferFunctions& functions_;
+    Which which_;
+};
+
+const proto::ParticleStepEntry* shownStep(const LayerPanel& panel) {
+    if (!panel.server.shown) return nullptr;
+    const auto& steps = panel.server.shown->manifest().particles().steps();
+    const auto index = static_cast<int>(panel.step);
+    return index < steps.size() ? &steps[index] : nullptr;
+}
+
+std::span<const std::uint64_t> shownHistogram(const LayerPanel& panel) {
+    const auto* step = shownStep(panel);
+    if (step == nullptr) return {};
+    return {step->density_histogram().data(), static_cast<std::size_t>(step->density_histogram_size())};
+}
+
+void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
+    if (!section("Transfer functions")) return;
+    CurveEditorLook look{
+        .xName = "log density", .yName = "opacity", .rootAxis = true, .height = 120.0F * panel.scale};
+    look.histogram = shownHistogram(panel);
+    if (const auto map = ColorMap::find(controls.colorMap); map.ok()) look.color = *map;
+    text("Volume: opacity over log density");
+    DensityCurve volume(controls.functions, Which::volume);
+    noteCurve(panel.actions, curveEditor("volume", volume, look));
+    nameList(panel.actions, "colours", controls.colorMap, ColorMap::names());
+    text("Points: fraction over log density");
+    look = {.xName = "log density", .yName = "fraction", .rootAxis = false, .height = 90.0F * panel.scale};
+    look.histogram = shownHistogram(panel);
+    DensityCurve points(controls.functions, Which::points);
+    noteCurve(panel.actions, curveEditor("points", points, look));
+    bool linked = controls.functions.linked();
+    if (!ImGui::Checkbox("linked", &linked)) return;
+    controls.functions.setLinked(linked);
+    panel.actions.viewChanged = true;
+}
+
+void drawPoints(ParticlesControls& controls, const LayerPanel& panel) {
+    if (!section("Points")) return;
+    logSlider(panel.actions, "opacity", controls.pointOpacity, 0.0005F, 1.0F, "%.4f");
+    logSlider(panel.actions, "size (pixels)", controls.pointSize, 0.3F, 16.0F, "%.1f");
+    colorBox(panel.actions, "colour", controls.pointColor);
+    ImGui::SameLine();
+    colorBox(panel.actions, "background", panel.background);
+}
+
+}  // namespace
+
+ParticlesControls::ParticlesControls() {
+    read({});
+    plotOpacity_ = pointOpacity;
+}
+
+void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
+    std::uint64_t most = 0;
+    for (const auto& step : manifest.steps()) most = std::max(most, step.particles());
+    const auto opacity = static_cast<float>(defaultPointOpacity(most));
+    const bool chosen = ownOpacity_ || pointOpacity != plotOpacity_;
+    if (!chosen) pointOpacity = opacity;
+    plotOpacity_ = opacity;
+}
+
+void ParticlesControls::write(proto::ParticlesStyle& style) const {
+    functions.write(style);
+    style.mutable_volume()->set_color_map(colorMap);
+    style.mutable_points()->set_opacity(share(pointOpacity));
+    style.mutable_points()->set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
+    assignColor(style.mutable_points()->mutable_color(), pointColor);
+}
+
+void ParticlesControls::read(const proto::ParticlesStyle& message) {
+    const auto style = parseParticlesStyle(message).value();
+    functions.read(message);
+    colorMap = style.colorMap.name();
+    ownOpacity_ = message.points().has_opacity();
+    pointOpacity = static_cast<float>(ownOpacity_ ? message.points().opacity() : style.pointOpacity);
+    pointSize = static_cast<float>(style.pointSize);
+    pointColor = toFloats(linearToSrgb(style.pointColor));
+}
+
+void ParticlesEditor::drawFacts(const LayerPanel& panel) {
+    const auto& dataset = *panel.server.shown;
+    if (const auto* step = shownStep(panel)) {
+        dim(fmt::format("{}, {} lost, t = {:.4g} s",
+                        metric(static_cast<double>(step->particles()), "particles"), step->lost(),
+                        step->time()));
+    }
+    const auto shown = axesOf(dataset);
+    if (!shown) return;
+    drawAxisLists(*shown, dataset, panel.actions);
+    for (const auto& axis : dataset.manifest().particles().axes()) {
+        dim(fmt::format("{}: {:.4g} to {:.4g} {}", axis.name(), axis.min(), axis.max(), axis.unit()));
+    }
+    if (!dataset.has_replot()) dim("Its run is not beneath the server's roots: no other plots.");
+}
+
+void ParticlesEditor::drawAxisLists(const AxisNames& shown, const proto::Description& dataset,
+                                    PanelActions& actions) {
+    if (axesOfDataset_ != dataset.dataset()) {
+        axes_ = shown;
+        axesOfDataset_ = dataset.dataset();
+    }
+    ImGui::PushItemWidth(78.0F * ImGui::GetFontSize() / 14.0F);
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+        if (i > 0) ImGui::SameLine();
+        chooseName(fmt::format("##axis{}", i).c_str(), axes_[i], plotAxes());
+    }
+    ImGui::PopItemWidth();
+    ImGui::SameLine();
+    const bool three = std::set<std::string>(axes_.begin(), axes_.end()).size() == 3;
+    ImGui::BeginDisabled(!three || axes_ == shown || !dataset.has_replot());
+    if (ImGui::Button("Plot")) actions.plot = axes_;
+    ImGui::EndDisabled();
+}
+
+void ParticlesEditor::draw(const LayerPanel& panel) {
+    drawCurves(controls, panel);
+    drawPoints(controls, panel);
+}
+
+}  // namespace mote::client

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ParticlesEditor: what the user sets of a particle plot, as sliders hold it (ParticlesControls, a value that
+// is free of any window), and its part of the panel.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "client/view/layers/layer_editor.h"
+#include "client/view/layers/transfer_functions.h"
+#include "client/view/replot.h"
+#include "protocol/mote.pb.h"
+
+namespace mote::client {
+
+struct ParticlesControls {
+    TransferFunctions functions;
+    std::string colorMap;
+    float pointOpacity = 0.0F;
+    float pointSize = 0.0F;             ///< pixels
+    std::array<float, 3> pointColor{};  ///< sRGB-encoded
+
+    ParticlesControls();
+
+    /// Another plot: an opacity of points that nobody has chosen goes with how many it has.
+    void setDataset(const proto::ParticlesManifest& manifest);
+
+    /// Fills the fields above and leaves the others alone.
+    void write(proto::ParticlesStyle& style) const;
+    /// Takes a style that has been parsed without error.
+    void read(const proto::ParticlesStyle& style);
+
+  private:
+    bool ownOpacity_ = false;   // from a saved view
+    float plotOpacity_ = 0.0F;  // defaultPointOpacity() of the plot
+};
+
+class ParticlesEditor final : public LayerEditor {
+  public:
+    void read(const proto::Layer& layer) override { controls.read(layer.particles()); }
+    void write(proto::Layer& layer) const override { controls.write(*layer.mutable_particles()); }
+    void setDataset(const proto::Manifest& manifest) override { controls.setDataset(manifest.particles()); }
+    int steps(const proto::Manifest& manifest) const override { return manifest.particles().steps_size(); }
+    void drawFacts(const LayerPanel& panel) override;
+    void draw(const LayerPanel& panel) override;
+
+    ParticlesControls controls;
+
+  private:
+    void drawAxisLists(const AxisNames& shown, const proto::Description& dataset, PanelActions& actions);
+
+    AxisNames axes_;             // chosen in the lists
+    std::string axesOfDataset_;  // the dataset that axes_ was last taken from
+};
+
+}  // namespace mote::client

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/layers/transfer_functions.h"
+
+#include <algorithm>
+
+#include "protocol/scene/particles_style.h"
+
+namespace mote::client {
+
+TransferFunctions::TransferFunctions() {
+    read(proto::ParticlesStyle());
+}
+
+void TransferFunctions::follow() {
+    if (linked_) points_.take(linkedFraction(Curve::create(volume_.knots()).value()).knots());
+}
+
+void TransferFunctions::setLinked(bool linked) {
+    linked_ = linked;
+    follow();
+}
+
+void TransferFunctions::move(Which which, std::size_t knot, Curve::Knot to) {
+    if (isOpposite(which)) {
+        moveOpposite(knot, to);
+    } else {
+        edited(which).move(knot, to);
+    }
+    follow();
+}
+
+/// The volume's greatest opacity is what fractions are measured by, so a knot that alone holds it moves
+/// sideways only.
+void TransferFunctions::moveOpposite(std::size_t knot, Curve::Knot to) {
+    points_.move(knot, to);
+    const Curve::Knot held = points_.knots()[knot];
+    const auto& all = volume_.knots();
+    double most = 0.0;
+    for (const auto& each : all) most = std::max(most, each.y);
+    const auto holders =
+        std::count_if(all.begin(), all.end(), [&](const auto& each) { return each.y >= most; });
+    const bool alone = all[knot].y >= most && holders == 1;
+    volume_.move(knot, {held.x, alone ? most : most * (1.0 - held.y)});
+}
+
+std::size_t TransferFunctions::insert(Which which, Curve::Knot at) {
+    auto& curve = edited(which);
+    const std::size_t before = curve.knots().size();
+    const double y = isOpposite(which) ? Curve::create(curve.knots()).value()(at.x) : at.y;
+    const std::size_t knot = curve.insert({at.x, y});
+    follow();
+    if (isOpposite(which) && curve.knots().size() > before) move(which, knot, at);
+    return knot;
+}
+
+void TransferFunctions::remove(Which which, std::size_t knot) {
+    edited(which).remove(knot);
+    follow();
+}
+
+void TransferFunctions::write(proto::ParticlesStyle& style) const {
+    style.mutable_volume()->clear_curve();
+    for (const auto& knot : volume_.knots()) {
+        auto* written = style.mutable_volume()->add_curve();
+        written->set_density(knot.x);
+        written->set_opacity(knot.y);
+    }
+    style.mutable_points()->set_linked(linked_);
+    style.mutable_points()->clear_curve();
+    if (linked_) return;
+    for (const auto& knot : points_.knots()) {
+        auto* written = style.mutable_points()->add_curve();
+        written->set_density(knot.x);
+        written->set_fraction(knot.y);
+    }
+}
+
+void TransferFunctions::read(const proto::ParticlesStyle& style) {
+    const auto parsed = parseParticlesStyle(style).value();
+    volume_.take(parsed.volumeOpacity.knots());
+    points_.take(parsed.pointFraction.knots());
+    linked_ = !style.points().has_linked() || style.points().linked();
+}
+
+}  // namespace mote::client

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/dataset.h"
+
+#include <algorithm>
+#include <array>
+#include <glm/mat4x4.hpp>
+
+namespace mote {
+namespace {
+
+int noSteps(const proto::Manifest&) {
+    return 0;
+}
+
+int particleSteps(const proto::Manifest& manifest) {
+    return manifest.particles().steps_size();
+}
+
+int hybridSteps(const proto::Manifest& manifest) {
+    return manifest.hybrid().steps_size();
+}
+
+Bounds plotBox(const proto::Manifest&) {
+    return plotBounds;
+}
+
+Bounds hybridBox(const proto::Manifest& manifest) {
+    const auto& hybrid = manifest.hybrid();
+    if (hybrid.index_to_world_size() != 16 || hybrid.source_size_size() != 3) return plotBounds;
+    glm::dmat4 toWorld(1.0);
+    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = hybrid.index_to_world(i);  // glm keeps columns
+    const glm::dvec3 size(hybrid.source_size(0), hybrid.source_size(1), hybrid.source_size(2));
+    return Bounds{glm::dvec3(-0.5), size - 0.5}.transformed(toWorld);  // samples are cells' centres
+}
+
+/// Of a mesh, and of a stipple hierarchy on one; a plane has none.
+Bounds meshBox(const proto::Manifest& manifest) {
+    const auto& mesh = manifest.mesh();
+    if (mesh.bounds_min_size() != 3 || mesh.bounds_max_size() != 3) return plotBounds;
+    return {{mesh.bounds_min(0), mesh.bounds_min(1), mesh.bounds_min(2)},
+            {mesh.bounds_max(0), mesh.bounds_max(1), mesh.bounds_max(2)}};
+}
+
+struct Kind {
+    std::string_view name;
+    proto::Layer::KindCase layer;
+    int (*steps)(const proto::Manifest&);
+    Bounds (*bounds)(const proto::Manifest&);
+};
+
+constexpr std::array kinds{
+    Kind{"particles", proto::Layer::kParticles, particleSteps, plotBox},
+    Kind{"hybrid", proto::Layer::kHybrid, hybridSteps, hybridBox},
+    Kind{"stipple", proto::Layer::kStipple, noSteps, meshBox},
+    Kind{"mesh", proto::Layer::KIND_NOT_SET, noSteps, meshBox},
+    Kind{"image", proto::Layer::KIND_NOT_SET, noSteps, plotBox},
+};
+
+/// One that is not in the table is drawn by no layer.
+Kind findKind(std::string_view name) {
+    const auto* const found = std::ranges::find(kinds, name, &Kind::name);
+    return found != kinds.end() ? *found : Kind{name, proto::Layer::KIND_NOT_SET, noSteps, plotBox};
+}
+
+}  // namespace
+
+proto::Layer::KindCase layerThatDraws(std::string_view datasetKind) {
+    return findKind(datasetKind).layer;
+}
+
+int stepCount(const proto::Manifest& manifest) {
+    return findKind(manifest.kind()).steps(manifest);
+}
+
+Bounds datasetBounds(const proto::Manifest& manifest) {
+    return findKind(manifest.kind()).bounds(manifest);
+}
+
+}  // namespace mote

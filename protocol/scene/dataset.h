@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What every program may ask of a dataset by its manifest, whatever its kind: the layer that draws it, its
+// steps, its box. One table of kinds stands behind it (dataset.cpp); what only storage must know of a kind
+// stands in storage/dataset_kind.h. Pure functions; a manifest that nobody has checked does no harm.
+#pragma once
+
+#include <string_view>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/bounds.h"
+
+namespace mote {
+
+/// The kind of layer that draws datasets of a kind ("particles", ...); KIND_NOT_SET where none does by
+/// itself.
+proto::Layer::KindCase layerThatDraws(std::string_view datasetKind);
+
+/// Steps of a series; none of a dataset without time.
+int stepCount(const proto::Manifest& manifest);
+
+/// The box that it fills, in layer space: of a mesh or a volume its own units, of a plot [-1, 1].
+Bounds datasetBounds(const proto::Manifest& manifest);
+
+}  // namespace mote

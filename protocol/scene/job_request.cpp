@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/job_request.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace mote {
+namespace {
+
+using Request = proto::JobRequest;
+
+constexpr std::size_t largestRequest = 64 * 1024;  // bytes of the whole message
+constexpr std::size_t longestTitle = 256;          // bytes
+constexpr std::size_t longestWord = 64;            // bytes of an axis, a format, a range
+constexpr std::size_t longestSpecies = 256;        // bytes
+constexpr std::size_t longestName = 1024;          // bytes of "ROOT/PATH"
+constexpr std::size_t longestPart = 255;           // bytes between two "/", as Linux has it
+constexpr int mostInputs = 4096;
+constexpr int mostBounds = 16;
+
+Error bad(std::string field, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
+}
+
+Status checkWord(const std::string& word, std::string field, std::size_t longest = longestWord) {
+    if (word.size() > longest) return bad(std::move(field), fmt::format("is longer than {} bytes", longest));
+    for (const unsigned char c : word) {
+        if (c < 0x20 || c == 0x7f) return bad(std::move(field), "holds a control character");
+    }
+    return success();
+}
+
+/// "ROOT/PATH" that a file may have; what it means is the roots' to say.
+Status checkName(const std::string& name, const std::string& field) {
+    MOTE_RETURN_IF_ERROR(checkWord(name, field, longestName));
+    for (std::size_t begin = 0; begin < name.size();) {
+        const auto end = std::min(name.find('/', begin), name.size());
+        if (end - begin > longestPart) {
+            return bad(field, fmt::format("has a part of more than {} bytes", longestPart));
+        }
+        begin = end + 1;
+    }
+    return success();
+}
+
+Status checkCount(int inputs, const char* field) {
+    if (inputs == 0) return bad(field, "names no file");
+    if (inputs <= mostInputs) return success();
+    return bad(field, fmt::format("names more than {} files", mostInputs));
+}
+
+Status checkFinite(double value, const char* field) {
+    return std::isfinite(value) ? success() : bad(field, "must be a finite number");
+}
+
+Status checkAxes(const proto::ParticlesJob& job) {
+    if (job.axes_size() != 3) return bad("axes", fmt::format("needs three names, not {}", job.axes_size()));
+    for (int i = 0; i < 3; ++i) {
+        const auto field = fmt::format("axes[{}]", i);
+        if (job.axes(i).empty()) return bad(field, "is empty");
+        MOTE_RETURN_IF_ERROR(checkWord(job.axes(i), field));
+        for (int j = 0; j < i; ++j) {
+            if (job.axes(i) == job.axes(j))
+                return bad(field, fmt::format("\"{}\" is given twice", job.axes(i)));
+        }
+    }
+    return success();
+}
+
+Status checkBounds(const proto::ParticlesJob& job) {
+    if (job.bounds_size() > mostBounds) {
+        return bad("bounds", fmt::format("has more than {} entries", mostBounds));
+    }
+    for (int i = 0; i < job.bounds_size(); ++i) {
+        const auto& axis = job.bounds(i);
+        const auto field = fmt::format("bounds[{}]", i);
+        MOTE_RETURN_IF_ERROR(checkWord(axis.name(), field + ".name"));
+        MOTE_RETURN_IF_ERROR(checkWord(axis.unit(), field + ".unit"));
+        if (!std::isfinite(axis.min()) || !std::isfinite(axis.max()) || !(axis.min() < axis.max())) {
+            return bad(field, "needs finite numbers, min below max");
+        }
+    }
+    return success();
+}
+
+Status checkParticles(const Request& request) {
+    const auto& job = request.particles();
+    MOTE_RETURN_IF_ERROR(checkAxes(job));
+    MOTE_RETURN_IF_ERROR(checkWord(job.format(), "format"));
+    MOTE_RETURN_IF_ERROR(checkWord(job.species(), "species", longestSpecies));
+    MOTE_RETURN_IF_ERROR(checkWord(job.steps(), "steps"));
+    MOTE_RETURN_IF_ERROR(checkBounds(job));
+    const auto& impact = job.impact();
+    for (const double value :
+         {impact.frequency(), impact.mass(), impact.kinetic_energy(), impact.current()}) {
+        if (!std::isfinite(value)) return bad("impact", "needs finite numbers");
+    }
+    return checkCount(job.inputs_size(), "inputs");
+}
+
+Status checkSynthBeam(const Request& request) {
+    const auto& job = request.synth_beam();
+    if (job.particles() == 0) return bad("particles", "must be at least 1");
+    if (job.steps() == 0) return bad("steps", "must be at least 1");
+    return checkFinite(job.mismatch(), "mismatch");
+}
+
+Status checkStipple(const Request& request) {
+    const auto& job = request.stipple();
+    if (job.points() == 0) return bad("points", "must be at least 1");
+    return checkFinite(job.relaxation(), "relaxation");
+}
+
+Status checkVolume(const Request& request) {
+    const auto& job = request.volume();
+    MOTE_RETURN_IF_ERROR(checkFinite(job.threshold(), "threshold"));
+    MOTE_RETURN_IF_ERROR(checkWord(job.filter(), "filter"));
+    MOTE_RETURN_IF_ERROR(checkWord(job.representation(), "representation"));
+    return checkCount(job.inputs_size(), "inputs");
+}
+
+Status checkNothing(const Request&) {
+    return success();
+}
+
+using Inputs = std::vector<JobInput>;
+
+template <class Names>
+Inputs listed(const Names& names) {
+    Inputs inputs;
+    for (const auto& name : names) inputs.push_back({fmt::format("inputs[{}]", inputs.size()), name});
+    return inputs;
+}
+
+Inputs particlesInputs(const Request& request) {
+    return listed(request.particles().inputs());
+}
+Inputs volumeInputs(const Request& request) {
+    return listed(request.volume().inputs());
+}
+Inputs stippleInputs(const Request& request) {
+    const auto& mesh = request.stipple().mesh();
+    return mesh.empty() ? Inputs{} : Inputs{{"mesh", mesh}};
+}
+Inputs meshInputs(const Request& request) {
+    return {{"input", request.mesh().input()}};
+}
+Inputs imageInputs(const Request& request) {
+    return {{"input", request.image().input()}};
+}
+Inputs noInputs(const Request&) {
+    return {};
+}
+
+/// What must be said of each kind of job; places are within its own field.
+struct Kind {
+    Request::KindCase kind;
+    Inputs (*inputs)(const Request&);
+    Status (*check)(const Request&);
+    std::string_view ending = ".mote";  ///< of what it makes
+};
+
+constexpr std::array kinds{
+    Kind{Request::kParticles, particlesInputs, checkParticles},
+    Kind{Request::kSynthBeam, noInputs, checkSynthBeam, ".h5"},
+    Kind{Request::kStipple, stippleInputs, checkStipple},
+    Kind{Request::kMesh, meshInputs, checkNothing},
+    Kind{Request::kImage, imageInputs, checkNothing},
+    Kind{Request::kVolume, volumeInputs, checkVolume},
+};
+
+Kind kindOf(const Request& request) {
+    const auto* const found = std::ranges::find(kinds, request.kind_case(), &Kind::kind);
+    return found != kinds.end() ? *found : Kind{request.kind_case(), noInputs, checkNothing};
+}
+
+const google::protobuf::OneofDescriptor& choices() {
+    return *Request::descriptor()->FindOneofByName("kind");
+}
+
+/// "particles", the field that holds the job.
+std::string fieldOf(const Request& request) {
+    const auto* field = Request::GetReflection()->GetOneofFieldDescriptor(request, &choices());
+    return field ? field->json_name() : std::string();
+}
+
+Error missingKind() {
+    std::vector<std::string> names;
+    for (int i = 0; i < choices().field_count(); ++i) names.push_back(choices().field(i)->json_name());
+    return bad("kind", fmt::format("is missing: give one of {}", fmt::join(names, ", ")));
+}
+
+Status checkOutput(const std::string& output, std::string_view ending) {
+    MOTE_RETURN_IF_ERROR(checkName(output, "output"));
+    const auto slash = output.rfind('/');
+    const auto file = std::string_view(output).substr(slash == std::string::npos ? 0 : slash + 1);
+    if (file.size() > ending.size() && file.ends_with(ending) && !file.starts_with('.')) return success();
+    return bad("output", fmt::format("must be ROOT/PATH and end in a name like NAME{}", ending));
+}
+
+}  // namespace
+
+std::vector<JobInput> jobInputs(const Request& message) {
+    auto inputs = kindOf(message).inputs(message);
+    for (auto& input : inputs) input.field = fmt::format("{}.{}", fieldOf(message), input.field);
+    return inputs;
+}
+
+Result<JobRequest> parseJobRequest(const Request& message) {
+    if (message.ByteSizeLong() > largestRequest) {
+        return Error{ErrorCode::resourceExhausted, "",
+                     fmt::format("the request has more than {} bytes", largestRequest)};
+    }
+    MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestTitle));
+    if (message.kind_case() == Request::KIND_NOT_SET) return missingKind();
+    const auto kind = kindOf(message);
+    MOTE_RETURN_IF_ERROR(kind.check(message), fieldOf(message));
+    JobRequest request{message, jobInputs(message)};
+    for (const auto& input : request.inputs) MOTE_RETURN_IF_ERROR(checkName(input.name, input.field));
+    MOTE_RETURN_IF_ERROR(checkOutput(message.output(), kind.ending));
+    return request;
+}
+
+}  // namespace mote

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What the kernel's error numbers are called among our errors, and in words. Pure functions.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocol/scene/error.h"
+
+namespace mote {
+
+/// "No such file or directory".
+std::string systemMessage(int number);
+
+/// notFound, permissionDenied, alreadyExists, resourceExhausted or internal; "WHERE: WHAT: No such file ...".
+Error systemError(int number, std::string where, std::string_view what);
+
+}  // namespace mote

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/hybrid/lower_hybrid.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "protocol/scene/curve_presets.h"
+#include "server/render/layers/hybrid/shades.h"
+
+namespace mote::render {
+namespace {
+
+/// From the least to the greatest knot; a small range where there is but one.
+ValueRange knotsOf(const Curve& curve, const ValueRange& all) {
+    const double low = curve.knots().front().x, high = curve.knots().back().x;
+    return {low, high > low ? high : low + (all.high - all.low) / 256.0};
+}
+
+/// With a margin, so that a step at a knot lies inside; of a table's 4095 cells 63 on either side, so that
+/// both ends of the range are ends of cells.
+ValueRange around(const ValueRange& range) {
+    const double margin = (range.high - range.low) / 63.0;
+    return {range.low - margin, range.high + margin};
+}
+
+/// A half-space of layer space, in the box.
+HalfSpace inBox(const HalfSpace& layer, const glm::dmat4& boxToLayer) {
+    return {glm::transpose(glm::dmat3(boxToLayer)) * layer.normal,
+            layer.distance - glm::dot(layer.normal, glm::dvec3(boxToLayer[3]))};
+}
+
+std::vector<HalfSpace> clipsOf(const HybridStyle& style, const glm::dmat4& boxToLayer) {
+    std::vector<HalfSpace> clips;
+    for (const auto& plane : style.clipPlanes) clips.push_back(inBox(plane, boxToLayer));
+    if (!style.clipBox) return clips;
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::dvec3 normal(0.0);
+        normal[axis] = 1.0;
+        clips.push_back(inBox({normal, style.clipBox->min[axis]}, boxToLayer));
+        clips.push_back(inBox({-normal, -style.clipBox->max[axis]}, boxToLayer));
+    }
+    return clips;
+}
+
+/// Points are corrections that a style weakens and gives a shape.
+CorrectedField samplesOf(const HybridStyle& style, const std::shared_ptr<const GridField>& field,
+                         const Shades& shades) {
+    const auto representation = resolved(style.representation, *field);
+    CorrectedField samples{
+        .grid = field, .bricks = representation != HybridRepresentation::volume, .shades = shades};
+    if (representation == HybridRepresentation::points) {
+        samples.correction = style.pointOpacity;
+        samples.steepness = style.pointSteepness();
+    }
+    return samples;
+}
+
+}  // namespace
+
+Curve defaultOpacity(const GridField& field) {
+    const std::vector<std::uint64_t> histogram(field.histogram.begin(), field.histogram.end());
+    const auto knots = presetsOf("", field.range, histogram).front().knots;
+    return Curve::create(knots, knots.front().x, knots.back().x).value();
+}
+
+HybridRepresentation resolved(HybridRepresentation asked, const GridField& field) {
+    return asked == HybridRepresentation::best ? field.parts : asked;
+}
+
+TransferFunction transferOf(const HybridStyle& style, const GridField& field) {
+    TransferFunction transfer{.opacity = style.opacity ? *style.opacity : defaultOpacity(field),
+                              .opacityLength = HybridStyle::opacityShare * field.longestEdge(),
+                              .colorMap = style.colorMap,
+                              .colors = style.colors};
+    transfer.span = knotsOf(transfer.opacity, field.range);
+    transfer.colorRange = style.colorRange ? *style.colorRange : transfer.span;
+    if (transfer.colors.empty()) {
+        transfer.span = {std::min(transfer.span.low, transfer.colorRange.low),
+                         std::max(transfer.span.high, transfer.colorRange.high)};
+    }
+    transfer.span = around(transfer.span);
+    return transfer;
+}
+
+void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,
+                 const std::shared_ptr<const GridField>& field, Lowering& out) {
+    const glm::dmat4 worldToEye = out.plan.camera.worldToEye();
+    const glm::dmat4 layerToEye = worldToEye * layer.transform;
+    const glm::dmat4 boxToEye = layerToEye * field->boxToLayer;
+    out.addBox(Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(boxToEye));
+    out.plan.fields.push_back(
+        {.layer = index,
+         .boxToEye = boxToEye,
+         .boxToLayer = glm::dmat3(field->boxToLayer),
+         .transfer = transferOf(style, *field),
+         .clips = clipsOf(style, field->boxToLayer),
+         .samples = samplesOf(style, field, shadesOf(style.light, layerToEye, worldToEye))});
+}
+
+}  // namespace mote::render

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A hybrid layer becomes a field: what its style leaves open is taken from its dataset. Part of the picture's
+// definition (docs/PICTURE.md). Pure functions.
+#pragma once
+
+#include <memory>
+
+#include "protocol/scene/view.h"
+#include "server/render/layers/lowering.h"
+
+namespace mote::render {
+
+/// Where a style has none: the first preset that suits the values (protocol/scene/curve_presets.h), which is
+/// what a viewer begins with.
+Curve defaultOpacity(const GridField& field);
+
+/// By the source's unit.
+TransferFunction transferOf(const HybridStyle& style, const GridField& field);
+
+/// What the field has, where the style leaves it open.
+HybridRepresentation resolved(HybridRepresentation asked, const GridField& field);
+
+/// `index`: of the layer in its view.
+void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,
+                 const std::shared_ptr<const GridField>& field, Lowering& out);
+
+}  // namespace mote::render

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Lowering: what a kind of layer is given to become primitives, and where it puts them. Made for one plan by
+// make_frame_plan.h; one thread.
+#pragma once
+
+#include <vector>
+
+#include "protocol/scene/bounds.h"
+#include "server/render/plan/frame_plan.h"
+#include "server/render/plan/quality.h"
+#include "server/render/plan/selection_cache.h"
+
+namespace mote::render {
+
+struct Lowering {
+    FramePlan& plan;  ///< its size and its camera are told
+    const Quality& quality;
+    SelectionCache& selections;
+    DeviceAbilities device;
+    Reading reading;
+    double pixels;                     ///< of the plan, a pixel of the view
+    std::uint32_t slabs;               ///< that each layer is cut into
+    std::vector<DepthRange> depths{};  ///< where something lies
+
+    /// Something lies in a box of eye space.
+    void addBox(const Bounds& inEye);
+};
+
+}  // namespace mote::render

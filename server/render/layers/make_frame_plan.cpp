@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/make_frame_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <variant>
+
+#include "protocol/scene/mote_check.h"
+#include "server/render/layers/hybrid/lower_hybrid.h"
+#include "server/render/layers/lowering.h"
+#include "server/render/layers/particles/lower_particles.h"
+
+namespace mote::render {
+namespace {
+
+std::uint32_t scaledSide(std::uint32_t pixels, double scale) {
+    return std::max(1U, static_cast<std::uint32_t>(std::lround(pixels * scale)));
+}
+
+/// Least and greatest of the finite depths; 1 and 1 where there are none.
+std::pair<double, double> finiteDepths(const Dots& dots) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Dot& dot : dots) {
+        if (!std::isfinite(dot.depth)) continue;
+        low = std::min(low, dot.depth);
+        high = std::max(high, dot.depth);
+    }
+    return low > high ? std::pair(1.0, 1.0) : std::pair(low, high);
+}
+
+/// Dots of a scene for a plan of fewer pixels, without those nearer than what is seen.
+std::shared_ptr<const Dots> dotsOf(const Scene& scene, const FramePlan& plan) {
+    if (scene.dots == nullptr || scene.dots->empty()) return {};
+    const double least = nearLimit(plan.camera);
+    const auto hidden = [least](const Dot& dot) { return std::isfinite(dot.depth) && dot.depth < least; };
+    const bool scaled = plan.width != scene.view.width || plan.height != scene.view.height;
+    if (!scaled && std::none_of(scene.dots->begin(), scene.dots->end(), hidden)) return scene.dots;
+    auto dots = std::make_shared<Dots>(*scene.dots);
+    std::erase_if(*dots, hidden);
+    const float across = static_cast<float>(plan.width) / static_cast<float>(scene.view.width);
+    const float down = static_cast<float>(plan.height) / static_cast<float>(scene.view.height);
+    for (Dot& dot : *dots) {
+        dot.x *= across;
+        dot.y *= down;
+        dot.radius *= down;
+    }
+    return dots;
+}
+
+/// The depths of dots that are finite. They stand where they are, whatever slab that is in. `nearest`: that
+/// is seen.
+DepthRange depthsOf(const Dots& dots, double nearest) {
+    constexpr std::uint32_t slabs = 0;
+    // A little more, so that there is a range where all dots have one depth, or none: then where it is seen.
+    const auto [first, last] = finiteDepths(dots);
+    const double low = std::max(first, nearest), high = std::max(last, nearest);
+    return {low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), slabs};
+}
+
+/// In a very wide picture the rays at its corners go through a slab slantwise, and a box may lie in one slab
+/// of theirs: beyond 60 degrees slabs are cut as much finer as the way through one is longer.
+std::uint32_t slabsFor(const FramePlan& plan, std::uint32_t slabs) {
+    if (!plan.camera.perspective()) return slabs;
+    const double up = plan.camera.halfHeight(), right = up * plan.width / plan.height;
+    const double way = 0.5 * std::sqrt(1.0 + right * right + up * up);
+    return std::max(slabs, static_cast<std::uint32_t>(std::min<double>(slabs * way, mostSlabs)));
+}
+
+/// Cuts all depths at which something can be seen; none where there are none.
+void cutDepths(FramePlan& plan, std::vector<DepthRange> depths) {
+    if (plan.anyDots()) depths.push_back(depthsOf(*plan.dots, nearLimit(plan.camera)));
+    for (auto& range : depths) range.nearDepth = std::max(range.nearDepth, nearLimit(plan.camera));
+    plan.sections = depthSections(depths);
+    if (plan.sections.empty()) return;
+    plan.nearDepth = plan.sections.front().nearDepth;
+    plan.farDepth = plan.sections.back().farDepth;
+    plan.slabs = plan.sections.back().endSlab();
+}
+
+/// The kinds of layers that lower to primitives here; stipples are dots already.
+struct LayerLowering {
+    const Scene& scene;
+    std::size_t index;
+    Lowering& out;
+
+    const Layer& layer() const { return scene.view.layers[index]; }
+    void operator()(const ParticlesStyle& style) const {
+        lowerParticles(layer(), index, style, scene.steps[index], out);
+    }
+    void operator()(const HybridStyle& style) const {
+        MOTE_CHECK(index < scene.hybrids.size());
+        lowerHybrid(layer(), index, style, scene.hybrids[index], out);
+    }
+    void operator()(const StippleStyle&) const {}
+};
+
+}  // namespace
+
+void Lowering::addBox(const Bounds& inEye) {
+    const double low = -inEye.max.z, high = -inEye.min.z;
+    // Never of no length, which rounding may make of what is far away.
+    const double margin = 1e-12 * std::max(std::abs(low), std::abs(high));
+    depths.push_back(high - low > 2.0 * margin ? DepthRange{low, high, slabs}
+                                               : DepthRange{low - margin, high + margin, slabs});
+}
+
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
+    SelectionCache selections;
+    return makeFramePlan(scene, quality, selections, {});
+}
+
+FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
+                        DeviceAbilities device, Reading reading) {
+    MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
+    MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
+    MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
+    const View& view = scene.view;
+    FramePlan plan{.width = scaledSide(view.width, quality.resolutionScale),
+                   .height = scaledSide(view.height, quality.resolutionScale),
+                   .camera = view.camera,
+                   .background = view.background,
+                   .samplesPerCell = quality.samplesPerCell,
+                   .exact = quality == Quality::exact()};
+    Lowering lowering{.plan = plan,
+                      .quality = quality,
+                      .selections = selections,
+                      .device = device,
+                      .reading = reading,
+                      .pixels = static_cast<double>(plan.height) / view.height,
+                      .slabs = slabsFor(plan, std::max(1U, quality.slabs))};
+    for (std::size_t i = 0; i < view.layers.size(); ++i)
+        std::visit(LayerLowering{scene, i, lowering}, view.layers[i].style);
+    std::stable_partition(plan.fields.begin(), plan.fields.end(),
+                          [](const FieldPlan& field) { return field.density() != nullptr; });
+    plan.dots = dotsOf(scene, plan);
+    cutDepths(plan, std::move(lowering.depths));
+    return plan;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Scene: a valid view together with the data of its layers: all that a picture depends on. A value that
+// shares its immutable steps; may be handed to any thread.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "protocol/scene/view.h"
+#include "server/render/plan/dot.h"
+#include "server/render/plan/grid_field.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+struct Scene {
+    View view;
+    std::vector<std::shared_ptr<const storage::ParticleStep>>
+        steps;                              ///< one a layer; null where it has no particles
+    std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
+    /// One a layer, null where it is of another kind; or empty where all are.
+    std::vector<std::shared_ptr<const GridField>> hybrids = {};
+};
+
+}  // namespace mote::render

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FieldPlan: a scalar field that absorbs and glows, as a device is to draw it: its samples, where its box
+// lies, its transfer function, its light and where it is cut. A value that shares its samples; part of a
+// FramePlan.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "protocol/scene/hybrid_style.h"
+#include "protocol/scene/transfer_function.h"
+#include "server/render/plan/grid_field.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+/// What light makes of a colour: its factor, and what is added to it in white; each 0 to 1.
+struct Shade {
+    float diffuse, specular;
+
+    bool operator==(const Shade&) const = default;
+};
+/// By a normal's code.
+using Shades = std::array<Shade, 256>;
+
+/// Scaled log density t (log_density.h) of a step's volume: cells, with values at their centres, without
+/// normals.
+struct DensityField {
+    std::shared_ptr<const storage::ParticleStep> step;
+};
+
+/// A field of samples with their normals.
+struct CorrectedField {
+    std::shared_ptr<const GridField> grid = {};
+    bool bricks = true;       ///< whether they are drawn, where there are some
+    double correction = 1.0;  ///< how much of theirs is applied, 0 to 1
+    /// The weights by which neighbouring samples of a brick are mixed, half way between them.
+    double steepness = 1.0;
+    Shades shades = {};
+
+    bool corrected() const { return bricks && grid->bricks && correction > 0.0; }
+    /// Whether the coarse grid shows in bricks, too.
+    bool mixed() const { return corrected() && correction < 1.0; }
+};
+
+struct FieldPlan {
+    std::size_t layer;               ///< of the view, that it is of
+    glm::dmat4 boxToEye{1.0};        ///< the field's box [0, 1]^3 to eye space
+    glm::dmat3 boxToLayer{2.0};      ///< without its place; a plot's box is [-1, 1]^3 in layer space
+    TransferFunction transfer;       ///< by t, or in the source's unit
+    std::vector<HalfSpace> clips{};  ///< in the box: what lies in all of them is drawn; of any length
+    std::variant<DensityField, CorrectedField> samples;
+
+    const DensityField* density() const { return std::get_if<DensityField>(&samples); }
+    const CorrectedField* grid() const { return std::get_if<CorrectedField>(&samples); }
+};
+
+}  // namespace mote::render

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/grid_field.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+namespace mote::render {
+namespace {
+
+template <class T>
+std::uint64_t bytesOf(const std::vector<T>& values) {
+    return values.capacity() * sizeof(T);
+}
+
+}  // namespace
+
+double GridField::longestEdge() const {
+    double longest = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        longest = std::max(longest, glm::length(glm::dvec3(boxToLayer[axis])));
+    return longest;
+}
+
+std::uint64_t GridField::bytes() const {
+    std::uint64_t sum = bytesOf(coarse.values) + bytesOf(coarse.normals);
+    if (bricks) sum += bytesOf(bricks->numbers) + bytesOf(bricks->values) + bytesOf(bricks->normals);
+    return sum;
+}
+
+}  // namespace mote::render

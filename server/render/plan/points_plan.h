@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PointsPlan: points that a device is to draw, all of one size, opacity and colour: which of each leaf of a
+// step, or which of its preview. A value that shares what does not depend on the camera; part of a FramePlan.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <vector>
+
+#include "server/render/plan/frustum.h"
+#include "server/render/plan/point_selection.h"
+#include "server/render/plan/preview_selection.h"
+#include "storage/particles/particle_step.h"
+#include "storage/particles/step_need.h"
+
+namespace mote::render {
+
+/// The look of a point.
+struct PointLook {
+    double size = 1.0;      ///< diameter, pixels of the plan
+    double opacity = 1.0;   ///< 0 to TransferFunction::opacityLimit
+    glm::dvec3 color{1.0};  ///< linear RGB
+
+    bool operator==(const PointLook&) const = default;
+};
+
+struct PointsPlan {
+    std::size_t layer = 0;  ///< of the view, that they are of
+    std::shared_ptr<const storage::ParticleStep> step = {};
+    glm::dmat4 boxToEye{1.0};  ///< the plot's box [0, 1]^3 to eye space
+    PointLook look = {};
+    Curve fraction = Curve::constant(1.0);  ///< t -> of a leaf's points those that are drawn, before `share`
+    std::shared_ptr<const PointSelection> selection =
+        {};                                        ///< never null; of all leaves, also those out of view
+    std::vector<std::uint64_t> leavesInView = {};  ///< as the function of that name: no bits, no limit
+    /// In place of the leaves' points, of which none are selected then; null: there is none.
+    std::shared_ptr<const PreviewSelection> preview = {};
+    std::uint64_t pointsDrawn = 0;  ///< of the leaves that may be in view, or of the preview at most
+    double share = 1.0;             ///< of the points of the exact picture; at most Quality::pointFraction
+    storage::StepNeed need = {};    ///< what would have to be in memory for any share
+    bool waits = false;  ///< the share is less than was asked for until what is needed is in memory
+
+    /// How many of a leaf's points are drawn, from its first; 0 where it is known to be out of view.
+    std::uint32_t drawn(std::size_t leaf) const {
+        return leaf < selection->drawn.size() && inView(leavesInView, leaf) ? selection->drawn[leaf] : 0;
+    }
+};
+
+}  // namespace mote::render

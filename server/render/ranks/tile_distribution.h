@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// How the tiles of a picture are distributed to ranks, each in turn, and drawn in batches, so that the cells
+// that ranks send each other are bounded at any size of the picture. A value; pure functions.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "server/render/cpu/tile.h"
+
+namespace mote::render {
+
+struct TileDistribution {
+    /// Of cells that a rank has for all others at most, where every cell holds points.
+    static constexpr std::size_t batchBytes = std::size_t{256} << 20;
+
+    std::uint32_t columns, tiles;  ///< of the picture
+    std::uint32_t batch;           ///< tiles drawn at a time
+    std::uint32_t ranks;
+
+    TileDistribution(std::uint32_t width, std::uint32_t height, std::size_t tileBytes, int rankCount)
+        : columns(tilesAcross(width)),
+          tiles(columns * tilesAcross(height)),
+          ranks(static_cast<std::uint32_t>(rankCount)) {
+        const std::size_t fits = tileBytes == 0 ? tiles : batchBytes / tileBytes;
+        batch = static_cast<std::uint32_t>(std::clamp<std::size_t>(fits, std::min(ranks, tiles), tiles));
+    }
+
+    std::uint32_t owner(std::uint32_t tile) const { return tile % ranks; }
+    /// The first tile of a rank that is not before `tile`; the next one is `ranks` further.
+    std::uint32_t firstOf(std::uint32_t rank, std::uint32_t tile) const {
+        return tile + (rank + ranks - tile % ranks) % ranks;
+    }
+    /// How many tiles of a rank lie in [begin, end).
+    std::uint32_t countOf(std::uint32_t rank, std::uint32_t begin, std::uint32_t end) const {
+        const std::uint32_t first = firstOf(rank, begin);
+        return first < end ? (end - first - 1) / ranks + 1 : 0;
+    }
+    Tile at(std::uint32_t tile) const { return {tile % columns, tile / columns}; }
+};
+
+}  // namespace mote::render

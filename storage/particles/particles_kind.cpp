@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "storage/dataset_kind.h"
+#include "storage/manifest.h"
+#include "storage/particles/mapped_step.h"
+#include "storage/verify.h"
+
+namespace mote::storage {
+namespace {
+
+Error corrupt(std::string where, std::string message) {
+    return {ErrorCode::corrupt, std::move(where), std::move(message)};
+}
+
+Status checkAxes(const proto::ParticlesManifest& particles) {
+    if (particles.axes_size() != 3) return corrupt("axes", "a particle plot has three axes");
+    for (int i = 0; i < 3; ++i) {
+        const auto& axis = particles.axes(i);
+        if (axis.name().empty()) return corrupt(fmt::format("axes[{}].name", i), "is missing");
+        if (!std::isfinite(axis.max() - axis.min()) || !(axis.min() < axis.max())) {
+            return corrupt(fmt::format("axes[{}]", i), "the bounds must be finite and min below max");
+        }
+    }
+    return success();
+}
+
+Status checkStep(const FileNames& files, const proto::ParticleStepEntry& step) {
+    if (!files.contains(step.file())) return corrupt("file", "is not among the dataset's files");
+    if (!files.contains(step.digest())) return corrupt("digest", "is not among the dataset's files");
+    if (!std::isfinite(step.time())) return corrupt("time", "must be finite");
+    if (!(std::isfinite(step.total_weight()) && step.total_weight() >= 0.0)) {
+        return corrupt("totalWeight", "must be finite and not negative");
+    }
+    const auto& histogram = step.density_histogram();
+    if (histogram.size() != densityHistogramBins) {
+        return corrupt("densityHistogram", fmt::format("must have {} bins", densityHistogramBins));
+    }
+    if (std::accumulate(histogram.begin(), histogram.end(), std::uint64_t{0}) != step.particles()) {
+        return corrupt("densityHistogram", "does not add up to the step's particles");
+    }
+    return success();
+}
+
+Status checkParticles(const proto::ParticlesManifest& particles, const FileNames& files) {
+    MOTE_RETURN_IF_ERROR(checkAxes(particles));
+    const double least = particles.density_min();
+    const double greatest = particles.density_max();
+    if (!(least > 0.0 && least <= greatest && std::isfinite(greatest))) {
+        return corrupt("densityMin",
+                       "densities must be positive and finite, the least not above the greatest");
+    }
+    if (particles.volume_level() < 1 || particles.volume_level() > maxVolumeLevel) {
+        return corrupt("volumeLevel", fmt::format("must be 1 to {}", maxVolumeLevel));
+    }
+    if (particles.max_level() > maxOctreeLevel) {
+        return corrupt("maxLevel", fmt::format("must be 0 to {}", maxOctreeLevel));
+    }
+    if (particles.leaf_capacity() < 1) return corrupt("leafCapacity", "must be at least 1");
+    if (particles.steps_size() < 1 || particles.steps_size() > maxSteps) {
+        return corrupt("steps", fmt::format("a dataset has 1 to {} steps", maxSteps));
+    }
+    for (int i = 0; i < particles.steps_size(); ++i) {
+        MOTE_RETURN_IF_ERROR(checkStep(files, particles.steps(i)), fmt::format("steps[{}]", i));
+    }
+    return success();
+}
+
+Status check(const proto::Manifest& manifest, const FileNames& files) {
+    MOTE_RETURN_IF_ERROR(checkParticles(manifest.particles(), files), "particles");
+    return success();
+}
+
+void verifyStep(DatasetVerifier& verifier, std::uint32_t step) {
+    const auto& entry = verifier.manifest().particles().steps(static_cast<int>(step));
+    const auto whole = verifier.files({entry.digest(), entry.file()});
+    if (!whole) return;
+    // The arrays too: they say which block of which array it is, and what no hash can say of the octree.
+    const auto opened = MappedStep::open(verifier.directory(), verifier.manifest(), step);
+    if (opened.ok()) {
+        verifier.add((*opened)->verify(verifier.cancelled()));
+    } else if (*whole) {  // what is not there, or not whole, is said once
+        verifier.read(opened);
+    }
+}
+
+void verify(DatasetVerifier& verifier) {
+    verifier.eachStep(verifier.manifest().particles().steps_size(),
+                      [&](std::uint32_t step) { verifyStep(verifier, step); });
+}
+
+std::string describe(const proto::Manifest& manifest) {
+    const auto& particles = manifest.particles();
+    std::string text;
+    const auto out = std::back_inserter(text);
+    for (const auto& input : manifest.request().particles().inputs()) {
+        fmt::format_to(out, "input    {}\n", input);
+    }
+    for (const auto& axis : particles.axes()) {
+        fmt::format_to(out, "axis     {} from {:.6g} to {:.6g} {}\n", axis.name(), axis.min(), axis.max(),
+                       axis.unit());
+    }
+    const auto size = 1U << particles.volume_level();
+    fmt::format_to(out, "volume   {0} x {0} x {0}\noctree   at most {1} particles a leaf, to level {2}\n",
+                   size, particles.leaf_capacity(), particles.max_level());
+    fmt::format_to(out, "density  {:.4g} to {:.4g}\n\n", particles.density_min(), particles.density_max());
+    fmt::format_to(out, "{:>6} {:>10} {:>12} {:>12} {:>9} {:>9} {:>9} {:>12}\n", "step", "iteration",
+                   "time/s", "particles", "lost", "invalid", "outside", "weight");
+    for (int i = 0; i < particles.steps_size(); ++i) {
+        const auto& step = particles.steps(i);
+        fmt::format_to(out, "{:>6} {:>10} {:>12.5g} {:>12} {:>9} {:>9} {:>9} {:>12.5g}\n", i,
+                       step.iteration(), step.time(), step.particles(), step.lost(), step.invalid(),
+                       step.outside(), step.total_weight());
+    }
+    return text;
+}
+
+DatasetSummary summarize(const proto::Manifest& manifest) {
+    const auto& steps = manifest.particles().steps();
+    std::uint64_t particles = 0, lost = 0, invalid = 0, outside = 0;
+    for (const auto& step : steps) {
+        particles += step.particles();
+        lost += step.lost();
+        invalid += step.invalid();
+        outside += step.outside();
+    }
+    return {fmt::format("{}, {} particles in leaves", stepsText(steps.size()), particles),
+            {{"steps", static_cast<std::uint64_t>(steps.size())},
+             {"particles", particles},
+             {"lost", lost},
+             {"invalid", invalid},
+             {"outside", outside}}};
+}
+
+}  // namespace
+
+const DatasetKind particlesKind{"particles", &proto::Manifest::has_particles, check, verify, describe,
+                                summarize};
+
+}  // namespace mote::storage

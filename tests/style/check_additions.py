@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Counts what a new kind of dataset or of job costs: the files beyond its own that name an existing one.
+
+    check_additions.py ROOT
+
+Prints each file that is not in the list that ARCHITECTURE.md gives ("Where to add"), and exits 1 if there is any.
+"""
+import pathlib
+import re
+import sys
+
+# What is added, by an example that there is: words of its code, its own files, and the files that may name it.
+ADDITIONS = {
+    "a kind of dataset": (
+        r"\bimageKind\b|\bImageManifest\b|image/image_kind|Kind\{\"image\"",
+        ("storage/image/", "preprocess/image/"),
+        {"protocol/mote.proto", "protocol/scene/dataset.cpp", "storage/dataset_kind.h", "storage/CMakeLists.txt"},
+    ),
+    "a kind of job": (
+        r"\bimageJob\b|\bImageJob\b|\bkImage\b|command_image|add_subdirectory\(image\)",
+        ("preprocess/image/", "preprocess/command_image.cpp"),
+        {"protocol/mote.proto", "protocol/scene/job_request.cpp", "preprocess/job_kinds.h", "preprocess/CMakeLists.txt"},
+    ),
+}
+FOLDERS = ("protocol", "storage", "preprocess", "server", "client")
+SUFFIXES = {".h", ".cpp", ".proto", ".txt"}
+
+
+def sources(root):
+    for folder in FOLDERS:
+        for path in sorted((root / folder).rglob("*")):
+            if path.is_file() and path.suffix in SUFFIXES:
+                yield path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")
+
+
+def main(root):
+    files = list(sources(root))
+    violations = 0
+    for what, (words, own, allowed) in ADDITIONS.items():
+        named = {name for name, text in files if re.search(words, text) and not name.startswith(own)}
+        for name in sorted(named - allowed):
+            print(f"{name}: {what} would have to change it too")
+        for name in sorted(allowed - named):
+            print(f"{name}: {what} does not change it any more; take it from the list")
+        violations += len(named ^ allowed)
+        print(f"{what}: {len(named)} existing files")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    sys.exit(main(pathlib.Path(sys.argv[1])))

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/hybrid/lower_hybrid.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "server/render/layers/make_frame_plan.h"
+#include "server/render/plan/grid_sights.h"
+#include "tests/support/hybrid_scene.h"
+
+namespace mote::render {
+namespace {
+
+using enum HybridRepresentation;
+
+std::shared_ptr<const GridField> machine(HybridRepresentation parts) {
+    return test::hybridOf({.threshold = 0.1, .parts = parts}, test::machineParts);
+}
+
+CorrectedField fieldOf(const std::shared_ptr<const GridField>& grid, HybridRepresentation representation,
+                       double opacity = 1.0, PointShape shape = PointShape::square) {
+    HybridStyle style;
+    style.representation = representation;
+    style.pointOpacity = opacity;
+    style.pointShape = shape;
+    View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};
+    view.layers.push_back({.dataset = "data/a", .style = style});
+    const Scene scene{.view = view, .steps = {nullptr}, .hybrids = {grid}};
+    return *makeFramePlan(scene, Quality::exact()).fields.at(0).grid();
+}
+
+TEST(LowerHybrid, PointsCorrectAsMuchAsTheirStyleSays) {
+    const auto grid = machine(points);
+    EXPECT_TRUE(fieldOf(grid, best, 0.3).mixed()) << "its points";
+    for (const double opacity : {0.0, 0.3, 1.0}) {
+        const auto field = fieldOf(grid, points, opacity);
+        EXPECT_EQ(field.corrected(), opacity > 0.0);
+        EXPECT_EQ(field.mixed(), opacity == 0.3);
+        EXPECT_EQ(field.correction, opacity);
+    }
+    EXPECT_FALSE(fieldOf(grid, volume).corrected());
+    EXPECT_FALSE(fieldOf(machine(volume), points).corrected()) << "they may be on their way";
+}
+
+TEST(LowerHybrid, AResidualKnowsNothingOfPoints) {
+    const auto field = fieldOf(machine(residual), residual, 0.3);
+    EXPECT_TRUE(field.corrected());
+    EXPECT_FALSE(field.mixed());
+    EXPECT_EQ(field.steepness, 1.0);
+}
+
+TEST(LowerHybrid, ShapesAreAsSteepAsPictureSays) {
+    const auto grid = machine(points);
+    EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::gaussian).steepness, 1.0);
+    EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::disc).steepness, 2.0);
+    EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::square).steepness, 8.0);
+}
+
+TEST(GridRanges, HoldWhatShowsOfTheCoarseGridInBricks) {
+    const auto step = machine(points);
+    const auto whole = gridRanges({.grid = step}).ranges(),
+               low = gridRanges({.grid = step, .bricks = false}).ranges();
+    const auto mixed = gridRanges({.grid = step, .correction = 0.5}).ranges();
+    const auto& count = step->bricks->count;
+    ASSERT_EQ(low.size(), 1U);  // 8 x 8 x 8 samples
+    bool wider = false;
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        EXPECT_LE(mixed[i].low, whole[i].low);
+        EXPECT_GE(mixed[i].high, whole[i].high);
+        EXPECT_TRUE(mixed[i].low == whole[i].low || mixed[i].low >= low[0].low);
+        EXPECT_TRUE(mixed[i].high == whole[i].high || mixed[i].high <= low[0].high);
+        wider = wider || mixed[i].low < whole[i].low || mixed[i].high > whole[i].high;
+        const glm::uvec3 brick(i % count.x, i / count.x % count.y, i / count.x / count.y);
+        for (std::uint32_t corner = 0; corner < 8; ++corner) {
+            // The coarse grid at the brick's corners lies within.
+            const glm::uvec3 at = (brick + glm::uvec3(corner & 1U, corner >> 1 & 1U, corner >> 2)) * 2U;
+            const auto value = static_cast<float>(
+                step->valueOf(step->coarse.values[step->coarse.index(glm::min(at, step->coarse.size - 1U))]));
+            if (glm::all(glm::lessThan(at, step->coarse.size))) {
+                EXPECT_LE(mixed[i].low, value) << i;
+                EXPECT_GE(mixed[i].high, value) << i;
+            }
+        }
+    }
+    EXPECT_TRUE(wider);
+}
+
+}  // namespace
+}  // namespace mote::render

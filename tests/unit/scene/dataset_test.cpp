@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/dataset.h"
+
+#include <gtest/gtest.h>
+
+namespace mote {
+namespace {
+
+TEST(Dataset, EachKindHasItsLayer) {
+    EXPECT_EQ(layerThatDraws("particles"), proto::Layer::kParticles);
+    EXPECT_EQ(layerThatDraws("hybrid"), proto::Layer::kHybrid);
+    EXPECT_EQ(layerThatDraws("stipple"), proto::Layer::kStipple);
+    EXPECT_EQ(layerThatDraws("image"), proto::Layer::KIND_NOT_SET);
+    EXPECT_EQ(layerThatDraws("of a later version"), proto::Layer::KIND_NOT_SET);
+}
+
+TEST(Dataset, OnlyASeriesHasSteps) {
+    proto::Manifest manifest;
+    EXPECT_EQ(stepCount(manifest), 0);
+    manifest.set_kind("particles");
+    manifest.mutable_particles()->add_steps();
+    manifest.mutable_hybrid()->add_steps();
+    manifest.mutable_hybrid()->add_steps();
+    EXPECT_EQ(stepCount(manifest), 1) << "what is not of the kind does not count";
+    manifest.set_kind("hybrid");
+    EXPECT_EQ(stepCount(manifest), 2);
+    manifest.set_kind("stipple");
+    EXPECT_EQ(stepCount(manifest), 0);
+}
+
+TEST(Dataset, ItsBoxIsThatOfItsKind) {
+    proto::Manifest manifest;
+    EXPECT_EQ(datasetBounds(manifest), plotBounds);
+    auto& mesh = *manifest.mutable_mesh();
+    for (const double least : {-1.0, -2.0, -3.0}) mesh.add_bounds_min(least);
+    for (const double greatest : {4.0, 5.0, 6.0}) mesh.add_bounds_max(greatest);
+    const Bounds box{{-1.0, -2.0, -3.0}, {4.0, 5.0, 6.0}};
+    for (const char* kind : {"mesh", "stipple"}) {
+        manifest.set_kind(kind);
+        EXPECT_EQ(datasetBounds(manifest), box) << kind;
+    }
+    manifest.set_kind("particles");
+    EXPECT_EQ(datasetBounds(manifest), plotBounds);
+}
+
+TEST(Dataset, AVolumesBoxHasItsSamplesAsCellCentres) {
+    proto::Manifest manifest;
+    manifest.set_kind("hybrid");
+    EXPECT_EQ(datasetBounds(manifest), plotBounds) << "nobody has checked it";
+    auto& hybrid = *manifest.mutable_hybrid();
+    for (const std::uint32_t side : {4U, 2U, 1U}) hybrid.add_source_size(side);
+    for (int i = 0; i < 16; ++i) hybrid.add_index_to_world(i % 5 == 0 ? 1.0 : 0.0);
+    hybrid.set_index_to_world(3, 10.0);  // along x
+    EXPECT_EQ(datasetBounds(manifest), (Bounds{{9.5, -0.5, -0.5}, {13.5, 1.5, 0.5}}));
+}
+
+}  // namespace
+}  // namespace mote
