@@ -32,8 +32,8 @@ Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const storage::ParticleSte
     return nameOf(mapped->origin());
 }
 
-Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const render::GridField& field) {
-    return nameOf(field.origin);
+Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const render::GridField& step) {
+    return nameOf(step.origin);
 }
 
 Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const storage::StepOrigin& origin) const {
