@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/command_line.h"
@@ -16,10 +15,10 @@ linear, unless the file says something else.)";
 
 }  // namespace
 
-void addImageCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("image", "Make an image dataset, for stippled photographs");
+void addImageCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("image", "Make an image dataset, for stippled photographs");
     const auto options = std::make_shared<DatasetOptions>();
-    command.add_option("FILE", options->input, "The picture")->required();
+    command.option("FILE", options->input, "The picture").required();
     addDatasetOptions(command, line, options,
                       [options](auto& request) { request.mutable_image()->set_input(options->input); });
     command.footer(examples);

@@ -9,7 +9,7 @@ namespace mote::client {
 namespace {
 
 /// A JSON string. Bytes beyond ASCII are passed on as they are: names of files are UTF-8 nearly always.
-std::string quoted(std::string_view text) {
+std::string jsonString(std::string_view text) {
     std::string result = "\"";
     for (const char each : text) {
         if (each == '"' || each == '\\') {
@@ -30,7 +30,7 @@ std::string FrameReport::toJson() const {
     return fmt::format(
         "{{\"index\": {}, \"file\": {}, \"width\": {}, \"height\": {}, \"device\": {}, \"pointsDrawn\": {}, "
         "\"planMs\": {:.3f}, \"renderMs\": {:.3f}, \"encodeMs\": {:.3f}, \"totalMs\": {:.3f}}}",
-        index, quoted(file), width, height, quoted(device), pointsDrawn, planMs, renderMs, encodeMs, totalMs);
+        index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs, totalMs);
 }
 
 }  // namespace mote::client

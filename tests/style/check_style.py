@@ -22,11 +22,13 @@ LONG_FILES = {"protocol/mote.proto", "protocol/scene/color_map_tables.h"}
 # Who may include whom among our own folders: the longest prefix of a file's path holds. None: anything.
 SCHEMA = "protocol/mote.pb.h"
 SCENE = "protocol/scene/"
+CLI = "protocol/cli/"
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
     SCENE: (SCENE, SCHEMA),
     "storage/": ("storage/", SCENE, SCHEMA),
-    "preprocess/": ("preprocess/", "storage/", SCENE, SCHEMA),
+    CLI: (CLI, SCENE),
+    "preprocess/": ("preprocess/", "storage/", CLI, SCENE, SCHEMA),
     "server/": ("server/", "storage/", "protocol/"),
     "server/render/": ("server/render/", "storage/", SCENE, SCHEMA),
     "client/": ("client/", "protocol/"),
@@ -38,6 +40,7 @@ NETWORK = re.compile(r"(asio(/|\.hpp)|sys/socket\.h|sys/un\.h|netinet/|arpa/|net
 ONLY_IN = [
     (re.compile(r"(asio/|asio\.hpp)"), "Asio",
      ("protocol/wire/", "server/app/", "server/session/", "server/jobs/", "client/", "tests/")),
+    (re.compile(r"CLI/"), "CLI11", ("protocol/cli/", "tests/")),
 ]
 # Foreign headers that the given folders may not include.
 NEVER_IN = [
