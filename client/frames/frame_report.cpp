@@ -30,7 +30,8 @@ std::string FrameReport::toJson() const {
     return fmt::format(
         "{{\"index\": {}, \"file\": {}, \"width\": {}, \"height\": {}, \"device\": {}, \"pointsDrawn\": {}, "
         "\"planMs\": {:.3f}, \"renderMs\": {:.3f}, \"encodeMs\": {:.3f}, \"totalMs\": {:.3f}}}",
-        index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs, totalMs);
+        index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs,
+        totalMs);
 }
 
 }  // namespace mote::client
