@@ -84,12 +84,12 @@ def check(build, source):
 
 
 def main():
-    parser = argparse.ArgumentParser(usage=__doc__)
+    parser = argparse.ArgumentParser(usage=__doc__, add_help=False)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("--since")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("folders", nargs="*")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     if not shutil.which("clang-tidy"):
         print("tidy.py: there is no clang-tidy", file=sys.stderr)
         return 2
