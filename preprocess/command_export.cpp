@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/command_line.h"
@@ -34,14 +33,14 @@ int run(const CommandLine& line, const Options& options) {
 
 }  // namespace
 
-void addExportCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("export", "Write a step's volume for other tools");
+void addExportCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("export", "Write a step's volume for other tools");
     const auto options = std::make_shared<Options>();
-    command.add_option("DATASET", options->dataset, "NAME.mote")->required();
-    command.add_option("--vdb", options->file, "The OpenVDB file to make, which must not exist")
-        ->required()
-        ->type_name("FILE");
-    command.add_option("--step", options->step, "Index of the step")->capture_default_str()->type_name("N");
+    command.option("DATASET", options->dataset, "NAME.mote").required();
+    command.option("--vdb", options->file, "The OpenVDB file to make, which must not exist")
+        .required()
+        .valueName("FILE");
+    command.option("--step", options->step, "Index of the step").showDefault().valueName("N");
     addOutputFlags(command, line);
     command.footer(
         "Example:\n  mote-prep export beam.mote --step 3 --vdb beam-3.vdb\n\nOf particles: a grid "

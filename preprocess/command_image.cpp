@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/image/image_job.h"
@@ -15,10 +14,10 @@ FILE is PNG, JPEG, TIFF or OpenEXR, of 8 or 16 bits or floats, grey or in colour
 luminance (ITU-R BT.709), upright, and laid on white where it is transparent. Integers are taken as sRGB and floats as
 linear, unless the file says something else.)";
 
-void addCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("image", "Make an image dataset, for stippled photographs");
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("image", "Make an image dataset, for stippled photographs");
     const auto options = std::make_shared<DatasetOptions>();
-    command.add_option("FILE", options->input, "The picture")->required();
+    command.option("FILE", options->input, "The picture").required();
     addDatasetOptions(command, line, options,
                       [options](auto& request) { request.mutable_image()->set_input(options->input); });
     command.footer(examples);

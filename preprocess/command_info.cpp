@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/command_line.h"
@@ -30,10 +29,10 @@ int run(const CommandLine& line, const std::string& directory) {
 
 }  // namespace
 
-void addInfoCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("info", "Say what a dataset holds");
+void addInfoCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("info", "Say what a dataset holds");
     const auto directory = std::make_shared<std::string>();
-    command.add_option("DATASET", *directory, "NAME.mote")->required();
+    command.option("DATASET", *directory, "NAME.mote").required();
     addOutputFlags(command, line);
     command.footer(
         "Examples:\n  mote-prep info beam.mote\n  mote-prep info beam.mote --json | jq .particles.axes");

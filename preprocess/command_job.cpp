@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fcntl.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/command_line.h"
@@ -38,16 +37,16 @@ int run(const CommandLine& line, const Options& options) {
 
 }  // namespace
 
-void addJobCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("job", "Do what a job request says");
+void addJobCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("job", "Do what a job request says");
     const auto options = std::make_shared<Options>();
-    command.add_option("REQUEST", options->request, "The request, a JSON file")->required();
-    command.add_option("--root", options->roots, "A folder that names may begin with; may be repeated")
-        ->allow_extra_args(false)
-        ->type_name("NAME=DIR");
-    command.add_option("--progress-fd", options->progressDescriptor, "Write progress as JSON lines")
-        ->check(CLI::Range(0, 1 << 20))
-        ->type_name("N");
+    command.option("REQUEST", options->request, "The request, a JSON file").required();
+    command.option("--root", options->roots, "A folder that names may begin with; may be repeated")
+        .repeatable()
+        .valueName("NAME=DIR");
+    command.option("--progress-fd", options->progressDescriptor, "Write progress as JSON lines")
+        .range(0, 1 << 20)
+        .valueName("N");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(examples);

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 
 #include "preprocess/console_progress.h"
@@ -40,30 +39,30 @@ Result<std::unique_ptr<Communicator>> joinRanks(const CancelSignal& signal) {
 
 }  // namespace
 
-void addOutputFlags(CLI::App& command, CommandLine& line) {
-    command.add_flag("--json", line.json, "Print one JSON object on stdout");
-    command.add_flag("--quiet", line.quiet, "Print errors only");
+void addOutputFlags(const cli::Command& command, CommandLine& line) {
+    command.flag("--json", line.json, "Print one JSON object on stdout");
+    command.flag("--quiet", line.quiet, "Print errors only");
 }
 
-void addResourceOptions(CLI::App& command, JobResources& resources) {
-    command.add_option("--threads", resources.threads, "Threads; as many as there are cores unless given")
-        ->check(CLI::Range(1, 1024))
-        ->type_name("N");
+void addResourceOptions(const cli::Command& command, JobResources& resources) {
+    command.option("--threads", resources.threads, "Threads; as many as there are cores unless given")
+        .range(1, 1024)
+        .valueName("N");
     command
-        .add_option("--memory", resources.memory,
-                    "Memory that each process of the job may take, as 8G; three quarters of the machine's "
-                    "unless given. Beyond it, particles lie in a temporary file beside the output")
-        ->transform(CLI::AsSizeValue(false))
-        ->check(CLI::Range(std::uint64_t{1} << 20, std::uint64_t{1} << 50))
-        ->type_name("BYTES");
+        .option("--memory", resources.memory,
+                "Memory that each process of the job may take, as 8G; three quarters of the machine's "
+                "unless given. Beyond it, particles lie in a temporary file beside the output")
+        .size(std::uint64_t{1} << 20, std::uint64_t{1} << 50)
+        .valueName("BYTES");
 }
 
-void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_ptr<DatasetOptions>& options,
+void addDatasetOptions(const cli::Command& command, CommandLine& line,
+                       const std::shared_ptr<DatasetOptions>& options,
                        std::function<void(proto::JobRequest&)> complete) {
-    command.add_option("--out", options->out, "The dataset to make, which must not exist")
-        ->required()
-        ->type_name("DIR/NAME.mote");
-    command.add_option("--title", options->title, "What viewers call it")->type_name("TEXT");
+    command.option("--out", options->out, "The dataset to make, which must not exist")
+        .required()
+        .valueName("DIR/NAME.mote");
+    command.option("--title", options->title, "What viewers call it").valueName("TEXT");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.callback([options, &line, complete = std::move(complete)] {

@@ -10,11 +10,8 @@
 
 #include "preprocess/cancel_signal.h"
 #include "preprocess/run_job.h"
+#include "protocol/cli/command.h"
 #include "protocol/scene/error.h"
-
-namespace CLI {
-class App;
-}
 
 namespace mote::prep {
 
@@ -28,15 +25,15 @@ struct CommandLine {
 };
 
 /// The subcommands that make nothing; those of jobs are in job_kinds.h.
-void addInfoCommand(CLI::App& program, CommandLine& line);
-void addVerifyCommand(CLI::App& program, CommandLine& line);
-void addExportCommand(CLI::App& program, CommandLine& line);
-void addJobCommand(CLI::App& program, CommandLine& line);
+void addInfoCommand(const cli::Command& program, CommandLine& line);
+void addVerifyCommand(const cli::Command& program, CommandLine& line);
+void addExportCommand(const cli::Command& program, CommandLine& line);
+void addJobCommand(const cli::Command& program, CommandLine& line);
 
 /// --json and --quiet.
-void addOutputFlags(CLI::App& command, CommandLine& line);
+void addOutputFlags(const cli::Command& command, CommandLine& line);
 /// --threads and --memory.
-void addResourceOptions(CLI::App& command, JobResources& resources);
+void addResourceOptions(const cli::Command& command, JobResources& resources);
 
 /// What a command that makes a dataset is told.
 struct DatasetOptions {
@@ -48,7 +45,8 @@ struct DatasetOptions {
 
 /// Adds --out, --title, --threads, --memory and the flags, and has the command run the request to which
 /// `complete` has added what is the command's own. Keeps `options`.
-void addDatasetOptions(CLI::App& command, CommandLine& line, const std::shared_ptr<DatasetOptions>& options,
+void addDatasetOptions(const cli::Command& command, CommandLine& line,
+                       const std::shared_ptr<DatasetOptions>& options,
                        std::function<void(proto::JobRequest&)> complete);
 
 /// Runs a job with a progress bar, then prints what it made.

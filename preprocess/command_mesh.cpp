@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/job_kinds.h"
@@ -14,10 +13,10 @@ constexpr const char* examples = R"(Example:
 MESH is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. What is wrong with it and can be put
 right (vertices at one place, triangles without area, numbers that are not finite) is counted and said.)";
 
-void addCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("mesh", "Make a dataset of a triangle mesh");
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("mesh", "Make a dataset of a triangle mesh");
     const auto options = std::make_shared<DatasetOptions>();
-    command.add_option("MESH", options->input, "The mesh, a file")->required();
+    command.option("MESH", options->input, "The mesh, a file").required();
     addDatasetOptions(command, line, options,
                       [options](auto& request) { request.mutable_mesh()->set_input(options->input); });
     command.footer(examples);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/job_kinds.h"
@@ -52,16 +51,13 @@ Result<proto::Axis> parseBounds(const std::string& text) {
     const auto equals = text.find('=');
     const auto colon = text.find(':', equals);
     if (equals == std::string::npos || colon == std::string::npos) return wrong;
-    double least = 0.0;
-    double greatest = 0.0;
-    if (!CLI::detail::lexical_cast(text.substr(equals + 1, colon - equals - 1), least) ||
-        !CLI::detail::lexical_cast(text.substr(colon + 1), greatest)) {
-        return wrong;
-    }
+    const auto least = cli::parseNumber(text.substr(equals + 1, colon - equals - 1));
+    const auto greatest = cli::parseNumber(text.substr(colon + 1));
+    if (!least || !greatest) return wrong;
     proto::Axis axis;
     axis.set_name(text.substr(0, equals));
-    axis.set_min(least);
-    axis.set_max(greatest);
+    axis.set_min(*least);
+    axis.set_max(*greatest);
     return axis;
 }
 
@@ -93,48 +89,47 @@ Result<proto::JobRequest> toRequest(const Options& options) {
     return request;
 }
 
-void addInputOptions(CLI::App& command, Options& options) {
-    command.add_option("INPUT", options.inputs, "The files of one run")->required();
-    command
-        .add_option("--format", options.format, "auto, openpmd, h5part, impactz, impactt, sdds, csv or npy")
-        ->check(CLI::IsMember({"auto", "openpmd", "h5part", "impactz", "impactt", "sdds", "csv", "npy"}))
-        ->type_name("NAME");
-    command.add_option("--species", options.species, "openPMD species; needed where there are several")
-        ->type_name("NAME");
-    command.add_option("--steps", options.steps, "Step indices, the last included")
-        ->type_name("FIRST:LAST:STRIDE");
-    command.add_option("--frequency", options.frequency, "IMPACT: scaling frequency, Hz")->type_name("HZ");
-    command.add_option("--mass", options.mass, "IMPACT: rest mass, eV/c^2")->type_name("EV");
-    command.add_option("--kinetic-energy", options.kineticEnergy, "IMPACT: reference kinetic energy, eV")
-        ->type_name("EV");
-    command.add_option("--current", options.current, "IMPACT: beam current, A")->type_name("A");
+void addInputOptions(const cli::Command& command, Options& options) {
+    command.option("INPUT", options.inputs, "The files of one run").required();
+    command.option("--format", options.format, "auto, openpmd, h5part, impactz, impactt, sdds, csv or npy")
+        .oneOf({"auto", "openpmd", "h5part", "impactz", "impactt", "sdds", "csv", "npy"})
+        .valueName("NAME");
+    command.option("--species", options.species, "openPMD species; needed where there are several")
+        .valueName("NAME");
+    command.option("--steps", options.steps, "Step indices, the last included")
+        .valueName("FIRST:LAST:STRIDE");
+    command.option("--frequency", options.frequency, "IMPACT: scaling frequency, Hz").valueName("HZ");
+    command.option("--mass", options.mass, "IMPACT: rest mass, eV/c^2").valueName("EV");
+    command.option("--kinetic-energy", options.kineticEnergy, "IMPACT: reference kinetic energy, eV")
+        .valueName("EV");
+    command.option("--current", options.current, "IMPACT: beam current, A").valueName("A");
 }
 
-void addPlotOptions(CLI::App& command, Options& options) {
-    command.add_option("--axes", options.axes, "Three axes")->required()->type_name("A,B,C");
-    command.add_option("--out", options.out, "The dataset to make, which must not exist")
-        ->required()
-        ->type_name("DIR/NAME.mote");
-    command.add_option("--title", options.title, "What viewers call it")->type_name("TEXT");
-    command.add_option("--bounds", options.bounds, "Fixed bounds of an axis, in its unit; may be repeated")
-        ->allow_extra_args(false)
-        ->type_name("AXIS=MIN:MAX");
+void addPlotOptions(const cli::Command& command, Options& options) {
+    command.option("--axes", options.axes, "Three axes").required().valueName("A,B,C");
+    command.option("--out", options.out, "The dataset to make, which must not exist")
+        .required()
+        .valueName("DIR/NAME.mote");
+    command.option("--title", options.title, "What viewers call it").valueName("TEXT");
+    command.option("--bounds", options.bounds, "Fixed bounds of an axis, in its unit; may be repeated")
+        .repeatable()
+        .valueName("AXIS=MIN:MAX");
     command
-        .add_option("--volume-level", options.volumeLevel,
-                    fmt::format("The volume has 2^LEVEL cells a side; default {}", defaultVolumeLevel))
-        ->type_name("LEVEL");
+        .option("--volume-level", options.volumeLevel,
+                fmt::format("The volume has 2^LEVEL cells a side; default {}", defaultVolumeLevel))
+        .valueName("LEVEL");
     command
-        .add_option("--leaf-capacity", options.leafCapacity,
-                    fmt::format("A leaf with more particles is divided; default {}", defaultLeafCapacity))
-        ->type_name("N");
+        .option("--leaf-capacity", options.leafCapacity,
+                fmt::format("A leaf with more particles is divided; default {}", defaultLeafCapacity))
+        .valueName("N");
     command
-        .add_option("--max-level", options.maxLevel,
-                    fmt::format("No leaf is divided below this level; default {}", defaultMaxLevel))
-        ->type_name("LEVEL");
+        .option("--max-level", options.maxLevel,
+                fmt::format("No leaf is divided below this level; default {}", defaultMaxLevel))
+        .valueName("LEVEL");
 }
 
-void addCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("particles", "Make the hybrid plot of a particle run");
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("particles", "Make the hybrid plot of a particle run");
     const auto options = std::make_shared<Options>();
     addInputOptions(command, *options);
     addPlotOptions(command, *options);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/job_kinds.h"
@@ -31,21 +30,19 @@ void complete(const Options& options, proto::StippleJob& job) {
     if (options.relaxation) job.set_relaxation(*options.relaxation);
 }
 
-void addCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("stipple", "Make a hierarchy of evenly spread dots");
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("stipple", "Make a hierarchy of evenly spread dots");
     const auto options = std::make_shared<Options>();
     command
-        .add_option("SURFACE", options->input,
-                    "\"plane\", the periodic unit square, or the file of a triangle mesh")
-        ->required();
-    command.add_option("--points", options->points, "Points at the highest density")
-        ->required()
-        ->type_name("N");
-    command.add_option("--seed", options->seed, "Of the random start; default 1")->type_name("S");
-    command.add_option("--rings", options->rings, "Rings of neighbours that move at a removal; default 2")
-        ->type_name("1|2");
-    command.add_option("--relaxation", options->relaxation, "Of their moves, 1 to 1.9; default 1.6")
-        ->type_name("W");
+        .option("SURFACE", options->input,
+                "\"plane\", the periodic unit square, or the file of a triangle mesh")
+        .required();
+    command.option("--points", options->points, "Points at the highest density").required().valueName("N");
+    command.option("--seed", options->seed, "Of the random start; default 1").valueName("S");
+    command.option("--rings", options->rings, "Rings of neighbours that move at a removal; default 2")
+        .valueName("1|2");
+    command.option("--relaxation", options->relaxation, "Of their moves, 1 to 1.9; default 1.6")
+        .valueName("W");
     addDatasetOptions(command, line, options,
                       [options](auto& request) { complete(*options, *request.mutable_stipple()); });
     command.footer(examples);

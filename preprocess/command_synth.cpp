@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/job_kinds.h"
@@ -30,19 +29,19 @@ proto::JobRequest toRequest(const Options& options) {
     return request;
 }
 
-void addCommand(CLI::App& program, CommandLine& line) {
-    auto& synth = *program.add_subcommand("synth", "Make a synthetic run");
-    synth.require_subcommand(1);
-    auto& command =
-        *synth.add_subcommand("beam", "A mismatched beam in a FODO channel, in which a halo forms");
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto synth = program.subcommand("synth", "Make a synthetic run");
+    synth.requireOneSubcommand();
+    const auto command =
+        synth.subcommand("beam", "A mismatched beam in a FODO channel, in which a halo forms");
     const auto options = std::make_shared<Options>();
-    command.add_option("--particles", options->particles, "Macro-particles")->capture_default_str();
-    command.add_option("--steps", options->steps, "Steps to write")->capture_default_str();
-    command.add_option("--seed", options->seed, "The same seed gives the same bytes")->capture_default_str();
-    command.add_option("--mismatch", options->mismatch, "Initial envelope over the matched one; default 1.5");
-    command.add_option("--out", options->out, "The openPMD file to make, which must not exist")
-        ->required()
-        ->type_name("FILE.h5");
+    command.option("--particles", options->particles, "Macro-particles").showDefault();
+    command.option("--steps", options->steps, "Steps to write").showDefault();
+    command.option("--seed", options->seed, "The same seed gives the same bytes").showDefault();
+    command.option("--mismatch", options->mismatch, "Initial envelope over the matched one; default 1.5");
+    command.option("--out", options->out, "The openPMD file to make, which must not exist")
+        .required()
+        .valueName("FILE.h5");
     addOutputFlags(command, line);
     command.footer(examples);
     command.callback([options, &line] {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/command_line.h"
@@ -41,10 +40,10 @@ int run(const CommandLine& line, const std::string& directory) {
 
 }  // namespace
 
-void addVerifyCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("verify", "Check every byte of a dataset");
+void addVerifyCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("verify", "Check every byte of a dataset");
     const auto directory = std::make_shared<std::string>();
-    command.add_option("DATASET", *directory, "NAME.mote")->required();
+    command.option("DATASET", *directory, "NAME.mote").required();
     addOutputFlags(command, line);
     command.footer("Example:\n  mote-prep verify beam.mote && echo whole");
     command.callback(

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "preprocess/hybrid/volume_job.h"
@@ -56,54 +55,51 @@ void complete(const Options& options, proto::VolumeJob& job) {
     if (options.valueBits) job.set_value_bits(*options.valueBits);
 }
 
-void addSourceOptions(CLI::App& command, Options& options) {
-    command.add_option("INPUT", options.inputs, "A volume; several: one a step of a time series")->required();
-    command.add_option("--format", options.format, "The inputs' format; told by their content unless given")
-        ->type_name("NAME");
-    command.add_option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
-        ->expected(3)
-        ->type_name("NX NY NZ");
-    command.add_option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f32 or f64")
-        ->type_name("TYPE");
-    command.add_flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
-    command.add_option("--header-bytes", options.headerBytes, "Raw: before the first value")->type_name("N");
-    command.add_option("--spacing", options.spacing, "Of voxels, instead of what the file says")
-        ->expected(3)
-        ->type_name("SX SY SZ");
-    command.add_option("--origin", options.origin, "World position of the first voxel's centre")
-        ->expected(3)
-        ->type_name("X Y Z");
-    command.add_option("--field", options.field, "VTI array or OpenVDB grid")->type_name("NAME");
+void addSourceOptions(const cli::Command& command, Options& options) {
+    command.option("INPUT", options.inputs, "A volume; several: one a step of a time series").required();
+    command.option("--format", options.format, "The inputs' format; told by their content unless given")
+        .valueName("NAME");
+    command.option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
+        .values(3)
+        .valueName("NX NY NZ");
+    command.option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f32 or f64")
+        .valueName("TYPE");
+    command.flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
+    command.option("--header-bytes", options.headerBytes, "Raw: before the first value").valueName("N");
+    command.option("--spacing", options.spacing, "Of voxels, instead of what the file says")
+        .values(3)
+        .valueName("SX SY SZ");
+    command.option("--origin", options.origin, "World position of the first voxel's centre")
+        .values(3)
+        .valueName("X Y Z");
+    command.option("--field", options.field, "VTI array or OpenVDB grid").valueName("NAME");
 }
 
-void addResultOptions(CLI::App& command, Options& options) {
-    command.add_option("--low", options.low, "Samples of the low volume along its longest axis; default 128")
-        ->type_name("N");
+void addResultOptions(const cli::Command& command, Options& options) {
+    command.option("--low", options.low, "Samples of the low volume along its longest axis; default 128")
+        .valueName("N");
+    command.option("--error-grid", options.errorGrid, "The same of the error grid; default: the source's")
+        .valueName("N");
+    const auto threshold =
+        command.option("--threshold", options.threshold, "Take errors above T of the range of values")
+            .valueName("T");
+    command.option("--max-points", options.maxPoints, "Take the M greatest errors")
+        .excludes(threshold)
+        .valueName("M");
     command
-        .add_option("--error-grid", options.errorGrid, "The same of the error grid; default: the source's")
-        ->type_name("N");
-    auto* threshold =
-        command.add_option("--threshold", options.threshold, "Take errors above T of the range of values")
-            ->type_name("T");
-    command.add_option("--max-points", options.maxPoints, "Take the M greatest errors")
-        ->excludes(threshold)
-        ->type_name("M");
+        .option("--filter", options.filter, "cubic (the default), box or under:P: never above by more than P")
+        .valueName("NAME");
+    command.option("--representation", options.representation, "points, residual (the default) or both")
+        .valueName("NAME");
+    command.option("--point-bytes", options.pointBytes, "Of a point: 5 (the default), 6 or 9").valueName("N");
     command
-        .add_option("--filter", options.filter,
-                    "cubic (the default), box or under:P: never above by more than P")
-        ->type_name("NAME");
-    command.add_option("--representation", options.representation, "points, residual (the default) or both")
-        ->type_name("NAME");
-    command.add_option("--point-bytes", options.pointBytes, "Of a point: 5 (the default), 6 or 9")
-        ->type_name("N");
-    command
-        .add_option("--value-bits", options.valueBits,
-                    "Of a sample of the low volume: 8 (the default for u8 and i8) or 16")
-        ->type_name("N");
+        .option("--value-bits", options.valueBits,
+                "Of a sample of the low volume: 8 (the default for u8 and i8) or 16")
+        .valueName("N");
 }
 
-void addCommand(CLI::App& program, CommandLine& line) {
-    auto& command = *program.add_subcommand("volume", "Make a hybrid volume of a scalar volume");
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("volume", "Make a hybrid volume of a scalar volume");
     const auto options = std::make_shared<Options>();
     addSourceOptions(command, *options);
     addResultOptions(command, *options);

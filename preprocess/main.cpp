@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
 #include <new>
 
 #include "preprocess/job_kinds.h"
@@ -48,21 +47,17 @@ int main(int argc, char** argv) {
     keepFreedMemory();
     const prep::CancelSignal signal;
     prep::CommandLine line{signal};
-    CLI::App program("Prepares particle runs and volumes for viewing: makes, checks and exports datasets.",
-                     "mote-prep");
-    program.set_version_flag("--version", "mote-prep " MOTE_VERSION);
-    program.require_subcommand(1);
+    const cli::Program commandLine(
+        "Prepares particle runs and volumes for viewing: makes, checks and exports datasets.", "mote-prep",
+        "mote-prep " MOTE_VERSION);
+    const auto program = commandLine.command();
+    program.requireOneSubcommand();
     program.footer(examples);
     for (const auto* kind : prep::jobKinds) kind->addCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
     prep::addExportCommand(program, line);
     prep::addJobCommand(program, line);
-    try {
-        program.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        // --help and --version end here too, with 0.
-        return program.exit(error) == 0 ? 0 : 2;
-    }
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     return runCommand(line);
 }

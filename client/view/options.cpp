@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/options.h"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdlib>
 #include <string>
 
+#include "protocol/cli/command.h"
+
 namespace mote::client {
 namespace {
-
-constexpr int wrongUsage = 2;
 
 /// "1600x900" into two numbers from 64 to 16384.
 bool parseSize(const std::string& text, ViewOptions& options) {
@@ -34,7 +33,8 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     ViewOptions options;
     options.connection = standardConnection();
     std::string size;
-    CLI::App app("mote-view shows the datasets of a mote-server.", "mote-view");
+    const cli::Program program("mote-view shows the datasets of a mote-server.", "mote-view");
+    const auto app = program.command();
     app.footer(
         "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
         "Keys: F fits the view, O toggles perspective, left and right change the step, space plays them, "
@@ -42,20 +42,16 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
         "Examples:\n"
         "  mote-view --connect ~/.mote/connection.json\n"
         "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still");
-    app.add_option("--connect", options.connection, "Connection file of the server")->capture_default_str();
-    app.add_option("--view", options.view, "A saved view (JSON) to start with");
-    app.add_option("--size", size, "Size of the window, WIDTHxHEIGHT")->default_str("1600x900");
-    app.add_option("--screenshot", options.screenshot,
-                   "Write the window as PNG once the exact picture is shown");
-    app.add_flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
-    try {
-        app.parse(argc, argv);
-        if (!size.empty() && !parseSize(size, options)) {
-            throw CLI::ValidationError("--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each");
-        }
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : wrongUsage;
-    }
+    app.option("--connect", options.connection, "Connection file of the server").showDefault();
+    app.option("--view", options.view, "A saved view (JSON) to start with");
+    app.option("--size", size, "Size of the window, WIDTHxHEIGHT").showDefault("1600x900");
+    app.option("--screenshot", options.screenshot, "Write the window as PNG once the exact picture is shown");
+    app.flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
+    const auto checkSize = [&]() -> Status {
+        if (size.empty() || parseSize(size, options)) return success();
+        return Error{ErrorCode::invalidArgument, "--size", size + " is not WIDTHxHEIGHT, 64 to 16384 each"};
+    };
+    if (const auto end = program.parse(argc, argv, checkSize)) return *end;
     return options;
 }
 

@@ -54,6 +54,7 @@ class MpiCommunicator final : public Communicator {
     Result<std::vector<Bytes>> transfer(std::vector<std::span<const std::byte>> outgoing) {
         outgoing[own()] = {};
         std::vector<std::uint64_t> toSend;
+        toSend.reserve(outgoing.size());
         for (const auto& bytes : outgoing) toSend.push_back(bytes.size());
         std::vector<std::uint64_t> toReceive(outgoing.size());
         std::vector<MPI_Request> requests(1);

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 
+#include "protocol/cli/command.h"
 #include "server/data/data_memory.h"
 
 namespace mote::server {
@@ -38,28 +38,26 @@ struct Texts {
     std::int64_t threads = 0;
 };
 
-void addOptions(CLI::App& app, Texts& texts) {
-    app.add_option("--root", texts.roots, "a folder with datasets and runs, NAME=DIR; may be repeated")
-        ->allow_extra_args(false)
-        ->type_name("NAME=DIR");
-    app.add_option("--state", texts.state, "the server's own folder: jobs and the socket; made where absent");
-    app.add_option("--connection", texts.connection,
-                   "the file that tells clients where the server is, with the token (mode 0600)");
-    app.add_option("--listen", texts.listen, "unix (reach it from elsewhere through ssh -L)")
-        ->default_str("unix");
-    app.add_option("--device", texts.device, "auto, egl or cpu: what renders")->default_str("auto");
-    app.add_option(
+void addOptions(const cli::Command& app, Texts& texts) {
+    app.option("--root", texts.roots, "a folder with datasets and runs, NAME=DIR; may be repeated")
+        .repeatable()
+        .valueName("NAME=DIR");
+    app.option("--state", texts.state, "the server's own folder: jobs and the socket; made where absent");
+    app.option("--connection", texts.connection,
+               "the file that tells clients where the server is, with the token (mode 0600)");
+    app.option("--listen", texts.listen, "unix (reach it from elsewhere through ssh -L)").showDefault("unix");
+    app.option("--device", texts.device, "auto, egl or cpu: what renders").showDefault("auto");
+    app.option(
         "--memory", texts.memory,
         "what the server may use, and each job besides, for example 8G; default: half of the machine's "
         "memory for data, no limit for jobs");
-    app.add_option("--threads", texts.threads, "of a job, and of the device cpu; default all")
-        ->check(CLI::Range(0, 4096));
-    app.add_option("--config", texts.config, "a TOML file with these options; the command line wins");
+    app.option("--threads", texts.threads, "of a job, and of the device cpu; default all").range(0, 4096);
+    app.option("--config", texts.config, "a TOML file with these options; the command line wins");
     app.footer(examples);
 }
 
 /// What stands on the command line stays.
-void fillFrom(const FileOptions& file, const CLI::App& app, Texts& texts) {
+void fillFrom(const FileOptions& file, const cli::Command& app, Texts& texts) {
     const auto fill = [&](const char* option, const auto& value, auto& text) {
         if (value && app.count(option) == 0) text = *value;
     };
@@ -133,14 +131,12 @@ Result<std::uint64_t> parseSize(const std::string& text) {
 }
 
 std::variant<ServerSettings, int> parseOptions(int argc, const char* const* argv) {
-    CLI::App app("Renders particle datasets where they lie and shows them to clients.", "mote-server");
+    const cli::Program program("Renders particle datasets where they lie and shows them to clients.",
+                               "mote-server");
+    const auto app = program.command();
     Texts texts;
     addOptions(app, texts);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : wrongUsage;
-    }
+    if (const auto end = program.parse(argc, argv)) return *end;
     if (!texts.config.empty()) {
         const auto file = readConfig(texts.config);
         if (!file.ok()) return complain(file.error());

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/app/rank_program.h"
 
-#include <spdlog/spdlog.h>
-
 #include <csignal>
 #include <optional>
 
 #include "server/data/data_memory.h"
 #include "server/data/shared_file_steps.h"
+#include "server/log.h"
 #include "server/render/ranks/ranked_device.h"
 
 namespace mote::server {
@@ -31,7 +30,7 @@ bool allReady(render::Ranks& ranks, const ServerSettings& settings, const Result
     if (settings.device == render::DeviceKind::egl) {
         error = Error{ErrorCode::unsupported, "--device", "several ranks draw with cpu alone"};
     }
-    if (error) spdlog::error("rank {}: {}", ranks.rank(), error->toString());
+    if (error) log::error("rank {}: {}", ranks.rank(), error->toString());
     return ranks.greatest(error ? 1 : 0) == 0;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/app/server.h"
 
-#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -21,6 +20,7 @@
 #include "server/app/connection_claim.h"
 #include "server/app/socket_place.h"
 #include "server/data/data_memory.h"
+#include "server/log.h"
 #include "server/session/session.h"
 #include "server/session/token.h"
 
@@ -88,7 +88,7 @@ class Server::Impl {
                 return;
             } catch (const std::exception& failure) {
                 // Memory was short, say: what was being done is lost, the server is not.
-                spdlog::error("{}", failure.what());
+                log::error("{}", failure.what());
             }
         }
     }
@@ -114,7 +114,7 @@ class Server::Impl {
         if (hangUp.sa_handler != SIG_IGN) signals_->add(SIGHUP);
         signals_->async_wait([this](const asio::error_code& code, int number) {
             if (code) return;
-            spdlog::info("SIG{}: the server ends", ::sigabbrev_np(number));
+            log::info("SIG{}: the server ends", ::sigabbrev_np(number));
             stopNow();
         });
     }
@@ -169,7 +169,7 @@ class Server::Impl {
                 begin(std::move(socket));
                 return accept();
             }
-            spdlog::error("a client cannot be accepted: {}", code.message());
+            log::error("a client cannot be accepted: {}", code.message());
             pause_.expires_after(acceptPause);
             pause_.async_wait([this](const asio::error_code& cancelled) {
                 if (!cancelled && !stopping_) accept();
@@ -188,7 +188,7 @@ class Server::Impl {
 
     /// It costs nothing but this: greeting and failure fit into the empty buffer of a new connection.
     void turnAway(Protocol::socket socket) {
-        spdlog::warn("a client was turned away: {} are connected", sessions_.size());
+        log::warn("a client was turned away: {} are connected", sessions_.size());
         const Error reason{ErrorCode::resourceExhausted, "server",
                            "it has as many clients as it takes; close one of them"};
         std::vector<std::uint8_t> frame;

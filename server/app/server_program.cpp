@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <google/protobuf/stubs/logging.h>
 #include <pthread.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -22,6 +20,7 @@
 #include "server/app/rank_program.h"
 #include "server/app/server.h"
 #include "server/app/supervisor.h"
+#include "server/log.h"
 #include "server/render/ranks/mpi_ranks.h"
 #include "server/session/token.h"
 #include "storage/blocks/mapping_guard.h"
@@ -41,8 +40,7 @@ std::filesystem::path programBeside(const char* name) {
 }
 
 void setUpLog() {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("mote-server"));
-    spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+    log::setUp("mote-server");
     // What a client sends must not fill the log; it becomes an Error that we report.
     google::protobuf::SetLogHandler(nullptr);
 }
@@ -53,7 +51,7 @@ class Watchdog {
     void start() {
         thread_ = std::thread([this] {
             if (finished_.try_acquire_for(endTimeout)) return;
-            spdlog::error("the device does not end; leaving it behind");
+            log::error("the device does not end; leaving it behind");
             std::_Exit(0);
         });
     }

@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -19,6 +18,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
+#include "server/log.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -156,12 +156,12 @@ std::string textOf(const std::string& bytes) {
 }
 
 void tell(CrashRecord& record, int signal) {
-    spdlog::error("the server was ended by SIG{} and starts again", ::sigabbrev_np(signal));
+    log::error("the server was ended by SIG{} and starts again", ::sigabbrev_np(signal));
     const auto view = record.view();
     if (!view) return;
     const unsigned deaths = record.count(*view);
-    spdlog::error("it was drawing this view{}: {}",
-                  deaths >= refusedAfterDeaths ? ", which is refused from now on" : "", textOf(*view));
+    log::error("it was drawing this view{}: {}",
+               deaths >= refusedAfterDeaths ? ", which is refused from now on" : "", textOf(*view));
 }
 
 }  // namespace

@@ -2,12 +2,12 @@
 #include "server/data/dataset_service.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
 #include "protocol/scene/utf8.h"
 #include "server/data/replot.h"
+#include "server/log.h"
 #include "storage/manifest.h"
 
 namespace mote::server {
@@ -92,7 +92,7 @@ void DatasetService::report() {
     std::set<std::string> errors;
     for (const auto& error : catalogue_.errors()) errors.insert(error.toString());
     for (const auto& text : errors) {
-        if (!reported_.contains(text)) spdlog::warn("left out of the catalogue: {}", toLogText(text));
+        if (!reported_.contains(text)) log::warn("left out of the catalogue: {}", toLogText(text));
     }
     reported_ = std::move(errors);
 }

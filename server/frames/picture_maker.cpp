@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/frames/picture_maker.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <new>
 #include <utility>
 
 #include "server/frames/layer_kinds.h"
 #include "server/frames/scene_maker.h"
+#include "server/log.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
 
@@ -130,7 +129,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
 
 void PictureMaker::deviceFailed() {
     if (++failures_ < failuresBeforeNewDevice) return;
-    spdlog::warn("the device failed {} times in a row and is made anew", failures_);
+    log::warn("the device failed {} times in a row and is made anew", failures_);
     failures_ = 0;
     device_.reset();
 }

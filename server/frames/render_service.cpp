@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/frames/render_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <condition_variable>
 #include <future>
@@ -15,6 +13,7 @@
 #include "server/encode/frame_encoder.h"
 #include "server/encode/vector/vector_drawing.h"
 #include "server/frames/encode_pool.h"
+#include "server/log.h"
 
 namespace mote::server {
 namespace {
@@ -217,7 +216,7 @@ class RenderService::Impl {
         }
         // A moving hand fails with every view: once is enough for the log.
         if (auto text = error.toString(); text != lastFailure_) {
-            spdlog::warn("a view cannot be drawn: {}", toLogText(text));
+            log::warn("a view cannot be drawn: {}", toLogText(text));
             lastFailure_ = std::move(text);
         }
         client.events.failed(job.task->request, std::move(error));

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <spdlog/spdlog.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/random.h>
@@ -20,6 +19,7 @@
 #include "protocol/scene/system_error.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/local_runner.h"
+#include "server/log.h"
 
 namespace mote::server {
 namespace {
@@ -145,7 +145,7 @@ void JobQueue::Impl::goOnWith(JobRecord& record) {
     Active active{JobFiles(directoryOf(record)), runner_->find(record.handle)};
     active.files.refresh(record.status);
     if (!active.run) return conclude(record, active.files);
-    spdlog::info("job {} still runs", record.status.id());
+    log::info("job {} still runs", record.status.id());
     if (record.cancelRequested) active.run->cancel();
     watch(record.number, std::move(active));
 }
@@ -325,7 +325,7 @@ void JobQueue::Impl::interrupted(JobRecord& record, JobFiles& files) {
     }
     files.note("interrupted: queued again");
     files.refresh(record.status);
-    spdlog::warn("job {} was interrupted and is queued again", record.status.id());
+    log::warn("job {} was interrupted and is queued again", record.status.id());
     record.handle.clear();
     record.status.set_state(State::QUEUED);
     record.status.set_progress(0);
@@ -340,10 +340,10 @@ void JobQueue::Impl::finish(JobRecord& record, proto::JobStatus::State state, st
     record.status.set_finished_ms(nowMs());
     if (state == State::SUCCEEDED) record.status.set_progress(1);
     record.status.set_phase("");
-    spdlog::info("job {} {}", record.status.id(),
-                 state == State::SUCCEEDED   ? "succeeded"
-                 : state == State::CANCELLED ? "was cancelled"
-                                             : "failed: " + error);
+    log::info("job {} {}", record.status.id(),
+              state == State::SUCCEEDED   ? "succeeded"
+              : state == State::CANCELLED ? "was cancelled"
+                                          : "failed: " + error);
     changed(record);
     JobFiles(directoryOf(record)).remove();  // the store keeps the log's end
     scheduleSoon();

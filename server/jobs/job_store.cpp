@@ -2,13 +2,13 @@
 #include "server/jobs/job_store.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 #include <sqlite3.h>
 
 #include <string_view>
 
 #include "protocol/scene/json.h"
 #include "server/jobs/sql_statement.h"
+#include "server/log.h"
 
 namespace mote::server {
 namespace {
@@ -158,8 +158,8 @@ Result<JobStore> JobStore::open(const std::filesystem::path& file) {
     std::filesystem::path aside;
     if (!database.ok() && database.error().code == ErrorCode::corrupt) {
         MOTE_ASSIGN_OR_RETURN(aside, moveAside(file));
-        spdlog::error("the database of jobs is broken ({}): it was moved to {} and a new one begun",
-                      database.error().message, aside.string());
+        log::error("the database of jobs is broken ({}): it was moved to {} and a new one begun",
+                   database.error().message, aside.string());
         database = connect(file);
     }
     if (!database.ok()) return database.error();
@@ -180,7 +180,7 @@ Result<std::vector<JobRecord>> JobStore::load() const {
         if (record.ok()) {
             records.push_back(*std::move(record));
         } else {
-            spdlog::warn("a job is left out: {}", record.error().toString());
+            log::warn("a job is left out: {}", record.error().toString());
         }
     }
     if (code != SQLITE_DONE) return failure(database_.get());

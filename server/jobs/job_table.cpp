@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/jobs/job_table.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
+
+#include "server/log.h"
 
 namespace mote::server {
 namespace {
@@ -27,7 +27,7 @@ Result<JobRecord*> JobTable::add(JobRecord record) {
 
 void JobTable::save(const JobRecord& record) {
     if (const auto saved = store_.update(record); !saved.ok()) {
-        spdlog::error("job {} cannot be kept: {}", record.status.id(), saved.error().toString());
+        log::error("job {} cannot be kept: {}", record.status.id(), saved.error().toString());
     }
 }
 
@@ -40,7 +40,7 @@ void JobTable::prune(std::size_t kept) {
             continue;
         }
         if (const auto removed = store_.remove(entry->first); !removed.ok()) {
-            spdlog::error("an old job cannot be forgotten: {}", removed.error().toString());
+            log::error("an old job cannot be forgotten: {}", removed.error().toString());
         }
         entry = records_.erase(entry);
         --finished;

@@ -6,7 +6,6 @@
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -20,6 +19,7 @@
 
 #include "protocol/scene/system_error.h"
 #include "server/jobs/process_identity.h"
+#include "server/log.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -141,7 +141,7 @@ std::unique_ptr<Run> watch(asio::io_context& context, const ProcessIdentity& ide
     try {
         return std::make_unique<LocalRun>(context, identity, process, std::move(gate));
     } catch (const std::system_error& error) {
-        spdlog::error("process {} cannot be watched: {}", identity.pid, error.what());
+        log::error("process {} cannot be watched: {}", identity.pid, error.what());
         return nullptr;
     }
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/session/session.h"
 
-#include <spdlog/spdlog.h>
-
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
 #include <asio/post.hpp>
 
 #include "protocol/scene/utf8.h"
+#include "server/log.h"
 #include "server/session/token.h"
 
 namespace mote::server {
@@ -79,14 +78,14 @@ asio::awaitable<bool> Session::welcome() {
         co_return false;
     }
     if (!message.has_hello() || !sameToken(context_.token, message.hello().token())) {
-        spdlog::warn("session {}: refused, no hello with the right token", id_);
+        log::warn("session {}: refused, no hello with the right token", id_);
         leave({ErrorCode::permissionDenied, "hello.token",
                "the token is not this server's; read its present connection file"});
         co_return false;
     }
     authenticated_ = true;
     deadline_.cancel();
-    spdlog::info("session {}: \"{}\" connected", id_, toLogText(message.hello().client()));
+    log::info("session {}: \"{}\" connected", id_, toLogText(message.hello().client()));
     begin(message.hello());
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
@@ -197,7 +196,7 @@ void Session::leave(const Error& reason) {
     leaving_ = true;
     const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
     if (gone || !greeted_) return close();
-    spdlog::info("session {}: closed: {}", id_, toLogText(reason.toString()));
+    log::info("session {}: closed: {}", id_, toLogText(reason.toString()));
     context_.render->close(id_);  // nothing more is drawn for it
     outbox_.farewell(failureMessage(0, reason, true));
     writerWake_.notify();

@@ -2,8 +2,6 @@
 #include "storage/hybrid/residual_file.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <array>
@@ -17,14 +15,14 @@
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/residual_encoder.h"
 #include "storage/manifest.h"
+#include "storage/vdb/vdb_file.h"
 
 namespace mote::storage {
 namespace {
 
 namespace fs = std::filesystem;
 
-using Leaf = openvdb::FloatTree::LeafNodeType;
-static_assert(Leaf::DIM == residualBrickSide);
+static_assert(vdbLeafSide == residualBrickSide);
 
 Status damaged(const fs::path& path, std::string message) {
     return Error{ErrorCode::corrupt, path.string(), std::move(message)};
@@ -42,15 +40,11 @@ Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
     return Error{ErrorCode::notFound, path.string(), "cannot be opened"};
 }
 
-Result<openvdb::FloatGrid::Ptr> readGrid(const fs::path& path) {
+Result<FloatGrid> readGrid(const fs::path& path) {
     try {
-        openvdb::initialize();
         MOTE_ASSIGN_OR_RETURN(const auto bytes, openBytes(path));
         std::istream in(bytes.get());
-        const auto grids = openvdb::io::Stream(in, false).getGrids();
-        const auto grid =
-            openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::findGridByName(*grids, residualGridName));
-        if (grid) return grid;
+        if (const auto grid = FloatGrid::read(in, residualGridName)) return *grid;
     } catch (const std::exception& error) {
         return Error{ErrorCode::corrupt, path.string(),
                      fmt::format("is not read by OpenVDB: {}", error.what())};
@@ -58,21 +52,17 @@ Result<openvdb::FloatGrid::Ptr> readGrid(const fs::path& path) {
     return Error{ErrorCode::corrupt, path.string(), "holds no FloatGrid \"residual\""};
 }
 
-/// Counts, places and values against the manifest.
-Status checkGrid(const openvdb::FloatGrid& grid, const GridSize& size, const proto::HybridStepEntry& entry,
+/// Counts and places against the manifest.
+Status checkGrid(const FloatGrid& grid, const GridSize& size, const proto::HybridStepEntry& entry,
                  const fs::path& path) {
-    if (grid.tree().activeTileCount() > 0) return damaged(path, "holds tiles, where all are single samples");
-    if (grid.activeVoxelCount() != entry.residual_samples() ||
-        grid.tree().leafCount() != entry.residual_bricks()) {
+    const auto counts = grid.counts();
+    if (counts.tiles > 0) return damaged(path, "holds tiles, where all are single samples");
+    if (counts.samples != entry.residual_samples() || counts.leaves != entry.residual_bricks()) {
         return damaged(path, "has not as many samples as the manifest says");
     }
-    if (grid.empty()) return success();
-    const auto box = grid.evalActiveVoxelBoundingBox();
-    for (int a = 0; a < 3; ++a) {
-        if (box.min()[a] >= 0 &&
-            static_cast<std::uint32_t>(box.max()[a]) < size[static_cast<std::size_t>(a)]) {
-            continue;
-        }
+    if (counts.samples == 0) return success();
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (counts.first[a] >= 0 && static_cast<std::uint32_t>(counts.last[a]) < size[a]) continue;
         return damaged(path, "holds a sample outside of the error grid");
     }
     return success();
@@ -80,12 +70,11 @@ Status checkGrid(const openvdb::FloatGrid& grid, const GridSize& size, const pro
 
 using Values = std::array<float, residualBrickSamples>;
 
-/// The leaf's samples as exact multiples of the step; false where one is none.
-bool takeValues(const Leaf& leaf, double step, Values& values) {
+/// A leaf's samples as exact multiples of the step; false where one is none.
+bool takeValues(std::span<const float, residualBrickSamples> leaf, double step, Values& values) {
     bool good = true;
     for (std::uint32_t i = 0; i < residualBrickSamples; ++i) {
-        const auto at = offsetInBrick(i);
-        const double multiple = leaf.isValueOn(at) ? std::round(leaf.getValue(at) / step) : 0.0;
+        const double multiple = std::round(leaf[offsetInBrick(i)] / step);
         good = good && std::abs(multiple) <= maxResidualMultiple;
         values[i] = static_cast<float>(multiple * step);
     }
@@ -110,18 +99,23 @@ Status readResidual(const fs::path& directory, const proto::Manifest& manifest, 
             path, "differs from its hash in the manifest; the dataset is damaged: copy or make it again");
     }
     MOTE_ASSIGN_OR_RETURN(const auto grid, readGrid(path));
-    MOTE_RETURN_IF_ERROR(checkGrid(*grid, gridSize(manifest.hybrid().error_size()), *entry, path));
+    MOTE_RETURN_IF_ERROR(checkGrid(grid, gridSize(manifest.hybrid().error_size()), *entry, path));
     Values values;
-    for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
-        if (cancelled && cancelled()) return Error{ErrorCode::cancelled, path.string(), "cancelled"};
-        if (!takeValues(*leaf, entry->residual_step(), values)) {
-            return damaged(path, "holds a value that is not finite, or too great");
+    Status visited = success();
+    grid.eachLeaf([&](const FloatGrid::Indices& origin, std::span<const float, 512> leaf) {
+        if (cancelled && cancelled()) {
+            visited = Error{ErrorCode::cancelled, path.string(), "cancelled"};
+        } else if (!takeValues(leaf, entry->residual_step(), values)) {
+            visited = damaged(path, "holds a value that is not finite, or too great");
         }
-        const auto origin = leaf->origin();
-        const auto index = [&](int a) { return static_cast<std::uint32_t>(origin[a]) / residualBrickSide; };
+        if (!visited.ok()) return false;
+        const auto index = [&](std::size_t a) {
+            return static_cast<std::uint32_t>(origin[a]) / residualBrickSide;
+        };
         visit({{index(0), index(1), index(2)}, values});
-    }
-    return success();
+        return true;
+    });
+    return visited;
 }
 
 std::string residualName(std::uint32_t step) {

@@ -2,10 +2,11 @@
 #include "storage/hybrid/residual_writer.h"
 
 #include <openvdb/io/Compression.h>
-#include <openvdb/openvdb.h>
+#include <openvdb/io/io.h>
+#include <openvdb/util/NodeMasks.h>
 
 #include <algorithm>
-#include <array>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -17,19 +18,19 @@ namespace mote::storage {
 namespace {
 
 using Scratches = std::span<const std::unique_ptr<ScratchFile>>;
-using Leaf = openvdb::FloatTree::LeafNodeType;
-using Node = openvdb::FloatTree::RootNodeType::ChildNodeType::ChildNodeType;
-using Top = openvdb::FloatTree::RootNodeType::ChildNodeType;
-static_assert(Leaf::DIM == residualBrickSide && Node::DIM == residualNodeBricks * residualBrickSide);
+static_assert(vdbLeafSide == residualBrickSide && vdbNodeSide == residualNodeBricks * residualBrickSide);
 
-/// Nodes of a top node, a side.
-constexpr std::uint32_t topNodes = Top::DIM / Node::DIM;
+/// Nodes of a top node, a side, and the masks of what lies in each.
+constexpr std::uint32_t topNodes = vdbTopSide / vdbNodeSide;
+using NodeMask = openvdb::util::NodeMask<4>;
+using TopMask = openvdb::util::NodeMask<5>;
+static_assert(NodeMask::DIM == residualNodeBricks && TopMask::DIM == topNodes);
 
 GridSize topOf(const GridSize& node) {
     return {node[0] / topNodes, node[1] / topNodes, node[2] / topNodes};
 }
 
-openvdb::Index placeInTop(const GridSize& node) {
+std::uint32_t placeInTop(const GridSize& node) {
     return (node[0] % topNodes * topNodes + node[1] % topNodes) * topNodes + node[2] % topNodes;
 }
 
@@ -86,17 +87,17 @@ class NodeBricks {
     std::vector<Brick> bricks_;
 };
 
-/// A grid whose tree is not in memory: OpenVDB writes everything about it, and this what is in it, in the
-/// order of OpenVDB's own trees (tree/RootNode.h, InternalNode.h, LeafNode.h, version 10).
-class PartsGrid final : public openvdb::FloatGrid {
+/// Writes the tree of all parts, which is not in memory, in the order of OpenVDB's own trees
+/// (tree/RootNode.h, InternalNode.h, LeafNode.h, version 10).
+class PartsTree {
   public:
-    PartsGrid(std::vector<ResidualPart> parts, Scratches scratches, bool halves)
+    PartsTree(std::vector<ResidualPart> parts, Scratches scratches, bool halves)
         : parts_(std::move(parts)), scratches_(scratches), halves_(halves) {
         std::sort(parts_.begin(), parts_.end(),
                   [](const auto& a, const auto& b) { return orderInFile(a) < orderInFile(b); });
     }
 
-    void writeTopology(std::ostream& out) const override {
+    void writeTopology(std::ostream& out) const {
         put(out, std::int32_t{1});  // buffers a leaf
         put(out, background_);
         openvdb::io::setGridBackgroundValuePtr(out, &background_);
@@ -107,7 +108,7 @@ class PartsGrid final : public openvdb::FloatGrid {
         eachTop([&](std::span<const ResidualPart> top) { putTop(out, top); });
     }
 
-    void writeBuffers(std::ostream& out) const override {
+    void writeValues(std::ostream& out) const {
         eachNode(parts_, [&](std::span<const ResidualPart> parts) {
             const NodeBricks node(parts, scratches_);
             for (const auto& brick : node.bricks()) {
@@ -140,15 +141,15 @@ class PartsGrid final : public openvdb::FloatGrid {
     }
 
     void putTop(std::ostream& out, Parts top) const {
-        for (const auto index : topOf(top[0].node)) put(out, static_cast<std::int32_t>(index * Top::DIM));
-        openvdb::util::NodeMask<Top::LOG2DIM> children;
+        for (const auto index : topOf(top[0].node)) put(out, static_cast<std::int32_t>(index * vdbTopSide));
+        TopMask children;
         eachNode(top, [&](Parts node) { children.setOn(placeInTop(node[0].node)); });
         putOwn(out, children, halves_);
         eachNode(top, [&](Parts node) { putNode(out, NodeBricks(node, scratches_)); });
     }
 
     void putNode(std::ostream& out, const NodeBricks& node) const {
-        openvdb::util::NodeMask<Node::LOG2DIM> children;
+        NodeMask children;
         for (const auto& brick : node.bricks()) children.setOn(brick.place);
         putOwn(out, children, halves_);
         for (const auto& brick : node.bricks()) out.write(brick.bytes.data(), residualBrickSamples / 8);
@@ -160,33 +161,34 @@ class PartsGrid final : public openvdb::FloatGrid {
     float background_ = 0.0F;
 };
 
-/// What OpenVDB says of the grids that it writes itself.
-void addStatistics(std::span<const ResidualPart> parts, openvdb::GridBase& grid) {
+/// Without parts, an empty box as OpenVDB has it: from the greatest number to the least.
+void noteSamples(std::span<const ResidualPart> parts, const FloatGrid& grid) {
+    using Limits = std::numeric_limits<int>;
     std::int64_t samples = 0;
-    openvdb::CoordBBox box;
-    const auto coord = [](const GridSize& at) {
-        return openvdb::Coord(static_cast<int>(at[0]), static_cast<int>(at[1]), static_cast<int>(at[2]));
-    };
+    FloatGrid::Indices first, last;
+    first.fill(Limits::max());
+    last.fill(Limits::min());
     for (const auto& part : parts) {
         samples += static_cast<std::int64_t>(part.samples);
-        box.expand(openvdb::CoordBBox(coord(part.begin), coord(part.end).offsetBy(-1)));
+        for (std::size_t a = 0; a < 3; ++a) {
+            first[a] = std::min(first[a], static_cast<int>(part.begin[a]));
+            last[a] = std::max(last[a], static_cast<int>(part.end[a]) - 1);
+        }
     }
-    using openvdb::GridBase;
-    grid.insertMeta(GridBase::META_FILE_BBOX_MIN, openvdb::Vec3IMetadata(box.min().asVec3i()));
-    grid.insertMeta(GridBase::META_FILE_BBOX_MAX, openvdb::Vec3IMetadata(box.max().asVec3i()));
-    grid.insertMeta(GridBase::META_FILE_VOXEL_COUNT, openvdb::Int64Metadata(samples));
+    grid.noteSamples(first, last, samples);
 }
 
 }  // namespace
 
 Status writeResidual(const std::filesystem::path& path, const ResidualCoding& coding,
                      const std::vector<ResidualPart>& parts, Scratches scratches) {
-    const auto grid = std::make_shared<PartsGrid>(parts, scratches, coding.halves);
-    grid->setName(residualGridName);
-    grid->setTransform(vdbTransform(coding.errorToWorld));
-    grid->setSaveFloatAsHalf(coding.halves);
-    grid->insertMeta(residualStepName, openvdb::DoubleMetadata(coding.step));
-    addStatistics(parts, *grid);
+    const PartsTree tree(parts, scratches, coding.halves);
+    const FloatGrid grid(
+        residualGridName, coding.errorToWorld,
+        {[&](auto& out) { tree.writeTopology(out); }, [&](auto& out) { tree.writeValues(out); }});
+    grid.setHalves(coding.halves);
+    grid.note(residualStepName, coding.step);
+    noteSamples(parts, grid);
     return writeVdbFile(path, {grid}, VdbValues::plain);
 }
 

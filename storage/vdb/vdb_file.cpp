@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Dense.h>
 
 #include <fstream>
 #include <string>
+#include <utility>
 
+#include "protocol/scene/mote_check.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"
 
@@ -17,21 +21,55 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using Grid = openvdb::FloatGrid;
+using Leaf = Grid::TreeType::LeafNodeType;
+using Top = Grid::TreeType::RootNodeType::ChildNodeType;
+static_assert(Leaf::DIM == vdbLeafSide && Leaf::SIZE == 512);
+static_assert(Top::ChildNodeType::DIM == vdbNodeSide && Top::DIM == vdbTopSide);
+
+openvdb::math::Transform::Ptr linear(const glm::dmat4& indexToWorld) {
+    openvdb::math::Mat4d rows;  // OpenVDB multiplies from the left: its rows are our columns
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) rows[column][row] = indexToWorld[column][row];
+    }
+    return openvdb::math::Transform::createLinearTransform(rows);
+}
+
+/// By OpenVDB's own table of kinds: its library has the code of a grid already, and Grid::create would have
+/// it made here once more.
+openvdb::GridBase::Ptr emptyGrid() {
+    openvdb::initialize();
+    return openvdb::GridBase::createGrid(Grid::gridType());
+}
+
+Grid& gridOf(const std::shared_ptr<openvdb::GridBase>& base) {
+    return static_cast<Grid&>(*base);
+}
+
+openvdb::CoordBBox box(const GridSize& size) {
+    const openvdb::Coord end(static_cast<int>(size[0]), static_cast<int>(size[1]), static_cast<int>(size[2]));
+    return {openvdb::Coord(0, 0, 0), end.offsetBy(-1)};
+}
+
+FloatGrid::Indices indices(const openvdb::Coord& at) {
+    return {at.x(), at.y(), at.z()};
+}
+
 /// io::File writes where it likes and looks at no stream's state; io::Archive looks into the trees of grids,
 /// which need not have one in memory.
 class Writer : public openvdb::io::Archive {
   public:
-    void writeTo(std::ostream& out, const openvdb::GridPtrVec& grids, VdbValues values) {
+    void writeTo(std::ostream& out, const std::vector<FloatGrid>& grids, VdbValues values) {
         setCompression(vdbCompression(values));
         writeHeader(out, true);
         openvdb::MetaMap().writeMeta(out);
         const auto count = static_cast<std::int32_t>(grids.size());
         out.write(reinterpret_cast<const char*>(&count), sizeof(count));
-        for (const auto& grid : grids) writeOne(out, *grid);
+        for (const auto& grid : grids) writeOne(out, *grid.base(), grid);
     }
 
   private:
-    void writeOne(std::ostream& out, const openvdb::GridBase& grid) const {
+    void writeOne(std::ostream& out, const openvdb::GridBase& grid, const FloatGrid& contents) const {
         openvdb::io::GridDescriptor descriptor(grid.getName(), grid.type(), grid.saveFloatAsHalf());
         descriptor.writeHeader(out);
         const auto places = out.tellp();
@@ -40,9 +78,9 @@ class Writer : public openvdb::io::Archive {
         setGridCompression(out, grid);
         grid.writeMeta(out);
         grid.writeTransform(out);
-        grid.writeTopology(out);
+        contents.writeTopology(out);
         descriptor.setBlockPos(out.tellp());
-        grid.writeBuffers(out);
+        contents.writeValues(out);
         descriptor.setEndPos(out.tellp());
         out.seekp(places);
         descriptor.writeStreamPos(out);
@@ -63,12 +101,99 @@ bool writeIdentity(std::fstream& file, std::string_view identity) {
 
 }  // namespace
 
-std::shared_ptr<openvdb::math::Transform> vdbTransform(const glm::dmat4& indexToWorld) {
-    openvdb::math::Mat4d rows;  // OpenVDB multiplies from the left: its rows are our columns
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 4; ++row) rows[column][row] = indexToWorld[column][row];
+FloatGrid::FloatGrid(const std::string& name, const glm::dmat4& indexToWorld, TreeWriters tree)
+    : base_(emptyGrid()), tree_(std::move(tree)) {
+    base_->setName(name);
+    base_->setTransform(linear(indexToWorld));
+}
+
+void FloatGrid::writeTopology(std::ostream& out) const {
+    return tree_.topology ? tree_.topology(out) : base_->writeTopology(out);
+}
+
+void FloatGrid::writeValues(std::ostream& out) const {
+    return tree_.values ? tree_.values(out) : base_->writeBuffers(out);
+}
+
+std::optional<FloatGrid> FloatGrid::read(std::istream& in, const std::string& name) {
+    openvdb::initialize();
+    const auto grids = openvdb::io::Stream(in, false).getGrids();
+    const auto grid = openvdb::findGridByName(*grids, name);
+    return grid && grid->isType<Grid>() ? std::optional(FloatGrid(grid)) : std::nullopt;
+}
+
+void FloatGrid::note(const std::string& name, const std::string& text) const {
+    base_->insertMeta(name, openvdb::StringMetadata(text));
+}
+
+void FloatGrid::note(const std::string& name, std::int32_t number) const {
+    base_->insertMeta(name, openvdb::Int32Metadata(number));
+}
+
+void FloatGrid::note(const std::string& name, double number) const {
+    base_->insertMeta(name, openvdb::DoubleMetadata(number));
+}
+
+void FloatGrid::noteSamples(const Indices& first, const Indices& last, std::int64_t count) const {
+    using openvdb::GridBase;
+    base_->insertMeta(GridBase::META_FILE_BBOX_MIN, openvdb::Vec3IMetadata(openvdb::Vec3i(first.data())));
+    base_->insertMeta(GridBase::META_FILE_BBOX_MAX, openvdb::Vec3IMetadata(openvdb::Vec3i(last.data())));
+    base_->insertMeta(GridBase::META_FILE_VOXEL_COUNT, openvdb::Int64Metadata(count));
+}
+
+void FloatGrid::noteSamples() const {
+    base_->addStatsMetadata();
+}
+
+void FloatGrid::setFog() const {
+    base_->setGridClass(openvdb::GRID_FOG_VOLUME);
+}
+
+void FloatGrid::setHalves(bool halves) const {
+    base_->setSaveFloatAsHalf(halves);
+}
+
+void FloatGrid::fill(const GridSize& size, const std::function<float(std::size_t)>& value) const {
+    auto& grid = gridOf(base_);
+    grid.denseFill(box(size), 0.0F);
+    for (auto sample = grid.beginValueOn(); sample; ++sample) {
+        const auto at = sample.getCoord();
+        const auto row = static_cast<std::size_t>(at.z()) * size[1] + static_cast<std::size_t>(at.y());
+        sample.setValue(value(row * size[0] + static_cast<std::size_t>(at.x())));
     }
-    return openvdb::math::Transform::createLinearTransform(rows);
+}
+
+void FloatGrid::fillNonzero(const GridSize& size, std::span<const float> values) const {
+    using Dense = openvdb::tools::Dense<const float, openvdb::tools::LayoutXYZ>;
+    MOTE_CHECK(values.size() == std::size_t{size[0]} * size[1] * size[2]);
+    openvdb::tools::copyFromDense(Dense(box(size), values.data()), gridOf(base_), 0.0F);
+}
+
+bool FloatGrid::eachLeaf(const VisitLeaf& visit) const {
+    std::array<float, Leaf::SIZE> values{};
+    for (auto leaf = std::as_const(gridOf(base_)).tree().cbeginLeaf(); leaf; ++leaf) {
+        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+            values[i] = leaf->isValueOn(i) ? leaf->getValue(i) : 0.0F;
+        }
+        if (!visit(indices(leaf->origin()), values)) return false;
+    }
+    return true;
+}
+
+FloatGrid::SetSample FloatGrid::setter() const {
+    return [accessor = gridOf(base_).getAccessor()](const Indices& at, float value) mutable {
+        accessor.setValueOn({at[0], at[1], at[2]}, value);
+    };
+}
+
+FloatGrid::Counts FloatGrid::counts() const {
+    const auto& tree = std::as_const(*base_).baseTree();
+    Counts counts{tree.activeTileCount(), tree.leafCount(), tree.activeVoxelCount()};
+    if (counts.samples == 0) return counts;
+    const auto box = base_->evalActiveVoxelBoundingBox();
+    counts.first = indices(box.min());
+    counts.last = indices(box.max());
+    return counts;
 }
 
 std::uint32_t vdbCompression(VdbValues values) {
@@ -76,8 +201,7 @@ std::uint32_t vdbCompression(VdbValues values) {
            openvdb::io::COMPRESS_ACTIVE_MASK;
 }
 
-Status writeVdbFile(const fs::path& path, const std::vector<std::shared_ptr<openvdb::GridBase>>& grids,
-                    VdbValues values) {
+Status writeVdbFile(const fs::path& path, const std::vector<FloatGrid>& grids, VdbValues values) {
     const Error full{ErrorCode::resourceExhausted, path.string(),
                      "cannot be written whole: is the folder there and writable, and the disk not full?"};
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);

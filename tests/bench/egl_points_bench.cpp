@@ -5,11 +5,11 @@
 // nothing.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "protocol/cli/command.h"
 #include "server/render/egl/egl_device.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/octree_cell.h"
@@ -157,11 +157,12 @@ void measureFrames(render::EglDevice& device, const std::shared_ptr<const BenchS
 int main(int argc, char** argv) {
     std::uint64_t points = 4'000'000;
     int repeat = 5;
-    CLI::App app("Points a second and milliseconds a frame of the egl device");
-    app.add_option("--points", points, "particles of the beam")->check(CLI::Range(1000, 200'000'000));
-    app.add_option("--repeat", repeat, "measured runs of each; the quickest counts")
-        ->check(CLI::Range(1, 1000));
-    CLI11_PARSE(app, argc, argv);
+    const mote::cli::Program commandLine("Points a second and milliseconds a frame of the egl device",
+                                         "bench-egl-points");
+    const auto app = commandLine.command();
+    app.option("--points", points, "particles of the beam").range(1000, 200'000'000);
+    app.option("--repeat", repeat, "measured runs of each; the quickest counts").range(1, 1000);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     const auto step = std::make_shared<const mote::bench::BenchStep>(points, 7, 1);
     mote::render::EglOptions options;
     options.measure = true;

@@ -22,18 +22,21 @@ LONG_FILES = {"protocol/mote.proto", "protocol/scene/color_map_tables.h"}
 # Who may include whom among our own folders: the longest prefix of a file's path holds. None: anything.
 SCHEMA = "protocol/mote.pb.h"
 SCENE = "protocol/scene/"
+CLI = "protocol/cli/"
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
     SCENE: (SCENE, SCHEMA),
     "storage/": ("storage/", SCENE, SCHEMA),
-    "preprocess/": ("preprocess/", "storage/", SCENE, SCHEMA),
+    CLI: (CLI, SCENE),
+    "preprocess/": ("preprocess/", "storage/", CLI, SCENE, SCHEMA),
     "server/": ("server/", "storage/", "protocol/"),
     "server/render/": ("server/render/", "storage/", SCENE, SCHEMA),
     # Devices know primitives, and primitives no layers.
     "server/render/plan/": ("server/render/plan/", "storage/", SCENE, SCHEMA),
     "server/render/layers/": ("server/render/layers/", "server/render/plan/", "storage/", SCENE, SCHEMA),
-    "server/data/": ("server/data/", "server/render/", "storage/", SCENE, SCHEMA),
-    "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/render/", "storage/", "protocol/"),
+    "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", SCENE, SCHEMA),
+    "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/log.h", "server/render/", "storage/",
+                       "protocol/"),
     "client/": ("client/", "protocol/"),
     "tests/": None,
 }
@@ -43,6 +46,7 @@ NETWORK = re.compile(r"(asio(/|\.hpp)|sys/socket\.h|sys/un\.h|netinet/|arpa/|net
 ONLY_IN = [
     (re.compile(r"(asio/|asio\.hpp)"), "Asio",
      ("protocol/wire/", "server/app/", "server/session/", "server/jobs/", "client/", "tests/")),
+    (re.compile(r"CLI/"), "CLI11", ("protocol/cli/", "tests/")),
 ]
 # Foreign headers that the given folders may not include.
 NEVER_IN = [

@@ -36,6 +36,8 @@ class Includes(unittest.TestCase):
             ("client/frames/a.cpp", "<openvdb/openvdb.h>"),
             ("client/frames/a.cpp", "<CGAL/Point_3.h>"),
             ("client/frames/a.cpp", "<mpi.h>"),
+            ("client/frames/a.cpp", "<CLI/CLI.hpp>"),
+            ("storage/a.cpp", '"protocol/cli/command.h"'),
             ("storage/a.cpp", '"protocol/wire/frame.h"'),
             ("storage/a.cpp", '"preprocess/progress.h"'),
             ("storage/a.cpp", '"server/render/plan/scene.h"'),

@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 #include <signal.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <fstream>
 #include <iostream>
 #include <optional>
 
+#include "protocol/cli/command.h"
 #include "protocol/scene/json.h"
 #include "tests/support/only_vectors.h"
 #include "tests/views/check_worker.h"
@@ -115,24 +115,23 @@ int serve(const Run& run) {
     return 0;
 }
 
-void addOptions(CLI::App& app, Run& run) {
-    app.add_option("--seed", run.seed, "of the series of views");
-    app.add_option("--first", run.first, "number of the first view of the series");
-    app.add_option("--count", run.count, "how many views");
-    app.add_option("--pixels", run.pixels, "most pixels of a picture");
-    app.add_option("--check", run.check, "difference, survival or bytes");
-    app.add_option("--device", run.device, "cpu, egl or ranks");
-    app.add_option("--vectors", run.vectors,
-                   "the only ones that are used: avx-512, avx2, sse4, ssse3, scalar");
-    app.add_option("--below", run.below, "dB: what is a failure of \"difference\"");
-    app.add_option("--most", run.most, "steps of 255: beyond is a failure of \"bytes\"");
-    app.add_option("--keep", run.keep, "folder for views that fail, whole and shrunk");
-    app.add_option("--record", run.record,
-                   "of \"survival\": file to which a line is added with a hash of each view's pictures");
-    app.add_option("--questions", run.questions, "most pictures that are drawn to shrink a view");
-    app.add_option("--view", run.files, "files with views, in place of generated ones");
-    app.add_flag("--quiet", run.quiet, "tell of failures alone");
-    app.add_flag("--serve", run.serve, "read views from stdin")->group("");
+void addOptions(const mote::cli::Command& app, Run& run) {
+    app.option("--seed", run.seed, "of the series of views");
+    app.option("--first", run.first, "number of the first view of the series");
+    app.option("--count", run.count, "how many views");
+    app.option("--pixels", run.pixels, "most pixels of a picture");
+    app.option("--check", run.check, "difference, survival or bytes");
+    app.option("--device", run.device, "cpu, egl or ranks");
+    app.option("--vectors", run.vectors, "the only ones that are used: avx-512, avx2, sse4, ssse3, scalar");
+    app.option("--below", run.below, "dB: what is a failure of \"difference\"");
+    app.option("--most", run.most, "steps of 255: beyond is a failure of \"bytes\"");
+    app.option("--keep", run.keep, "folder for views that fail, whole and shrunk");
+    app.option("--record", run.record,
+               "of \"survival\": file to which a line is added with a hash of each view's pictures");
+    app.option("--questions", run.questions, "most pictures that are drawn to shrink a view");
+    app.option("--view", run.files, "files with views, in place of generated ones");
+    app.flag("--quiet", run.quiet, "tell of failures alone");
+    app.flag("--serve", run.serve, "read views from stdin").hidden();
 }
 
 int run(const Run& run) {
@@ -146,9 +145,10 @@ int run(const Run& run) {
 
 int runProgram(int argc, char** argv) {
     Run asked;
-    CLI::App app("Holds generated views to what any legal view owes");
+    const mote::cli::Program commandLine("Holds generated views to what any legal view owes", "check-views");
+    const auto app = commandLine.command();
     addOptions(app, asked);
-    CLI11_PARSE(app, argc, argv);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     return run(asked);
 }
 

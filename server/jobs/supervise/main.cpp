@@ -38,6 +38,18 @@ constexpr int kProgress = 3;  // of the program that it runs
 constexpr std::chrono::seconds kPatience(5);
 constexpr int kCannotStart = 127;
 
+constexpr const char* help =
+    R"(Runs one job of mote-server, with few rights, and outlives the server that started it.
+Usage: mote-supervise --directory DIR [OPTIONS] -- PROGRAM [ARGUMENT]...
+
+Options:
+  --help                      Print this help message and exit
+  --directory DIR REQUIRED    The job's folder, for its progress and its result
+  --memory BYTES              What the program may take
+  --read DIR ...              What the program may read besides the system
+  --write DIR ...             What it may write
+)";
+
 struct Order {
     std::string directory;
     Rights rights;
@@ -184,10 +196,9 @@ int run(Order order) {
 int main(int argc, char** argv) {
     auto order = mote::server::parse(argc, argv);
     if (!order) {
-        fmt::print(stderr,
-                   "usage: mote-supervise --directory DIR [--memory BYTES] [--read DIR]... [--write DIR]..."
-                   " -- PROGRAM [ARGUMENT]...\n(started by mote-server)\n");
-        return 2;
+        const bool asked = argc == 2 && std::string_view(argv[1]) == "--help";
+        fmt::print(asked ? stdout : stderr, mote::server::help);
+        return asked ? 0 : 2;
     }
     return mote::server::run(*std::move(order));
 }

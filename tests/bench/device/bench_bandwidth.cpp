@@ -5,7 +5,6 @@
 // of several passes counts, as one JSON object.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <barrier>
@@ -14,6 +13,8 @@
 #include <span>
 #include <thread>
 #include <vector>
+
+#include "protocol/cli/command.h"
 
 namespace mote::bench {
 namespace {
@@ -71,11 +72,12 @@ int main(int argc, char** argv) {
     std::size_t mebibytes = 2048;
     unsigned threads = std::max(1U, std::thread::hardware_concurrency());
     int passes = 8;
-    CLI::App app("How fast memory is read, as one JSON object");
-    app.add_option("--mebibytes", mebibytes, "size of the buffer")->check(CLI::Range(1, 1 << 20));
-    app.add_option("--threads", threads, "default all")->check(CLI::Range(1, 1024));
-    app.add_option("--passes", passes, "the quickest counts")->check(CLI::Range(1, 1000));
-    CLI11_PARSE(app, argc, argv);
+    const mote::cli::Program commandLine("How fast memory is read, as one JSON object", "bench-bandwidth");
+    const auto app = commandLine.command();
+    app.option("--mebibytes", mebibytes, "size of the buffer").range(1, 1 << 20);
+    app.option("--threads", threads, "default all").range(1, 1024);
+    app.option("--passes", passes, "the quickest counts").range(1, 1000);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     const std::size_t bytes = mebibytes << 20;
     const double seconds = mote::bench::quickest(bytes, threads, passes);
     fmt::print(R"({{"bytesPerSecond": {:.6g}, "threads": {}, "mebibytes": {}}})"

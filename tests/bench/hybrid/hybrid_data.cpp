@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <vector>
 
 #include "preprocess/volume/volume_source.h"
+#include "protocol/cli/command.h"
 #include "storage/hybrid/grid_axis.h"
 #include "tests/bench/hybrid/bubble.h"
 
@@ -101,12 +101,14 @@ int write(const Options& options, const Bytes& bytes) {
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App program("Volumes for the measurements of hybrid volumes.", "bench-hybrid-data");
-    program.add_option("--out", options.out, "The NRRD file to write")->required();
-    program.add_option("--size", options.size, "Samples a side; default 512")->check(CLI::Range(1, 4096));
-    program.add_option("--resample", options.input, "A volume instead of the bubble");
-    program.add_option("--range", options.range, "Its values that become 0 and 255")->expected(2);
-    CLI11_PARSE(program, argc, argv);
+    const mote::cli::Program commandLine("Volumes for the measurements of hybrid volumes.",
+                                         "bench-hybrid-data");
+    const auto program = commandLine.command();
+    program.option("--out", options.out, "The NRRD file to write").required();
+    program.option("--size", options.size, "Samples a side; default 512").range(1, 4096);
+    program.option("--resample", options.input, "A volume instead of the bubble");
+    program.option("--range", options.range, "Its values that become 0 and 255").values(2);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     Bytes bytes(std::size_t{options.size} * options.size * options.size);
     if (options.input.empty()) {
         makeBubble(options.size, bytes);

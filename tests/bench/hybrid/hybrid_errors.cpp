@@ -4,12 +4,12 @@
 // volume alone, and with its residual. The error grid must be the source's.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "preprocess/volume/volume_source.h"
+#include "protocol/cli/command.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_file.h"
@@ -128,10 +128,12 @@ class Comparison {
 int main(int argc, char** argv) {
     std::string input;
     std::string dataset;
-    CLI::App program("How far a hybrid volume is from its source.", "bench-hybrid-errors");
-    program.add_option("INPUT", input, "The source")->required();
-    program.add_option("DATASET", dataset, "NAME.mote")->required();
-    CLI11_PARSE(program, argc, argv);
+    const mote::cli::Program commandLine("How far a hybrid volume is from its source.",
+                                         "bench-hybrid-errors");
+    const auto program = commandLine.command();
+    program.option("INPUT", input, "The source").required();
+    program.option("DATASET", dataset, "NAME.mote").required();
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     const auto done = Comparison(dataset).run(input);
     if (done.ok()) return 0;
     fmt::print(stderr, "{}\n", done.error().toString());

@@ -6,13 +6,13 @@
 //   bench-link CONNECTION.json DATASET [--mbit 20] [--rtt 100] [--rate 60] [--seconds 10]
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <thread>
 
 #include "client/shared/connection.h"
+#include "protocol/cli/command.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "tests/support/shaped_link.h"
@@ -201,14 +201,16 @@ class LinkBench {
 
 int main(int argc, char** argv) {
     mote::bench::Settings settings;
-    CLI::App app("Orbits a dataset through a link of some rate and delay.");
-    app.add_option("connection", settings.connection, "connection file of a running server")->required();
-    app.add_option("dataset", settings.dataset, "ROOT/NAME")->required();
-    app.add_option("--mbit", settings.megabits, "rate of the link, Mbit/s");
-    app.add_option("--rtt", settings.roundTripMs, "round trip of the link, ms");
-    app.add_option("--rate", settings.viewsPerSecond, "views a second that the hand asks for");
-    app.add_option("--seconds", settings.seconds, "measured");
-    CLI11_PARSE(app, argc, argv);
+    const mote::cli::Program commandLine("Orbits a dataset through a link of some rate and delay.",
+                                         "bench-link");
+    const auto app = commandLine.command();
+    app.option("connection", settings.connection, "connection file of a running server").required();
+    app.option("dataset", settings.dataset, "ROOT/NAME").required();
+    app.option("--mbit", settings.megabits, "rate of the link, Mbit/s");
+    app.option("--rtt", settings.roundTripMs, "round trip of the link, ms");
+    app.option("--rate", settings.viewsPerSecond, "views a second that the hand asks for");
+    app.option("--seconds", settings.seconds, "measured");
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     try {
         mote::bench::LinkBench(settings).run();
         return 0;

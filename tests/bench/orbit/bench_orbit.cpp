@@ -5,11 +5,11 @@
 // dataset, played. A table for people.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <thread>
 
 #include "client/frames/private_server.h"
+#include "protocol/cli/command.h"
 #include "protocol/wire/connection_file.h"
 #include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/manifest.h"
@@ -130,26 +130,23 @@ int serveAndMeasure(const Options& options) {
     return measure(options, (*server)->connectionFile());
 }
 
-void addOptions(CLI::App& app, Options& options) {
-    app.add_option("dataset", options.dataset, "the folder NAME.mote")
-        ->required()
-        ->check(CLI::ExistingDirectory);
-    app.add_option("--connect", options.connection,
-                   "a running server's file; the dataset's folder is its root \"data\"");
-    app.add_option("--device", options.device, "of the server that is started here: cpu, egl or auto");
-    app.add_option("--seconds", options.seconds, "of the orbit")->check(CLI::Range(0.5, 3600.0));
-    app.add_option("--rate", options.orbit.rate, "views a second; otherwise a new one for each frame")
-        ->check(CLI::Range(1.0, 1000.0));
-    app.add_option("--width", options.orbit.width, "pixels")->check(CLI::Range(16, 8192));
-    app.add_option("--height", options.orbit.height, "pixels")->check(CLI::Range(16, 4096));
-    app.add_option("--degrees", options.orbit.degreesPerSecond, "a second, of the hand")
-        ->check(CLI::Range(0.0, 720.0));
-    app.add_option("--representation", options.representation,
-                   "of a hybrid volume: points, residual or volume; else the best that it has");
-    app.add_flag("--all-points", options.orbit.allPoints,
-                 "of particles: every point and no volume; else the default style");
-    app.add_flag("--cold", options.cold, "take the dataset out of the page cache first");
-    app.add_flag("--play", options.play, "play the dataset's steps instead");
+void addOptions(const mote::cli::Command& app, Options& options) {
+    app.option("dataset", options.dataset, "the folder NAME.mote").required().folder();
+    app.option("--connect", options.connection,
+               "a running server's file; the dataset's folder is its root \"data\"");
+    app.option("--device", options.device, "of the server that is started here: cpu, egl or auto");
+    app.option("--seconds", options.seconds, "of the orbit").range(0.5, 3600.0);
+    app.option("--rate", options.orbit.rate, "views a second; otherwise a new one for each frame")
+        .range(1.0, 1000.0);
+    app.option("--width", options.orbit.width, "pixels").range(16, 8192);
+    app.option("--height", options.orbit.height, "pixels").range(16, 4096);
+    app.option("--degrees", options.orbit.degreesPerSecond, "a second, of the hand").range(0.0, 720.0);
+    app.option("--representation", options.representation,
+               "of a hybrid volume: points, residual or volume; else the best that it has");
+    app.flag("--all-points", options.orbit.allPoints,
+             "of particles: every point and no volume; else the default style");
+    app.flag("--cold", options.cold, "take the dataset out of the page cache first");
+    app.flag("--play", options.play, "play the dataset's steps instead");
 }
 
 }  // namespace
@@ -157,9 +154,10 @@ void addOptions(CLI::App& app, Options& options) {
 
 int main(int argc, char** argv) {
     mote::bench::Options options;
-    CLI::App app("What a client sees of a real server on loopback");
+    const mote::cli::Program commandLine("What a client sees of a real server on loopback", "bench-orbit");
+    const auto app = commandLine.command();
     mote::bench::addOptions(app, options);
-    CLI11_PARSE(app, argc, argv);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     options.orbit.dataset =
         "data/" + std::filesystem::path(options.dataset / "").parent_path().stem().string();
     try {

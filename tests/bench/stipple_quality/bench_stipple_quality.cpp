@@ -4,13 +4,13 @@
 // a static hierarchy and Lloyd's method; dots at uneven density; spectra as pictures.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <random>
 
 #include "preprocess/progress.h"
 #include "preprocess/stipple/plane_start.h"
 #include "preprocess/stipple/thinning.h"
+#include "protocol/cli/command.h"
 #include "tests/bench/stipple_quality/plane_levels.h"
 #include "tests/bench/stipple_quality/quality_pictures.h"
 #include "tests/bench/stipple_quality/uneven_tone.h"
@@ -205,13 +205,13 @@ void printCosts(const Options& options) {
 
 int main(int argc, char** argv) {
     Options options;
-    CLI::App program("How even the dots of stipple hierarchies on the plane are");
-    program.add_option("--points", options.points, "Points of a hierarchy; default 5000")
-        ->check(CLI::Range(250U, 10000000U));
-    program.add_option("--seeds", options.seeds, "Hierarchies of each kind; default 5")
-        ->check(CLI::Range(1, 1000));
-    program.add_option("--pictures", options.pictures, "Write dots and spectra there, and nothing else");
-    CLI11_PARSE(program, argc, argv);
+    const mote::cli::Program commandLine("How even the dots of stipple hierarchies on the plane are",
+                                         "bench-stipple-quality");
+    const auto program = commandLine.command();
+    program.option("--points", options.points, "Points of a hierarchy; default 5000").range(250, 10000000);
+    program.option("--seeds", options.seeds, "Hierarchies of each kind; default 5").range(1, 1000);
+    program.option("--pictures", options.pictures, "Write dots and spectra there, and nothing else");
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     if (!options.pictures.empty()) return writePictures(options);
     measureSets(options);
     measureUneven(options);

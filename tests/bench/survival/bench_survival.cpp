@@ -4,12 +4,12 @@
 // longest of their waits for a picture was. A line for people.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <thread>
 
 #include "client/frames/private_server.h"
 #include "client/shared/connection.h"
+#include "protocol/cli/command.h"
 #include "tests/e2e/orbiters.h"
 
 namespace mote::bench {
@@ -79,15 +79,15 @@ int measure(const Options& options) {
 
 int main(int argc, char** argv) {
     mote::bench::Options options;
-    CLI::App app("Clients orbit while a view kills the server: their longest wait for a picture");
-    app.add_option("dataset", options.dataset, "the folder NAME.mote of particles")
-        ->required()
-        ->check(CLI::ExistingDirectory);
-    app.add_option("--device", options.device, "of the server");
-    app.add_option("--clients", options.clients)->check(CLI::Range(1, 32));
-    app.add_option("--width", options.width)->check(CLI::Range(16, 4096));
-    app.add_option("--height", options.height)->check(CLI::Range(16, 4096));
-    CLI11_PARSE(app, argc, argv);
+    const mote::cli::Program commandLine(
+        "Clients orbit while a view kills the server: their longest wait for a picture", "bench-survival");
+    const auto app = commandLine.command();
+    app.option("dataset", options.dataset, "the folder NAME.mote of particles").required().folder();
+    app.option("--device", options.device, "of the server");
+    app.option("--clients", options.clients).range(1, 32);
+    app.option("--width", options.width).range(16, 4096);
+    app.option("--height", options.height).range(16, 4096);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
     try {
         return mote::bench::measure(options);
     } catch (const std::exception& failure) {

@@ -1,0 +1,18 @@
+# Takes away what the last install put there, and only that: the files of MANIFEST, then the folders that this leaves
+# empty. Beneath DESTDIR these are all of them; else those of ours, which have "mote" in their path.
+if(NOT EXISTS "${MANIFEST}")
+  message(FATAL_ERROR "${MANIFEST} is not there: nothing was installed from this build")
+endif()
+file(STRINGS "${MANIFEST}" files)
+set(root "$ENV{DESTDIR}")
+foreach(file IN LISTS files)
+  message(STATUS "Removing: ${root}${file}")
+  file(REMOVE "${root}${file}")
+endforeach()
+foreach(file IN LISTS files)
+  get_filename_component(folder "${file}" DIRECTORY)
+  while(NOT folder STREQUAL "/" AND (root OR folder MATCHES "/mote(/|$)"))
+    execute_process(COMMAND rmdir "${root}${folder}" ERROR_QUIET)
+    get_filename_component(folder "${folder}" DIRECTORY)
+  endwhile()
+endforeach()
