@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/view/layers/layer_of_dataset.h"
 #include "client/view/slider_values.h"
+#include "protocol/scene/dataset.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 
@@ -20,15 +20,14 @@ Status ViewModel::load(const proto::View& view) {
     proto::View sized = view;
     if (sized.width() == 0) sized.set_width(1280);  // a saved view may leave the size to the window
     if (sized.height() == 0) sized.set_height(720);
-    const auto parsed = parseView(sized);
-    MOTE_RETURN_IF_ERROR(parsed);
+    MOTE_ASSIGN_OR_RETURN(const auto parsed, parseView(sized));
     if (view.layers().empty()) return Error{ErrorCode::invalidArgument, "layers", "the view shows nothing"};
     auto editor = makeLayerEditor(view.layers(0).kind_case());
     if (!editor) return Error{ErrorCode::unsupported, "layers[0]", "this viewer cannot edit such a layer"};
     base_ = view;
     cameraSet_ = view.has_camera();
-    camera_ = parsed->camera;
-    background = toFloats(linearToSrgb(parsed->background));
+    camera_ = parsed.camera;
+    background = toFloats(linearToSrgb(parsed.background));
     editor_ = std::move(editor);
     editor_->read(layer());
     return success();
@@ -46,10 +45,12 @@ proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
 
 void ViewModel::setDataset(const std::string& name, const proto::Manifest& manifest) {
     mutableLayer().set_dataset(name);
-    const bool otherKind = setKind(layerOfDataset(manifest.kind()));
-    steps_ = editor_->steps(manifest);
+    // What no kind of layer draws is asked for as particles, so that the server says why it cannot.
+    const auto kind = layerThatDraws(manifest.kind());
+    const bool otherKind = setKind(kind == proto::Layer::KIND_NOT_SET ? proto::Layer::kParticles : kind);
+    steps_ = stepCount(manifest);
     setStep(std::min(step(), static_cast<std::uint32_t>(std::max(steps_, 1)) - 1));
-    const Bounds before = std::exchange(bounds_, editor_->bounds(manifest));
+    const Bounds before = std::exchange(bounds_, datasetBounds(manifest));
     // They lie in spaces of their own; but a loaded camera is for the first.
     if (otherKind || (std::exchange(described_, true) && bounds_ != before)) fit();
     editor_->setDataset(manifest);

@@ -25,15 +25,10 @@ Bounds plotBox(const proto::Manifest&) {
 }
 
 Bounds hybridBox(const proto::Manifest& manifest) {
-    const auto& hybrid = manifest.hybrid();
-    if (hybrid.index_to_world_size() != 16 || hybrid.source_size_size() != 3) return plotBounds;
-    glm::dmat4 toWorld(1.0);
-    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = hybrid.index_to_world(i);  // glm keeps columns
-    const glm::dvec3 size(hybrid.source_size(0), hybrid.source_size(1), hybrid.source_size(2));
-    return Bounds{glm::dvec3(-0.5), size - 0.5}.transformed(toWorld);  // samples are cells' centres
+    return volumeBounds(manifest.hybrid());
 }
 
-/// Of a mesh, and of a stipple hierarchy on one; a plane has none.
+/// A mesh has one, and a stipple hierarchy on one; a plane has none.
 Bounds meshBox(const proto::Manifest& manifest) {
     const auto& mesh = manifest.mesh();
     if (mesh.bounds_min_size() != 3 || mesh.bounds_max_size() != 3) return plotBounds;
@@ -74,6 +69,14 @@ int stepCount(const proto::Manifest& manifest) {
 
 Bounds datasetBounds(const proto::Manifest& manifest) {
     return findKind(manifest.kind()).bounds(manifest);
+}
+
+Bounds volumeBounds(const proto::HybridManifest& hybrid) {
+    if (hybrid.index_to_world_size() != 16 || hybrid.source_size_size() != 3) return plotBounds;
+    glm::dmat4 toWorld(1.0);
+    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = hybrid.index_to_world(i);  // glm keeps columns
+    const glm::dvec3 size(hybrid.source_size(0), hybrid.source_size(1), hybrid.source_size(2));
+    return Bounds{glm::dvec3(-0.5), size - 0.5}.transformed(toWorld);  // samples are cells' centres
 }
 
 }  // namespace mote

@@ -21,5 +21,7 @@ int stepCount(const proto::Manifest& manifest);
 
 /// The box that it fills, in layer space: of a mesh or a volume its own units, of a plot [-1, 1].
 Bounds datasetBounds(const proto::Manifest& manifest);
+/// The box of a hybrid volume.
+Bounds volumeBounds(const proto::HybridManifest& hybrid);
 
 }  // namespace mote

@@ -100,8 +100,7 @@ Result<ServerSettings> toSettings(const Texts& texts) {
     if (texts.memory.empty()) return settings;
     const auto memory = parseSize(texts.memory);
     if (!memory.ok()) return memory.error().within("--memory");
-    const auto data = dataMemory(*memory);
-    if (!data.ok()) return data.error().within("--memory");
+    MOTE_RETURN_IF_ERROR(dataMemory(*memory), "--memory");
     settings.memory = *memory;
     return settings;
 }

@@ -16,11 +16,10 @@ constexpr int failed = 1;
 
 /// The same on all ranks, as their command lines are. Errors: of the options.
 Result<SharedFileSteps> stepsOf(const ServerSettings& settings) {
-    auto roots = storage::Roots::parse(settings.roots);
-    MOTE_RETURN_IF_ERROR(roots);
+    MOTE_ASSIGN_OR_RETURN(auto roots, storage::Roots::parse(settings.roots));
     const auto memory = dataMemory(settings.memory);
     if (!memory.ok()) return memory.error().within("--memory");
-    return SharedFileSteps(*std::move(roots), *memory);
+    return SharedFileSteps(std::move(roots), *memory);
 }
 
 /// What keeps any rank from its work keeps all from theirs.

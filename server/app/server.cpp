@@ -58,8 +58,7 @@ class Server::Impl {
     }
 
     Status start() {
-        auto roots = storage::Roots::parse(settings_.roots);
-        MOTE_RETURN_IF_ERROR(roots);
+        MOTE_ASSIGN_OR_RETURN(auto roots, storage::Roots::parse(settings_.roots));
         MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.connectionFile));
         jobs_.emplace(io_, jobSettings(settings_));
         MOTE_RETURN_IF_ERROR(jobs_->start());
@@ -67,13 +66,12 @@ class Server::Impl {
         const auto memory = dataMemory(settings_.memory);
         if (!memory.ok()) return memory.error().within("memory");
         datasets_ = std::make_unique<DatasetService>(
-            *std::move(roots), [this] { asio::post(io_, [this] { catalogueChanged(); }); }, *memory,
+            std::move(roots), [this] { asio::post(io_, [this] { catalogueChanged(); }); }, *memory,
             [this] { asio::post(io_, [this] { render_->dataArrived(); }); });
         datasets_->rescan();
         render_ = std::make_unique<RenderService>(device_, *datasets_, settings_.render);
-        const auto name = render_->start();
-        MOTE_RETURN_IF_ERROR(name);
-        fillContext(*name);
+        MOTE_ASSIGN_OR_RETURN(const auto name, render_->start());
+        fillContext(name);
         if (settings_.stopOnSignals) stopOnSignals();
         MOTE_RETURN_IF_ERROR(listen());
         return writeFile();
@@ -138,9 +136,8 @@ class Server::Impl {
     }
 
     Status listen() {
-        auto place = SocketPlace::make(settings_.stateDirectory);
-        if (!place.ok()) return place.error();
-        place_.emplace(*std::move(place));
+        MOTE_ASSIGN_OR_RETURN(auto place, SocketPlace::make(settings_.stateDirectory));
+        place_.emplace(std::move(place));
         asio::error_code code;
         acceptor_.open(Protocol(), code);
         // The socket must never be there for others, not even between two calls.

@@ -148,23 +148,20 @@ Result<storage::Catalogue::Entry> DatasetService::entryOf(const std::string& dat
 }
 
 Result<proto::Description> DatasetService::describeKnown(const std::string& dataset) const {
-    const auto entry = entryOf(dataset);
-    MOTE_RETURN_IF_ERROR(entry);
+    MOTE_ASSIGN_OR_RETURN(const auto entry, entryOf(dataset));
     proto::Description description;
-    description.set_dataset(entry->name);
-    *description.mutable_manifest() = *entry->manifest;
-    auto replot = replotOf(entry->manifest->request(), entry->directory.parent_path(), catalogue_.roots());
+    description.set_dataset(entry.name);
+    *description.mutable_manifest() = *entry.manifest;
+    auto replot = replotOf(entry.manifest->request(), entry.directory.parent_path(), catalogue_.roots());
     if (replot) *description.mutable_replot() = *std::move(replot);
     return description;
 }
 
 Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
                                                                           std::uint32_t index) {
-    const auto entry = entryOf(dataset);
-    MOTE_RETURN_IF_ERROR(entry);
-    auto step = steps_.step(*entry, index);
-    MOTE_RETURN_IF_ERROR(step);
-    return std::shared_ptr<const storage::ParticleStep>(*std::move(step));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, entryOf(dataset));
+    MOTE_ASSIGN_OR_RETURN(auto step, steps_.step(entry, index));
+    return std::shared_ptr<const storage::ParticleStep>(std::move(step));
 }
 
 bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {

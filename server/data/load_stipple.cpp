@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "protocol/scene/dataset.h"
 #include "storage/image/image_file.h"
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/hierarchy_file.h"
@@ -56,32 +57,27 @@ std::uint64_t surfaceBytes(const proto::Manifest& manifest) {
 
 /// The hierarchy is gone when the mesh is read.
 Result<render::StippleReplay> readReplay(const Catalogue::Entry& entry) {
-    const auto hierarchy = storage::readHierarchy(entry.directory, *entry.manifest);
-    if (!hierarchy.ok()) return hierarchy.error();
-    return render::StippleReplay(*hierarchy);
+    MOTE_ASSIGN_OR_RETURN(const auto hierarchy, storage::readHierarchy(entry.directory, *entry.manifest));
+    return render::StippleReplay(hierarchy);
 }
 
 Result<Loadable<render::StippleSurface>::Value> readSurface(const Catalogue::Entry& entry) {
-    auto replay = readReplay(entry);
-    if (!replay.ok()) return replay.error();
-    const auto mesh = storage::readMesh(entry.directory, *entry.manifest);
-    if (!mesh.ok()) return mesh.error();
+    MOTE_ASSIGN_OR_RETURN(auto replay, readReplay(entry));
+    MOTE_ASSIGN_OR_RETURN(const auto mesh, storage::readMesh(entry.directory, *entry.manifest));
     return std::make_shared<const render::StippleSurface>(
-        *std::move(replay), render::SurfaceRays(mesh->positions, mesh->triangles),
-        *meshBounds(*entry.manifest), entry.manifest->stipple().area());
+        std::move(replay), render::SurfaceRays(mesh.positions, mesh.triangles),
+        datasetBounds(*entry.manifest), entry.manifest->stipple().area());
 }
 
 Result<Loadable<render::PlaneTiles>::Value> readPlane(const Catalogue::Entry& entry) {
-    auto hierarchy = storage::readHierarchy(entry.directory, *entry.manifest);
-    if (!hierarchy.ok()) return hierarchy.error();
+    MOTE_ASSIGN_OR_RETURN(auto hierarchy, storage::readHierarchy(entry.directory, *entry.manifest));
     return std::make_shared<const render::PlaneTiles>(
-        std::make_shared<const storage::StippleHierarchy>(*std::move(hierarchy)));
+        std::make_shared<const storage::StippleHierarchy>(std::move(hierarchy)));
 }
 
 Result<Loadable<render::PixelMap>::Value> readLuminance(const Catalogue::Entry& entry) {
-    auto image = storage::readImage(entry.directory, *entry.manifest, mostPixels);
-    if (!image.ok()) return image.error();
-    return std::make_shared<const render::PixelMap>(image->width, image->height, std::move(image->values));
+    MOTE_ASSIGN_OR_RETURN(auto image, storage::readImage(entry.directory, *entry.manifest, mostPixels));
+    return std::make_shared<const render::PixelMap>(image.width, image.height, std::move(image.values));
 }
 
 /// What has no steps.
@@ -93,16 +89,6 @@ Loadable<T> single(const Catalogue::Entry& entry, std::uint64_t bytes,
 }
 
 }  // namespace
-
-std::optional<Bounds> meshBounds(const proto::Manifest& manifest) {
-    if (!manifest.has_mesh()) return std::nullopt;
-    Bounds bounds{};
-    for (int i = 0; i < 3; ++i) {
-        bounds.min[i] = manifest.mesh().bounds_min(i);
-        bounds.max[i] = manifest.mesh().bounds_max(i);
-    }
-    return bounds;
-}
 
 Result<Loadable<render::StippleSurface>> stippleSurface(const Catalogue::Entry& entry) {
     MOTE_RETURN_IF_ERROR(checkStipple(entry));

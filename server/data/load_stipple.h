@@ -4,9 +4,6 @@
 // one of the catalogue's.
 #pragma once
 
-#include <optional>
-
-#include "protocol/scene/bounds.h"
 #include "server/data/loadable.h"
 #include "server/render/layers/stipple/pixel_map.h"
 #include "server/render/layers/stipple/plane_tiles.h"
@@ -22,8 +19,5 @@ Result<Loadable<render::PlaneTiles>> stipplePlane(const storage::Catalogue::Entr
 
 /// A picture's luminance; a large one is averaged down. Errors: invalidArgument (a dataset of another kind).
 Result<Loadable<render::PixelMap>> imageLuminance(const storage::Catalogue::Entry& entry);
-
-/// Of a dataset's mesh, in its own units; nothing where it has none.
-std::optional<Bounds> meshBounds(const proto::Manifest& manifest);
 
 }  // namespace mote::server

@@ -58,10 +58,9 @@ struct Loadable : AnyLoadable {
   private:
     static auto withBytes(Load read) {
         return [read = std::move(read)](std::uint32_t step, const Cancelled& cancelled) -> Result<Resident> {
-            auto value = read(step, cancelled);
-            if (!value.ok()) return value.error();
-            const std::uint64_t bytes = (*value)->bytes();
-            return Resident{*std::move(value), bytes};
+            MOTE_ASSIGN_OR_RETURN(auto value, read(step, cancelled));
+            const std::uint64_t bytes = value->bytes();
+            return Resident{std::move(value), bytes};
         };
     }
 };

@@ -53,17 +53,15 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::open(const
 }
 
 Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(const Name& name) const {
-    const auto file = roots_.resolveExisting(name.file);
-    if (!file.ok()) return file.error();
-    const auto directory = file->parent_path();
-    const auto manifest = storage::readManifest(directory);
-    if (!manifest.ok()) return manifest.error();
-    const auto* const entry = storage::findFile(*manifest, file->filename().string());
-    const auto& steps = manifest->particles().steps();
+    MOTE_ASSIGN_OR_RETURN(const auto file, roots_.resolveExisting(name.file));
+    const auto directory = file.parent_path();
+    MOTE_ASSIGN_OR_RETURN(const auto manifest, storage::readManifest(directory));
+    const auto* const entry = storage::findFile(manifest, file.filename().string());
+    const auto& steps = manifest.particles().steps();
     const auto at = std::find_if(steps.begin(), steps.end(),
-                                 [&](const auto& step) { return step.file() == file->filename().string(); });
-    if (entry == nullptr || at == steps.end() || entry->xxh3_128() != name.digest) return replaced(*file);
-    return storage::ParticleStep::open(directory, *manifest, static_cast<std::uint32_t>(at - steps.begin()),
+                                 [&](const auto& step) { return step.file() == file.filename().string(); });
+    if (entry == nullptr || at == steps.end() || entry->xxh3_128() != name.digest) return replaced(file);
+    return storage::ParticleStep::open(directory, manifest, static_cast<std::uint32_t>(at - steps.begin()),
                                        budget_);
 }
 
@@ -78,18 +76,16 @@ Result<std::shared_ptr<const render::GridField>> SharedFileSteps::openGrid(const
 }
 
 Result<std::shared_ptr<const render::GridField>> SharedFileSteps::loadFile(const Name& name) {
-    const auto file = roots_.resolveExisting(name.file);
-    if (!file.ok()) return file.error();
-    const auto manifest = storage::readManifest(file->parent_path());
-    if (!manifest.ok()) return manifest.error();
-    const auto& steps = manifest->hybrid().steps();
+    MOTE_ASSIGN_OR_RETURN(const auto file, roots_.resolveExisting(name.file));
+    MOTE_ASSIGN_OR_RETURN(const auto manifest, storage::readManifest(file.parent_path()));
+    const auto& steps = manifest.hybrid().steps();
     const auto at = std::find_if(steps.begin(), steps.end(),
-                                 [&](const auto& step) { return step.file() == file->filename().string(); });
-    if (at == steps.end() || render::hybridDigest(*manifest) != name.digest) return replaced(*file);
+                                 [&](const auto& step) { return step.file() == file.filename().string(); });
+    if (at == steps.end() || render::hybridDigest(manifest) != name.digest) return replaced(file);
     const auto index = static_cast<std::uint32_t>(at - steps.begin());
-    const std::uint64_t expected = render::hybridBytes(manifest->hybrid(), index, name.parts);
+    const std::uint64_t expected = render::hybridBytes(manifest.hybrid(), index, name.parts);
     MOTE_RETURN_IF_ERROR(makeRoom(expected));
-    auto loaded = render::loadHybrid(file->parent_path(), *manifest, index, name.parts);
+    auto loaded = render::loadHybrid(file.parent_path(), manifest, index, name.parts);
     budget_->giveBack(expected);
     return loaded;
 }

@@ -32,9 +32,8 @@ class StepSource {
     template <class T>
     Result<std::shared_ptr<const T>> get(const Result<Loadable<T>>& what) {
         MOTE_RETURN_IF_ERROR(what);
-        const auto found = resident(*what);
-        MOTE_RETURN_IF_ERROR(found);
-        return std::static_pointer_cast<const T>(found->value);
+        MOTE_ASSIGN_OR_RETURN(const auto found, resident(*what));
+        return std::static_pointer_cast<const T>(found.value);
     }
     /// Whether the dataset's steps are asked for in an order.
     virtual bool played(const storage::Catalogue::Entry& dataset) {

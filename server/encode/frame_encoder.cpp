@@ -18,9 +18,7 @@ Result<EncodedPicture> FrameEncoder::encode(const render::Picture& picture, bool
                                             const EncodingTarget& target) {
     PictureFacts facts{exact, 0, wasLossless_};
     if (!exact && target.frameBytes && *target.frameBytes < 2 * rawBytes(picture)) {
-        const auto expected = lossless_.expectedBytes(picture);
-        MOTE_RETURN_IF_ERROR(expected);
-        facts.losslessBytes = *expected;
+        MOTE_ASSIGN_OR_RETURN(facts.losslessBytes, lossless_.expectedBytes(picture));
     }
     auto encoding = chooseEncoding(target, facts);
     if (!exact) wasLossless_ = encoding == proto::Frame::ZSTD;
@@ -30,17 +28,16 @@ Result<EncodedPicture> FrameEncoder::encode(const render::Picture& picture, bool
         h264Works_ = false;
     }
     if (encoding == proto::Frame::H264) encoding = proto::Frame::JPEG;
-    auto payload = encoding == proto::Frame::ZSTD ? lossless_.encode(picture) : encodeJpeg(picture);
-    MOTE_RETURN_IF_ERROR(payload);
-    return EncodedPicture{encoding, false, *std::move(payload)};
+    MOTE_ASSIGN_OR_RETURN(auto payload,
+                          encoding == proto::Frame::ZSTD ? lossless_.encode(picture) : encodeJpeg(picture));
+    return EncodedPicture{encoding, false, std::move(payload)};
 }
 
 Result<EncodedPicture> FrameEncoder::encodeH264(const render::Picture& picture,
                                                 const EncodingTarget& target) {
     const std::size_t most = target.frameBytes.value_or(unmeasuredFrameBytes);
-    auto made = h264_.encode(picture, most, keyWanted_.exchange(false));
-    MOTE_RETURN_IF_ERROR(made);
-    return EncodedPicture{proto::Frame::H264, made->key, std::move(made->payload)};
+    MOTE_ASSIGN_OR_RETURN(auto made, h264_.encode(picture, most, keyWanted_.exchange(false)));
+    return EncodedPicture{proto::Frame::H264, made.key, std::move(made.payload)};
 }
 
 }  // namespace mote::server

@@ -59,9 +59,8 @@ Result<std::vector<std::uint8_t>> LosslessEncoder::encode(const render::Picture&
         const std::size_t size =
             std::size_t{picture.width} * picture.height * wire::filteredPixelSize(format);
         wire::filterRows(format, picture.width, picture.pixels, {filtered_.take(size), size});
-        const auto packed = pack(size);
-        MOTE_RETURN_IF_ERROR(packed);
-        return std::vector<std::uint8_t>(packed_.bytes.get(), packed_.bytes.get() + *packed);
+        MOTE_ASSIGN_OR_RETURN(const auto packed, pack(size));
+        return std::vector<std::uint8_t>(packed_.bytes.get(), packed_.bytes.get() + packed);
     } catch (const std::bad_alloc&) {
         return outOfMemory();
     }

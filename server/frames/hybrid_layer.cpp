@@ -10,12 +10,11 @@ namespace mote::server {
 /// A view in motion is drawn from the volume alone where the rest is not there; but while a series is played
 /// and no hand is on the view, each step is worth waiting for.
 Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
-    const auto entry = asked.data.dataset(asked.layer.dataset);
-    if (!entry.ok()) return entry.error();
-    auto found = asked.data.get(hybridStep(*entry, asked.layer.step, style.representation));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
+    auto found = asked.data.get(hybridStep(entry, asked.layer.step, style.representation));
     const bool inMotion = asked.job.stage != Stage::exact;
-    if (found.ok() && !*found && inMotion && (asked.job.task->moving || !asked.data.played(*entry)))
-        found = asked.data.get(hybridVolume(*entry, asked.layer.step));
+    if (found.ok() && !*found && inMotion && (asked.job.task->moving || !asked.data.played(entry)))
+        found = asked.data.get(hybridVolume(entry, asked.layer.step));
     if (!found.ok()) return found.error();
     if (!*found) return LayerPart();
     return LayerPart([step = *std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
@@ -25,10 +24,9 @@ Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
 }
 
 Result<std::optional<Bounds>> boundsOf(const HybridStyle&, const Layer& layer, StepSource& data) {
-    const auto entry = data.dataset(layer.dataset);
-    if (!entry.ok()) return entry.error();
-    if (!entry->manifest->has_hybrid()) return std::optional<Bounds>();
-    return std::optional(render::hybridBounds(entry->manifest->hybrid()));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    if (!entry.manifest->has_hybrid()) return std::optional<Bounds>();
+    return std::optional(render::hybridBounds(entry.manifest->hybrid()));
 }
 
 }  // namespace mote::server

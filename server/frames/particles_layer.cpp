@@ -6,9 +6,8 @@
 namespace mote::server {
 
 Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
-    auto found = asked.data.step(asked.layer.dataset, asked.layer.step);
-    if (!found.ok()) return found.error();
-    return LayerPart([step = *std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
+    MOTE_ASSIGN_OR_RETURN(auto found, asked.data.step(asked.layer.dataset, asked.layer.step));
+    return LayerPart([step = std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
         ParticlesStyle& style = *scene.view.layers[index].particles();
         if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(step->pointCount());
         scene.steps[index] = step;

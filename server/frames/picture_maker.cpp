@@ -108,9 +108,8 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         history.quality.startFrom(costs_);
         steps_.beginPicture();
         Making made;
-        const auto scene = sceneOf(job, history, made);
-        if (!scene.ok()) return scene.error();
-        if (*scene) made = draw(job, **scene, begun, history);
+        MOTE_ASSIGN_OR_RETURN(const auto scene, sceneOf(job, history, made));
+        if (scene) made = draw(job, *scene, begun, history);
         failures_ = 0;
         return made;
     } catch (const BrokenInvariant&) {
@@ -149,11 +148,10 @@ Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& 
                                                            Making& why) {
     const std::optional<render::Dots> none;
     MOTE_RETURN_IF_ERROR(checkDots(scene.view, *layer.stipple()));
-    const auto tiles = planeOf(layer, steps_);
-    if (!tiles.ok()) return tiles.error();
+    MOTE_ASSIGN_OR_RETURN(const auto tiles, planeOf(layer, steps_));
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
     const auto plan = planFor(job.stage, scene, quality);
-    why.waits = !plan || !*tiles;
+    why.waits = !plan || !tiles;
     if (why.waits) return none;
     const auto begun = Clock::now();
     const auto picture = device_->render(*plan, render::PixelFormat::srgb8, job.stop);
@@ -161,7 +159,7 @@ Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& 
     want(*plan);
     if (!picture) return none;
     learn(history, scene, *picture, quality, shareOf(*plan, quality), milliseconds(Clock::now() - begun));
-    return std::optional(render::photographDots(**tiles, render::luminanceOf(*picture), scene.view.width,
+    return std::optional(render::photographDots(*tiles, render::luminanceOf(*picture), scene.view.width,
                                                 scene.view.height, *layer.stipple(), effortOf(job.stage)));
 }
 
@@ -175,10 +173,9 @@ Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& v
     before.layers.erase(before.layers.begin() + at, before.layers.end());
     after.layers.erase(after.layers.begin(), after.layers.begin() + at + 1);
     const std::optional<render::Scene> none;
-    const auto drawn = sceneOf(before, job, history.dots, why);
-    if (!drawn.ok()) return drawn.error();
-    if (!*drawn) return none;
-    const auto dots = stippled(**drawn, view.layers[index], job, history, why);
+    MOTE_ASSIGN_OR_RETURN(const auto drawn, sceneOf(before, job, history.dots, why));
+    if (!drawn) return none;
+    const auto dots = stippled(*drawn, view.layers[index], job, history, why);
     if (!dots.ok()) return inLayer(index, dots.error());
     if (!*dots) return none;
     DotHistory atOnce;  // what lies in front of a drawing does not fade in

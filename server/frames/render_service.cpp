@@ -44,9 +44,8 @@ Result<EncodedPicture> encodePage(const MadePicture& made, const ViewTask& task)
         made.picture.width, made.picture.height, glm::vec3(task.view.background), std::nullopt, {}};
     if (!made.onlyDots) drawing.raster = made.picture;
     if (made.dots) drawing.dots = *made.dots;
-    auto document = drawVector(drawing, *task.page);
-    if (!document.ok()) return document.error();
-    return EncodedPicture{proto::Frame::DOCUMENT, false, *std::move(document)};
+    MOTE_ASSIGN_OR_RETURN(auto document, drawVector(drawing, *task.page));
+    return EncodedPicture{proto::Frame::DOCUMENT, false, std::move(document)};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <utility>
 
+#include "protocol/scene/dataset.h"
 #include "server/data/load_stipple.h"
 #include "server/frames/layer_kinds.h"
 
@@ -29,9 +30,8 @@ Result<LayerPart> photographOf(const StippleStyle& style, const LayerRequest& as
 }
 
 Result<LayerPart> surfaceOf(const LayerRequest& asked) {
-    const auto entry = asked.data.dataset(asked.layer.dataset);
-    if (!entry.ok()) return entry.error();
-    const auto surface = asked.data.get(stippleSurface(*entry));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
+    const auto surface = asked.data.get(stippleSurface(entry));
     if (!surface.ok()) return surface.error();
     if (!*surface) return LayerPart();
     return LayerPart([surface = *surface, &layer = asked.layer, quick = asked.job.stage == Stage::quick](
@@ -44,9 +44,8 @@ Result<LayerPart> surfaceOf(const LayerRequest& asked) {
 }  // namespace
 
 Result<std::shared_ptr<const render::PlaneTiles>> planeOf(const Layer& layer, StepSource& data) {
-    const auto entry = data.dataset(layer.dataset);
-    if (!entry.ok()) return entry.error();
-    return data.get(stipplePlane(*entry));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    return data.get(stipplePlane(entry));
 }
 
 render::PhotographEffort effortOf(Stage stage) {
@@ -60,9 +59,9 @@ Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked) {
 
 Result<std::optional<Bounds>> boundsOf(const StippleStyle& style, const Layer& layer, StepSource& data) {
     if (style.onPlane()) return std::optional<Bounds>();
-    const auto entry = data.dataset(layer.dataset);
-    if (!entry.ok()) return entry.error();
-    return meshBounds(*entry->manifest);
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    if (!entry.manifest->has_mesh()) return std::optional<Bounds>();
+    return std::optional(datasetBounds(*entry.manifest));
 }
 
 }  // namespace mote::server

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The reference renderer: docs/PICTURE.md in double precision and plain loops, slow and exact, for tests
-// only. It shares no rendering code with the devices; what it takes from elsewhere (camera, styles, log
-// density, drawnPoints) is part of the definition of the picture. A pure function that uses all cores.
+// only. It shares no code that draws with the devices; what it takes from elsewhere is part of the definition
+// of the picture: camera, styles, transfer functions, log density, drawnPoints, and the corrected samples of
+// a hybrid volume (GridField). A pure function that uses all cores.
 #pragma once
 
 #include <cstdint>

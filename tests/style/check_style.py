@@ -23,6 +23,8 @@ LONG_FILES = {"protocol/mote.proto", "protocol/scene/color_map_tables.h"}
 SCHEMA = "protocol/mote.pb.h"
 SCENE = "protocol/scene/"
 CLI = "protocol/cli/"
+DEVICE = ("server/render/plan/", "server/render/blank_picture.h", "server/render/calibration.h",
+          "server/render/device.h", "storage/", SCENE, SCHEMA)
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
     SCENE: (SCENE, SCHEMA),
@@ -32,6 +34,9 @@ MAY_INCLUDE = {
     "server/": ("server/", "storage/", "protocol/"),
     "server/render/": ("server/render/", "storage/", SCENE, SCHEMA),
     # Devices know primitives, and primitives no layers.
+    "server/render/cpu/": DEVICE + ("server/render/cpu/",),
+    "server/render/egl/": DEVICE + ("server/render/egl/",),
+    "server/render/ranks/": DEVICE + ("server/render/cpu/", "server/render/ranks/"),
     "server/render/plan/": ("server/render/plan/", "storage/", SCENE, SCHEMA),
     "server/render/layers/": ("server/render/layers/", "server/render/plan/", "storage/", SCENE, SCHEMA),
     "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", SCENE, SCHEMA),

@@ -16,6 +16,7 @@
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
 #include "protocol/scene/color_map.h"
+#include "protocol/scene/dataset.h"
 #include "protocol/scene/hybrid_style.h"
 
 namespace mote::client {
@@ -247,14 +248,6 @@ std::vector<CurvePreset> HybridControls::presets(const proto::HybridManifest& ma
     return presetsOf(manifest.value_unit(), {values.low, values.high}, histogram);
 }
 
-Bounds HybridControls::boundsOf(const proto::HybridManifest& manifest) {
-    if (manifest.index_to_world_size() != 16 || manifest.source_size_size() != 3) return plotBounds;
-    glm::dmat4 toWorld(1.0);
-    for (int i = 0; i < 16; ++i) toWorld[i % 4][i / 4] = manifest.index_to_world(i);  // glm keeps columns
-    const glm::dvec3 size(manifest.source_size(0), manifest.source_size(1), manifest.source_size(2));
-    return Bounds{glm::dvec3(-0.5), size - 0.5}.transformed(toWorld);  // samples are cells' centres
-}
-
 void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     const Interval values = valuesOf(manifest);
     const bool first = values_ == Interval{0.0, 0.0};
@@ -269,7 +262,7 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     colorRange = {static_cast<float>(values.low), static_cast<float>(values.high)};
     clipPlanes.clear();
     clipBox = false;
-    const Bounds bounds = boundsOf(manifest);
+    const Bounds bounds = volumeBounds(manifest);
     clipMin = toFloats(bounds.min);
     clipMax = toFloats(bounds.max);
 }
@@ -344,7 +337,7 @@ void HybridEditor::draw(const LayerPanel& panel) {
     drawCurve(controls, manifest, panel);
     drawRepresentation(controls, manifest, panel.actions);
     drawLight(controls, panel.actions);
-    drawClip(controls, HybridControls::boundsOf(manifest), panel);
+    drawClip(controls, volumeBounds(manifest), panel);
     colorBox(panel.actions, "background", panel.background);
 }
 

@@ -45,8 +45,6 @@ struct HybridControls {
     void setDataset(const proto::HybridManifest& manifest);
     /// Curves for the values of the dataset; its first step stands for all.
     static std::vector<CurvePreset> presets(const proto::HybridManifest& manifest);
-    /// The box of the volume, layer units.
-    static Bounds boundsOf(const proto::HybridManifest& manifest);
     /// Linear RGB.
     glm::dvec3 color(double value) const;
 
@@ -68,10 +66,6 @@ class HybridEditor final : public LayerEditor {
     void read(const proto::Layer& layer) override { controls.read(layer.hybrid()); }
     void write(proto::Layer& layer) const override { controls.write(*layer.mutable_hybrid()); }
     void setDataset(const proto::Manifest& manifest) override { controls.setDataset(manifest.hybrid()); }
-    int steps(const proto::Manifest& manifest) const override { return manifest.hybrid().steps_size(); }
-    Bounds bounds(const proto::Manifest& manifest) const override {
-        return HybridControls::boundsOf(manifest.hybrid());
-    }
     void drawFacts(const LayerPanel& panel) override;
     void draw(const LayerPanel& panel) override;
 

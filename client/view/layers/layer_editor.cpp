@@ -33,11 +33,4 @@ std::unique_ptr<LayerEditor> makeLayerEditor(proto::Layer::KindCase kind) {
     return nullptr;
 }
 
-Bounds LayerEditor::bounds(const proto::Manifest& manifest) const {
-    const auto& mesh = manifest.mesh();
-    if (mesh.bounds_min_size() != 3 || mesh.bounds_max_size() != 3) return plotBounds;
-    return {{mesh.bounds_min(0), mesh.bounds_min(1), mesh.bounds_min(2)},
-            {mesh.bounds_max(0), mesh.bounds_max(1), mesh.bounds_max(2)}};
-}
-
 }  // namespace mote::client

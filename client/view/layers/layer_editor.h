@@ -39,11 +39,6 @@ class LayerEditor {
     /// Another dataset is shown, which this kind of layer draws.
     virtual void setDataset(const proto::Manifest& /*manifest*/) {}
 
-    /// Steps of a dataset's series; none of a dataset without time.
-    virtual int steps(const proto::Manifest& /*manifest*/) const { return 0; }
-    /// A dataset's box in layer space: here a mesh's own, or that of a plot.
-    virtual Bounds bounds(const proto::Manifest& manifest) const;
-
     /// What the shown dataset holds, in a few faint lines. Within the panel's window; not before a dataset is
     /// shown.
     virtual void drawFacts(const LayerPanel& panel) = 0;

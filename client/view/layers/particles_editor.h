@@ -41,7 +41,6 @@ class ParticlesEditor final : public LayerEditor {
     void read(const proto::Layer& layer) override { controls.read(layer.particles()); }
     void write(proto::Layer& layer) const override { controls.write(*layer.mutable_particles()); }
     void setDataset(const proto::Manifest& manifest) override { controls.setDataset(manifest.particles()); }
-    int steps(const proto::Manifest& manifest) const override { return manifest.particles().steps_size(); }
     void drawFacts(const LayerPanel& panel) override;
     void draw(const LayerPanel& panel) override;
 

@@ -80,11 +80,10 @@ class SvgText {
 
     Status addBeneath() {
         if (drawing_.raster) {
-            const auto png = encodePng(*drawing_.raster);
-            if (!png.ok()) return png.error();
+            MOTE_ASSIGN_OR_RETURN(const auto png, encodePng(*drawing_.raster));
             beginLayer(0, "picture", "");
             add("<image {} preserveAspectRatio=\"none\" xlink:href=\"data:image/png;base64,{}\"/>\n</g>\n",
-                area(), base64(*png));
+                area(), base64(png));
         } else if (drawing_.background != glm::vec3(1.0F)) {
             beginLayer(0, "background", "");
             add("<rect {} fill=\"{}\"/>\n</g>\n", area(), hexColor(drawing_.background));

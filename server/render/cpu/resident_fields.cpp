@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/resident_fields.h"
 
-#include "server/render/plan/latest.h"
+#include "protocol/scene/most_recent.h"
 
 namespace mote::render {
 
@@ -21,7 +21,7 @@ VisibleField ResidentFields::density(const FieldPlan& field,
                                      const std::shared_ptr<const storage::ParticleStep>& step) {
     Resident& kin = resident(step);
     const TransferTable& table = tables_.of(field.transfer);
-    const Visible& visible = latest(
+    const Visible& visible = mostRecent(
         kin.visible, kept, [&](const Visible& one) { return one.opacity == field.transfer.opacity; },
         [&] {
             return Visible{field.transfer.opacity, VisibleBlocks(kin.ranges, table)};

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/render/plan/latest.h"
+#include "protocol/scene/most_recent.h"
 
 namespace mote::render {
 
@@ -13,7 +13,7 @@ std::optional<GridParts> ResidentGrids::of(const FieldPlan& plan, const Correcte
     ResidentGrid* const resident = find(samples, pacer);
     if (resident == nullptr) return std::nullopt;
     using Classified = ResidentGrid::Classified;
-    const auto& classified = latest(
+    const auto& classified = mostRecent(
         resident->classified, keptClassified,
         [&](const Classified& one) { return one.transfer == plan.transfer && one.mixed == samples.mixed(); },
         [&] {
@@ -25,13 +25,10 @@ std::optional<GridParts> ResidentGrids::of(const FieldPlan& plan, const Correcte
 
 ResidentGrid* ResidentGrids::find(const CorrectedField& samples, const Pacer& pacer) {
     // A new field may stand at the address of one that is gone: the weak pointers tell them apart.
-    const auto found = std::find_if(grids_.begin(), grids_.end(), [&](const ResidentGrid& one) {
+    const auto same = [&](const ResidentGrid& one) {
         return one.key == samples.grid.get() && !one.grid.expired() && one.corrected == samples.corrected();
-    });
-    if (found != grids_.end()) {
-        grids_.splice(grids_.begin(), grids_, found);
-        return &grids_.front();
-    }
+    };
+    if (auto* const known = mostRecent(grids_, same)) return known;
     auto loaded = StepGrid::load(*samples.grid, samples.corrected(), pacer);
     if (!loaded) return nullptr;
     grids_.push_front(ResidentGrid{.grid = samples.grid,

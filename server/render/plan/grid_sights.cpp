@@ -7,7 +7,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "server/render/plan/latest.h"
+#include "protocol/scene/most_recent.h"
 
 namespace mote::render {
 namespace {
@@ -68,7 +68,7 @@ BlockRanges gridRanges(const CorrectedField& field) {
 
 const TransferTable& TransferTables::of(const TransferFunction& transfer) {
     constexpr std::size_t kept = 16;  // more than a picture has layers
-    return latest(
+    return mostRecent(
                entries_, kept, [&](const Entry& one) { return one.transfer == transfer; },
                [&] {
                    return Entry{transfer, TransferTable(transfer)};
@@ -80,7 +80,7 @@ GridSight GridSights::of(const FieldPlan& plan, const CorrectedField& samples) {
     const TransferTable& table = tables_.of(plan.transfer);
     if (!plan.transfer.visible()) return {&table, nullptr, nullptr};
     Resident& kin = resident(samples);
-    const Visible& visible = latest(
+    const Visible& visible = mostRecent(
         kin.visible, kept, [&](const Visible& one) { return one.opacity == plan.transfer.opacity; },
         [&] {
             return Visible{plan.transfer.opacity, VisibleBlocks(kin.ranges, table)};

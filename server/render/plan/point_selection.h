@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Which points of a step are drawn, and which of its leaves are in view (METHODS: a traversal for points
-// skips a dense subtree at its root). Pure functions; they use all threads of the calling arena.
+// Which points of a step are drawn, and which of its leaves are in view: a traversal of the octree that
+// leaves a dense subtree at its root. Pure functions; they use all threads of the calling arena.
 #pragma once
 
 #include <cstdint>

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/selection_cache.h"
 
-#include <algorithm>
+#include "protocol/scene/most_recent.h"
 
 namespace mote::render {
 
 std::shared_ptr<const PointSelection> SelectionCache::of(
     const std::shared_ptr<const storage::ParticleStep>& step, const Curve& pointFraction, double share) {
     entries_.remove_if([](const Entry& entry) { return entry.step.expired(); });
-    const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+    const auto* const known = mostRecent(entries_, [&](const Entry& entry) {
         return entry.step.lock() == step && entry.share == share && entry.pointFraction == pointFraction;
     });
-    if (found != entries_.end()) {
-        entries_.splice(entries_.begin(), entries_, found);
-        return found->selection;
-    }
+    if (known != nullptr) return known->selection;
     // Selections are large: the oldest goes before the new one comes.
     while (entries_.size() >= kept) entries_.pop_back();
     auto selection = std::make_shared<const PointSelection>(selectPoints(*step, pointFraction, share));

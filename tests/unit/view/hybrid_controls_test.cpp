@@ -5,6 +5,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "protocol/scene/dataset.h"
 #include "protocol/scene/hybrid_style.h"
 
 namespace mote::client {
@@ -39,7 +40,7 @@ proto::HybridStyle wholeStyle() {
     controls.ambient = 0.5F;
     controls.clipBox = true;
     controls.clipMin = {1.0F, 2.0F, 3.0F};
-    controls.addClipPlane(HybridControls::boundsOf(volume(0.0, 255.0)), {20.0, 10.0, 100.0});
+    controls.addClipPlane(volumeBounds(volume(0.0, 255.0)), {20.0, 10.0, 100.0});
     proto::HybridStyle style;
     controls.write(style);
     return style;
@@ -108,8 +109,8 @@ TEST(HybridControls, ASavedCurveStaysWithTheFirstDataset) {
 }
 
 TEST(HybridControls, TheBoxHoldsWholeVoxels) {
-    EXPECT_EQ(HybridControls::boundsOf(volume(0.0, 1.0)), (Bounds{glm::dvec3(0.0), {40.0, 20.0, 20.0}}));
-    EXPECT_EQ(HybridControls::boundsOf({}), plotBounds);
+    EXPECT_EQ(volumeBounds(volume(0.0, 1.0)), (Bounds{glm::dvec3(0.0), {40.0, 20.0, 20.0}}));
+    EXPECT_EQ(volumeBounds({}), plotBounds);
 }
 
 TEST(HybridControls, AnEmptyClipBoxIsNoError) {

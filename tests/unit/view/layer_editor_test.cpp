@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "client/view/layers/layer_of_dataset.h"
+#include "protocol/scene/dataset.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {
@@ -34,30 +34,10 @@ TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
     }
 }
 
-TEST(LayerEditor, ThereIsOneForWhateverADatasetIsShownAs) {
-    for (const char* dataset : {"particles", "hybrid", "stipple", "image", "", "of another version"}) {
-        EXPECT_NE(makeLayerEditor(layerOfDataset(dataset)), nullptr) << dataset;
-    }
+TEST(LayerEditor, ThereIsOneForEachKindOfDatasetThatALayerDraws) {
+    for (const char* dataset : {"particles", "hybrid", "stipple"})
+        EXPECT_NE(makeLayerEditor(layerThatDraws(dataset)), nullptr) << dataset;
     EXPECT_EQ(makeLayerEditor(proto::Layer::KIND_NOT_SET), nullptr);
-}
-
-TEST(LayerEditor, ADatasetIsShownAsWhatItIs) {
-    EXPECT_EQ(layerOfDataset("particles"), proto::Layer::kParticles);
-    EXPECT_EQ(layerOfDataset("hybrid"), proto::Layer::kHybrid);
-    EXPECT_EQ(layerOfDataset("stipple"), proto::Layer::kStipple);
-}
-
-TEST(LayerEditor, StepsAndBoxAreThoseOfItsKindOfDataset) {
-    proto::Manifest plot, surface;
-    for (int i = 0; i < 3; ++i) plot.mutable_particles()->add_steps();
-    for (const double low : {0.0, 1.0, 2.0}) surface.mutable_mesh()->add_bounds_min(low);
-    for (const double high : {3.0, 4.0, 5.0}) surface.mutable_mesh()->add_bounds_max(high);
-    const auto particles = makeLayerEditor(proto::Layer::kParticles);
-    const auto stipple = makeLayerEditor(proto::Layer::kStipple);
-    EXPECT_EQ(particles->steps(plot), 3);
-    EXPECT_EQ(particles->bounds(plot), plotBounds);
-    EXPECT_EQ(stipple->steps(surface), 0);
-    EXPECT_EQ(stipple->bounds(surface), (Bounds{{0.0, 1.0, 2.0}, {3.0, 4.0, 5.0}}));
 }
 
 }  // namespace

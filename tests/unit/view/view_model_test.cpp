@@ -226,5 +226,13 @@ TEST(ViewModel, TheCameraFitsUntilItIsMoved) {
     EXPECT_NE(model.camera(0.5), model.camera(2.0));
 }
 
+TEST(ViewModel, WhatNoLayerDrawsIsAskedForAsParticles) {
+    proto::Manifest picture;
+    picture.set_kind("image");
+    ViewModel model;
+    model.setDataset("data/picture", picture);
+    EXPECT_TRUE(model.view(64, 64).layers(0).has_particles());
+}
+
 }  // namespace
 }  // namespace mote::client

@@ -133,8 +133,7 @@ Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path&
         return Error{ErrorCode::notFound, "step",
                      fmt::format("the dataset has {} steps", manifest.hybrid().steps_size())};
     }
-    const auto file = storage::HybridStep::open(directory, manifest, index);
-    if (!file.ok()) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, storage::HybridStep::open(directory, manifest, index));
     auto step = std::make_shared<GridField>();
     step->origin = {directory / entry->file(), hybridDigest(manifest)};
     step->boxToLayer = hybridBox(manifest.hybrid());
@@ -142,12 +141,11 @@ Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path&
     // The first step's for all, so that a series that is played does not flicker.
     const auto& histogram = manifest.hybrid().steps(0).histogram();
     step->histogram.assign(histogram.begin(), histogram.end());
-    fillLow(*file, *entry, *step);
+    fillLow(file, *entry, *step);
     step->parts = representation;
     BrickMaker maker(*step, vectorOf(storage::gridSize(manifest.hybrid().error_size())));
-    if (representation == HybridRepresentation::points)
-        MOTE_RETURN_IF_ERROR(addPoints(file->points(), maker));
-    MOTE_RETURN_IF_ERROR(file->check());
+    if (representation == HybridRepresentation::points) MOTE_RETURN_IF_ERROR(addPoints(file.points(), maker));
+    MOTE_RETURN_IF_ERROR(file.check());
     if (representation == HybridRepresentation::residual)
         MOTE_RETURN_IF_ERROR(addResidual(directory, manifest, index, cancelled, maker));
     if (representation != HybridRepresentation::volume)
