@@ -18,7 +18,7 @@ Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a 
 greatest value over all selected steps, but for values further than 1000 interquartile ranges from a step's median,
 which are left out and counted.)";
 
-/// As the command line gives it.
+/// Options as the command line gives them.
 struct Options {
     std::vector<std::string> inputs;
     std::string axes;

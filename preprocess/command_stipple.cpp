@@ -14,7 +14,7 @@ constexpr const char* examples = R"(Examples:
   mote-prep stipple plane --points 50000 --seed 1 --out plane.mote
   mote-prep stipple teapot.obj --points 52000 --seed 1 --out teapot.mote)";
 
-/// As the command line gives it.
+/// Options as the command line gives them.
 struct Options : DatasetOptions {
     std::uint64_t points = 0;
     std::uint64_t seed = 1;

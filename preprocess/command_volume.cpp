@@ -17,7 +17,7 @@ constexpr const char* examples = R"(Examples:
 
 Thresholds and P are fractions of the range of values. Several inputs are the steps of a time series.)";
 
-/// As the command line gives it.
+/// Options as the command line gives them.
 struct Options : DatasetOptions {
     std::vector<std::string> inputs;
     std::string filter, representation;

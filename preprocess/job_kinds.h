@@ -38,7 +38,7 @@ struct JobKind {
 
 extern const JobKind synthJob, particlesJob, imageJob, meshJob, stippleJob, volumeJob;
 
-/// In the order in which help lists them.
+/// All kinds, in the order in which help lists them.
 inline constexpr std::array jobKinds{
 #ifdef MOTE_HAVE_SYNTH
     &synthJob,

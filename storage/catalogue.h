@@ -40,7 +40,8 @@ class Catalogue {
 
     /// Ascending by name.
     const std::vector<Entry>& entries() const { return entries_; }
-    /// By name, with or without ".mote"; nullptr where there is none. Valid until the next refresh.
+    /// The entry of that name, with or without ".mote"; nullptr where there is none. Valid until the next
+    /// refresh.
     const Entry* find(std::string_view name) const;
     /// Why datasets or folders were left out by the last refresh.
     const std::vector<Error>& errors() const { return errors_; }

@@ -9,7 +9,7 @@ namespace mote::storage {
 
 constexpr int niceness = 10;
 
-/// On Linux, both of the calling thread alone, whatever it inherits.
+/// On Linux both concern the calling thread alone, whatever it inherits.
 void giveWay() {
     const sched_param none{};
     ::sched_setscheduler(0, SCHED_BATCH, &none);

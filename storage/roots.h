@@ -26,7 +26,7 @@ class Roots {
         std::filesystem::path folder;  ///< absolute, without symbolic links
     };
 
-    /// From "NAME=DIR" each. Errors: invalidArgument (form, a name twice), notFound or permissionDenied (the
+    /// Reads "NAME=DIR" each. Errors: invalidArgument (form, a name twice), notFound or permissionDenied (the
     /// folder).
     static Result<Roots> parse(const std::vector<std::string>& texts);
 
@@ -43,7 +43,7 @@ class Roots {
     /// without asking the file system; nothing where it lies beneath none.
     std::optional<std::string> nameOf(const std::filesystem::path& path) const;
 
-    /// In the order given.
+    /// All roots, in the order given.
     const std::vector<Entry>& entries() const { return entries_; }
     bool empty() const { return entries_.empty(); }
 

@@ -35,7 +35,7 @@ std::vector<std::string> commandLine(const ServerCommand& command, const std::fi
     return words;
 }
 
-/// Between fork and exec: only what is safe there.
+/// Runs between fork and exec: only what is safe there.
 [[noreturn]] void becomeServer(std::vector<char*>& words, int output, int log, const Interrupt& interrupt) {
     interrupt.restoreInChild();
     ::setpgid(0, 0);

@@ -202,7 +202,7 @@ void Connection::Impl::failSent(const Error& reason) {
     });
 }
 
-/// Of a job nobody knows whether it was submitted.
+/// Asks everything again but for jobs that were sent: nobody knows whether they were submitted.
 void Connection::Impl::askAgain(const Error& reason) {
     for (auto& [request, question] : questions_)
         question.sent = question.sent && question.message.has_submit_job();

@@ -18,7 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Milliseconds = std::chrono::duration<double, std::milli>;
 
-/// Between two attempts to open a line that broke.
+/// The pause between two attempts to open a line that broke.
 constexpr std::chrono::milliseconds returnPause{20};
 /// A line that broke sooner than this after it was opened again counts as not opened: some end takes us on
 /// and drops us again and again.
@@ -116,7 +116,7 @@ void Connection::Impl::openLine(const proto::ConnectionFile& server) {
     watchTime(settings_.connectTimeout);
 }
 
-/// By value: the reason may be the one that goes here.
+/// Takes the reason by value: it may be the one that goes here.
 void Connection::Impl::drop(Error reason) {
     if (line_) line_->close();
     line_.reset();

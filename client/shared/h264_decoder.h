@@ -23,9 +23,9 @@ class H264Decoder {
     /// Whether libavcodec has a decoder on this machine.
     static bool available();
 
-    /// Of a size that has been checked. After an error nothing is decoded up to the next key frame. Errors:
-    /// corrupt (damage, or another size than the message says), cancelled (it needs a frame that was not
-    /// decoded), unsupported (no decoder here), resourceExhausted.
+    /// Decodes a picture of a size that has been checked. After an error nothing is decoded up to the next
+    /// key frame. Errors: corrupt (damage, or another size than the message says), cancelled (it needs a
+    /// frame that was not decoded), unsupported (no decoder here), resourceExhausted.
     Result<FramePixels> decode(std::uint32_t width, std::uint32_t height, bool key,
                                std::span<const std::uint8_t> payload);
 

@@ -26,7 +26,7 @@ Error noServer(const wire::Address& address, const asio::error_code& code) {
             "no connection to the server: " + code.message()};
 }
 
-/// Of a stream that ended: to us its being closed is always the other side's doing.
+/// The error of a stream that ended: to us its being closed is always the other side's doing.
 Error lostServer(Error error) {
     if (error.code != ErrorCode::cancelled) return error;
     return {ErrorCode::internal, "", "the server closed the connection"};

@@ -49,7 +49,7 @@ class KnotCurve final : public EditedCurve {
     const std::vector<Color>& colors() const { return colors_; }
     /// The range of the values, and what knots there are beyond it.
     Interval axis() const;
-    /// From the first knot to the last, for a colour map; the axis where they are at one place.
+    /// The span from the first knot to the last, for a colour map; the axis where they are at one place.
     Interval extent() const;
     /// The range of the values; [0, 1] unless told otherwise.
     void setValues(const Interval& values) { values_ = values; }

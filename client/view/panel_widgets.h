@@ -27,7 +27,7 @@ struct PanelActions {
 };
 
 void text(const std::string& line);
-/// In faint letters, wrapped.
+/// A line in faint letters, wrapped.
 void dim(const std::string& line);
 /// A part that can be folded, at first open; true where it is.
 bool section(const char* title);
@@ -46,7 +46,7 @@ void checkbox(PanelActions& actions, const char* label, bool& value);
 void colorBox(PanelActions& actions, const char* label, std::array<float, 3>& color);
 void slider(PanelActions& actions, const char* label, float& value, float least, float most,
             const char* format = "%.2f");
-/// By the logarithm.
+/// A slider that moves by the logarithm.
 void logSlider(PanelActions& actions, const char* label, float& value, float least, float most,
                const char* format);
 /// Two numbers that are dragged between the ends of an axis, a pixel being a `parts`-th of it.

@@ -14,7 +14,8 @@ class Playback {
     bool playing = false;
     float stepsPerSecond = 10.0F;
 
-    /// At `now` seconds; after the last step comes the first. `seen`: a picture of `step` is on the screen.
+    /// The step to show at `now` seconds; after the last comes the first. `seen`: a picture of `step` is on
+    /// the screen.
     std::optional<std::uint32_t> next(double now, std::uint32_t step, int steps, bool seen);
 
   private:

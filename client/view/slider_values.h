@@ -24,7 +24,7 @@ struct LightAngles {
 std::array<float, 3> toFloats(const glm::dvec3& vector);
 glm::dvec3 toVector(const std::array<float, 3>& numbers);
 
-/// Within [0, 1], as sliders may be a rounding error outside.
+/// Holds a value within [0, 1]: sliders may be a rounding error outside.
 double share(float value);
 
 /// Replaces the three numbers of a vector.

@@ -14,7 +14,7 @@ namespace mote::prep {
 
 class AxisFilter {
   public:
-    /// From `samples` of the source to `low` of them, low <= samples. Box: by how much of a sample's cell
+    /// Filters `samples` of the source to `low` of them, low <= samples. Box: by how much of a sample's cell
     /// each covers. Cubic (also for `under`): Keys' kernel with a = -1/2 (Keys 1981, Cubic convolution
     /// interpolation), stretched to the spacing of the low samples, so that nothing is skipped; what lies
     /// beyond the ends has no weight. Weights add up to 1.

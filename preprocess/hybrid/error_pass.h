@@ -64,7 +64,7 @@ class ErrorPass {
     const LowVolume& low_;
     std::uint32_t together_;
     bool same_;                                                      ///< the error grid is the source's
-    std::array<std::vector<storage::Between>, 3> inSource_, inLow_;  ///< of each sample along x, y, z
+    std::array<std::vector<storage::Between>, 3> inSource_, inLow_;  ///< where each sample lies along x, y, z
 };
 
 }  // namespace mote::prep

@@ -15,7 +15,7 @@ namespace mote::prep {
 
 struct ErrorSelection {
     float threshold = 0.0F;  ///< errors of a greater magnitude count
-    /// Of those of the least magnitude that counts, `least`, only so many, the first in the order of the
+    /// Only so many errors of the least magnitude that counts, `least`, count: the first in the order of the
     /// bricks.
     float least = 0.0F;
     std::uint64_t mostOfLeast = ~std::uint64_t{0};
@@ -55,7 +55,7 @@ class ErrorCount {
     std::vector<std::uint64_t> bins_;
 };
 
-/// Of the `most` greatest, whose magnitude's upper bits are `upper` and of which `above` have greater ones.
+/// Selects the `most` greatest: the least of them has the upper bits `upper`, `above` of them greater ones.
 ErrorSelection selectGreatest(const ErrorCount& lower, std::uint32_t upper, std::uint64_t most,
                               std::uint64_t above);
 

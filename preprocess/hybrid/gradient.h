@@ -20,8 +20,8 @@ class GradientNormals {
     GradientNormals(const storage::GridSize& size, const glm::dmat4& toWorld)
         : size_(size), fall_(-glm::inverse(glm::transpose(glm::dmat3(toWorld)))) {}
 
-    /// At sample `at`; `slices` are those of z - 1, z and z + 1, the same twice at the grid's ends. Points
-    /// towards lower values, in the world.
+    /// The normal's code at sample `at`; `slices` are those of z - 1, z and z + 1, the same twice at the
+    /// grid's ends. It points towards lower values, in the world.
     std::uint8_t code(const std::array<const float*, 3>& slices, const storage::GridSize& at) const {
         const std::size_t row = size_[0];
         const auto index = at[1] * row + at[0];

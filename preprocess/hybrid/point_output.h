@@ -19,7 +19,7 @@ namespace mote::prep {
 struct PointPieces {
     std::vector<PointPiece> pieces;  ///< in any order; piece.scratch is an index into `scratches`
     std::span<const std::unique_ptr<storage::ScratchFile>> scratches;
-    /// Of those of least error only the first so many are taken, in the order of the bricks.
+    /// Only the first so many of those of least error are taken, in the order of the bricks.
     std::uint64_t mostOfLeast = 0;
 
     /// How many are taken.

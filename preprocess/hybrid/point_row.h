@@ -20,7 +20,7 @@ struct PointPiece {
     std::uint32_t scratch = 0;         ///< which file
     std::uint64_t offset = 0;
     std::uint64_t points = 0;
-    std::uint64_t least = 0;  ///< of them, those of the least error that counts
+    std::uint64_t least = 0;  ///< those of them of the least error that counts
 };
 
 struct PointRow {
@@ -31,7 +31,7 @@ struct PointRow {
 
     /// Puts the row aside; returns where and how much it is. Errors: as ScratchFile::append.
     Result<PointPiece> store(storage::ScratchFile& scratch) const;
-    /// Of `bricks` bricks. Errors: as ScratchFile::read.
+    /// Reads a row of `bricks` bricks. Errors: as ScratchFile::read.
     static Result<PointRow> load(const PointPiece& piece, std::size_t bricks,
                                  const storage::ScratchFile& scratch);
 };

@@ -22,7 +22,7 @@ struct RankPart {
     SliceRange error;   ///< of the error grid, whole layers of bricks of points
 };
 
-/// Of `rank` of `ranks`; those of all ranks cover each grid once. May be empty.
+/// The part of `rank` of `ranks`; those of all ranks cover each grid once. May be empty.
 inline RankPart partOf(const VolumePlan& plan, int rank, int ranks) {
     const auto share = [&](std::uint32_t all, int of) {
         return static_cast<std::uint32_t>(std::uint64_t{all} * static_cast<std::uint64_t>(of) /

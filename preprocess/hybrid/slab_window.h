@@ -25,7 +25,7 @@ class SlabWindow {
 
     std::uint32_t begin() const { return begin_; }
     std::uint32_t end() const { return end_; }
-    /// Of the window; x fastest.
+    /// A slice of the window, x fastest.
     std::span<const float> slice(std::uint32_t z) const {
         return std::span(values_).subspan((z - begin_) * slice_, slice_);
     }

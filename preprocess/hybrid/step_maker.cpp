@@ -20,7 +20,7 @@
 namespace mote::prep {
 namespace {
 
-/// Of the step's time, measured: filtering, then each pass over the errors.
+/// Shares of the step's time, measured: when filtering ends, and when all passes over the errors have.
 constexpr double filterEnd = 0.3, errorsEnd = StepTask::errorsEnd;
 
 class StepMaker {
@@ -146,7 +146,7 @@ class StepMaker {
         return success();
     }
 
-    /// Of all ranks.
+    /// Counts the errors of all ranks.
     Status count(ErrorCount& counts, double begin, double end) {
         ErrorCount mine = counts.empty();
         MOTE_RETURN_IF_ERROR(

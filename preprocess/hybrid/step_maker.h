@@ -27,7 +27,7 @@ struct StepTask {
     const VolumeMemory& memory;
     std::filesystem::path directory;  ///< of the dataset while it is made
     std::uint32_t step = 0;
-    /// Of the step's time, measured: when all errors are found.
+    /// The share of the step's time, measured, by which all errors are found.
     static constexpr double errorsEnd = 0.85;
     /// Takes the done share of this step, 0 to 1, and what is done; an error ends the step.
     std::function<Status(double, std::string_view)> report;

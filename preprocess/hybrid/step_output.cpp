@@ -16,7 +16,7 @@
 namespace mote::prep {
 namespace {
 
-/// Of the step's time, measured: where residuals begin to be written.
+/// The share of the step's time, measured, after which residuals are written.
 constexpr double residualsBegin = 0.92;
 
 using Scratches = std::vector<std::unique_ptr<storage::ScratchFile>>;

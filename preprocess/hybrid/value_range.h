@@ -24,7 +24,8 @@ struct ValueRange {
     ValueRange united(const ValueRange& other) const;
 };
 
-/// Of slices [z0, z1), `together` at a time. `cancelled` is asked between. Errors: the source's, cancelled.
+/// The range of slices [z0, z1), `together` at a time. `cancelled` is asked between. Errors: the source's,
+/// cancelled.
 Result<ValueRange> findRange(VolumeSource& source, std::uint32_t z0, std::uint32_t z1, std::uint32_t together,
                              const std::function<bool()>& cancelled);
 

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the job's time, what finding the range takes.
+/// The share of the job's time that finding the range takes.
 constexpr double rangeShare = 0.15;
 /// Differences of floats must be floats.
 constexpr double greatestSpan = 1e37;
@@ -104,7 +104,7 @@ class Job {
         return Error{ErrorCode::unsupported, inputs_.front().string(), "has values further apart than 1e37"};
     }
 
-    /// Of this rank's slices.
+    /// The range of this rank's slices.
     Result<ValueRange> rangeOf(std::size_t step) {
         MOTE_ASSIGN_OR_RETURN(auto source, open_(step));
         const auto& shape = source->shape();

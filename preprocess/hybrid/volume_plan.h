@@ -41,7 +41,7 @@ Status checkVolumeJob(const proto::VolumeJob& job);
 /// (grids larger than a dataset may have).
 Result<VolumePlan> planVolume(const proto::VolumeJob& job, const VolumeShape& shape);
 
-/// From indices of a grid over the source's box to the world.
+/// The map from indices of a grid over the source's box to the world.
 glm::dmat4 gridToWorld(const VolumePlan& plan, const storage::GridSize& grid);
 
 }  // namespace mote::prep

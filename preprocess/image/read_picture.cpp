@@ -106,7 +106,7 @@ class PictureReader {
                                  limit >> 20)};
     }
 
-    /// As the file says; integers are sRGB and floats linear where it says nothing.
+    /// Takes what the file says; integers are sRGB and floats linear where it says nothing.
     Status findColorSpace() {
         const std::string said = spec_.get_string_attribute("oiio:ColorSpace");
         const bool floats = spec_.format.is_floating_point();

@@ -11,8 +11,8 @@
 
 namespace mote::prep {
 
-/// By triangle, for its edges from corner i to corner i + 1: the triangle on the other side, MeshEdge::none
-/// at a border and where more than two meet.
+/// The triangle on the other side of each triangle's edge from corner i to corner i + 1; MeshEdge::none at a
+/// border and where more than two meet.
 using TriangleNeighbours = std::vector<std::array<std::uint32_t, 3>>;
 
 TriangleNeighbours findNeighbours(const std::vector<Triangle>& triangles);

@@ -19,7 +19,7 @@ bool isFinite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// For each vertex the first one at its place; none where it is not finite.
+/// The first vertex at each vertex's place; none where that is not finite.
 std::vector<std::uint32_t> firstAtPlace(const std::vector<glm::vec3>& positions) {
     std::vector<std::uint32_t> order;
     order.reserve(positions.size());

@@ -33,7 +33,7 @@ class Communicator {
     virtual Result<std::vector<Bytes>> share(std::span<const std::byte> mine) = 0;
 };
 
-/// Of this process alone.
+/// A communicator of this process alone.
 std::unique_ptr<Communicator> singleProcess();
 
 /// The first rank's Error that is one, on all ranks.

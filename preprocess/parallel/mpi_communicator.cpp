@@ -50,7 +50,7 @@ class MpiCommunicator final : public Communicator {
   private:
     std::size_t own() const { return static_cast<std::size_t>(rank_); }
 
-    /// To and from all others; nothing from this rank to itself.
+    /// Exchanges bytes with all others; nothing goes from this rank to itself.
     Result<std::vector<Bytes>> transfer(std::vector<std::span<const std::byte>> outgoing) {
         outgoing[own()] = {};
         std::vector<std::uint64_t> toSend;

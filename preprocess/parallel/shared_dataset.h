@@ -25,7 +25,7 @@ class SharedDataset {
 
     /// Where the dataset's files are to be made.
     const std::filesystem::path& directory() const { return directory_; }
-    /// On rank 0 alone.
+    /// The writer, on rank 0 alone.
     storage::DatasetWriter& writer() { return *writer_; }
     /// Says, on every rank, that all ranks know of its end: the folder is no more theirs.
     void finish() { directory_.clear(); }

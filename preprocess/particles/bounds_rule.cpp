@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t sampleSize = 65536;
 constexpr double reach = 1000.0;
 
-/// Of a sorted sample, linear between neighbours.
+/// A quantile of a sorted sample, linear between neighbours.
 double quantile(const std::vector<double>& sorted, double share) {
     const double at = share * static_cast<double>(sorted.size() - 1);
     const auto below = static_cast<std::size_t>(at);

@@ -21,7 +21,7 @@ struct CellCount {
     void add(const CellCount& other);
 };
 
-/// Of this rank's blocks. Errors: the source's own, cancelled.
+/// Counts the particles of this rank's blocks. Errors: the source's own, cancelled.
 Result<CellCount> countCells(StepReader& reader, const std::array<Range, 3>& bounds, unsigned gridLevel);
 
 /// The sum of all ranks'.

@@ -13,8 +13,8 @@
 
 namespace mote::prep {
 
-/// Of leaves in ascending density, but for those of zero (macro-particles may weigh nothing); empty where
-/// there is no other.
+/// The range of leaves in ascending density, but for those of zero (macro-particles may weigh nothing); empty
+/// where there is no other.
 Range densityRange(std::span<const float> density);
 
 /// Adds particles to even bins of t over [0, 1], of which the last holds t = 1. `particles` are as many as

@@ -15,8 +15,8 @@ struct MemoryPlan {
     std::uint64_t kept = 0;       ///< bytes left for what was read and will be needed again
 };
 
-/// For a step of so many particles; `limit` is this process', 0 for three quarters of the machine's memory.
-/// Figures measured: docs/JOBS.md.
+/// The plan for a step of so many particles; `limit` is this process', 0 for three quarters of the machine's
+/// memory. Figures measured: docs/JOBS.md.
 MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::uint64_t limit, int threads);
 
 }  // namespace mote::prep

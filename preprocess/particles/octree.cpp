@@ -107,7 +107,7 @@ class Assembly {
         }
     }
 
-    /// From the deepest level up: weights, densities and least densities.
+    /// Finds weights, densities and least densities, from the deepest level up.
     Status weigh() {
         tree_.density.resize(tree_.level.size());
         tree_.minDensity.resize(tree_.level.size());

@@ -27,7 +27,7 @@ struct Octree {
     std::vector<std::uint64_t> leafPointBegin;
     std::vector<std::uint32_t> leafPointCount;
     std::vector<float> leafDensity;
-    /// By leaf: its first point among all points in Morton order.
+    /// Each leaf's first point among all points in Morton order.
     std::vector<std::uint64_t> leafSource;
     double totalWeight = 0.0;
 
@@ -35,9 +35,9 @@ struct Octree {
     storage::Leaves leaves() const;
 };
 
-/// From all levels, the root's first. Weights are summed in a fixed order: the result is the same for any
-/// number of threads of the calling arena. Errors: resourceExhausted (more nodes than 32 bits can name, a
-/// density beyond single precision).
+/// Assembles the octree from all levels, the root's first. Weights are summed in a fixed order: the result is
+/// the same for any number of threads of the calling arena. Errors: resourceExhausted (more nodes than 32
+/// bits can name, a density beyond single precision).
 Result<Octree> assembleOctree(OctreeLevels levels);
 
 }  // namespace mote::prep

@@ -29,7 +29,7 @@ class ParticleExchange {
     /// All references outlive this.
     ParticleExchange(const CellPlan& plan, Communicator& ranks, bool withWeights);
 
-    /// By rank, and one more: its first range.
+    /// Each rank's first range, and one more.
     const std::vector<std::size_t>& firstRange() const { return firstRange_; }
 
     /// `cells`: this rank's particles by cell of the grid. `store` has room for those of its ranges. Errors:
@@ -67,7 +67,7 @@ class ParticleExchange {
     Communicator& ranks_;
     bool withWeights_;
     std::vector<std::size_t> firstRange_;
-    /// By rank, by range of this rank: where the next particle from there goes.
+    /// Where the next particle from a rank goes: by rank, by range of this rank.
     std::vector<std::vector<std::uint64_t>> next_;
 };
 

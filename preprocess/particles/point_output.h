@@ -26,7 +26,7 @@ class PointOutput {
     /// on all ranks.
     Status run();
 
-    /// On rank 0, after run(); empty on the others. Errors: cancelled.
+    /// The preview on rank 0, after run(); empty on the others. Errors: cancelled.
     Result<BuiltPreview> preview();
 
   private:

@@ -36,8 +36,8 @@ class PreviewSelection {
     void add(std::size_t leaf, std::uint32_t first, std::span<const storage::PackedPosition> positions,
              std::vector<PreviewCandidate>& candidates) const;
 
-    /// Of all leaves' candidates, list after list and in each leaf by leaf in their order. The same for any
-    /// number of threads.
+    /// Chooses among all leaves' candidates, list after list and in each leaf by leaf in their order. The
+    /// same for any number of threads.
     BuiltPreview choose(const std::vector<std::span<const PreviewCandidate>>& lists) const;
 
   private:

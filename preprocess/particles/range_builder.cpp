@@ -91,7 +91,7 @@ void RangeBuilder::sort(std::span<const Particle> particles, unsigned keyLevel) 
     weights_.each = weightStore_;
 }
 
-/// Of packed_ by its `bits` bits from `from` on, the least significant first.
+/// Sorts packed_ by its `bits` bits from `from` on, the least significant first.
 void RangeBuilder::radixSort(unsigned from, unsigned bits) {
     // So many write positions fit the first-level cache and its address translation.
     constexpr unsigned mostDigitBits = 10;

@@ -64,7 +64,7 @@ class RangeBuilder {
     RangeTree build(std::span<const Particle> particles, const Weights& weights,
                     std::span<const PlanUnit> units, const RangeOptions& options);
 
-    /// Of the range last built.
+    /// The points of the range last built.
     std::span<const LeafPoint> points() const { return points_; }
 
   private:

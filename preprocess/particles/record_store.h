@@ -19,7 +19,7 @@ class RecordStore {
     RecordStore() = default;
     /// Errors: resourceExhausted.
     static Result<RecordStore> inMemory(std::uint64_t bytes);
-    /// In `folder`, its space taken at once. Errors: resourceExhausted (disk full), permissionDenied.
+    /// A file in `folder`, its space taken at once. Errors: resourceExhausted (disk full), permissionDenied.
     static Result<RecordStore> inFile(const std::filesystem::path& folder, std::uint64_t bytes);
 
     RecordStore(RecordStore&& other) noexcept;

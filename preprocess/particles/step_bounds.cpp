@@ -17,7 +17,7 @@ struct Question {
                                 Range{-infinity, infinity}};
 };
 
-/// Of a block, and of the whole step.
+/// What a block answers, or the whole step.
 struct Answer {
     std::uint64_t particles = 0;
     std::array<Range, 3> range;

@@ -40,7 +40,7 @@ struct BuiltStep {
     std::vector<float> volume;  ///< the same on all ranks; volumeSize^3, x fastest
     std::uint32_t volumeSize = 0;
     RecordStore points;  ///< LeafPoints of this rank's ranges, in Morton order of their leaves
-    /// By rank, and one more: the first of its points among all in Morton order.
+    /// The first of each rank's points among all in Morton order, and one more.
     std::vector<std::uint64_t> firstPoint;
 };
 

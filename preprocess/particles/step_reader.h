@@ -38,9 +38,9 @@ class StepReader {
   public:
     static constexpr std::uint64_t blockRows = std::uint64_t{1} << 18;
 
-    /// Of this rank's share of the step's blocks. What it reads is kept for the next
-    /// pass where it takes at most `mayKeep` bytes. All references outlive the reader. Errors:
-    /// resourceExhausted (too many rows), the source's own, cancelled; the same on all ranks.
+    /// A reader of this rank's share of the step's blocks. What it reads is kept for the next pass where it
+    /// takes at most `mayKeep` bytes. All references outlive the reader. Errors: resourceExhausted (too many
+    /// rows), the source's own, cancelled; the same on all ranks.
     static Result<StepReader> open(ParticleSource& source, std::size_t step, const PlotAxes& axes,
                                    Communicator& ranks, const Progress& progress, std::uint64_t mayKeep);
 

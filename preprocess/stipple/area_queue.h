@@ -19,7 +19,7 @@ class AreaQueue {
     std::uint32_t smallest() const { return heap_.front(); }
     double area(std::uint32_t point) const { return areas_[point]; }
     void removeSmallest();
-    /// Of a point that is in it.
+    /// Changes the area of a point that is in it.
     void update(std::uint32_t point, double area);
 
   private:
@@ -35,7 +35,7 @@ class AreaQueue {
 
     std::vector<double> areas_;
     std::vector<std::uint32_t> heap_;
-    std::vector<std::uint32_t> slot_;  ///< of each point in heap_
+    std::vector<std::uint32_t> slot_;  ///< each point's place in heap_
 };
 
 }  // namespace mote::prep

@@ -25,8 +25,9 @@ using Triangulation =
     CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase>>;
 using Vertex = Triangulation::Vertex_handle;
 
-// Of copies around the square, in mean distances of points. A cell's circles reach less than two of them, and
-// points drift by one before copies are chosen anew; cell() says where the circles reach further.
+// The margin of copies around the square, in mean distances of points. A cell's circles reach less than two
+// of them, and points drift by one before copies are chosen anew; cell() says where the circles reach
+// further.
 constexpr double marginSpacings = 3.5;
 // Five by five copies of everything: three by three are enough for the points of the middle one (Dolbilin
 // and Huson 1997), and points may drift by a period besides.
@@ -34,7 +35,8 @@ constexpr double widestMargin = 2.0;
 // Copies are chosen anew when this share of the points is left.
 constexpr double renewalShare = 0.6;
 
-/// To multiples of 2^-40: the sum has no bits below. With the bits of a few periods well within 53.
+/// Rounds to multiples of 2^-40: the sum has no bits below. With the bits of a few periods that is well
+/// within 53.
 glm::dvec2 onGrid(glm::dvec2 position) {
     constexpr double coarse = 0x1.8p12;
     return {(position.x + coarse) - coarse, (position.y + coarse) - coarse};
@@ -78,7 +80,7 @@ struct PeriodicTriangulation::Mesh {
     std::size_t renewAt = 0;
     double margin = 0.0;  // of copies around the square
     double drift = 0.0;   // how far a point may go from there
-    double safe = 0.0;    // of the margin, what no point can have entered or left unseen
+    double safe = 0.0;    // the part of the margin that no point can have entered or left unseen
 
     std::vector<Triangulation::Edge> edges;  // to be looked at by restore
 

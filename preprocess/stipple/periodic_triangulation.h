@@ -41,7 +41,7 @@ class PeriodicTriangulation {
     /// Appends the points whose cells touch this one's, itself and others as often as they do.
     void addNeighbours(std::uint32_t point, std::vector<std::uint32_t>& neighbours) const;
 
-    /// By a vector; nothing happens where another point lies there.
+    /// Moves a point by a vector; nothing happens where another point lies there.
     void move(std::uint32_t point, glm::dvec2 by);
     void remove(std::uint32_t point);
 

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr double mostRelaxation = 1.9;
 /// Measured: 1230 at 400,000 points, the program itself included; rounded up.
 constexpr std::uint64_t planeBytesPerPoint = 1500;
-/// Of the time that a plane job takes, what the start takes.
+/// The share of a plane job's time that the start takes.
 constexpr double startShare = 0.3;
 
 Error invalid(std::string field, std::string message) {

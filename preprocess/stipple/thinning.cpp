@@ -11,7 +11,8 @@
 namespace mote::prep {
 namespace {
 
-/// Over the moving points at a removal: one leaves second moments 1 % above those of two, three gain little.
+/// Sweeps over the moving points at a removal: one leaves second moments 1 % above those of two, three gain
+/// little.
 constexpr int sweeps = 2;
 
 glm::vec3 onPlane(glm::dvec2 position) {

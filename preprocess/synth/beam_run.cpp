@@ -42,7 +42,7 @@ class ChunkRunner {
     }
 
   private:
-    /// From the dump before (or from nothing) to dump `step`, and into the file's units; false when
+    /// Advances from the dump before (or from nothing) to dump `step`, and into the file's units; false when
     /// cancelled.
     bool advance(std::uint64_t first, std::size_t rows, std::size_t step) {
         std::atomic<bool> stopped = false;

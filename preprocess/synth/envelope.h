@@ -26,7 +26,7 @@ class EnvelopeModel {
     double perveance() const { return perveance_; }                        ///< m
     const std::array<double, 3>& emittance() const { return emittance_; }  ///< m rad, 5 times the rms one
 
-    /// From `begin` to `end` (m) in steps of at most `step` (m).
+    /// Advances it from `begin` to `end` (m) in steps of at most `step` (m).
     Envelope advance(Envelope envelope, double begin, double end, double step) const;
 
     /// The envelope at the start of a period that repeats after it, to 1e-12 relative, by Newton's method.

@@ -37,7 +37,7 @@ bool setDouble(hid_t object, const char* name, double value);
 bool setDoubles(hid_t object, const char* name, std::span<const double> values);
 bool setUnsigned32(hid_t object, const char* name, std::uint32_t value);
 bool setUnsigned64(hid_t object, const char* name, std::uint64_t value);
-/// As an array of one element.
+/// Sets an array of one element.
 bool setExtent(hid_t object, const char* name, std::uint64_t value);
 
 /// While it lives, HDF5's errors on this thread are kept here and not printed. One at a time.

@@ -86,7 +86,7 @@ class Base64Stream : public ForwardStream {
     std::vector<char> buffer_;
     std::size_t begin_ = 0, end_ = 0;   // of the text that is not yet decoded
     std::array<char, 3> group_{};       // what the last four characters stand for
-    std::size_t used_ = 0, ready_ = 0;  // of it: handed out, there in all
+    std::size_t used_ = 0, ready_ = 0;  // bytes of it: handed out, there in all
 };
 
 }  // namespace

@@ -22,7 +22,7 @@ namespace mote::prep {
 Result<std::vector<std::string>> dataFileNames(std::string_view field, std::string_view list,
                                                const std::string& where);
 
-/// From the bytes of one file to the `needed` bytes of numbers in it: decompressed, headers skipped.
+/// Turns the bytes of one file into the `needed` bytes of numbers in it: decompressed, headers skipped.
 using Unwrap = std::function<Result<ByteStreamPtr>(ByteStreamPtr file, std::uint64_t needed)>;
 
 /// A header that was read, and the files that it names.

@@ -9,7 +9,7 @@
 namespace mote::prep {
 namespace {
 
-/// From a file's bytes to its `needed` bytes of numbers: a header skipped, decompressed.
+/// Turns a file's bytes into its `needed` bytes of numbers: a header skipped, decompressed.
 Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const MetaImageHeader& header, std::uint64_t needed) {
     auto unwrapped = skipHeader(std::move(stream), header.headerSize, needed);
     if (unwrapped && header.compressed)

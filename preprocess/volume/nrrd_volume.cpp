@@ -26,7 +26,7 @@ Result<std::uint64_t> bytesOfLines(ByteStream& stream, std::uint64_t lines) {
     return bytes;
 }
 
-/// From a file's bytes to its `needed` bytes of numbers: lines skipped, decompressed, bytes skipped.
+/// Turns a file's bytes into its `needed` bytes of numbers: lines skipped, decompressed, bytes skipped.
 Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std::uint64_t needed) {
     const auto lines = bytesOfLines(*stream, header.lineSkip);
     if (!lines) return lines.error();

@@ -19,7 +19,7 @@ bool namesPictures(const std::filesystem::path& input);
 /// permissionDenied, internal.
 Result<std::vector<std::filesystem::path>> pictureFiles(const std::filesystem::path& input);
 
-/// By names in which numbers count as numbers: slice2 before slice10.
+/// Orders names in which numbers count as numbers: slice2 before slice10.
 bool naturallyLess(std::string_view a, std::string_view b);
 
 }  // namespace mote::prep

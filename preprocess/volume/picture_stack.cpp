@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using namespace std::string_view_literals;
 
 constexpr std::uint64_t stripBytes = 4u << 20;
-// Of a slice over its file: more than LZW in TIFF makes, at most 4096 bytes of 12 bits.
+// A slice's size over its file's: more than LZW in TIFF makes, at most 4096 bytes of 12 bits.
 constexpr std::uint64_t greatestRatio = 4096;
 constexpr int pagesPerQuestion = 256;  // is it cancelled?
 
@@ -231,7 +231,7 @@ class PictureStack : public VolumeSource {
                                   0, spec.nchannels, stored_, strip_.data());
     }
 
-    /// From the decoded channels to one value a pixel: luminance as of ITU-R BT.709, or the first channel.
+    /// Turns the decoded channels into one value a pixel: luminance as of ITU-R BT.709, or the first channel.
     void keepOne(std::span<float> values) const {
         const auto step = static_cast<std::size_t>(first_.nchannels);
         for (std::size_t i = 0, at = 0; at < decoded_.size(); ++i, at += step) {

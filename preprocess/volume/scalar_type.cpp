@@ -14,7 +14,7 @@ struct TypeName {
     std::string_view name;
     std::size_t bytes;
 };
-/// By ScalarType.
+/// Names and sizes by ScalarType.
 constexpr std::array<TypeName, 8> types{
     {{"u8", 1}, {"i8", 1}, {"u16", 2}, {"i16", 2}, {"u32", 4}, {"i32", 4}, {"f32", 4}, {"f64", 8}}};
 

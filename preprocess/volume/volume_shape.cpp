@@ -12,7 +12,7 @@ namespace mote::prep {
 namespace {
 
 constexpr std::size_t maxUnit = 16;
-// Of the volume that the axes span, 1 where they are at right angles: less is one plane, but for rounding.
+// Axes of length 1 that span less than this volume lie in one plane, but for rounding.
 constexpr double leastVolume = 1e-6;
 constexpr double leastLength = 1e-30, greatestLength = 1e30;  // lest products of lengths overflow
 

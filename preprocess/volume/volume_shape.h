@@ -20,7 +20,8 @@ struct VolumeShape {
     std::uint32_t nx = 0, ny = 0, nz = 0;  ///< voxels, 1 to maxDimension each
     ScalarType type = ScalarType::u8;      ///< as the file stores a value, before slope and intercept
     double valueStep = 0.0;  ///< of integers with a slope: between neighbouring values; 0: not known
-    /// From voxel indices (the centre of the first voxel is 0, 0, 0) to the file's own world; invertible.
+    /// The map from voxel indices (the centre of the first voxel is 0, 0, 0) to the file's own world;
+    /// invertible.
     glm::dmat4 indexToWorld{1.0};
     std::string worldUnit;  ///< of a length in the world: "mm"; "" where the file does not say
     std::string valueUnit;  ///< of a value: "HU"; "" where the file does not say

@@ -28,9 +28,9 @@ struct VtiHeader {
     std::uint64_t dataAt = 0;  ///< bytes before the array's sizes and values in the file
 
     static bool begins(std::string_view bytes);
-    /// Of the array `field`; "": the active scalars, else the first array with one value for each point, else
-    /// for each cell. Reads `file` as far as needed. Errors, at the file's name and element: corrupt,
-    /// unsupported, notFound (no such array), cancelled, those of `file`.
+    /// Reads the header of the array `field`; "": the active scalars, else the first array with one value for
+    /// each point, else for each cell. Reads `file` as far as needed. Errors, at the file's name and element:
+    /// corrupt, unsupported, notFound (no such array), cancelled, those of `file`.
     static Result<VtiHeader> parse(ByteStream& file, std::string_view field, const Progress& progress);
 };
 

@@ -41,7 +41,7 @@ class Option {
     Option size(std::uint64_t least, std::uint64_t greatest) const;
     /// Refuses what is not a folder.
     Option folder() const;
-    /// As many values each time.
+    /// Takes as many values each time.
     Option values(int count) const;
     /// One value each time; it may be given again.
     Option repeatable() const;

@@ -58,8 +58,8 @@ struct HybridStyle {
     std::vector<HalfSpace> clipPlanes;  ///< in layer space; what lies in all of them is drawn
     std::optional<Bounds> clipBox;      ///< in layer space
 
-    /// Of the share of a way between two samples, clamp((share - 1/2) * steepness + 1/2, 0, 1) is the weight
-    /// of the second.
+    /// The weight of the second of two samples is clamp((share - 1/2) * steepness + 1/2, 0, 1), by the share
+    /// of the way to it.
     double pointSteepness() const {
         return pointShape == PointShape::square ? 8.0 : pointShape == PointShape::disc ? 2.0 : 1.0;
     }

@@ -19,13 +19,13 @@ struct LogDensity {
     double min = 1.0;  ///< the plot's least leaf density, weight per plot volume, > 0
     double max = 1.0;  ///< the plot's greatest
 
-    /// Of a leaf, in [0, 1]; 0 where the plot knows only one density.
+    /// A leaf's t, in [0, 1]; 0 where the plot knows only one density.
     double ofLeaf(double density) const {
         if (!(max > min)) return 0.0;
         return std::clamp(std::log(density / min) / std::log(max / min), 0.0, 1.0);
     }
 
-    /// Of a volume cell, in [-fade, 1]; -fade where it is empty.
+    /// A volume cell's t, in [-fade, 1]; -fade where it is empty.
     double ofCell(double density) const {
         if (!(density > 0.0)) return -fade;
         if (!(max > min)) return density >= min ? 0.0 : -fade * (1.0 - density / min);

@@ -32,7 +32,7 @@ struct ParticlesStyle {
     glm::dvec3 pointColor;  ///< linear RGB
     bool opacityByPlot = false;  ///< the view leaves the opacity of a point to defaultPointOpacity()
 
-    /// By t; see log_density.h for t < 0.
+    /// The transfer function of t; see log_density.h for t < 0.
     TransferFunction transfer() const;
 
     bool operator==(const ParticlesStyle&) const = default;

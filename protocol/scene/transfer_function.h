@@ -34,7 +34,7 @@ struct TransferFunction {
     std::vector<glm::dvec3> colors = {};
     ValueRange span{0.0, 1.0};  ///< outside of which neither changes
 
-    /// Per unit length of layer space.
+    /// The extinction per unit length of layer space.
     double extinction(double value) const;
     /// Linear RGB, before light.
     glm::dvec3 color(double value) const;

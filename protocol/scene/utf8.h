@@ -14,8 +14,8 @@ bool isUtf8(std::string_view text);
 /// Each byte that belongs to no character becomes "?".
 std::string toUtf8(std::string_view text);
 
-/// For a line of the log: as toUtf8, control characters "?" too, so that no text of a client looks like a
-/// line of ours, and cut to 500 bytes.
+/// Makes text fit for a line of the log: as toUtf8, control characters "?" too, so that no text of a client
+/// looks like a line of ours, and cut to 500 bytes.
 std::string toLogText(std::string_view text);
 
 }  // namespace mote

@@ -16,10 +16,10 @@
 
 namespace mote::wire {
 
-/// Of one pixel with its alpha, bytes: 4 (SRGB8), 8 (LINEAR_HALF) or 0 (a format that we do not know).
+/// The bytes of one pixel with its alpha: 4 (SRGB8), 8 (LINEAR_HALF) or 0 (a format that we do not know).
 std::size_t pixelSize(proto::PixelFormat format);
 
-/// Of one pixel once filtered, bytes: 3, 6 or 0.
+/// The bytes of one pixel once filtered: 3, 6 or 0.
 std::size_t filteredPixelSize(proto::PixelFormat format);
 
 /// RGBA rows without padding into filtered ones. `rgba` holds pixelSize() and `filtered`

@@ -40,7 +40,7 @@ struct Chroma {
     std::uint8_t cb, cr;
 };
 
-/// Of the mean of four pixels.
+/// The chroma of the mean of four pixels.
 Chroma chromaOf(std::uint32_t p, std::uint32_t q, std::uint32_t s, std::uint32_t t) {
     const std::uint32_t rb = (p & redAndBlue) + (q & redAndBlue) + (s & redAndBlue) + (t & redAndBlue);
     const std::uint32_t green = (p >> 8 & 0xff) + (q >> 8 & 0xff) + (s >> 8 & 0xff) + (t >> 8 & 0xff);

@@ -36,7 +36,7 @@ class Server {
     /// Removes the socket, and the connection file if it is still ours. After run(): a client finds nobody.
     void withdraw();
 
-    /// Of the device, after start().
+    /// The device's name, after start().
     std::string deviceName() const;
 
   private:

@@ -65,7 +65,7 @@ class Watchdog {
     std::thread thread_;
 };
 
-/// Until a signal ends it. Returns the exit code.
+/// Serves until a signal ends it. Returns the exit code.
 int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
     Watchdog watchdog;
     Server server(settings, std::move(device));

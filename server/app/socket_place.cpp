@@ -32,7 +32,8 @@ Status removeStale(const fs::path& path) {
     return Error{ErrorCode::permissionDenied, path.string(), std::strerror(errno)};
 }
 
-/// Of the user alone, and short on every system that has it.
+/// XDG_RUNTIME_DIR, the user's alone and short on every system that has it; else the folder for temporary
+/// files.
 fs::path runtimeFolder() {
     const char* folder = ::secure_getenv("XDG_RUNTIME_DIR");
     if (folder && *folder == '/' && ::access(folder, W_OK) == 0) return folder;

@@ -82,7 +82,7 @@ class EndSignals {
     std::array<struct sigaction, askingToEnd.size()> before_{};
 };
 
-/// Of this thread, for a while: a child must not run our handlers.
+/// Holds this thread's signals back for a while: a child must not run our handlers.
 class NoSignals {
   public:
     NoSignals() {
@@ -98,8 +98,8 @@ class NoSignals {
     sigset_t before_{};
 };
 
-/// In the child. Ends without destroying what is static: libraries would wait there for threads of theirs
-/// that did not come along.
+/// Runs in the child. Ends without destroying what is static: libraries would wait there for threads of
+/// theirs that did not come along.
 [[noreturn]] void become(const std::function<int()>& serve, const EndSignals& signals, pid_t supervisor) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != supervisor) std::_Exit(killedBy + SIGKILL);  // it died before that
@@ -148,7 +148,7 @@ End waitForEnd(pid_t child, const EndSignals& signals) {
     }
 }
 
-/// As a script would hold it: JSON has no control characters. A view of the longest kind is cut.
+/// The view as a script would hold it: JSON has no control characters. A view of the longest kind is cut.
 std::string textOf(const std::string& bytes) {
     constexpr std::size_t longest = std::size_t{1} << 16;
     proto::View view;

@@ -76,7 +76,7 @@ class DatasetService final : public StepSource {
     Result<storage::Catalogue::Entry> entryOf(const std::string& dataset) const;
     Result<proto::Description> describeKnown(const std::string& dataset) const;
 
-    // Of the thread.
+    // The thread's own.
     storage::Catalogue catalogue_;
     std::set<std::string> reported_;  // what the last look left out
     const std::function<void()> changed_;
@@ -90,7 +90,7 @@ class DatasetService final : public StepSource {
     bool rescanWaits_ = false;
     bool stopping_ = false;
 
-    // Of the thread that renders.
+    // The rendering thread's own.
     const std::shared_ptr<storage::BlockBudget> budget_;
     StepCache steps_;
     Residency residency_;

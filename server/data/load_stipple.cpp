@@ -29,7 +29,7 @@ constexpr std::uint64_t perVertex = 6 * 4, perTriangle = 3 * 4, perEdge = 4 * 4;
 constexpr std::uint64_t perRayVertex = 3 * 4;
 constexpr std::uint64_t perRayTriangle = 256;  // of Embree's tree while it is built
 constexpr std::uint64_t perPixel = 4 + 8;      // its value and its entry in the summed-area table
-/// Of an image in memory; larger ones are averaged down.
+/// An image in memory has no more; larger ones are averaged down.
 constexpr std::uint64_t mostPixels = std::uint64_t{1} << 23;
 
 Status checkKind(const Catalogue::Entry& entry, std::string_view kind, std::string_view what) {

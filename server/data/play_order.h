@@ -13,7 +13,7 @@ namespace mote::server {
 
 class PlayOrder {
   public:
-    /// Of a dataset of so many steps, at least one.
+    /// `steps`: how many the dataset has, at least one.
     explicit PlayOrder(std::uint32_t steps) : steps_(steps) {}
 
     /// False where it is the same step again, which changes nothing.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Residency: what was drawn last of all that is loaded whole (Loadable), kept in memory, and the next steps
-// of a series while it is played. It is read on threads of its own that give way to those that draw, never on
-// the thread that asks. Each is a block of the budget, so that they and particles make room for each other.
+// Residency keeps in memory what was drawn last of all that is loaded whole (Loadable), and the next steps of
+// a series while it is played. It reads on threads of its own that give way to those that draw, never on the
+// thread that asks. Each thing is a block of the budget, so that they and particles make room for each other.
 // Owned by DatasetService; any thread may ask.
 #pragma once
 
@@ -35,10 +35,11 @@ class Residency final : private storage::BudgetedBlocks {
     Residency(const Residency&) = delete;
     Residency& operator=(const Residency&) = delete;
 
-    /// Without a value where it is not in memory: it is brought in, before all that is only expected, and of
-    /// a dataset only the latest step. The next steps of a series that is played follow. What there was no
-    /// room for, or had to go before it was asked for again, is waited for: or two of them could take turns
-    /// for ever. Errors: what became of loading it, said once, then it is tried anew; resourceExhausted.
+    /// What is asked for; without a value where it is not in memory: it is brought in, before all that is
+    /// only expected, and of a dataset only the latest step. The next steps of a series that is played
+    /// follow. What there was no room for, or had to go before it was asked for again, is waited for: or two
+    /// of them could take turns for ever. Errors: what became of loading it, said once, then it is tried
+    /// anew; resourceExhausted.
     Result<Resident> get(const AnyLoadable& what);
     /// Whether the dataset's steps are asked for in an order.
     bool played(const storage::Catalogue::Entry& dataset) const;
@@ -66,7 +67,7 @@ class Residency final : private storage::BudgetedBlocks {
         bool underWay() const { return state == State::waiting || state == State::loading; }
     };
 
-    // Of the budget.
+    // The slots as the budget sees them.
     std::size_t blockCount() const override { return most; }
     Turn usedIn(std::size_t slot) const override { return slots_[slot].used.load(std::memory_order_relaxed); }
     std::uint64_t blockSize(std::size_t slot) const override { return slots_[slot].resident.bytes; }

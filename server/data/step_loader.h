@@ -43,8 +43,8 @@ class StepLoader {
         storage::StepNeed need;
         Urgency urgency;
         storage::BlockBudget::Turn turn;
-        std::size_t at = 0;     ///< of ahead
-        std::size_t block = 0;  ///< of it, the next to take
+        std::size_t at = 0;     ///< index into `ahead`
+        std::size_t block = 0;  ///< the next one of that to take
         unsigned busy = 0;      ///< threads that are on it
         bool beyond = false;    ///< there was no room for all of it
     };

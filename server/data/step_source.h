@@ -25,8 +25,8 @@ class StepSource {
     /// corrupt, permissionDenied.
     virtual Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
                                                                       std::uint32_t index) = 0;
-    /// Without a value where it is not there yet: it is brought in meanwhile. Errors: of its files;
-    /// resourceExhausted.
+    /// What was asked for; without a value where it is not there yet: it is brought in meanwhile. Errors: of
+    /// its files; resourceExhausted.
     virtual Result<Resident> resident(const AnyLoadable& what) = 0;
     /// The same; null where it is not there yet.
     template <class T>

@@ -21,7 +21,7 @@ proto::PixelFormat wireFormat(render::PixelFormat format);
 /// Our own invariant: as many bytes as its size and format say, and at least one pixel.
 void checkPicture(const render::Picture& picture);
 
-/// Of an srgb8 picture (our own invariant), alpha left out; 4:4:4. Errors: internal, resourceExhausted
+/// Encodes an srgb8 picture (our own invariant), alpha left out; 4:4:4. Errors: internal, resourceExhausted
 /// (memory).
 Result<std::vector<std::uint8_t>> encodeJpeg(const render::Picture& picture, int quality = jpegQuality);
 

@@ -4,7 +4,7 @@
 namespace mote::server {
 namespace {
 
-// Of the budget: to begin with lossless pictures it must fit with room to spare, to go on it must just fit.
+// Shares of the budget: the first lossless picture must fit with room to spare, the next ones must just fit.
 constexpr double toBegin = 0.8;
 constexpr double toStay = 1.1;
 

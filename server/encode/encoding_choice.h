@@ -26,7 +26,7 @@ struct PictureFacts {
     bool wasLossless = false;       ///< the picture before it: a hand should not see it flicker
 };
 
-/// Until the link is measured: small enough for all but the thinnest.
+/// A frame's bytes until the link is measured: few enough for all but the thinnest.
 inline constexpr std::size_t unmeasuredFrameBytes = 48 << 10;
 
 proto::Frame::Encoding chooseEncoding(const EncodingTarget& target, const PictureFacts& picture);

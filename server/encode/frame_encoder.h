@@ -24,7 +24,7 @@ class FrameEncoder {
   public:
     /// `exact`: as in PictureFacts. Errors: internal, resourceExhausted (memory).
     Result<EncodedPicture> encode(const render::Picture& picture, bool exact, const EncodingTarget& target);
-    /// Of any thread: the client's decoder lost its way.
+    /// The client's decoder lost its way. Any thread.
     void wantKey() { keyWanted_ = true; }
 
   private:

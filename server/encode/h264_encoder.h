@@ -30,9 +30,9 @@ class H264Encoder {
     H264Encoder(const H264Encoder&) = delete;
     H264Encoder& operator=(const H264Encoder&) = delete;
 
-    /// Of an srgb8 picture (our own invariant), in about `mostBytes` at most (a difficult picture may take a
-    /// tenth more). A new size, or `key`, begins the stream anew. Errors: unsupported (no such encoder here,
-    /// or the picture is too large for it), internal, resourceExhausted (memory).
+    /// Encodes an srgb8 picture (our own invariant), in about `mostBytes` at most (a difficult picture may
+    /// take a tenth more). A new size, or `key`, begins the stream anew. Errors: unsupported (no such encoder
+    /// here, or the picture is too large for it), internal, resourceExhausted (memory).
     Result<H264Picture> encode(const render::Picture& picture, std::size_t mostBytes, bool key);
 
   private:

@@ -38,12 +38,12 @@ class LosslessEncoder {
     struct Scratch {
         std::unique_ptr<std::uint8_t[]> bytes;
         std::size_t size = 0;
-        /// At least so many, not cleared: they are written before they are read. Throws std::bad_alloc.
+        /// At least so many bytes, not cleared: they are written before they are read. Throws std::bad_alloc.
         std::uint8_t* take(std::size_t wanted);
     };
 
     Status prepare();
-    /// Into packed_; how many.
+    /// Packs into packed_; returns how many bytes.
     Result<std::size_t> pack(std::size_t filteredSize);
 
     int level_;

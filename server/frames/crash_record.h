@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// CrashRecord: what must be known of a server process after it died: whether it was ready, which view it was
-// drawing, and what its device costs. It lies in memory that the serving process shares with the supervisor,
-// which reads it when the process is gone and counts what each view has ended; the process that is forked
-// next finds the counts.
+// A CrashRecord holds what must be known of a server process after it died: whether it was ready, which view
+// it was drawing, and what its device costs. It lies in memory that the serving process shares with the
+// supervisor, which reads it when the process is gone and counts what each view has ended; the process that
+// is forked next finds the counts.
 //
-// Views are known by the bytes of their message. begin(), end() and costs on the thread that renders,
-// ready() once; deaths() on any thread; the rest is the supervisor's.
+// Views are known by the bytes of their message. The thread that renders calls begin(), end(), learn() and
+// costs(); ready() is called once, deaths() on any thread; the rest is the supervisor's.
 #pragma once
 
 #include <atomic>
@@ -45,12 +45,12 @@ class CrashRecord {
 
     // The supervisor -----------------------------------------------------------------------------------
 
-    /// Before a process is forked.
+    /// Forgets the last process; called before one is forked.
     void clear();
     bool wasReady() const;
     /// What was being drawn when the process died.
     std::optional<std::string> view() const;
-    /// One more. Returns how many that makes.
+    /// Counts one more server that the view has ended; returns how many that makes.
     unsigned count(const std::string& view);
 
   private:

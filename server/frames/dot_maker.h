@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The dots of stipple layers, and what is remembered of them from picture to picture: which is told apart by
-// its data, but keeps none of them in memory. Used by the thread that renders.
+// These functions make the dots of stipple layers. What they remember from picture to picture is told apart
+// by its data, but keeps none of that in memory. Used by the thread that renders.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace mote::server {
 
-/// Of one session: where soft dots are on their way.
+/// Where one session's soft dots are on their way.
 struct DotHistory {
     struct Layer {
         std::weak_ptr<const render::StippleSurface> surface = {};

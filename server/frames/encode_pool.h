@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// EncodePool: a few threads that encode pictures while the next ones are rendered. Work of one session is
-// done in order and never at the same time. Any thread may post; destroying it waits for what is under way
+// An EncodePool is a few threads that encode pictures while the next ones are rendered. Work of one session
+// is done in order and never at the same time. Any thread may post; destroying it waits for what is under way
 // and drops the rest.
 #pragma once
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// How a layer of each kind becomes part of a scene. A kind is a file (particles_layer.cpp, hybrid_layer.cpp,
-// stipple_layer.cpp) with the overloads for its style; scene_maker.cpp chooses among them, and nobody else
-// asks for a layer's kind. Used by the thread that renders.
+// These functions make a layer of each kind part of a scene. A kind is a file (particles_layer.cpp,
+// hybrid_layer.cpp, stipple_layer.cpp) with the overloads for its style; scene_maker.cpp chooses among them,
+// and nobody else asks for a layer's kind. Used by the thread that renders.
 #pragma once
 
 #include <cstddef>

@@ -163,7 +163,8 @@ Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& 
                                                 scene.view.height, *layer.stipple(), effortOf(job.stage)));
 }
 
-/// Of a view with a layer that stipples what those before it drew; those behind it lie in front of that.
+/// The scene of a view in which layer `index` stipples what those before it drew; those after it lie in front
+/// of that.
 Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& view, std::size_t index,
                                                                    const RenderJob& job,
                                                                    PictureHistory& history, Making& why) {

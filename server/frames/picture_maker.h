@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PictureMaker: the device, and how one picture comes about: data, quality, plan, pixels. Made, used and
-// destroyed on the thread that renders.
+// A PictureMaker owns the device and makes one picture after another: data, quality, plan, pixels. Made, used
+// and destroyed on the thread that renders.
 #pragma once
 
 #include <functional>
@@ -39,7 +39,7 @@ struct MadePicture {
     render::Picture picture;
     proto::Frame message;
     Stage next = Stage::done;                            ///< of its view
-    std::shared_ptr<const render::Dots> dots = nullptr;  ///< of a view with a page: not in the picture
+    std::shared_ptr<const render::Dots> dots = nullptr;  ///< a view's with a page: not in the picture
     bool onlyDots = false;                               ///< there is nothing else in it but background
 };
 

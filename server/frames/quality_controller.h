@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// QualityController: how good a picture may be if it is to be ready in time. It learns what a point and a
-// pixel cost from the pictures that were rendered, whatever device, view and data they came from. One per
-// session, as views differ; used by the thread that renders.
+// A QualityController decides how good a picture may be if it is to be ready in time. It learns what a point
+// and a pixel cost from the pictures that were rendered, whatever device, view and data they came from. One
+// per session, as views differ; used by the thread that renders.
 //
 // The model is t = a * points + b * pixel work: what the device was calibrated to, then fitted by least
 // squares to the latest pictures (each counts less than the next).
@@ -23,7 +23,7 @@ struct ViewLoad {
     double pixels = 0.0;
     double points = 0.0;  ///< of particles
     double previewShare =
-        0.0;  ///< of the points that comes from previews, at far less than its part of the cost
+        0.0;  ///< share of the points that comes from previews, at far less than its part of the cost
 };
 
 class QualityController {
@@ -33,9 +33,10 @@ class QualityController {
     /// What the device was found to cost; of no effect once a picture was learned from.
     void startFrom(const render::DeviceCosts& costs);
 
-    /// For a view in motion: ready within the budget, as far as we know; exact where that is so cheap.
+    /// The quality for a view in motion: ready within the budget, as far as we know; exact where that is so
+    /// cheap.
     render::Quality quick(const ViewLoad& load);
-    /// Between quick and exact: a few budgets, full resolution.
+    /// The quality between quick and exact: a few budgets, full resolution.
     render::Quality intermediate(const ViewLoad& load) const;
     /// Whether the exact picture takes so long that an intermediate one is worth its time.
     bool worthIntermediate(const ViewLoad& load) const;
@@ -55,9 +56,9 @@ class QualityController {
     void solve();
 
     double budgetMs_;
-    std::uint32_t divisor_ = 1;  // of the last quick picture's width and height
+    std::uint32_t divisor_ = 1;  // divides the last quick picture's width and height
     double lastPoints_ = 0.0;    // that were drawn
-    double lastShare_ = 0.0;     // of the last quick picture with fewer points; 0: there was none
+    double lastShare_ = 0.0;     // the last quick picture with fewer points had it; 0: there was none
     bool learned_ = false;
     double perPoint_ = 25.0;  // ms a million points
     double perPixel_ = 40.0;  // ms a million pixels of exact work

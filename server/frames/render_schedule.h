@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// RenderSchedule: which session's picture is rendered next, and at which stage. It knows neither threads nor
-// devices nor clocks: its owner locks it, tells it the time and does what it says.
+// A RenderSchedule decides which session's picture is rendered next, and at which stage. It knows neither
+// threads nor devices nor clocks: its owner locks it, tells it the time and does what it says.
 //
 // - A session has one view, the latest; a newer one replaces it.
 // - A frame takes a credit; without one, nothing is rendered for that session.
 // - Sessions take turns. Quick pictures go before refinements, and a quick picture that becomes possible
 //   stops a refinement under way, unless that refinement has waited longer than `patience`: then it takes its
 //   turn among the quick ones.
-// - A newer view stops the refinement of the older one; a quick picture is never stopped, or a hand that
-// moves
+// - A newer view stops the refinement of the older one. A quick picture is never stopped: a hand that moves
 //   faster than pictures are rendered would see none.
 #pragma once
 

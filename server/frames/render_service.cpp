@@ -274,7 +274,7 @@ class RenderService::Impl {
     const DeviceFactory factory_;
     StepSource& steps_;
     const RenderSettings settings_;
-    // Of the render thread.
+    // The rendering thread's own.
     std::optional<PictureMaker> maker_;
     std::string lastFailure_;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// RenderService: the one thread that owns the device, and what it draws for whom. Sessions tell it their
-// latest view and their credits, from any thread and without waiting; it hands back encoded frames. Idle, it
-// sleeps.
+// A RenderService is the one thread that owns the device, and knows what it draws for whom. Sessions tell it
+// their latest view and their credits, from any thread and without waiting; it hands back encoded frames.
+// Idle, it sleeps.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// From a view to its scene: the data of its layers. Functions of the thread that renders.
+// These functions turn a view into its scene, with the data of its layers. Used by the thread that renders.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ViewTask: a view that a client wants to see, as the renderer knows it. An immutable value, shared between
-// the session that parsed it and the thread that renders it; which of two is newer is told by identity.
+// A ViewTask is a view that a client wants to see, as the renderer knows it. An immutable value, shared
+// between the session that parsed it and the thread that renders it; which of two is newer is told by
+// identity.
 #pragma once
 
 #include <chrono>

@@ -33,7 +33,7 @@ class JobTable {
     /// The one that has waited longest; null: none waits.
     JobRecord* nextQueued();
     std::size_t count(proto::JobStatus::State state) const;
-    /// In the order of submission.
+    /// All jobs, in the order of submission.
     std::vector<JobRecord*> all();
     /// A live job with this output; null: none.
     const JobRecord* maker(std::string_view output) const;

@@ -58,7 +58,7 @@ class LocalRun final : public Run {
     }
 
     void cancel() override {
-        // Through the pidfd: never to a stranger who has the number by now.
+        // The signal goes through the pidfd: never to a stranger who has the number by now.
         syscall(SYS_pidfd_send_signal, process_.native_handle(), SIGTERM, nullptr, 0);
     }
 

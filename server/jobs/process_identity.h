@@ -18,9 +18,9 @@ struct ProcessIdentity {
     std::uint64_t startTime = 0;  ///< clock ticks from boot to its start, /proc/PID/stat field 22
     std::string boot;             ///< /proc/sys/kernel/random/boot_id
 
-    /// Of a process that lives (or is not waited for yet); nothing where there is none.
+    /// The identity of a process that lives (or is not waited for yet); nothing where there is none.
     static std::optional<ProcessIdentity> of(int pid);
-    /// From "PID START BOOT".
+    /// Reads "PID START BOOT".
     static std::optional<ProcessIdentity> parse(std::string_view text);
     std::string toString() const;
 

@@ -19,7 +19,7 @@ namespace mote::server {
 
 class FlowControl {
   public:
-    /// Of a client that says what it receives, or not; with the credits of its welcome.
+    /// `measured`: the client says what it receives; `credits`: those of its welcome.
     FlowControl(bool measured, std::uint32_t credits) : measured_(measured), credits_(credits) {}
 
     /// How many more frames may be begun now; they are counted as begun.
@@ -54,7 +54,7 @@ class FlowControl {
     std::uint32_t begun_ = 0;         ///< frames that are made now, or may be
     std::uint32_t waiting_ = 0;       ///< made, nothing of them sent
     std::uint32_t outstanding_ = 0;   ///< sent at least in part, not returned
-    std::deque<std::uint64_t> ends_;  ///< of the frames in flight: bytes sent up to their last one
+    std::deque<std::uint64_t> ends_;  ///< bytes sent up to the last one of each frame in flight
     std::uint64_t sentBytes_ = 0;
     double meanBytes_ = 0.0;  ///< of late frames in motion
     double workMs_ = 10.0;    ///< of late ones

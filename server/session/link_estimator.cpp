@@ -45,7 +45,7 @@ bool LinkEstimator::received(Clock::time_point now, std::uint64_t total) {
     learnRoundTrip(now, now - *last);
     // The link began with them when they reached it, or when it was through with those before.
     const auto begun = std::max(lastReceipt_, *first + *roundTrip());
-    // Of what reached an idle link, only what it took longer than ever is known, and a machine that was busy
+    // What reached an idle link only tells how much longer than ever it took, and a machine that was busy
     // takes longer too: where more is behind it, that tells better.
     const bool reachedIdle = begun > lastReceipt_;
     if (begun < now && (!reachedIdle || inFlight() == 0)) learnRate(bytes, std::max(now - begun, shortest));

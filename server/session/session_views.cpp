@@ -30,7 +30,7 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
     task->bytes = message.view().SerializeAsString();
     task->request = request;
     task->page = page;
-    // Of a picture in motion nobody wants a document.
+    // Nobody wants a document of a picture in motion.
     task->finalOnly = message.final_only() || page;
     task->moving = message.moving();
     task->format =

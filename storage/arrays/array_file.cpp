@@ -67,7 +67,7 @@ Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& e
 
 namespace {
 
-/// Of a file of arrays whose name ends with `suffix`.
+/// The digest of a file of arrays whose name ends with `suffix`.
 Result<proto::Digest> findDigest(const fs::path& directory, const proto::Manifest& manifest,
                                  const std::string& name, std::string_view suffix) {
     const auto* digest = findFile(manifest, name + ".digest");

@@ -24,7 +24,7 @@ struct ArrayPlace {
     std::uint64_t bytes = 0;
 };
 
-/// Of the root group: a number, a row of numbers, or a row of names of at most 16 bytes, padded with zeros.
+/// An attribute of the root group: a number, numbers, or names of at most 16 bytes, padded with zeros.
 struct ArrayAttribute {
     std::string name;
     std::variant<double, std::vector<double>, std::vector<std::string>> value;
@@ -36,7 +36,7 @@ struct FileLayout {
     std::vector<ArrayAttribute> attributes;
 };
 
-/// Of a type; 0 for one that there is not.
+/// The bytes of an element of a type; 0 for one that there is not.
 inline std::uint64_t elementBytes(std::string_view type) {
     if (type == "u8") return 1;
     if (type == "u16") return 2;
@@ -44,7 +44,7 @@ inline std::uint64_t elementBytes(std::string_view type) {
     return type == "u64" ? 8 : 0;
 }
 
-/// Of a whole array. The shape is a writer's own: no overflow is looked for.
+/// The bytes of a whole array. The shape is a writer's own: no overflow is looked for.
 inline std::uint64_t bytesOf(const ArrayLayout& array) {
     std::uint64_t bytes = elementBytes(array.type);
     for (const auto extent : array.shape) bytes *= extent;

@@ -46,7 +46,7 @@ std::vector<BlockBudget::Candidate> BlockBudget::oldest(Turn before, std::size_t
     return found;
 }
 
-/// Of the room that there is.
+/// Takes them of the room that there is; false where that is not enough.
 bool BlockBudget::takeFree(std::uint64_t bytes) {
     auto resident = resident_.load(std::memory_order_relaxed);
     while (resident + bytes <= limit_) {

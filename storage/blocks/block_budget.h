@@ -57,7 +57,7 @@ class BlockBudget {
     bool take(std::uint64_t bytes, Turn turn);
     /// Counts them whatever there is room for.
     void takeAnyway(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
-    /// Of bytes that were taken and did not come in.
+    /// Gives back bytes that were taken and did not come in.
     void giveBack(std::uint64_t bytes) { resident_.fetch_sub(bytes, std::memory_order_relaxed); }
 
     /// Blocks that count from now on, none that counted before; both while they are not used.

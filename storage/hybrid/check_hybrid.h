@@ -17,10 +17,10 @@ namespace mote::storage {
 /// the path of the field below `hybrid`.
 Status checkHybrid(const proto::HybridManifest& hybrid, const FileNames& files);
 
-/// Of a manifest that was checked: three numbers.
+/// The three numbers of a manifest that was checked.
 GridSize gridSize(const google::protobuf::RepeatedField<std::uint32_t>& size);
 
-/// Of a manifest that was checked: from indices of the source's samples to the world.
+/// The map from indices of the source's samples to the world; `hybrid` was checked.
 glm::dmat4 indexToWorld(const proto::HybridManifest& hybrid);
 
 /// nullptr where the dataset is of another kind or has no such step.

@@ -46,7 +46,7 @@ bool anyBeyond(std::span<const T> places, const GridSize& grid) {
     return false;
 }
 
-/// Of a step's file that holds what the manifest says.
+/// The most bytes of a step's file that holds what the manifest says.
 std::uint64_t mostBytes(const proto::HybridManifest& hybrid, const proto::HybridStepEntry& entry) {
     constexpr std::uint64_t besideArrays = 1 << 20;  // HDF5's own, some kB
     return samplesOf(gridSize(hybrid.low_size())) * (hybrid.value_bits() / 8 + 1) +

@@ -43,7 +43,7 @@ class HybridStepWriter {
     Status writeLow(const LowCodes& codes, std::span<const std::uint8_t> normals) const;
     /// Some points, in the form that the shape says, from the `first` on. Errors: as above.
     Status writePoints(std::uint64_t first, const HybridPoints& some) const;
-    /// Of 5 bytes a point: where those of each brick begin, and the last ones end. Errors: as above.
+    /// Writes where each brick's points begin, and the last ones end, for 5 bytes a point. Errors: as above.
     Status writeBricks(std::span<const std::uint64_t> begin) const;
     /// Makes the digest. Errors: as ArrayFileWriter.
     Status finish() const { return file_.finish(); }
@@ -71,7 +71,7 @@ class HybridStep {
     const GridSize& lowSize() const { return lowSize_; }
     const LowCodes& low() const { return low_; }
     std::span<const std::uint8_t> lowNormal() const { return lowNormal_; }
-    /// Without any where the dataset has none.
+    /// The points; without any where the dataset has none.
     const HybridPoints& points() const { return points_; }
 
     /// What became of the file while it was read (mapped_file.h).

@@ -13,7 +13,7 @@ using GridSize = std::array<std::uint32_t, 3>;
 
 inline constexpr std::uint32_t maxGridSide = 1U << 16;
 inline constexpr std::uint64_t maxGridSamples = std::uint64_t{1} << 36;
-/// Of the low-resolution volume, which a server holds whole.
+/// The low-resolution volume's limit: a server holds it whole.
 inline constexpr std::uint64_t maxLowSamples = std::uint64_t{1} << 30;
 inline constexpr int valueHistogramBins = 256;
 /// A brick of points, in samples of the error grid a side: a place in it takes 15 bits.
@@ -24,7 +24,7 @@ inline constexpr std::uint32_t residualBrickSamples =
     residualBrickSide * residualBrickSide * residualBrickSide;
 /// An error's byte: error = (code - 128) * the step's errorStep.
 inline constexpr int errorCodeZero = 128;
-/// Of a point's value: valueMin + code * (valueMax - valueMin) / 255 of the manifest.
+/// The codes of a point's value: valueMin + code * (valueMax - valueMin) / 255 of the manifest.
 inline constexpr int pointValueCodes = 256;
 
 inline std::uint64_t samplesOf(const GridSize& size) {

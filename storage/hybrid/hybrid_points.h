@@ -50,7 +50,7 @@ struct HybridPoints {
         }
     }
 
-    /// Of the hierarchical form alone: points [begin, end) of the brick with the index `at`.
+    /// Visits points [begin, end) of the brick with the index `at`; only in the hierarchical form.
     template <class Visit>
     void forEachIn(const GridSize& at, std::uint64_t begin, std::uint64_t end, const Visit& visit) const {
         constexpr std::uint32_t side = pointBrickSide;

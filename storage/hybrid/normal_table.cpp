@@ -12,8 +12,8 @@ namespace {
 
 constexpr int mapSize = 64;  ///< cells of the octahedral map, a side
 
-/// Of a unit vector, or any vector whose length is one in the sum of magnitudes: a place in [-1, 1]^2 (Meyer
-/// et al. 2010, On floating-point normal vectors).
+/// The place of a direction, a vector of any length but 0, in [-1, 1]^2 (Meyer et al. 2010, On floating-point
+/// normal vectors).
 glm::vec2 octahedral(const glm::vec3& v) {
     const float sum = std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
     const glm::vec2 p(v.x / sum, v.y / sum);

@@ -28,7 +28,7 @@ class NormalTable {
 
   private:
     std::array<glm::vec3, directions + 1> directions_{};
-    /// For each cell of an octahedral map: the codes that are the nearest of some direction in it.
+    /// The codes that are the nearest of some direction in each cell of an octahedral map.
     std::vector<std::uint8_t> nearby_;
     std::vector<std::uint32_t> nearbyBegin_;
 };

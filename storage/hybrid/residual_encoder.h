@@ -56,7 +56,7 @@ struct EncodedBrick {
 
 class ResidualEncoder {
   public:
-    /// Of the node with this index. `coding` must outlive this.
+    /// Encodes the node with this index. `coding` must outlive this.
     ResidualEncoder(const ResidualCoding& coding, const GridSize& node);
     ~ResidualEncoder();
     ResidualEncoder(const ResidualEncoder&) = delete;

@@ -28,7 +28,7 @@ Status damaged(const fs::path& path, std::string message) {
     return Error{ErrorCode::corrupt, path.string(), std::move(message)};
 }
 
-/// Of a file that may be packed.
+/// Opens a file that may be packed.
 Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
     if (path.extension() == packedSuffix) {
         MOTE_ASSIGN_OR_RETURN(auto packed, PackedSource::open(path));

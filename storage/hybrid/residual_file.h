@@ -17,7 +17,7 @@
 
 namespace mote::storage {
 
-/// Of the grid in the file, and of its metadata that says the step.
+/// The names of the grid in the file, and of its metadata that says the step.
 inline constexpr const char* residualGridName = "residual";
 inline constexpr const char* residualStepName = "mote_step";
 

@@ -30,7 +30,7 @@ Status checkSurfaceMesh(const SurfaceMesh& mesh) {
     if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), isFinite)) {
         return corrupt("/mesh/position", "has one that is not finite");
     }
-    // Of a vector of unit length in three floats, the length is off by less than 2^-22.
+    // The length of a unit vector in three floats is off by less than 2^-22.
     if (!std::all_of(mesh.normals.begin(), mesh.normals.end(),
                      [](const auto& normal) { return std::abs(glm::length(normal) - 1.0F) < 1e-5F; })) {
         return corrupt("/mesh/normal", "has one that is not of unit length");

@@ -120,8 +120,8 @@ class ParticleStep {
     }
     /// The greatest `most`, no greater than this one, that preview() answers at once.
     virtual std::uint64_t previewReady(std::uint64_t most) const { return most; }
-    /// At the end of each picture: throws StorageError where what was read may have been something else: the
-    /// file was truncated or changed under the mapping, or a block that was to come in is damaged.
+    /// Called at the end of each picture: throws StorageError where what was read may have been something
+    /// else: the file was truncated or changed under the mapping, or a block that was to come in is damaged.
     virtual void check() const {}
 };
 

@@ -35,8 +35,8 @@ openvdb::math::Transform::Ptr linear(const glm::dmat4& indexToWorld) {
     return openvdb::math::Transform::createLinearTransform(rows);
 }
 
-/// By OpenVDB's own table of kinds: its library has the code of a grid already, and Grid::create would have
-/// it made here once more.
+/// Makes a grid by OpenVDB's own table of kinds: its library has the code of a grid already, and Grid::create
+/// would have it made here once more.
 openvdb::GridBase::Ptr emptyGrid() {
     openvdb::initialize();
     return openvdb::GridBase::createGrid(Grid::gridType());

@@ -42,8 +42,8 @@ struct TreeWriters {
 
 class FloatGrid {
   public:
-    /// Without samples, 0 everywhere, or of which `tree` writes what is in it. The transform is from indices
-    /// to the world.
+    /// A grid without samples, 0 everywhere, or one of which `tree` writes what is in it. The transform is
+    /// from indices to the world.
     FloatGrid(const std::string& name, const glm::dmat4& indexToWorld, TreeWriters tree = {});
     /// The grid of that name in what OpenVDB reads of a stream; nothing where there is none of floats. Throws
     /// std::exception where OpenVDB does.
@@ -61,7 +61,7 @@ class FloatGrid {
     void setFog() const;
     void setHalves(bool halves) const;
 
-    /// Of a box from (0, 0, 0) on, x fastest: all become samples, or those that are not 0.
+    /// Fills a box from (0, 0, 0) on, x fastest: all values become samples, or those that are not 0.
     void fill(const GridSize& size, const std::function<float(std::size_t)>& value) const;
     void fillNonzero(const GridSize& size, std::span<const float> values) const;
 

@@ -96,7 +96,7 @@ const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std:
     return index < manifest.steps_size() ? &manifest.steps(index) : nullptr;
 }
 
-/// As render::hybridParts.
+/// Chooses as render::hybridParts does.
 bool drawsResidual(const HybridControls& controls, const proto::HybridManifest& manifest) {
     const auto& asked = controls.representation;
     return manifest.residual() && (asked.empty() || asked == "residual");

@@ -17,7 +17,7 @@ namespace mote::prep {
 
 class H5Chunks {
   public:
-    /// For `dataset`, which is chunked and has values of `valueBytes`, along its dimension `axis`;
+    /// Opens `dataset`, which is chunked and has values of `valueBytes`, along its dimension `axis`;
     /// `fileBytes` is the size of its file. Errors: corrupt, unsupported (another filter, chunks of more than
     /// 1 GiB).
     static Result<H5Chunks> open(const H5Object& dataset, int axis, std::size_t valueBytes,

@@ -34,7 +34,7 @@ class OpenpmdComponent {
 
     /// Values of rows [begin, begin + values.size()) in SI units.
     Status read(std::uint64_t begin, std::span<double> values) const;
-    /// As integers, without units.
+    /// The same as integers, without units.
     Status readIntegers(std::uint64_t begin, std::span<std::uint64_t> values) const;
 
   private:

@@ -26,7 +26,7 @@ struct ReferenceParticle {
     /// gamma of a particle from its momentum/t.
     double gammaOf(double momentumT) const { return gamma - momentumT * betaGamma; }
 
-    /// From the attributes beta_ref, gamma_ref, mass_ref, ... of a species. Nothing where it has none of
+    /// Reads the attributes beta_ref, gamma_ref, mass_ref, ... of a species. Nothing where it has none of
     /// them. Errors: corrupt, notFound (an attribute is missing).
     static Result<std::optional<ReferenceParticle>> open(const H5Object& species);
 };

@@ -23,9 +23,9 @@ class LineReader {
     /// corrupt (a line of more than 64 KiB, damaged gzip data), those of ByteSource::read.
     Result<bool> next(std::string_view& line);
 
-    /// Of the line that next() returned last, counted from 1.
+    /// The number of the line that next() returned last, from 1.
     std::uint64_t lineNumber() const { return lineNumber_; }
-    /// Of the line that next() will return, in the text.
+    /// Where the line that next() will return begins, bytes of the text.
     std::uint64_t offset() const { return bufferOffset_ + begin_; }
     bool compressed() const { return source_->compressed(); }
     const std::string& name() const { return source_->name(); }

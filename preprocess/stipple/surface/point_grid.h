@@ -17,8 +17,8 @@ class PointGrid {
   public:
     static constexpr std::uint32_t none = UINT32_MAX;
 
-    /// For points 0 to `points`, of which about `expected` are in it at once; `cell`: a cube's edge, world
-    /// units.
+    /// A grid for points 0 to `points`, of which about `expected` are in it at once; `cell`: a cube's edge,
+    /// world units.
     PointGrid(std::size_t points, std::size_t expected, double cell)
         : cell_(cell),
           mask_(std::bit_ceil(std::max<std::size_t>(expected / 4, 16)) - 1),

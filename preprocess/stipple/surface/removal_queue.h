@@ -41,7 +41,7 @@ class RemovalQueue {
         put(static_cast<std::uint32_t>(heap_.size() - 1), point);
         rise(places_[point]);
     }
-    /// Of a point that is in it.
+    /// Changes the area of a point that is in it.
     void setArea(std::uint32_t point, float area) {
         areas_[point] = area;
         rise(places_[point]);

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the time that the job takes, what the start takes.
+/// The share of the job's time that the start takes.
 constexpr double startShare = 0.3;
 /// Measured: 735 a point from 200,000 to 10^6 points; rounded up.
 constexpr std::uint64_t surfaceBytesPerPoint = 900;

@@ -15,7 +15,7 @@
 namespace mote::prep {
 namespace {
 
-/// Of the points that are left, the share that is tried at once: few enough that they seldom meet.
+/// One in so many of the points that are left is tried at once: few enough that they seldom meet.
 constexpr std::size_t together = 1000;
 constexpr std::size_t mostTogether = 256;
 
@@ -154,7 +154,7 @@ class Thinning {
         }
     }
 
-    /// In the order of their areas: those that concern no point of an earlier one. The others wait.
+    /// Accepts in the order of their areas those that concern no point of an earlier one. The others wait.
     void accept(std::size_t count) {
         ++round_;
         for (std::size_t i = 0; i < count; ++i) {

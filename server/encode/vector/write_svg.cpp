@@ -13,7 +13,7 @@ namespace {
 
 constexpr double strokeLength = 0.01;  // mm: a pen must be moved to leave a mark
 
-/// To a micrometre, without zeros that say nothing.
+/// A number to a micrometre, without zeros that say nothing.
 std::string number(double value) {
     auto text = fmt::format("{:.3f}", value);
     text.erase(text.find_last_not_of('0') + 1);

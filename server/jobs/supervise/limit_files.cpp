@@ -15,7 +15,7 @@ namespace {
 
 using storage::FileDescriptor;
 
-// Of ABI 3, which the headers of this system may not know yet.
+// Landlock's ABI 3 has it; the headers of this system may not know it yet.
 constexpr std::uint64_t kTruncate = std::uint64_t{1} << 14;
 
 constexpr std::uint64_t kRead = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;

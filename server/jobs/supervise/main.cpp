@@ -95,7 +95,7 @@ void giveUpRights(const Rights& rights) {
     std::fflush(stderr);
 }
 
-/// In the child, before anything else of the program.
+/// Runs in the child, before anything else of the program.
 [[noreturn]] void become(Order& order, int progress, pid_t supervisor, const sigset_t& signals) {
     setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // an unsupervised program could never be found again

@@ -32,7 +32,7 @@ struct PartReads {
 
 class CellWalk {
   public:
-    /// From a way through the box to another, at most 1.
+    /// Walks from a way through the box to another, at most 1.
     HWY_INLINE CellWalk(const DensitySource& source, const RayLanes& rays, const PacketRays& packet,
                         std::size_t lane, V from, V to)
         : way_(from), end_(to) {

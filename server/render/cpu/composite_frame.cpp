@@ -14,7 +14,8 @@
 namespace mote::render {
 namespace {
 
-/// Around the box's projection; all there is where that is unbounded, since the box reaches behind the eye.
+/// The pixels around the box's projection; all there are where that is unbounded, since the box reaches
+/// behind the eye.
 PixelRange screenOf(const glm::dmat4& toScreen) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     constexpr double margin = 1.0;  // for rounding

@@ -45,7 +45,7 @@ struct GridSamples {
     float stride;                        ///< in motion: ray segments to one where nothing is corrected
     glm::vec3 coarseScale, coarseShift;  ///< from a place in cells of the field to one in coarse samples
     static constexpr float fullShade = 32767.0F;
-    /// Of each normal, times fullShade: diffuse in the low 15 bits, specular from bit 16.
+    /// Each normal's Shade times fullShade: diffuse in the low 15 bits, specular from bit 16.
     std::array<std::uint32_t, 256> shades;
 };
 

@@ -38,13 +38,13 @@ class Pixels {
         for (std::size_t k = 0; k < hn::Lanes(ints); ++k) ++counts_[places[k]];
     }
 
-    /// Of whole numbers, not beyond 2^22, from pixel `first` on.
+    /// The pixels so many columns and rows (whole numbers, not beyond 2^22) from pixel `first` on.
     HWY_INLINE Int from(Int first, Float columns, Float rows) const {
         return hn::Add(hn::Add(first, wholeOf(columns)), hn::Mul(wholeOf(rows), rowPixels_));
     }
 
   private:
-    /// In the low bits of a sum, without the checks of a conversion.
+    /// Takes the number from the low bits of a sum, without the checks of a conversion.
     HWY_INLINE static Int wholeOf(Float number) {
         constexpr float lowBits = 12582912.0F;  // 1.5 * 2^23
         const Int bits = hn::BitCast(ints, hn::Add(number, hn::Set(floats, lowBits)));
@@ -78,7 +78,7 @@ struct PixelsInView {
 /// How a leaf is counted.
 enum Way : std::int32_t { notAtAll, inOnePixel, inFourPixels, inside, atBorder };
 
-/// Of a block of leaves: how each is counted, and the first pixel that it meets, row by row in the picture.
+/// How each leaf of a block is counted, and the first pixel that it meets, row by row in the picture.
 struct LeafWays {
     HWY_ALIGN std::array<std::int32_t, LeafPlaces::block> way, first;
 

@@ -52,7 +52,7 @@ HWY_INLINE WordV nearestWord(V x) {
 /// their mean is exact, and on the same side of a step of a curve by all kinds of vectors.
 constexpr std::uint32_t fullWeight = 16384;
 
-/// Of two neighbours, by the share of the way to the second, which is in the high half.
+/// The weights of two neighbours, by the share of the way to the second; that one's is in the high half.
 HWY_INLINE WordV weightsOf(V share) {
     const WordV far = nearestWord(hn::Mul(share, hn::Set(Floats(), static_cast<float>(fullWeight))));
     return hn::Or(hn::ShiftLeft<16>(far), hn::Sub(hn::Set(Words(), Whole::bias + fullWeight), far));
@@ -111,7 +111,7 @@ using LaneNumbers = IntV;
 /// 8 bytes a lane, as they were read.
 using Reads = WordPairs;
 
-/// At byte offsets.
+/// Reads at byte offsets.
 HWY_INLINE Reads gather(const void* base, IntV offset) {
     const Words words;
     std::uint32_t pair[2];
@@ -127,7 +127,7 @@ HWY_INLINE Entries readEntries(const TransferTable::Entry* entries, IntV cell) {
     return {set(entry.value), set(entry.start), set(entry.bend), hn::Set(Words(), entry.color)};
 }
 
-/// Of two 15-bit cells in each word the mean, by weights of one; times fullWeight.
+/// The mean of the two 15-bit cells in each word, by weights that add up to one; times fullWeight.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
     const std::uint32_t c = hn::GetLane(cells), w = hn::GetLane(weights);
     return hn::Set(Floats(), static_cast<float>((c & 0xffffU) * (w & 0xffffU) + (c >> 16) * (w >> 16)));
@@ -150,7 +150,7 @@ struct Reads {
     WordV first, second;
 };
 
-/// As many bytes as a lane of D has, from each of some addresses.
+/// Reads as many bytes as a lane of D has from each of some addresses.
 template <class D>
 HWY_INLINE hn::Vec<D> loadEach(D d, const std::uint8_t* base, const std::uint32_t* offset) {
     if constexpr (hn::MaxLanes(D()) > 1) {
@@ -178,7 +178,7 @@ HWY_INLINE hn::Vec<D> loadPairs(D d, const std::uint8_t* base, const std::uint32
     }
 }
 
-/// At byte offsets. Plain loads: the processor's own gathers take as long or longer on all but a few.
+/// Reads at byte offsets. Plain loads: the processor's own gathers take as long or longer on all but a few.
 HWY_INLINE Reads gather(const void* base, const LaneNumbers& offsets) {
     const auto* const bytes = static_cast<const std::uint8_t*>(base);
     return {loadPairs(Words(), bytes, offsets.values.data()),
@@ -223,7 +223,7 @@ HWY_INLINE Entries readEntries(const TransferTable::Entry* entries, IntV cell) {
             hn::BitCast(words, hn::InterleaveLower(pairs, lowColor, highColor))};
 }
 
-/// Of two 15-bit cells in each word the mean, by weights of one; times fullWeight.
+/// The mean of the two 15-bit cells in each word, by weights that add up to one; times fullWeight.
 HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
     const Ints ints;
     const hn::Repartition<std::int16_t, Floats> shorts;

@@ -21,7 +21,7 @@ HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// From `front` to a slab, cell by cell. Returns the sample there.
+/// Marches from `front` to a slab, cell by cell. Returns the sample there.
 HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& packet, std::size_t lane,
                              Sample front, float to, Light& light) {
     const Floats d;
@@ -47,7 +47,7 @@ HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& pack
     return front;
 }
 
-/// From `front`, in a slab, to another, by samples at multiples of `segment`. Returns the last one.
+/// Marches from `front`, in a slab, to another, by samples at multiples of `segment`. Returns the last one.
 HWY_INLINE Sample marchEvenly(const DensitySource& source, const PacketRays& packet, std::size_t lane,
                               Sample front, float from, float to, float segment, Light& light) {
     const Floats d;
@@ -81,7 +81,8 @@ HWY_INLINE Sample marchEvenly(const DensitySource& source, const PacketRays& pac
     return front;
 }
 
-/// From `front`, in a slab, to another, through a field of samples cell by cell. Returns a sample there.
+/// Marches from `front`, in a slab, to another, through a field of samples cell by cell. Returns a sample
+/// there.
 HWY_INLINE Sample marchGridCells(const GridSource& source, const PacketRays& packet, std::size_t lane,
                                  const Sample& front, float to, Light& light) {
     const RayLanes rays(packet, lane);
@@ -96,8 +97,8 @@ HWY_INLINE Sample marchGridCells(const GridSource& source, const PacketRays& pac
             HWY_ATTR { light.gather(hn::Mul(piece.depth, length), piece.red, piece.green, piece.blue); });
 }
 
-/// From `front`, in a slab, to another, through a field of samples by samples at multiples of `segment`.
-/// Returns the last one.
+/// Marches from `front`, in a slab, to another, through a field of samples by samples at multiples of
+/// `segment`. Returns the last one.
 HWY_INLINE Sample marchGridEvenly(const GridSource& source, const PacketRays& packet, std::size_t lane,
                                   Sample front, float from, float to, float segment, Light& light) {
     const Floats d;

@@ -25,7 +25,7 @@ struct RaySights {
     Lanes until;                             ///< slab up to which the blocks are alike
 };
 
-/// Of a vector of rays, from a slab on: as far as their blocks, with those around them, are alike.
+/// What a vector of rays sees from a slab on, as far as their blocks, with those around them, are alike.
 HWY_INLINE void lookAhead(const VisibleBlocks& blocks, const PacketRays& rays, std::size_t lane, float slab,
                           RaySights& out) {
     const Floats d;

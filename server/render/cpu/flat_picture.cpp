@@ -17,7 +17,7 @@ namespace {
 
 using Pixel = std::array<std::uint8_t, 8>;
 
-/// From a pixel's count to its bytes.
+/// Turns a pixel's count into its bytes.
 class PixelBytes {
   public:
     PixelBytes(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points, PixelFormat format)

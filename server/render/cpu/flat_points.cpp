@@ -40,7 +40,7 @@ std::uint32_t saturatingSum(std::uint32_t a, std::uint32_t b) {
 /// One picture being counted.
 class Counting {
   public:
-    /// Of the leaves, and of points told in the whole box.
+    /// `cells`: the leaves'; `blocks`: points told in the whole box.
     Counting(const PointsPlan& layer, const PointMap& map, std::span<const LeafCell> cells,
              const PreviewBlocks& blocks)
         : layer_(layer),
@@ -56,7 +56,7 @@ class Counting {
         }
     }
 
-    /// Of leaves, then of the preview; a plan selects points of one or the other.
+    /// The leaves' chunks, then the preview's; a plan selects points of one or the other.
     std::size_t chunks() const { return leafChunks() + preview_.count(); }
 
     /// Returns how many points were drawn.

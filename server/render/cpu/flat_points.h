@@ -25,9 +25,9 @@ class FlatPoints {
     /// Optical depth of a count over that of one point: 1, or what discs, which cover pixels in part, are
     /// counted by.
     double weightOfOne() const { return weightOfOne_; }
-    /// Of each pixel, row by row; valid until the next draw().
+    /// Each pixel's count, row by row; valid until the next draw().
     std::span<const std::uint32_t> counts() const { return {counts_.data(), pixels_}; }
-    /// To add what others counted.
+    /// The same, to add what others counted.
     std::span<std::uint32_t> counts() { return {counts_.data(), pixels_}; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
 

@@ -22,8 +22,8 @@ class FrameDots {
     /// Uses all threads of the calling arena. Stops early where `stop` is requested.
     void sort(const FramePlan& plan, const std::stop_token& stop);
 
-    /// With the points that stand alone; null where a tile has neither. It belongs to the calling thread
-    /// until it asks again.
+    /// A tile's dots with its points that stand alone; null where it has neither. It belongs to the calling
+    /// thread until it asks again.
     const TileDots* of(Tile tile, const FramePoints& points);
 
   private:

@@ -38,7 +38,7 @@ HWY_INLINE V greatest(const Corners& c) {
                    hn::Max(hn::Max(c[4], c[5]), hn::Max(c[6], c[7])));
 }
 
-/// Along one axis, by the way of rays through the box: their place in the space's cells, and 1 / travel.
+/// Rays along one axis, by their way through the box: their place in the space's cells, and 1 / travel.
 struct AxisRays {
     V entry, travel, inverse;
 };
@@ -51,7 +51,7 @@ HWY_INLINE ThreeAxes axesOf(const RayLanes& rays, const PacketRays& packet, std:
             AxisRays{rays.entryZ, rays.travelZ, inverse(2)}};
 }
 
-/// Along one axis of a grid, the cell that rays come to.
+/// The cell that rays come to along one axis of a grid.
 struct AxisCell {
     V origin, speed;  ///< how far they are in it: origin + way * speed
     V leave;          ///< way
@@ -102,7 +102,7 @@ struct GridCell {
           speedY(y.speed),
           speedZ(z.speed),
           index(first) {}
-    /// By ray the one or the other.
+    /// The one or the other, by ray.
     HWY_INLINE GridCell(hn::Mask<Floats> first, const GridCell& one, const GridCell& other)
         : originX(hn::IfThenElse(first, one.originX, other.originX)),
           originY(hn::IfThenElse(first, one.originY, other.originY)),
@@ -140,7 +140,7 @@ struct GridPlace {
         if (!all || samples.correction < 1.0F) findCoarse(samples, rays, way);
         shown = all ? brick : any ? GridCell(corrected, brick, low) : low;
     }
-    /// By ray, of the brick or of the coarse grid.
+    /// The brick's or the coarse grid's, by ray.
     HWY_INLINE V chosen(V ofBrick, V ofLow) const { return hn::IfThenElse(corrected, ofBrick, ofLow); }
 
   private:
@@ -222,7 +222,7 @@ class FieldCell {
   private:
     friend class CellLight;
 
-    /// Of what is seen, and of the coarse grid where that shows through.
+    /// The corners of what is seen, and of the coarse grid where that shows through.
     struct AllCorners {
         Corners shown, low;
     };

@@ -46,7 +46,7 @@ constexpr float bentDensity = 0.0025F * TransferTable::cells;
 /// So many that they are worth cutting; of what was cut once, more.
 constexpr float enoughPieces[] = {1.0F, 2.0F};
 
-/// For each ray the one or the other sample.
+/// The one or the other sample, by ray.
 HWY_INLINE Sample choose(hn::Mask<Floats> first, const Sample& one, const Sample& other) {
     const auto either = [&](V a, V b) HWY_ATTR { return hn::IfThenElse(first, a, b); };
     return {either(one.way, other.way),           either(one.density, other.density),

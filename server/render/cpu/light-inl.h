@@ -36,8 +36,8 @@ HWY_INLINE V expMinus(V x) {
     return hn::BitCast(d, hn::Add(hn::BitCast(ints, sum), exponent));
 }
 
-/// Of light that comes from a segment of this optical depth, evenly filled, where it comes from on average:
-/// 1/2 where it is thin, less where its front hides its back. 1/x - 1/(exp(x) - 1), to within 0.025.
+/// Where the light of a segment of this optical depth, evenly filled, comes from on average: 1/2 where it is
+/// thin, less where its front hides its back. 1/x - 1/(exp(x) - 1), to within 0.025.
 HWY_INLINE V centreOfLight(V depth) {
     const Floats d;
     const V above = hn::Add(depth, hn::Set(d, 12.0F));
@@ -57,7 +57,7 @@ struct Blend {
         const V centre = hn::MulAdd(change, reciprocal(hn::Max(mean, hn::Set(d, 1e-12F))), hn::Set(d, 0.5F));
         share = hn::Min(hn::Max(centre, hn::Zero(d)), hn::Set(d, 1.0F));
     }
-    /// By what is seen of it from the front: `depth`, of the whole.
+    /// Weighted also by what is seen of it from the front; `depth`: optical, of the whole.
     HWY_INLINE Blend(const Sample& from, const Sample& to, V mean, V depth) : Blend(from, to, mean) {
         const Floats d;
         const V seen = hn::Add(hn::Sub(share, hn::Set(d, 0.5F)), centreOfLight(depth));
@@ -135,7 +135,7 @@ struct Light {
         gather(matter.tau, seen(matter.red, matter.redChange), seen(matter.green, matter.greenChange),
                seen(matter.blue, matter.blueChange));
     }
-    /// By which rays something is still seen.
+    /// The rays by which something is still seen.
     HWY_INLINE hn::Mask<Floats> seen() const { return hn::Gt(left, hn::Zero(Floats())); }
     /// Lets rays end of which no picture of 8 bits shows what is left, each by itself; whether all have.
     HWY_INLINE bool gone() {

@@ -9,16 +9,16 @@
 namespace mote::render {
 namespace {
 
-// Beyond, points take longer to be sorted than to be added up, and among so many the order of two is seen in
-// few pixels.
+// More points than these take longer to be sorted than to be added up, and among so many the order of two is
+// seen in few pixels.
 constexpr std::uint64_t mostPoints = 1 << 14;
 constexpr std::size_t mostLeaves = 1 << 16;  // that are looked at for them
 constexpr double mostHits = 1 << 19;         // of a layer in a tile, in memory at a time
-// Of points that are all but clear none hides another: they are mixed, but for a few.
+// Points that are all but clear hide none of each other: they are mixed, but for a few.
 constexpr std::uint64_t mostClear = 1 << 10;
 constexpr double clear = 1.0 / 64.0;
 
-/// Of points that all lie in one tile, at most; where some are opaque those behind are left out.
+/// The most hits of points that all lie in one tile; where some are opaque those behind are left out.
 double hitsInTile(const FramePlan& plan, const PointsPlan& layer) {
     constexpr double opaque = 10.0;  // optical depth
     const double across = std::max(layer.look.size, 0.0) + 2.0;

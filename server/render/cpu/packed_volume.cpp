@@ -44,7 +44,7 @@ float unpacked(std::uint16_t cell) {
     return static_cast<float>(cell * scale - LogDensity::fade);
 }
 
-/// In a block, with the cells beside it.
+/// The range in a block, with the cells beside it.
 BlockRanges::Range rangeOf(const PackedVolume& volume, const glm::uvec3& block, std::uint32_t edge) {
     const glm::uvec3 first = block * edge, last = glm::min(first + edge, volume.size() + 1U);
     std::uint16_t low = PackedVolume::full, high = 0;

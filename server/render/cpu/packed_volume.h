@@ -31,9 +31,9 @@ class PackedVolume {
     std::uint32_t rowWords() const { return size_ + 2; }   ///< along x
     std::uint32_t sheetRows() const { return size_ + 1; }  ///< along y; the last cell is in the row before
     const std::uint32_t* words() const { return words_.get(); }
-    /// By t. Works in parallel.
+    /// The ranges of t. Works in parallel.
     BlockRanges ranges() const;
-    /// Of a padded cell.
+    /// A padded cell's code.
     std::uint16_t cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
         const std::uint32_t row = y < sheetRows() ? y : y - 1;
         const std::uint32_t word = words_[(std::size_t{z} * sheetRows() + row) * rowWords() + x];

@@ -31,7 +31,7 @@ class PacketWalk {
     PacketWalk(const CompositeFrame& frame, const Packet& packet, std::size_t lane, PacketSights& sights)
         : frame_(frame), packet_(packet), lane_(lane), known_(sights), dots_(packet, lane) {}
 
-    /// Through a section that the packet has entered; from front to back through all of them.
+    /// Goes through a section that the packet has entered; from front to back through all of them.
     void run(const FrameSection& section) {
         frontAt_.fill(-1.0F);
         sights_.fill({});
@@ -98,7 +98,7 @@ class PacketWalk {
         return visible;
     }
 
-    /// From a slab to another, between which there are no points.
+    /// Goes from a slab to another, between which there are no points.
     HWY_NOINLINE void walkClear(float from, float to) {
         const double segment = packet_.segment;
         double done = from;   // gathered up to here

@@ -18,10 +18,10 @@ struct PointMap {
     template <class Number>
     using Rows = std::array<Number, rows>;
 
-    /// Of the plot's whole box: double, for a view that looks closely at a large plot.
+    /// The plot's whole box: double, for a view that looks closely at a large plot.
     std::array<Rows<double>, 3> edge;  ///< along x, y and z
     Rows<double> corner;
-    /// Of one step of a position, a 65536th of a cell, along x, y and z; by the cell's level.
+    /// One step of a position, a 65536th of a cell, along x, y and z; by the cell's level.
     std::array<std::array<Rows<float>, 3>, deepestLeafLevel + 1> step;
 
     std::uint32_t width = 0;   ///< pixels

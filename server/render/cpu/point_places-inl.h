@@ -193,8 +193,8 @@ HWY_INLINE std::uint64_t bitsOf(Mask mask) {
     return bits;
 }
 
-/// Of points of a leaf that meets no more than 2 x 2 pixels: signs say which are in the second column and
-/// which in the second row, whatever w.
+/// Counts the points of a leaf that meets no more than 2 x 2 pixels: signs say which are in the second column
+/// and which in the second row, whatever w.
 HWY_INLINE Quarters countQuarters(const LeafPlaces& places, std::size_t leaf, const PackedPosition* points,
                                   std::size_t count, const PackedPosition* end) {
     const LinearRow across = distanceRow(places.across, leaf), down = distanceRow(places.down, leaf);

@@ -37,8 +37,8 @@ struct TileBox {
     std::uint16_t left = 0, top = 0, right = 0, bottom = 0;
 };
 
-/// For each leaf the tiles that its points can touch, which reach `margin` pixels around them; none where it
-/// is out of view.
+/// The tiles that each leaf's points can touch, which reach `margin` pixels around them; none where it is out
+/// of view.
 void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, float margin, TileBox* boxes);
 
 /// A run of points of one leaf.

@@ -60,7 +60,7 @@ class TileLists {
 
   private:
     std::vector<Item> items_;
-    std::vector<std::size_t> begin_;  // of each tile's, and the end
+    std::vector<std::size_t> begin_;  // where each tile's begin, and the end
 };
 
 }  // namespace mote::render

@@ -60,7 +60,7 @@ class LeafTiles {
     }
 
   private:
-    /// Of the points of leaves, that their bytes are right.
+    /// Checks that the bytes of the leaves' points are right.
     void verify(std::size_t firstLeaf, std::size_t endLeaf) const {
         const std::uint64_t begin = leaves_.pointBegin[firstLeaf];
         const std::uint64_t end = leaves_.pointBegin[endLeaf - 1] + leaves_.pointCount[endLeaf - 1];

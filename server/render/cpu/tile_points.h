@@ -42,7 +42,7 @@ class TilePoints {
     void gather(Tile tile, TileCells& cells) const;
     /// Appends those of a tile that stand alone, in the order of the file. From any thread.
     void appendAlone(Tile tile, std::vector<ScreenDot>& out) const;
-    /// Of the picture's slabs those that the points have cells in; 0 where there are none.
+    /// The picture's slabs that the points have cells in: the first, and how many, 0 where there are none.
     std::uint32_t firstSlab() const { return map_->bends.first.firstSlab; }
     std::uint32_t slabs() const { return slabs_; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }

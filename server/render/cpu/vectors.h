@@ -13,7 +13,7 @@
 
 namespace mote::render {
 
-/// Of what is drawn with now: "AVX-512", "AVX2", "SSE4", "SSSE3" or "SCALAR" (plain numbers).
+/// The kind that is drawn with now: "AVX-512", "AVX2", "SSE4", "SSSE3" or "SCALAR" (plain numbers).
 std::string vectorName();
 
 /// The names of all that there are here, widest first.

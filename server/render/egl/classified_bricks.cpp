@@ -48,7 +48,7 @@ double longestCell(const GridField& step, const glm::uvec3& grid) {
     return cell;
 }
 
-/// By which power of two a segment may be longer.
+/// The power of two by which a segment may be longer.
 std::uint32_t longerBy(double depth) {
     const double times = thin / std::max(depth, 1e-9);
     return static_cast<std::uint32_t>(std::clamp(std::floor(std::log2(times)), 0.0, double{mostLonger}));

@@ -17,7 +17,7 @@ struct ClassifiedBricks {
     ClassifiedBricks() = default;
     ClassifiedBricks(const CorrectedField& samples, const GridSight& seen);
 
-    /// Of each brick, x fastest, as grid.glsl says.
+    /// One word a brick, x fastest, as grid.glsl says.
     std::vector<std::uint32_t> words;
     /// Bricks in which something is seen, x | y << 10 | z << 20.
     std::vector<std::uint32_t> visible;

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t mostLayers = 8;  // as in shaders/frame.glsl
 static_assert(mostLayers >= View::maxLayers);
 
-/// As the shaders count them.
+/// The layers as the shaders count them.
 std::size_t layerCount(const FramePlan& plan) {
     return layerSlots(plan).size() + plan.fields.size() - plan.densities();
 }

@@ -24,13 +24,13 @@ namespace {
 constexpr float looseness = 0.1F;
 constexpr double originUnits = 2147483648.0;  // of the box's edge: 2^31
 
-/// By the picture's slabs, as they are in a section.
+/// The rays by the picture's slabs, as they are in a section.
 RayMap raysIn(const FramePlan& plan, const DepthSection& section, const glm::dmat4& boxToEye) {
     const double thickness = section.thickness();
     return {plan, boxToEye, section.nearDepth - section.firstSlab * thickness, thickness};
 }
 
-/// Where there is one section; else composite.comp takes them from sectionRays.
+/// Sets the rays where there is one section; else composite.comp takes them from sectionRays.
 void setRays(LayerBlock& block, const RayMap& rays) {
     for (std::size_t i = 0; i < 3; ++i) {
         block.entry[i] = glm::vec4(rays.entry[i], 0.0);

@@ -28,14 +28,14 @@ struct LayerBlock {
 /// A field of samples, as shaders/grid.glsl declares it (std140).
 struct GridBlock {
     static constexpr std::size_t mostClips = 12;
-    /// Of exact pictures, segments that a cell's edge is cut into, where they absorb much.
+    /// Segments that a cell's edge is cut into in exact pictures, where they absorb much.
     static constexpr double fineSegments = 1.6, lowSegments = 2.5;
 
     glm::vec4 grid;    ///< samples of the grid that is cut into bricks; segments a cell
     glm::vec4 low;     ///< samples of the coarse grid; segments a cell
     glm::vec4 table;   ///< code * x + y is a place in the transfer table (TransferTable); correction and
                        ///< steepness (CorrectedField)
-    glm::ivec4 place;  ///< of its first brick among all fields'; clips; unused
+    glm::ivec4 place;  ///< where its bricks begin among all fields'; how many clips; unused
     std::array<glm::vec4, 3> toLayer;        ///< the box's edges in layer space
     std::array<glm::vec4, mostClips> clips;  ///< in the box: dot(xyz, place) >= w is drawn
 };
@@ -85,19 +85,19 @@ struct BendBlock {
     glm::vec3 shape;  ///< how many bends; the layer's first slab; how many it has
 
     explicit BendBlock(const SlabBends& slabs);
-    /// Of the uniforms of a program that includes bends.glsl.
+    /// Sets the uniforms of a program that includes bends.glsl.
     void set(std::uint32_t program) const;
 };
 
-/// Of each section (composite.comp, SECTIONS): its end, and of each layer the entry and the advance of rays.
+/// Each section's end and first slab, then each layer's entry and advance of rays (ray.glsl, SECTIONS).
 std::vector<glm::vec4> sectionRays(const FramePlan& plan);
 
-/// `samples`: the field's; `size`: of the grid that is cut into bricks; `firstBrick`: of it among those of
-/// all fields.
+/// `samples`: the field's; `size`: samples of the grid that is cut into bricks; `firstBrick`: where its
+/// bricks begin among those of all fields.
 GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const CorrectedField& samples,
                     const glm::uvec3& size, std::uint32_t firstBrick);
 
-/// Of the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side of a slot's
+/// The block for the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side of a slot's
 /// densities, 0 where nothing of them is visible.
 FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
                       const std::array<std::uint32_t, 8>& volumeSizes);

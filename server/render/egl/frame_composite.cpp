@@ -15,7 +15,7 @@ namespace {
 class TileBatch {
   public:
     std::uint32_t size() const { return size_; }
-    /// After each batch.
+    /// Called after each batch.
     void done() {
         const auto now = std::chrono::steady_clock::now();
         const auto took = now - start_;

@@ -67,8 +67,8 @@ class FrameRun {
     struct Band {
         std::uint32_t firstRow, rows, tiles;  ///< tile rows; tiles of them
     };
-    /// As cells_allocate.comp counts: cells that the band needs; tiles with points alone, without points and
-    /// with volume or dots, with points and volume.
+    /// What cells_allocate.comp counts: cells that the band needs; tiles with points alone, without points
+    /// and with volume or dots, with points and volume.
     struct Counts {
         std::uint32_t cells = 0;
         std::array<std::uint32_t, 3> tiles{};

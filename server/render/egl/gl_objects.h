@@ -63,7 +63,7 @@ class GlBuffer {
     }
 
     GLuint get() const { return name_.get(); }
-    /// Of what it takes, at least what was asked for.
+    /// What it takes, at least what was asked for.
     std::size_t bytes() const { return bytes_; }
     /// Makes it at least as large; what it held is lost where it grows.
     void grow(std::size_t bytes);

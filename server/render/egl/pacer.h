@@ -17,7 +17,7 @@ class Pacer {
     Pacer(const Pacer&) = delete;
     Pacer& operator=(const Pacer&) = delete;
 
-    /// After each piece of work, a few milliseconds long: false where the frame is to be given up.
+    /// Called after each piece of work, a few milliseconds long: false where the frame is to be given up.
     bool next() {
         if (stop_.stop_requested()) return false;
         const GLsync now = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);

@@ -11,7 +11,7 @@
 
 namespace mote::render {
 
-/// For all programs of the current context. `volume`: any that shaders may read.
+/// Sets them for all programs of the current context. `volume`: any that shaders may read.
 void setSamplerStates(ShaderLibrary& shaders, const GlTexture& volume);
 
 }  // namespace mote::render

@@ -12,7 +12,7 @@
 namespace mote::render {
 namespace {
 
-/// As shaders/grid.glsl reads it: five neighbours along x, the last of which is the next one's first.
+/// A texel as shaders/grid.glsl reads it: five neighbours along x, the last of which is the next one's first.
 using Texel = std::array<std::uint32_t, 4>;
 
 constexpr std::size_t piece = std::size_t{1} << 18;  // texels that are packed at once, about
@@ -43,7 +43,7 @@ void checkSize(const glm::uvec3& grid, std::size_t texels) {
                         texels * sizeof(Texel) >> 20, most * sizeof(Texel) >> 20));
 }
 
-/// Of the samples from `i` on; those beyond the row are read with a weight of 0.
+/// The texel of the samples from these on; those beyond the row are read with a weight of 0.
 Texel packed(const std::uint16_t* code, const std::uint8_t* normal) {
     const auto word = [](std::uint32_t low, std::uint32_t high) { return low | high << 16; };
     const auto normals = [&](int i) { return normal[i] | std::uint32_t{normal[i + 1]} << 8; };

@@ -16,7 +16,7 @@
 
 namespace mote::render {
 
-/// As shaders read them: of so many cells a side.
+/// Densities as shaders read them, of so many cells a side.
 GlTexture volumeTexture(std::uint32_t size, const float* t);
 
 class StepVolume {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint32_t count = TransferTable::cells + 2;
 
-/// From each entry, how many it is to one with extinction.
+/// How many entries it is from each to one with extinction.
 std::vector<std::uint32_t> waysToExtinction(const TransferTable& table) {
     std::vector<std::uint32_t> ways(count, count);
     const auto pass = [&](std::uint32_t i, std::uint32_t before) {
@@ -30,7 +30,7 @@ std::vector<TableEntry> tableEntries(const TransferTable& table) {
     entries.reserve(count);
     for (std::uint32_t i = 0; i < count; ++i) {
         const auto& entry = table.entries()[i];
-        // To the nearest.
+        // Rounded to the nearest.
         const std::uint32_t bend = (std::bit_cast<std::uint32_t>(entry.bend) + 0x8000U) & 0xffff0000U;
         entries.push_back({std::bit_cast<std::uint32_t>(entry.value),
                            std::bit_cast<std::uint32_t>(entry.start), entry.color, bend | ways[i]});

@@ -17,7 +17,7 @@ namespace mote::render {
 /// it is to one with extinction.
 using TableEntry = std::array<std::uint32_t, 4>;
 
-/// As many as TransferTable has.
+/// The entries for shaders, as many as TransferTable has.
 std::vector<TableEntry> tableEntries(const TransferTable& table);
 
 }  // namespace mote::render

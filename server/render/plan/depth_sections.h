@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// DepthSection: depth is cut into slabs where something is, as finely as each thing needs by itself
-// (docs/PICTURE.md, "Slabs"). Values and pure functions, part of a FramePlan.
+// A DepthSection is a stretch of depth in which something is, cut into slabs as finely as each thing needs by
+// itself (docs/PICTURE.md, "Slabs"). Values and pure functions, part of a FramePlan.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ std::vector<DepthSection> depthSections(std::span<const DepthRange> contents);
 struct SlabBends {
     struct Bend {
         float at;     ///< slabs of the first section, from its first on
-        float slab;   ///< there; likewise
+        float slab;   ///< the slab there; likewise
         float slope;  ///< beyond
     };
     DepthSection first;   ///< its slabs are the unit, its first slab the zero, of what is bent
@@ -63,7 +63,7 @@ struct SlabBends {
     float steepest() const;
 };
 
-/// Of what lies between two depths. `sections`: not empty.
+/// The bends of what lies between two depths. `sections`: not empty.
 SlabBends slabBends(std::span<const DepthSection> sections, double nearDepth, double farDepth);
 
 /// A depth told in slabs, held to the sections; in a gap, the border. `sections`: not empty.

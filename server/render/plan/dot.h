@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Dot: what stipple layers give a picture: a disc of constant size on the screen (docs/PICTURE.md, "Dots").
-// Made on the processor; a device only draws it. A value; a list of them is immutable and shared by plans.
+// A Dot is what stipple layers give a picture: a disc of constant size on the screen (docs/PICTURE.md,
+// "Dots"). The processor makes it; a device only draws it. A value; a list of them is immutable and shared by
+// plans.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +16,8 @@ namespace mote::render {
 struct Dot {
     float x = 0.0F;  ///< of its centre, pixels from the picture's upper left corner
     float y = 0.0F;
-    /// Along the line of sight, world units; infinity: behind all that has a depth, -infinity: in front of
-    /// it.
+    /// Depth along the line of sight, world units; infinity: behind all that has a depth, -infinity: in front
+    /// of it.
     double depth = 0.0;
     float radius = 1.0F;    ///< pixels
     float opacity = 1.0F;   ///< 0 to 1
@@ -25,7 +26,7 @@ struct Dot {
     bool operator==(const Dot&) const = default;
 };
 
-/// Of equal depth, the earlier lies in front.
+/// The earlier of two dots of equal depth lies in front.
 using Dots = std::vector<Dot>;
 
 /// How a dot covers pixels, by the distance of a pixel's centre from its own: clamp(reach - distance, 0, 1)

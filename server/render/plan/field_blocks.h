@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Where a field can be seen, block of cells by block, so that rays skip the rest: BlockRanges belongs to a
-// field, VisibleBlocks to a field and a transfer function. Immutable once made; safe on any number of
-// threads.
+// These classes tell where a field can be seen, block of cells by block, so that rays skip the rest:
+// BlockRanges belongs to a field, VisibleBlocks to a field and a transfer function. Immutable once made; safe
+// on any number of threads.
 //
 // Block b covers the places [b, b + 1) * edge of the field's cells (of the cpu device's PackedVolume, padded
 // ones).
@@ -24,7 +24,7 @@ class BlockRanges {
         float low, high;  ///< as the field's table takes them
     };
 
-    /// `fine`: of each block, whether it is to be walked in fine steps; empty: none is.
+    /// `fine`: whether each block is to be walked in fine steps; empty: none is.
     BlockRanges(std::uint32_t edgeBits, const glm::uvec3& count, std::vector<Range> ranges,
                 std::vector<std::uint8_t> fine)
         : edgeBits_(edgeBits), count_(count), ranges_(std::move(ranges)), fine_(std::move(fine)) {}
@@ -52,10 +52,10 @@ class VisibleBlocks {
     const glm::uvec3& count() const { return count_; }
 
     static constexpr std::uint8_t visible = 64;  ///< something can be seen
-    static constexpr std::uint8_t fine = 128;    ///< in fine steps
+    static constexpr std::uint8_t fine = 128;    ///< something can be seen, by fine steps
     static constexpr std::uint8_t farthest = 63;
-    /// Of each block, x fastest, and three bytes more, so that four can be read from each: `visible`, `fine`
-    /// or neither, and in the low bits the steps, diagonal ones included and at most `farthest`, to the next
+    /// One byte a block, x fastest, and three more, so that four can be read from each: `visible`, `fine` or
+    /// neither, and in the low bits the steps, diagonal ones included and at most `farthest`, to the next
     /// block of another kind.
     const std::uint8_t* steps() const { return steps_.data(); }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FieldPlan: a scalar field that absorbs and glows, as a device is to draw it: its samples, where its box
+// A FieldPlan is a scalar field that absorbs and glows, as a device is to draw it: its samples, where its box
 // lies, its transfer function, its light and where it is cut. A value that shares its samples; part of a
 // FramePlan.
 #pragma once
@@ -25,7 +25,7 @@ struct Shade {
 
     bool operator==(const Shade&) const = default;
 };
-/// By a normal's code.
+/// Shades by a normal's code.
 using Shades = std::array<Shade, 256>;
 
 /// Scaled log density t (log_density.h) of a step's volume: cells, with values at their centres, without
@@ -39,7 +39,8 @@ struct CorrectedField {
     std::shared_ptr<const GridField> grid = {};
     bool bricks = true;       ///< whether they are drawn, where there are some
     double correction = 1.0;  ///< how much of theirs is applied, 0 to 1
-    /// The weights by which neighbouring samples of a brick are mixed, half way between them.
+    /// How much faster than evenly the weights of neighbouring samples of a brick change, half way between
+    /// them.
     double steepness = 1.0;
     Shades shades = {};
 
@@ -49,7 +50,7 @@ struct CorrectedField {
 };
 
 struct FieldPlan {
-    std::size_t layer;               ///< of the view, that it is of
+    std::size_t layer;               ///< the one of the view that it is of
     glm::dmat4 boxToEye{1.0};        ///< the field's box [0, 1]^3 to eye space
     glm::dmat3 boxToLayer{2.0};      ///< without its place; a plot's box is [-1, 1]^3 in layer space
     TransferFunction transfer;       ///< by t, or in the source's unit

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FramePlan: what a device is to draw: primitives, which know nothing of the layers that they come from, and
-// the depths and how they are cut. A value; made by layers/make_frame_plan.h.
+// A FramePlan says what a device is to draw: primitives, which know nothing of the layers that they come
+// from, and the depths and how they are cut. A value; layers/make_frame_plan.h makes it.
 #pragma once
 
 #include <algorithm>
@@ -42,7 +42,7 @@ struct FramePlan {
     }
     /// Nothing is in view but background.
     bool blank() const { return (points.empty() && fields.empty() && !anyDots()) || !(farDepth > nearDepth); }
-    /// Whether any points do.
+    /// Whether any points wait for what is not in memory.
     bool waits() const {
         return std::any_of(points.begin(), points.end(), [](const auto& one) { return one.waits; });
     }

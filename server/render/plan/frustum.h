@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Frustum: the part of a layer's space in which a point can touch the picture. A value.
+// A Frustum is the part of a layer's space in which a point can touch the picture. A value.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ class Frustum {
     Frustum(const Camera& camera, double width, double height, double marginPixels, double nearDepth,
             const glm::dmat4& layerToEye);
 
-    /// Of the cube around `center` in layer space. Never `outside` where a point in it is seen.
+    /// Where the cube around `center` lies, layer space; never `outside` where a point in it is seen.
     Side of(const glm::dvec3& center, double halfEdge) const;
 
   private:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// GridField: a scalar field of samples as devices draw it: a coarse grid, and bricks of a finer one that
-// correct it, with their normals, all in codes of few bits (docs/PICTURE.md, "Hybrid volumes"). Made by
-// layers/hybrid/hybrid_load.h; read by all devices and by the reference renderer. Immutable once made, safe
-// on any number of threads.
+// A GridField is a scalar field of samples as devices draw it: a coarse grid, and bricks of a finer one that
+// correct it, with their normals, all in codes of few bits (docs/PICTURE.md, "Hybrid volumes").
+// layers/hybrid/hybrid_load.h makes it; all devices and the reference renderer read it. Immutable once made,
+// safe on any number of threads.
 //
 // A value's code is 16 bits over the field's range. A normal's code is an index into
 // storage/hybrid/normal_table.h, a direction in layer space.
@@ -54,7 +54,7 @@ struct GridBricks {
 
     glm::uvec3 size{0};                 ///< of the error grid, samples
     glm::uvec3 count{0};                ///< bricks
-    std::vector<std::int32_t> numbers;  ///< of each brick, x fastest: its place among the corrected, or none
+    std::vector<std::int32_t> numbers;  ///< each brick's place among the corrected, x fastest, or none
     std::vector<std::uint16_t> values;  ///< codes of the corrected bricks, x fastest; four more can be read
     std::vector<std::uint8_t> normals;  ///< likewise
 

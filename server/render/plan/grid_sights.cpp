@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t edgeBits = 3, edge = 1U << edgeBits;
 static_assert(edge == GridBricks::edge, "a block is a brick");
 
-/// Around the places from `first` to `last`, in samples.
+/// The range around the places from `first` to `last`, in samples.
 CodeRange rangeOf(const SampleGrid& grid, const glm::dvec3& first, const glm::dvec3& last) {
     const glm::dvec3 most = glm::dvec3(grid.size) - 1.0;
     const glm::uvec3 from(glm::clamp(glm::floor(first), glm::dvec3(0.0), most));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// GridSights: what does not depend on the camera of fields of samples: their transfer tables, the ranges of
-// their values by block, and where they are visible. It holds no field alive. Owned by a device, used on its
-// thread; what it returns may be read by any number until the next picture.
+// GridSights keeps what does not depend on the camera of fields of samples: their transfer tables, the ranges
+// of their values by block, and where they are visible. It holds no field alive. Owned by a device, used on
+// its thread; what it returns may be read by any number until the next picture.
 #pragma once
 
 #include <list>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// OctreeCell: a cell's integer place, from its Morton code. Pure functions.
+// These functions find an octree cell's integer place from its Morton code. They are pure.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Picture: finished pixels, row 0 on top, RGBA. A value.
+// A Picture is finished pixels, row 0 on top, RGBA. A value.
 #pragma once
 
 #include <cstdint>

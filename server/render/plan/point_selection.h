@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Which points of a step are drawn, and which of its leaves are in view: a traversal of the octree that
-// leaves a dense subtree at its root. Pure functions; they use all threads of the calling arena.
+// These functions tell which points of a step are drawn, and which of its leaves are in view: the latter
+// traverses the octree and leaves a dense subtree at its root. They are pure and use all threads of the
+// calling arena.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@
 
 namespace mote::render {
 
-/// Of each leaf, from the first, how many of its points are drawn, wherever they lie. Immutable once made, so
-/// that it is shared by all pictures of a step in one style.
+/// How many points of each leaf are drawn, from its first, wherever they lie. Immutable once made, so that it
+/// is shared by all pictures of a step in one style.
 struct PointSelection {
     std::vector<std::uint32_t> drawn;  ///< leaves beyond its end draw nothing
     std::uint64_t points = 0;          ///< the sum

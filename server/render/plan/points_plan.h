@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointsPlan: points that a device is to draw, all of one size, opacity and colour: which of each leaf of a
-// step, or which of its preview. A value that shares what does not depend on the camera; part of a FramePlan.
+// A PointsPlan is points that a device is to draw, all of one size, opacity and colour: some of each leaf of
+// a step, or some of its preview. A value that shares what does not depend on the camera; part of a
+// FramePlan.
 #pragma once
 
 #include <cstdint>
@@ -28,15 +29,15 @@ struct PointLook {
 };
 
 struct PointsPlan {
-    std::size_t layer = 0;  ///< of the view, that they are of
+    std::size_t layer = 0;  ///< the one of the view that they are of
     std::shared_ptr<const storage::ParticleStep> step = {};
     glm::dmat4 boxToEye{1.0};  ///< the plot's box [0, 1]^3 to eye space
     PointLook look = {};
-    Curve fraction = Curve::constant(1.0);  ///< t -> of a leaf's points those that are drawn, before `share`
+    Curve fraction = Curve::constant(1.0);  ///< t -> how much of a leaf's points is drawn, before `share`
     std::shared_ptr<const PointSelection> selection =
         {};                                        ///< never null; of all leaves, also those out of view
     std::vector<std::uint64_t> leavesInView = {};  ///< as the function of that name: no bits, no limit
-    /// In place of the leaves' points, of which none are selected then; null: there is none.
+    /// Drawn in place of the leaves' points, of which none are selected then; null: there is none.
     std::shared_ptr<const PreviewSelection> preview = {};
     std::uint64_t pointsDrawn = 0;  ///< of the leaves that may be in view, or of the preview at most
     double share = 1.0;             ///< of the points of the exact picture; at most Quality::pointFraction

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PreviewSelection: which points of a step's preview are drawn in place of a small share of all points: the
-// same ones, but streamed instead of looked up leaf by leaf. A value; a pure function.
+// A PreviewSelection says which points of a step's preview are drawn in place of a small share of all points:
+// the same ones, but streamed instead of looked up leaf by leaf. A value; pure functions.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ struct PreviewSelection {
     static constexpr std::size_t densities = 65536 >> densityShift;
 
     std::uint64_t points = 0;  ///< from the first
-    /// By density: a point is drawn where its block's threshold is below.
+    /// Limits by density: a point is drawn where its block's threshold is below.
     std::array<float, densities> limit{};
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Quality: how far a device may stray from the reference picture; and what else a plan is told. Values.
+// A Quality says how far a device may stray from the reference picture; beside it stands what else a plan is
+// told. Values.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// RayMap: the rays of a picture's pixels in a layer's plot box, told by depth in slabs. A value, in double
-// precision; a pure function of a plan, shared by all devices.
+// A RayMap holds the rays of a picture's pixels in a layer's plot box, told by depth in slabs. A value, in
+// double precision; a pure function of a plan, shared by all devices.
 #pragma once
 
 #include <array>

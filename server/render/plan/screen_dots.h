@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The dots of a plan as devices take them: their depths told in slabs. Pure functions, shared by all devices.
+// ScreenDots are the dots of a plan as devices take them: their depths told in slabs. Pure functions, shared
+// by all devices.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -17,7 +18,7 @@ struct ScreenDot {
     glm::vec3 color{0.0F};     ///< linear RGB
 };
 
-/// Front to back; of equal depth in their order.
+/// The plan's dots front to back; those of equal depth in their order.
 std::vector<ScreenDot> screenDots(const FramePlan& plan);
 
 }  // namespace mote::render

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ScreenMap: from the box of a primitive to pixels and slabs, in double precision. A pure function of a plan,
-// shared by all devices.
+// These functions map the box of a primitive to pixels and slabs, in double precision. Pure functions of a
+// plan, shared by all devices.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -15,7 +15,7 @@ namespace mote::render {
 /// (perspective) or 1.
 glm::dmat4 boxToScreen(const FramePlan& plan, const glm::dmat4& boxToEye);
 
-/// Of what lies in a box.
+/// The bends of what lies in a box.
 SlabBends slabBends(const FramePlan& plan, const glm::dmat4& boxToEye);
 
 }  // namespace mote::render

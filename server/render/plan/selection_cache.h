@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// SelectionCache: the latest point selections, so that a camera that moves around the same points computes
-// them once. Owned by whoever makes plans; one thread. It holds no step alive.
+// A SelectionCache keeps the latest point selections, so that a camera that moves around the same points
+// computes them once. Owned by whoever makes plans; one thread. It holds no step alive.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferTable: a transfer function in cells of its values, as composites read it: running integrals of
+// A TransferTable is a transfer function in cells of its values, as composites read it: running integrals of
 // extinction, so that the mean over any segment of values is a difference (pre-integration in one dimension,
 // for a ray along which the value changes linearly between two samples), their slopes, and colours; 16 bytes
 // for one read. A value, safe on any number of threads.
@@ -17,7 +17,7 @@ namespace mote::render {
 
 class TransferTable {
   public:
-    static constexpr std::uint32_t cells = 4095;  ///< of t in [-LogDensity::fade, 1] t = 0 ends one
+    static constexpr std::uint32_t cells = 4095;  ///< of t in [-LogDensity::fade, 1]; t = 0 ends one
 
     /// Values are counted as x: 1 at the table's low end, 1 + cells at its high one. At x = i: the integral
     /// of extinction over x up to i. Between i and i + 1: the extinction, per unit length of layer space,
@@ -39,7 +39,7 @@ class TransferTable {
         glm::dvec3 color{0.0};
     };
 
-    /// Over the function's span. Beyond its ends x goes on, and the first and the last entry hold.
+    /// Covers the function's span. Beyond its ends x goes on, and the first and the last entry hold.
     explicit TransferTable(const TransferFunction& transfer);
     /// The same of any two functions over [low, high].
     TransferTable(double low, double high, const std::function<double(double)>& extinction,
@@ -48,7 +48,7 @@ class TransferTable {
     double low() const { return low_; }
     double high() const { return high_; }
     const Entry* entries() const { return entries_.data(); }  ///< cells + 2
-    /// Of each entry, the number of the first one from it on that has extinction; infinite where none has.
+    /// The number of the first entry with extinction from each entry on; infinite where none has any.
     const float* nextVisible() const { return nextVisible_.data(); }
     /// Whether any value in [low, high] has extinction.
     bool visible(double low, double high) const;

@@ -37,7 +37,7 @@ class Agreement {
     /// All ranks call it: whether they go on. Not where one of them failed, or `stop` was requested on one.
     bool all(const std::stop_token& stop);
 
-    /// On rank 0, once all() said no: the first failure, naming its rank; nothing where it was a stop.
+    /// The first failure, naming its rank, on rank 0 once all() said no; nothing where it was a stop.
     const std::optional<Error>& failure() const { return error_; }
 
   private:

@@ -11,7 +11,7 @@
 
 namespace mote::render {
 
-/// At most so many bytes for a tile with so many layers.
+/// The most bytes that a tile with so many layers takes.
 std::size_t mostCellBytes(std::uint32_t slabs, std::size_t layers);
 
 /// The cells of all layers.

@@ -56,7 +56,7 @@ Curve getCurve(ByteReader& in) {
     return *Curve::create(in.getList<std::vector<Curve::Knot>>(), -any, any);
 }
 
-/// In order: an initialiser's parts are read from left to right.
+/// Reads in order: an initialiser's parts are read from left to right.
 TransferFunction getTransfer(ByteReader& in) {
     return {.opacity = getCurve(in),
             .opacityLength = in.get<double>(),

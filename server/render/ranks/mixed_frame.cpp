@@ -12,7 +12,7 @@
 namespace mote::render {
 namespace {
 
-/// Of the cells of a tile that ranks may have for each other.
+/// The most bytes that the cells of a tile take that one rank has for another.
 std::size_t tileBytes(const FramePlan& plan) {
     const bool points = std::any_of(plan.points.begin(), plan.points.end(),
                                     [](const PointsPlan& one) { return one.pointsDrawn > 0; });
@@ -93,7 +93,7 @@ std::vector<Bytes> MixedFrame::gather(Batch batch) {
 
 void MixedFrame::composite(Batch batch, const std::vector<Bytes>& incoming) {
     const std::uint32_t count = tiles_.countOf(rank_, batch.begin, batch.end);
-    // Of each tile, in the order of the ranks, so that sums are the same every time.
+    // Each tile's bytes lie in the order of the ranks, so that sums are the same every time.
     std::vector<std::vector<std::span<const std::byte>>> packed(count);
     for (const auto& bytes : incoming) {
         if (bytes.empty()) continue;
@@ -139,7 +139,7 @@ void MixedFrame::collect() {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
     const auto incoming = ranks_.exchange(outgoing);
-    // Of those that stand alone every rank has all.
+    // Every rank has all points that stand alone: rank 0 counts them.
     picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn(rank_ == 0));
     if (rank_ != 0) return;
     for (std::uint32_t rank = 1; rank < tiles_.ranks; ++rank) {

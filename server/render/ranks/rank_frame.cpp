@@ -11,7 +11,7 @@
 namespace mote::render {
 namespace {
 
-/// Of points where depth does not matter, a picture is the sum of everyone's counts.
+/// A picture of points where depth does not matter is the sum of everyone's counts.
 std::optional<Picture> drawFlat(Ranks& ranks, RankParts& parts, const FrameOrder& order, Agreement& agreement,
                                 const std::stop_token& stop) {
     agreement.attempt([&] {

@@ -18,7 +18,7 @@ namespace mote::render {
 /// Leaves in the order's plan what this rank draws of it; of points that stand alone, all.
 void keepOwnPoints(FrameOrder& order, const Ranks& ranks);
 
-/// On rank 0 the picture, or nothing where `agreement` did not go on; nothing on the others. `order`: with
+/// The picture on rank 0, or nothing where `agreement` did not go on; nothing on the others. `order`: with
 /// the rank's own steps and leaves, unless something failed before, which `agreement` knows.
 std::optional<Picture> drawTogether(Ranks& ranks, RankParts& parts, const FrameOrder& order,
                                     Agreement& agreement, const std::stop_token& stop);

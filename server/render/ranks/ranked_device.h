@@ -31,10 +31,10 @@ class RankedDevice final : public Device {
     std::unique_ptr<State> state_;
 };
 
-/// On rank 0, when no device is left: the others leave serveRanks().
+/// Called on rank 0 when no device is left: the others leave serveRanks().
 void dismissRanks(Ranks& ranks);
 
-/// On the others: draws what rank 0 asks for until it dismisses them.
+/// Called on the others: draws what rank 0 asks for until it dismisses them.
 void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads = 0);
 
 }  // namespace mote::render

@@ -24,7 +24,7 @@ class Ranks {
     virtual void broadcast(Bytes& bytes) noexcept = 0;
     /// Gives outgoing[r] to rank r; returns what each rank had for this one, in the order of the ranks.
     virtual std::vector<Bytes> exchange(const std::vector<Bytes>& outgoing) noexcept = 0;
-    /// Of everyone's, on all.
+    /// The greatest, and the sum, of everyone's numbers, on all ranks.
     virtual std::uint64_t greatest(std::uint64_t mine) noexcept = 0;
     virtual std::uint64_t sum(std::uint64_t mine) noexcept = 0;
 

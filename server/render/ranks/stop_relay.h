@@ -23,7 +23,7 @@ class StopRelay {
     StopRelay(const StopRelay&) = delete;
     StopRelay& operator=(const StopRelay&) = delete;
 
-    /// Of the work.
+    /// The token that stops the work.
     std::stop_token token() const { return source_.get_token(); }
 
   private:

@@ -13,7 +13,7 @@
 namespace mote::render {
 
 struct TileDistribution {
-    /// Of cells that a rank has for all others at most, where every cell holds points.
+    /// The most that a rank's cells for all others take, where every cell holds points.
     static constexpr std::size_t batchBytes = std::size_t{256} << 20;
 
     std::uint32_t columns, tiles;  ///< of the picture

@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) buffer Masks { uint masks[]; };   // [layer][pixel][word][slab bits, first cell]
 layout(binding = 2) uniform usamplerBuffer slabBits;          // the same, quicker to read
-layout(std430, binding = 1) writeonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
+layout(std430, binding = 1) writeonly buffer Offsets { uint offsets[]; };   // each pixel's first cell
 layout(std430, binding = 4) buffer Counters { uint cellCount, tileCounts[3]; };
 layout(std430, binding = 5) readonly buffer VolumeMasks { uint volumeMasks[]; };
 #if DOTS

@@ -12,7 +12,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
 layout(binding = 10) uniform usamplerBuffer cells;                         // weight, moment
 layout(binding = 11) uniform usamplerBuffer volumeMasks;                   // slab bits: [layer][tile][word]
-layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };   // of each pixel: its first cell
+layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };   // each pixel's first cell
 
 layout(std430, binding = 6) readonly buffer Tiles { uint tiles[]; };   // to be drawn
 
@@ -144,7 +144,8 @@ void add(inout Piece all, Piece piece, float length) {
     all.change += piece.change * length;
 }
 
-// Of all layers between two depths, optical depths in place of extinction; `back`: samples at the farther one.
+// What all layers hold between two depths, optical depths in place of extinction; `back`: samples at the
+// farther one.
 Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[LAYERS]) {
     float halfSegment = 0.5 * (next - at);
     Part all;
@@ -182,7 +183,8 @@ Part volumesBetween(float at, float next, bool volume[LAYERS], out Sample back[L
 }
 #endif
 
-// From one depth to the next cut; returns it. A segment that says too little of what is in it is tried again, shorter.
+// Gathers from one depth to the next cut; returns it. A segment that says too little of what is in it is
+// tried again, shorter.
 float gatherSegment(float at, float end, bool volume[LAYERS]) {
     float next = nextCut(at, end, volume);
     vec4 spread = vec4(0.0);

@@ -12,7 +12,7 @@ float volumeAt(uint l, float slab) {
 #if GRIDS == 0
     return textureLod(volumes[l], place, 0.0).r;
 #else
-    // By constant numbers, see wordAt() of grid.glsl.
+    // Textures go by constant numbers, see texelAt() of grid.glsl.
     float t = 0.0;
 #define VOLUME_OF(i) if (l == uint(i)) t = textureLod(volumes[i], place, 0.0).r;
     VOLUME_OF(0)

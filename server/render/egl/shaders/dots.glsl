@@ -2,9 +2,9 @@
 // The dots of a tile along a pixel's ray, front to back, for composite.comp.
 
 layout(binding = 12) uniform samplerBuffer dotData;                        // x, y, reach, slab; color, opacity
-layout(binding = 13) uniform usamplerBuffer dotLists;                      // of each tile: where its list begins; dots
+layout(binding = 13) uniform usamplerBuffer dotLists;                      // where each list begins; dots
 
-const float beyond = 1e30;   // slabs; of a pixel without further dots
+const float beyond = 1e30;   // slabs: where a pixel without further dots has the next
 int dotAt, dotEnd;           // in dotLists
 float dotDepth = beyond;     // of the pixel's next dot
 vec4 dotInk;                 // its color; its opacity in this pixel

@@ -25,7 +25,7 @@ layout(std140, binding = 0) uniform Frame {
 
 uint wordCount = frame.counts.y;
 
-// Of a pixel of the picture, row 0 on top. FLAT: row by row, which is quicker to compute.
+// The number of a pixel of the picture, row 0 on top. FLAT: row by row, which is quicker to compute.
 uint pixelNumber(uint x, uint y) {
 #ifdef FLAT
 #if FLAT

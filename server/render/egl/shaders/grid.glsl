@@ -7,7 +7,7 @@ struct Grid {
     vec4 grid;          // samples of the grid that is cut into bricks; segments a cell
     vec4 low;           // samples of the coarse grid; segments a cell
     vec4 table;         // code * x + y is a place in the transfer table; z of what corrects shows; steepness
-    ivec4 place;        // of its first brick in gridBricks; clips
+    ivec4 place;        // where its bricks begin in gridBricks; how many clips
     vec4 toLayer[3];    // the box's edges in layer space
     vec4 clips[12];     // in the box: dot(xyz, place) >= w is drawn
 };
@@ -15,9 +15,9 @@ layout(std140, binding = 1) uniform Grids { Grid grids[8]; };
 // Five neighbours along x: their codes of 16 bits, then their normals of 8; the fifth is the next one's first. First the
 // coarse grid, row after row, then brick after brick.
 layout(binding = LAYERS - GRIDS) uniform usamplerBuffer gridSamples[GRIDS];
-// Of each brick: its number among the corrected ones plus 1, or 0, in 21 bits; in 3 how much longer than usual a segment
-// may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where something is seen in it. At the
-// beginning the shades of each layer's normals, two of 16 bits.
+// One word a brick: its number among the corrected ones plus 1, or 0, in 21 bits; in 3 how much longer than
+// usual a segment may be, as a power of two; in 6 how many bricks it is to one of another kind; 2 where
+// something is seen in it. At the beginning the shades of each layer's normals, two of 16 bits.
 layout(binding = 14) uniform usamplerBuffer gridBricks;
 
 const int brickRow = 2, brickSheet = 9 * brickRow, brickTexels = 9 * brickSheet;
@@ -101,7 +101,8 @@ Corner cornerAt(Samples samples, vec3 inBox) {
     return Corner(texel, cell.x & 3, samples.stride, far);
 }
 
-// By constant numbers: where some of its pixels are done with a loop, llvmpipe takes a sampler's number from one of them.
+// Samplers go by constant numbers: where some of its pixels are done with a loop, llvmpipe takes a sampler's
+// number from one of them.
 uvec4 texelAt(uint h, int index) {
     uvec4 texel = uvec4(0u);
 #define FROM(i) if (h == uint(i)) texel = texelFetch(gridSamples[i], index);
@@ -130,7 +131,7 @@ uvec4 texelAt(uint h, int index) {
     return texel;
 }
 
-// Of a sample and the next one along x.
+// The code between a sample and the next one along x.
 float codeAt(uint h, int index, Corner corner) {
     uvec4 texel = texelAt(h, index);
     bool later = corner.inTexel >= 2;
@@ -256,7 +257,7 @@ void clipWay(uint l) {
     }
 }
 
-// Per slab, in layer space.
+// A slab's length in layer space.
 float gridLength(uint l) {
     uint h = l - plots;
     return length(grids[h].toLayer[0].xyz * advance[l].x + grids[h].toLayer[1].xyz * advance[l].y +

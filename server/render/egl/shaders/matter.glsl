@@ -19,7 +19,8 @@ struct Sample {
     vec3 color;
 };
 
-// To the nearest 256th of a place: what is constant and lies right on a step of a curve stays on its side of it.
+// Takes the nearest 256th of a place: what is constant and lies right on a step of a curve stays on its side
+// of it.
 Sample sampleOf(uint l, float place) {
     float x = floor(place * 256.0 + 0.5) * (1.0 / 256.0);
     float cell = clamp(floor(x), 0.0, tableEntries - 1.0);   // beyond the table's ends it goes on as there
@@ -31,7 +32,7 @@ Sample sampleOf(uint l, float place) {
     return Sample(x, uintBitsToFloat(entry.x) + slope * rest, slope + bend, float(entry.w & 0xffffu), root * root);
 }
 
-// Between two samples, x being taken as linear.
+// What lies between two samples, x being taken as linear.
 struct Piece {
     vec4 matter;    // mean of (extinction * color, extinction)
     vec3 change;    // of extinction * color, evenly from front to back
@@ -50,7 +51,7 @@ Piece pieceOf(Sample front, Sample back) {
                  4.0 * abs(mean - level) + abs(rise));
 }
 
-// From a sample to another through one in their middle.
+// What lies from a sample to another through one in their middle.
 struct Part {
     Piece near, far;
     float depth;    // optical

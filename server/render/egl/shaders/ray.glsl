@@ -8,7 +8,7 @@ const uint plots = layerCount - uint(GRIDS);   // points and densities; those af
 vec3 light = vec3(0.0);
 float transmittance = 1.0;
 
-// In slabs; unitLength: of a slab, in layer space.
+// Rays told in slabs; unitLength: a slab's, in layer space.
 vec3 entry[LAYERS], advance[LAYERS];
 float enters[LAYERS], leaves[LAYERS], unitLength[LAYERS];
 
@@ -29,7 +29,7 @@ void gather(vec4 matter) {
 // The section of the depth that the ray goes through: slabs [first, end).
 float sectionFirst = 0.0, sectionEnd;
 #if SECTIONS > 1
-// Of each section its end and its first slab, and of each layer entry[3] and advance[3], as Layer has them.
+// Each section's end and first slab, then each layer's entry[3] and advance[3], as Layer has them.
 layout(std430, binding = 3) readonly buffer Sections { vec4 sections[]; };
 const uint sectionSize = 1u + 6u * layerCount;
 uint sectionAt = 0u;

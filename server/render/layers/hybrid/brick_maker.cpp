@@ -28,7 +28,7 @@ void forEach(std::uint32_t side, const Visit& visit) {
     }
 }
 
-/// Among those that are the brick's own.
+/// A sample's place among those that are the brick's own.
 std::size_t ownPlace(const glm::uvec3& at) {
     return (std::size_t{at.z} * edge + at.y) * edge + at.x;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// BrickMaker: corrected bricks of the error grid from a coarse grid and its residuals or its points
-// (docs/PICTURE.md, "Hybrid volumes"), with normals from the corrected field but where points have their own.
-// Used by one thread while a step is loaded; make() works in parallel.
+// A BrickMaker makes the corrected bricks of the error grid from a coarse grid and its residuals or its
+// points (docs/PICTURE.md, "Hybrid volumes"), with normals from the corrected field but where points have
+// their own. Used by one thread while a step is loaded; make() works in parallel.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ static_assert(storage::residualBrickSide == GridBricks::edge);
 
 class BrickMaker {
   public:
-    /// `step` has all but its bricks, and must outlive the maker. `size`: of the error grid, samples.
+    /// `step` has all but its bricks, and must outlive the maker. `size`: the error grid's, samples.
     BrickMaker(const GridField& step, const glm::uvec3& size);
 
     /// The residuals of one brick, told once; of the others they are 0. Beyond the grid they are ignored.
@@ -35,7 +35,7 @@ class BrickMaker {
     /// A point, which must lie in the grid: a sample's code and that of its normal. No brick has both
     /// residuals and points. Errors: as above.
     Status addPoint(const glm::uvec3& sample, std::uint16_t code, std::uint8_t normal);
-    /// Once.
+    /// Makes the bricks; called once.
     GridBricks make();
 
   private:
@@ -57,8 +57,8 @@ class BrickMaker {
     GridBricks bricks_;
     glm::mat3 gradientToLayer_;
     std::array<std::vector<storage::Between>, 3>
-        between_;  // of each sample along an axis, in the coarse grid
-    /// Of each corrected brick, x fastest: the samples that were told. Of points also their normals were.
+        between_;  // each sample's place along an axis, in the coarse grid
+    /// The samples of each corrected brick that were told, x fastest; points told their normals too.
     std::vector<std::bitset<storage::residualBrickSamples>> told_;
     bool ownNormals_ = false;
     storage::NormalTable normals_;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Steps of hybrid datasets, as they are drawn, from their files. Pure functions but for the files, which are
-// not trusted: every byte is held to what the dataset says of it. Loading works in parallel.
+// These functions load steps of hybrid datasets, as they are drawn, from their files. They are pure but for
+// the files, which are not trusted: every byte is held to what the dataset says of it. Loading works in
+// parallel.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@
 
 namespace mote::render {
 
-/// The volume's box to layer space. `hybrid`: of a manifest that was checked.
+/// The map from the volume's box to layer space. `hybrid`: a checked manifest's.
 glm::dmat4 hybridBox(const proto::HybridManifest& hybrid);
 Bounds hybridBounds(const proto::HybridManifest& hybrid);
 
@@ -29,11 +30,11 @@ Result<HybridRepresentation> hybridParts(const proto::HybridManifest& hybrid, Hy
 std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                           HybridRepresentation representation);
 
-/// The same of what loading takes beside.
+/// The same for what loading takes besides.
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                                  HybridRepresentation representation);
 
-/// The same for datasets that are drawn the same: of the manifest, and so of all of its files.
+/// A digest of the manifest, and so of all of its files: the same for datasets that are drawn the same.
 std::string hybridDigest(const proto::Manifest& manifest);
 
 /// `representation`: as hybridParts gives it; only what it draws is loaded. Errors: notFound (there is no

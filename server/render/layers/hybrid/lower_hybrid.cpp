@@ -11,14 +11,14 @@
 namespace mote::render {
 namespace {
 
-/// From the least to the greatest knot; a small range where there is but one.
+/// The range from the least to the greatest knot; a small range where there is but one.
 ValueRange knotsOf(const Curve& curve, const ValueRange& all) {
     const double low = curve.knots().front().x, high = curve.knots().back().x;
     return {low, high > low ? high : low + (all.high - all.low) / 256.0};
 }
 
-/// With a margin, so that a step at a knot lies inside; of a table's 4095 cells 63 on either side, so that
-/// both ends of the range are ends of cells.
+/// The range with a margin, so that a step at a knot lies inside; of a table's 4095 cells 63 on either side,
+/// so that both ends of the range are ends of cells.
 ValueRange around(const ValueRange& range) {
     const double margin = (range.high - range.low) / 63.0;
     return {range.low - margin, range.high + margin};

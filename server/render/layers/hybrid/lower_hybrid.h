@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A hybrid layer becomes a field: what its style leaves open is taken from its dataset. Part of the picture's
-// definition (docs/PICTURE.md). Pure functions.
+// These functions turn a hybrid layer into a field: what its style leaves open is taken from its dataset.
+// They are part of the picture's definition (docs/PICTURE.md), and pure.
 #pragma once
 
 #include <memory>
@@ -11,17 +11,17 @@
 
 namespace mote::render {
 
-/// Where a style has none: the first preset that suits the values (protocol/scene/curve_presets.h), which is
-/// what a viewer begins with.
+/// The opacity where a style has none: the first preset that suits the values
+/// (protocol/scene/curve_presets.h), which is what a viewer begins with.
 Curve defaultOpacity(const GridField& field);
 
-/// By the source's unit.
+/// The transfer function of values in the source's unit.
 TransferFunction transferOf(const HybridStyle& style, const GridField& field);
 
 /// What the field has, where the style leaves it open.
 HybridRepresentation resolved(HybridRepresentation asked, const GridField& field);
 
-/// `index`: of the layer in its view.
+/// Adds the layer's field to `out`. `index`: the layer's place in its view.
 void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style,
                  const std::shared_ptr<const GridField>& field, Lowering& out);
 

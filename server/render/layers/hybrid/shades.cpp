@@ -12,7 +12,7 @@
 namespace mote::render {
 namespace {
 
-/// Of n and of -n, weighted by how far n is turned to the eye.
+/// The mean of the terms of n and of -n, weighted by how far n is turned to the eye.
 template <class Term>
 double twoSided(double towardsEye, double cosine, const Term& term) {
     const double x = std::clamp(2.0 * towardsEye + 0.5, 0.0, 1.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a light makes of each one-byte normal (docs/PICTURE.md, "Light"). A pure function.
+// shadesOf() tells what a light makes of each one-byte normal (docs/PICTURE.md, "Light"). A pure function.
 #pragma once
 
 #include <glm/mat4x4.hpp>

@@ -39,7 +39,7 @@ class PackedMoves {
         std::uint32_t kind_ = 0;
         glm::vec3 position_{0};
     };
-    /// From the point's first position.
+    /// The walk from the point's first position.
     Walk walk(std::size_t point, const glm::vec3& first) const;
 
     /// The most by which a stored position differs from the hierarchy's in each coordinate, for moves that
@@ -58,8 +58,8 @@ class PackedMoves {
     int dimensions_ = 3;            ///< 2 where all z are 0
     std::array<float, 33> unit_{};  ///< by the bits of how many points are left; world units
     std::vector<std::uint8_t> bytes_;
-    std::vector<std::uint64_t> block_;  ///< of every 4096th point, where its moves begin
-    std::vector<std::uint32_t> begin_;  ///< of every point, from its block on; one more at the end
+    std::vector<std::uint64_t> block_;  ///< where the moves of every 4096th point begin
+    std::vector<std::uint32_t> begin_;  ///< where each point's begin, from its block on; one more at the end
 };
 
 }  // namespace mote::render

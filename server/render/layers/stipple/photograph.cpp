@@ -17,11 +17,11 @@ namespace {
 /// (Deussen, Spicker and Zheng, "Weighted Linde-Buzo-Gray stippling", 2017).
 constexpr double least = 0.65;
 constexpr double most = 1.35;
-/// In the last step, after which nobody fills what a dot leaves.
+/// `least` in the last step, after which nobody fills what a dot leaves.
 constexpr double leastAtLast = 0.5;
 
-/// To the weighted middle of the quarters of the square that is the dot's share of the picture: half a step
-/// of weighted Voronoi relaxation, without cells (dissertation 2.2.3.3).
+/// The weighted middle of the quarters of the square that is the dot's share of the picture: half a step of
+/// weighted Voronoi relaxation, without cells (dissertation 2.2.3.3).
 glm::vec2 weighted(const PixelMap& wanted, const glm::vec2& place) {
     const double density = wanted.mean(place.x, place.y, 1.0);
     const double side = std::min(1.0 / std::sqrt(std::max(density, 1e-6)), 64.0);
@@ -49,7 +49,8 @@ std::vector<DotCell> cellsOf(const PixelMap& wanted, const std::vector<TileDot>&
     return dotCells(wanted, places);
 }
 
-/// From a cell's middle to that of its half along its longer axis, were it an ellipse of even density.
+/// The way from a cell's middle to that of its half along its longer axis, were it an ellipse of even
+/// density.
 glm::dvec2 halfWay(const DotCell& cell) {
     const double mean = 0.5 * (cell.xx + cell.yy);
     const double apart = std::hypot(0.5 * (cell.xx - cell.yy), cell.xy);

@@ -22,9 +22,9 @@ struct PhotographEffort {
     bool operator==(const PhotographEffort&) const = default;
 };
 
-/// In motion: select and place.
+/// The effort in motion: select and place.
 inline constexpr PhotographEffort quickPhotograph{};
-/// At rest.
+/// The effort at rest.
 inline constexpr PhotographEffort finePhotograph{true, 4};
 
 /// The dots of the picture, those within it only.

@@ -13,8 +13,8 @@
 
 namespace mote::render {
 
-/// In a picture of width x height pixels, behind all that has a depth. The photograph is as large as fits, in
-/// the middle.
+/// The dots in a picture of width x height pixels, behind all that has a depth. The photograph is as large as
+/// fits, in the middle.
 Dots photographDots(const PlaneTiles& tiles, const PixelMap& luminance, std::uint32_t width,
                     std::uint32_t height, const StippleStyle& style, const PhotographEffort& effort);
 

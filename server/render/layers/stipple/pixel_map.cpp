@@ -33,7 +33,7 @@ PixelMap::PixelMap(std::uint32_t width, std::uint32_t height, std::vector<float>
     });
 }
 
-/// Of everything above y and to the left of x, linear within pixels.
+/// The sum of all above y and to the left of x, linear within pixels.
 double PixelMap::sum(double x, double y) const {
     const auto column = std::min(static_cast<std::size_t>(x), std::size_t{width_} - 1);
     const auto row = std::min(static_cast<std::size_t>(y), std::size_t{height_} - 1);

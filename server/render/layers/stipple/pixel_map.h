@@ -24,7 +24,7 @@ class PixelMap {
     std::uint64_t bytes() const {
         return values_.capacity() * sizeof(values_[0]) + sums_.capacity() * sizeof(sums_[0]);
     }
-    /// Of all pixels.
+    /// The sum of all pixels.
     double total() const { return sums_.back(); }
 
     /// The mean over the square of side `side` (pixels, at least 1 is taken) around (x, y), as far as it lies

@@ -20,8 +20,8 @@ using Range = tbb::blocked_range<std::size_t>;
 
 constexpr double pointsInCell = 8.0;  ///< of the grid, about
 constexpr int mostCells = 64;         ///< of the grid, along a side of the tile
-/// Beyond the picture's edges, in spacings of the full density, so that what lies there keeps the dots at
-/// the edge in their places.
+/// The margin beyond the picture's edges, in spacings of the full density, so that what lies there keeps the
+/// dots at the edge in their places.
 constexpr double marginSpacings = 6.0;
 
 Tiling tilingOf(const PixelMap& wanted, double side, double spacing) {

@@ -30,7 +30,7 @@ class StippleReplay {
     std::size_t size() const { return positions_.size(); }
     /// Before any removal: where the wanted density is looked up.
     const glm::vec3& position(std::size_t point) const { return positions_[point]; }
-    /// Of the surface there, unit length.
+    /// The surface's normal there, unit length.
     const glm::vec3& normal(std::size_t point) const { return normals_[normals_.size() == 1 ? 0 : point]; }
     /// 0 is removed first.
     std::uint32_t rank(std::size_t point) const { return rank_[point]; }

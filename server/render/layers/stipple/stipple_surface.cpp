@@ -16,7 +16,7 @@ StippleSurface::StippleSurface(StippleReplay replay, SurfaceRays rays, const Bou
 
 bool StippleSurface::hides(const glm::vec3& place, const glm::vec3& normal, const glm::vec3& direction,
                            float reach) const {
-    // Off the surface to the side from which it is looked at.
+    // Rays start off the surface, on the side from which it is looked at.
     const float side = glm::dot(normal, direction) < 0.0F ? -tolerance_ : tolerance_;
     return rays_.blocked(place + side * normal, direction, reach);
 }

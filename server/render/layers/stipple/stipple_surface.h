@@ -17,7 +17,7 @@ class StippleSurface {
 
     const StippleReplay& replay() const { return replay_; }
     const SurfaceRays& rays() const { return rays_; }
-    /// Of the mesh, layer space.
+    /// The mesh's bounds, layer space.
     const Bounds& bounds() const { return bounds_; }
     /// Points an area where all are drawn.
     double density() const { return density_; }

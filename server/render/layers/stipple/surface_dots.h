@@ -39,7 +39,7 @@ class SurfaceDots {
     bool visible(std::size_t point, const glm::vec3& position) const;
     /// Those of `points` that are visible.
     std::vector<ShownPoint> seen(const std::vector<PlacedPoint>& points) const;
-    /// In the order of `points`.
+    /// The dots, in the order of `points`.
     Dots onScreen(const std::vector<ShownPoint>& points) const;
 
   private:

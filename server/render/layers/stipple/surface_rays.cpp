@@ -45,7 +45,7 @@ SurfaceRays::SurfaceRays(std::span<const glm::vec3> positions,
                          std::span<const std::array<std::uint32_t, 3>> triangles) {
     auto made = std::make_unique<Scene>();
     made->check();
-    // Without: rays slip through the edge between two triangles.
+    // Without this, rays slip through the edge between two triangles.
     rtcSetSceneFlags(made->scene, RTC_SCENE_FLAG_ROBUST);
     const RTCGeometry geometry = rtcNewGeometry(made->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcAttachGeometry(made->scene, geometry);

@@ -24,7 +24,7 @@ class WantedDensity {
         float share =
             0.0F;  ///< of the hierarchy's density; above 1 where it has too few points; 0 out of view
     };
-    /// Around a point's first position.
+    /// What is wanted around a point's first position.
     Wanted at(std::size_t point) const;
     /// The shares of all points. Uses all threads of the calling arena.
     std::vector<float> shares() const;
