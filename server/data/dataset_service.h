@@ -59,7 +59,7 @@ class DatasetService final : public StepSource {
     Result<Resident> resident(const AnyLoadable& what) override { return residency_.get(what); }
     bool played(const storage::Catalogue::Entry& dataset) override { return residency_.played(dataset); }
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
-    void beginPicture() override { budget_->beginTurn(); }
+    void beginPicture() override { budget_->beginGeneration(); }
 
   private:
     /// What a scan found; immutable.
@@ -90,9 +90,8 @@ class DatasetService final : public StepSource {
     bool rescanWaits_ = false;
     bool stopping_ = false;
 
-    // The rendering thread's own.
     const std::shared_ptr<storage::BlockBudget> budget_;
-    StepCache steps_;
+    StepCache steps_;  // of the rendering thread
     Residency residency_;
     std::thread thread_;
 };

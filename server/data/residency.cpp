@@ -38,7 +38,7 @@ Result<Resident> Residency::get(const AnyLoadable& what) {
     Slot* slot = &slotFor(what);
     const bool there = slot->state == State::ready;
     const bool late = slot->state == State::late;
-    if (there) slot->used = budget_->turn();  // what is expected takes the slots of others
+    if (there) slot->used = budget_->generation();  // what is expected takes the slots of others
     if (late || slot->state == State::empty || slot->underWay()) want(*slot);
     if (what.steps > 1) expectNext(what, there);
     if (late) {
@@ -77,7 +77,7 @@ std::size_t Residency::underWay() const {
     return static_cast<std::size_t>(std::count_if(slots_.begin(), slots_.end(), coming));
 }
 
-std::uint64_t Residency::giveUp(std::size_t index, Turn used) const {
+std::uint64_t Residency::giveUp(std::size_t index, Generation used) const {
     Resident gone;  // it ends when the mutex is free
     const std::lock_guard lock(mutex_);
     Slot& slot = slots_[index];
@@ -106,7 +106,7 @@ void Residency::clear(Slot& slot) {
 Residency::Slot& Residency::slotFor(const AnyLoadable& what) {
     if (Slot* const own = find(what)) return *own;
     const auto worth = [](const Slot& slot) {
-        if (slot.state == State::empty) return std::pair(0, Turn{0});
+        if (slot.state == State::empty) return std::pair(0, Generation{0});
         return std::pair(slot.state == State::loading ? 3 : slot.wanted ? 2 : 1, slot.used.load());
     };
     Slot& slot = *std::min_element(slots_.begin(), slots_.end(),
@@ -151,7 +151,7 @@ void Residency::expectNext(const AnyLoadable& what, bool there) {
     for (const auto step : series.order.next(stepsAhead)) {
         next.step = step;
         Slot* const known = find(next);
-        if (known != nullptr && known->state == State::ready && there) known->used = budget_->turn();
+        if (known != nullptr && known->state == State::ready && there) known->used = budget_->generation();
         if ((known != nullptr && known->state != State::empty) || (!moved && same)) continue;
         Slot& slot = slotFor(next);
         slot.state = State::waiting;
@@ -181,16 +181,16 @@ bool Residency::loadOne() {
 /// Counts what it takes. Errors: also resourceExhausted where there is no room but for what the present
 /// picture uses.
 Result<Resident> Residency::load(const AnyLoadable& what) const {
-    const auto turn = budget_->turn();
+    const auto generation = budget_->generation();
     const auto expected = what.expected(what.step);
-    if (!budget_->take(expected, turn)) return noRoom(expected);
+    if (!budget_->take(expected, generation)) return noRoom(expected);
     auto loaded = read(what);
     const auto bytes = loaded.ok() ? loaded->bytes : 0;
     if (bytes <= expected) {
         budget_->giveBack(expected - bytes);
         return loaded;
     }
-    if (budget_->take(bytes - expected, turn)) return loaded;
+    if (budget_->take(bytes - expected, generation)) return loaded;
     budget_->giveBack(expected);
     return noRoom(bytes);
 }
@@ -212,7 +212,7 @@ void Residency::finish(Slot& slot, Result<Resident> loaded) {
     if (loaded.ok()) {
         slot.state = State::ready;
         slot.resident = *std::move(loaded);
-        slot.used = budget_->turn();
+        slot.used = budget_->generation();
         return;
     }
     if (!slot.wanted) return clear(slot);

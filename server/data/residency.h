@@ -62,16 +62,18 @@ class Residency final : private storage::BudgetedBlocks {
         bool wanted = false;  ///< a picture asked for it and has not had it
         Resident resident;
         std::optional<Error> error;
-        std::atomic<Turn> used{0};
+        std::atomic<Generation> used{0};
 
         bool underWay() const { return state == State::waiting || state == State::loading; }
     };
 
     // The slots as the budget sees them.
     std::size_t blockCount() const override { return most; }
-    Turn usedIn(std::size_t slot) const override { return slots_[slot].used.load(std::memory_order_relaxed); }
+    Generation usedIn(std::size_t slot) const override {
+        return slots_[slot].used.load(std::memory_order_relaxed);
+    }
     std::uint64_t blockSize(std::size_t slot) const override { return slots_[slot].resident.bytes; }
-    std::uint64_t giveUp(std::size_t slot, Turn used) const override;
+    std::uint64_t giveUp(std::size_t slot, Generation used) const override;
 
     Result<Resident> load(const AnyLoadable& what) const;
     Result<Resident> read(const AnyLoadable& what) const;

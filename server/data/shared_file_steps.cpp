@@ -91,7 +91,7 @@ Result<std::shared_ptr<const render::GridField>> SharedFileSteps::loadFile(const
 }
 
 Status SharedFileSteps::makeRoom(std::uint64_t bytes) {
-    while (!budget_->take(bytes, budget_->turn())) {
+    while (!budget_->take(bytes, budget_->generation())) {
         if (grids_.empty()) {
             return Error{
                 ErrorCode::resourceExhausted, "dataset",

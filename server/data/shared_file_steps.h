@@ -22,7 +22,7 @@ class SharedFileSteps final : public render::RankSteps {
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
     Result<Name> nameOf(const render::GridField& field) override;
     Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
-    void beginPicture() override { budget_->beginTurn(); }
+    void beginPicture() override { budget_->beginGeneration(); }
 
   private:
     static constexpr std::size_t mostOpen = 16;

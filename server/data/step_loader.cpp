@@ -25,7 +25,7 @@ bool StepLoader::want(const std::shared_ptr<const storage::MappedStep>& step, co
                                             .ahead = step->aheadOf(need),
                                             .need = need,
                                             .urgency = urgency,
-                                            .turn = budget_->turn()});
+                                            .generation = budget_->generation()});
     if (!task->ahead.empty()) task->block = task->ahead.front().first;
     {
         const std::lock_guard lock(mutex_);
@@ -99,7 +99,7 @@ StepLoader::Served StepLoader::serve(const Piece& piece) const {
         }
         const std::size_t later = ahead.first + readAhead;
         if (later < ahead.last && ahead.array->usedIn(later) == 0) ahead.array->expect(later);
-        return ahead.array->bring(ahead.first, piece.task->turn) ? Served::yes : Served::noRoom;
+        return ahead.array->bring(ahead.first, piece.task->generation) ? Served::yes : Served::noRoom;
     } catch (const storage::StorageError& error) {
         piece.step->fail(error.error());
         return Served::failed;

@@ -28,8 +28,8 @@ class StepLoader {
     StepLoader(std::shared_ptr<storage::BlockBudget> budget, unsigned threads, std::function<void()> arrived);
 
     /// Takes the place of what was wanted of that step before; an empty need: nothing more. In the budget's
-    /// present turn: what was used in it or later is not given up for it. False where the same need was tried
-    /// last and found beyond the budget: nothing will come.
+    /// present generation: what was used in it or later is not given up for it. False where the same need was
+    /// tried last and found beyond the budget: nothing will come.
     bool want(const std::shared_ptr<const storage::MappedStep>& step, const storage::StepNeed& need,
               Urgency urgency);
     /// Needs that are not yet served.
@@ -42,7 +42,7 @@ class StepLoader {
         std::vector<storage::MappedStep::Ahead> ahead;
         storage::StepNeed need;
         Urgency urgency;
-        storage::BlockBudget::Turn turn;
+        storage::BlockBudget::Generation generation;
         std::size_t at = 0;     ///< index into `ahead`
         std::size_t block = 0;  ///< the next one of that to take
         unsigned busy = 0;      ///< threads that are on it

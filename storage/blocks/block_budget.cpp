@@ -29,11 +29,11 @@ void BlockBudget::leave(const BudgetedBlocks& blocks) {
 }
 
 /// Under the mutex.
-std::vector<BlockBudget::Candidate> BlockBudget::oldest(Turn before, std::size_t most) const {
+std::vector<BlockBudget::Candidate> BlockBudget::oldest(Generation before, std::size_t most) const {
     std::vector<Candidate> found;
     for (const auto* owner : owners_) {
         for (std::size_t block = 0; block < owner->blockCount(); ++block) {
-            const Turn used = owner->usedIn(block);
+            const Generation used = owner->usedIn(block);
             if (used != 0 && used < before) found.push_back({used, block, owner});
         }
     }
@@ -56,13 +56,13 @@ bool BlockBudget::takeFree(std::uint64_t bytes) {
     return false;
 }
 
-bool BlockBudget::take(std::uint64_t bytes, Turn turn) {
+bool BlockBudget::take(std::uint64_t bytes, Generation generation) {
     if (takeFree(bytes)) return true;
     const std::uint64_t slack = std::min(limit_ / slackShare / blockBytes * blockBytes, mostSlack);
     const auto over = [&] { return resident() + bytes + slack > limit_; };
     const std::lock_guard lock(mutex_);
     for (;;) {
-        const auto candidates = oldest(turn, batch);
+        const auto candidates = oldest(generation, batch);
         for (const auto& one : candidates) {
             // One that was used meanwhile stays.
             if (over()) giveBack(one.owner->giveUp(one.block, one.used));

@@ -5,8 +5,9 @@
 // of equals those that lie later (the halo is the head of the points). Shared by all that has such blocks;
 // any thread.
 //
-// Use is counted in turns, one a picture. Whatever was used in a turn that is not over is kept, so that what
-// a picture holds in its hands does not vanish beneath it: beginTurn() belongs to the one thread that draws.
+// Use is counted in generations, one a picture. Whatever was used in a generation that is not over is kept,
+// so that what a picture holds in its hands does not vanish beneath it: beginGeneration() belongs to the one
+// thread that draws.
 #pragma once
 
 #include <atomic>
@@ -19,15 +20,15 @@ namespace mote::storage {
 /// Blocks that may leave memory. Asked from any thread.
 class BudgetedBlocks {
   public:
-    using Turn = std::uint32_t;  ///< from 1
+    using Generation = std::uint32_t;  ///< from 1
 
     virtual std::size_t blockCount() const = 0;
-    /// The turn in which a block was last used; 0: it is not in memory.
-    virtual Turn usedIn(std::size_t block) const = 0;
+    /// The generation in which a block was last used; 0: it is not in memory.
+    virtual Generation usedIn(std::size_t block) const = 0;
     virtual std::uint64_t blockSize(std::size_t block) const = 0;  ///< bytes
     /// Takes a block out of memory, but not where it was used after `used`; bytes that are free now. Must not
     /// ask the budget for anything.
-    virtual std::uint64_t giveUp(std::size_t block, Turn used) const = 0;
+    virtual std::uint64_t giveUp(std::size_t block, Generation used) const = 0;
 
   protected:
     BudgetedBlocks() = default;
@@ -40,7 +41,7 @@ class BudgetedBlocks {
 
 class BlockBudget {
   public:
-    using Turn = BudgetedBlocks::Turn;
+    using Generation = BudgetedBlocks::Generation;
 
     explicit BlockBudget(std::uint64_t bytes) : limit_(bytes) {}
 
@@ -48,13 +49,14 @@ class BlockBudget {
     /// Bytes of the blocks that are in memory.
     std::uint64_t resident() const { return resident_.load(std::memory_order_relaxed); }
 
-    Turn turn() const { return turn_.load(std::memory_order_relaxed); }
-    Turn beginTurn() { return turn_.fetch_add(1, std::memory_order_relaxed) + 1; }
+    Generation generation() const { return generation_.load(std::memory_order_relaxed); }
+    Generation beginGeneration() { return generation_.fetch_add(1, std::memory_order_relaxed) + 1; }
 
-    /// Counts so many bytes as in memory, after giving up blocks that were last used before `turn` where
-    /// there is no room for them. False where that is not enough: nothing is counted then, though blocks that
-    /// are older may be gone. Counting is part of finding the room, so that two threads do not find the same.
-    bool take(std::uint64_t bytes, Turn turn);
+    /// Counts so many bytes as in memory, after giving up blocks that were last used before `generation`
+    /// where there is no room for them. False where that is not enough: nothing is counted then, though
+    /// blocks that are older may be gone. Counting is part of finding the room, so that two threads do not
+    /// find the same.
+    bool take(std::uint64_t bytes, Generation generation);
     /// Counts them whatever there is room for.
     void takeAnyway(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
     /// Gives back bytes that were taken and did not come in.
@@ -66,16 +68,16 @@ class BlockBudget {
 
   private:
     struct Candidate {
-        Turn used;
+        Generation used;
         std::size_t block;
         const BudgetedBlocks* owner;
     };
     bool takeFree(std::uint64_t bytes);
-    std::vector<Candidate> oldest(Turn before, std::size_t most) const;
+    std::vector<Candidate> oldest(Generation before, std::size_t most) const;
 
     const std::uint64_t limit_;
     std::atomic<std::uint64_t> resident_{0};
-    std::atomic<Turn> turn_{1};
+    std::atomic<Generation> generation_{1};
     std::mutex mutex_;
     std::vector<const BudgetedBlocks*> owners_;  // under the mutex
 };

@@ -54,7 +54,7 @@ Result<VerifiedArray> VerifiedArray::make(const MappedFile& file, const proto::D
     array.offset_ = digest.offset();
     array.bytes_ = bytes.subspan(digest.offset(), *size);
     array.blocks_.assign(digest.blocks().begin(), digest.blocks().end());
-    array.used_ = std::make_unique<std::atomic<BlockBudget::Turn>[]>(array.blocks_.size());
+    array.used_ = std::make_unique<std::atomic<BlockBudget::Generation>[]>(array.blocks_.size());
     return array;
 }
 
@@ -80,48 +80,49 @@ std::optional<Error> VerifiedArray::checkBlock(std::size_t block) const {
 }
 
 /// Marks a block used where it is in memory.
-bool VerifiedArray::touch(std::size_t block, BlockBudget::Turn turn) const {
+bool VerifiedArray::touch(std::size_t block, BlockBudget::Generation generation) const {
     auto used = used_[block].load(std::memory_order_relaxed);
     while (used != 0) {
-        if (used >= turn) return true;
-        if (used_[block].compare_exchange_weak(used, turn, std::memory_order_relaxed)) return true;
+        if (used >= generation) return true;
+        if (used_[block].compare_exchange_weak(used, generation, std::memory_order_relaxed)) return true;
     }
     return false;
 }
 
 /// A block for which the budget has taken its bytes.
-void VerifiedArray::load(std::size_t block, BlockBudget::Turn turn) const {
+void VerifiedArray::load(std::size_t block, BlockBudget::Generation generation) const {
     auto error = checkBlock(block);
-    BlockBudget::Turn absent = 0;
+    BlockBudget::Generation absent = 0;
     // The bytes never change, so the mark orders nothing else.
     const bool first =
-        !error && used_[block].compare_exchange_strong(absent, turn, std::memory_order_relaxed);
+        !error && used_[block].compare_exchange_strong(absent, generation, std::memory_order_relaxed);
     if (!first && budget_) budget_->giveBack(blockSize(block));
     if (error) throw StorageError(*std::move(error));
 }
 
-bool VerifiedArray::bring(std::size_t block, BlockBudget::Turn turn) const {
-    if (touch(block, turn)) return true;
-    if (budget_ && !budget_->take(blockSize(block), turn)) return false;
-    load(block, turn);
+bool VerifiedArray::bring(std::size_t block, BlockBudget::Generation generation) const {
+    if (touch(block, generation)) return true;
+    if (budget_ && !budget_->take(blockSize(block), generation)) return false;
+    load(block, generation);
     return true;
 }
 
-/// What is asked for comes in, if need be in the place of something of the same turn, which whoever reads on
-/// through more than there is room for has left behind.
+/// What is asked for comes in, if need be in the place of something of the same generation, which whoever
+/// reads on through more than there is room for has left behind.
 void VerifiedArray::bringForUse(std::size_t block) const {
-    const auto turn = budget_ ? budget_->turn() : 1;
-    if (touch(block, turn)) return;
+    const auto generation = budget_ ? budget_->generation() : 1;
+    if (touch(block, generation)) return;
     const auto size = blockSize(block);
-    if (budget_ && !budget_->take(size, turn) && !budget_->take(size, turn + 1)) budget_->takeAnyway(size);
-    load(block, turn);
+    if (budget_ && !budget_->take(size, generation) && !budget_->take(size, generation + 1))
+        budget_->takeAnyway(size);
+    load(block, generation);
 }
 
 void VerifiedArray::expect(std::size_t block) const {
     file_->expect(offset_ + block * blockBytes, blockSize(block));
 }
 
-std::uint64_t VerifiedArray::giveUp(std::size_t block, Turn used) const {
+std::uint64_t VerifiedArray::giveUp(std::size_t block, Generation used) const {
     if (!used_[block].compare_exchange_strong(used, 0, std::memory_order_relaxed)) return 0;
     file_->giveUp(offset_ + block * blockBytes, blockSize(block));
     return blockSize(block);

@@ -51,11 +51,13 @@ class VerifiedArray final : public BudgetedBlocks {
 
     std::size_t blockCount() const override { return blocks_.size(); }
     std::uint64_t blockSize(std::size_t block) const override;
-    Turn usedIn(std::size_t block) const override { return used_[block].load(std::memory_order_relaxed); }
-    std::uint64_t giveUp(std::size_t block, Turn used) const override;
-    /// Brings a block in, or marks it used, in `turn`. False where the budget has no room but for what was
-    /// used since. Throws StorageError (corrupt).
-    bool bring(std::size_t block, BlockBudget::Turn turn) const;
+    Generation usedIn(std::size_t block) const override {
+        return used_[block].load(std::memory_order_relaxed);
+    }
+    std::uint64_t giveUp(std::size_t block, Generation used) const override;
+    /// Brings a block in, or marks it used, in `generation`. False where the budget has no room but for what
+    /// was used since. Throws StorageError (corrupt).
+    bool bring(std::size_t block, BlockBudget::Generation generation) const;
     /// Tells the kernel that the block will be brought in soon.
     void expect(std::size_t block) const;
     /// Hashes one block, whether or not it was verified before; the Error names file, array and offset.
@@ -65,8 +67,8 @@ class VerifiedArray final : public BudgetedBlocks {
     VerifiedArray() = default;
     void use(std::uint64_t offset, std::uint64_t length) const;
     void bringForUse(std::size_t block) const;
-    bool touch(std::size_t block, BlockBudget::Turn turn) const;
-    void load(std::size_t block, BlockBudget::Turn turn) const;
+    bool touch(std::size_t block, BlockBudget::Generation generation) const;
+    void load(std::size_t block, BlockBudget::Generation generation) const;
 
     const MappedFile* file_ = nullptr;
     BlockBudget* budget_ = nullptr;
@@ -76,7 +78,7 @@ class VerifiedArray final : public BudgetedBlocks {
     std::uint64_t offset_ = 0;  ///< of bytes_ in the file
     std::span<const std::byte> bytes_;
     std::vector<std::uint64_t> blocks_;
-    std::unique_ptr<std::atomic<BlockBudget::Turn>[]> used_;  ///< by block; 0: not in memory
+    std::unique_ptr<std::atomic<BlockBudget::Generation>[]> used_;  ///< by block; 0: not in memory
 };
 
 }  // namespace mote::storage

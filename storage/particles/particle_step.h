@@ -10,8 +10,8 @@
 //
 // Opened with a budget (block_budget.h), the blocks come and go: an accessor waits for what is not in memory,
 // and the functions ...Ready say what it need not wait for. Without one, all counts as ready. A span is good
-// until the turn of the budget ends in which it was asked for; one asks for no more at once than the budget
-// holds.
+// until the generation of the budget ends in which it was asked for; one asks for no more at once than the
+// budget holds.
 #pragma once
 
 #include <cstdint>

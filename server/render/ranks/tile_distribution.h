@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // How the tiles of a picture are distributed to ranks, each in turn, and drawn in batches, so that the cells
-// that ranks send each other are bounded at any size of the picture. A value; pure functions.
+// that ranks send each other are bounded at any size of the picture; a batch has a tile for each rank at
+// least. A value; pure functions.
 #pragma once
 
 #include <algorithm>

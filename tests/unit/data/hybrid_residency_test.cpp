@@ -194,8 +194,8 @@ TEST_F(HybridResidency, VolumesAndOtherBlocksMakeRoomForEachOther) {
     step(0);
     await(1);
     ASSERT_NE(step(0), nullptr);
-    EXPECT_FALSE(budget_->take(loading_, budget_->turn())) << "the picture under way uses it";
-    ASSERT_TRUE(budget_->take(loading_, budget_->beginTurn()));
+    EXPECT_FALSE(budget_->take(loading_, budget_->generation())) << "the picture under way uses it";
+    ASSERT_TRUE(budget_->take(loading_, budget_->beginGeneration()));
     EXPECT_EQ(residency_->loaded(), 0U);
     EXPECT_EQ(budget_->resident(), loading_);
     budget_->giveBack(loading_);
@@ -218,7 +218,7 @@ TEST_F(HybridResidency, AStepThatHadToGoBeforeItWasDrawnComesAtOnce) {
     EXPECT_EQ(step(0), nullptr);
     letGo(1000);
     await(1);
-    ASSERT_TRUE(budget_->take(loading_, budget_->beginTurn()));
+    ASSERT_TRUE(budget_->take(loading_, budget_->beginGeneration()));
     budget_->giveBack(loading_);
     EXPECT_NE(step(0), nullptr) << "or two of them could take turns for ever";
 }
@@ -231,7 +231,7 @@ TEST_F(HybridResidency, WhatIsPlayedStaysForWhatComes) {
         awaitRest();
     }
     for (std::uint32_t i = 1; i < steps; ++i) {
-        budget_->beginTurn();
+        budget_->beginGeneration();
         EXPECT_NE(step(i), nullptr) << i;
         awaitRest();
         EXPECT_LE(budget_->resident(), budget_->limit());

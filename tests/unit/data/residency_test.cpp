@@ -69,7 +69,7 @@ class ResidencyTest : public testing::Test {
     }
     /// The picture after, which asks for it until it is there.
     std::shared_ptr<const void> bring(const AnyLoadable& what) {
-        budget_->beginTurn();
+        budget_->beginGeneration();
         if (auto there = get(what)) return there;
         awaitRest();
         return get(what);
@@ -155,7 +155,7 @@ TEST_F(ResidencyTest, WhatThePresentPictureUsesStaysAndTheRestIsSaidToBeTooMuch)
     ASSERT_NE(bring(thing(a_)), nullptr);
     EXPECT_EQ(get(thing(b_)), nullptr);
     awaitRest();
-    budget_->beginTurn();
+    budget_->beginGeneration();
     EXPECT_NE(get(thing(a_)), nullptr);
     const auto refused = residency_->get(thing(b_));
     ASSERT_FALSE(refused.ok());
@@ -291,7 +291,7 @@ TEST_F(ResidencyTest, WhatIsExpectedDoesNotTakeThePlaceOfWhatIsAskedFor) {
     awaitRest();  // 5 to 8
     for (std::size_t i = residency_->loaded(); i < Residency::most; ++i)
         ASSERT_NE(bring(thing(entryOf(std::to_string(i)))), nullptr);
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step.step = 3;  // the oldest of all; 2, 1, 0 and 15 follow
     EXPECT_EQ(get(step), third);
     awaitRest();

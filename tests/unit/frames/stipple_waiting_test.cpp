@@ -73,7 +73,7 @@ class GatedSource final : public StepSource {
         };
         return residency_.get(gated);
     }
-    void beginPicture() override { budget_->beginTurn(); }
+    void beginPicture() override { budget_->beginGeneration(); }
 
     void open() {
         const std::lock_guard lock(mutex_);

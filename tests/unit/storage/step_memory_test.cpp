@@ -82,11 +82,11 @@ class StepMemory : public testing::Test {
 
 TEST(BlockBudgetTest, RoomThatWasFoundIsTaken) {
     BlockBudget budget(mib);
-    EXPECT_TRUE(budget.take(mib, budget.turn()));
-    EXPECT_FALSE(budget.take(mib, budget.turn())) << "before anything came in";
+    EXPECT_TRUE(budget.take(mib, budget.generation()));
+    EXPECT_FALSE(budget.take(mib, budget.generation())) << "before anything came in";
     EXPECT_EQ(budget.resident(), mib);
     budget.giveBack(mib);
-    EXPECT_TRUE(budget.take(mib, budget.turn()));
+    EXPECT_TRUE(budget.take(mib, budget.generation()));
 }
 
 TEST(BlockBudgetTest, ThreadsNeverFindTheSameRoom) {
@@ -97,7 +97,7 @@ TEST(BlockBudgetTest, ThreadsNeverFindTheSameRoom) {
     for (int i = 0; i < 4; ++i) {
         threads.emplace_back([&] {
             for (int round = 0; round < 20000; ++round) {
-                if (!budget.take(mib, budget.turn())) continue;
+                if (!budget.take(mib, budget.generation())) continue;
                 if (budget.resident() > budget.limit()) beyond = true;
                 ++served;
                 budget.giveBack(mib);
@@ -143,11 +143,11 @@ TEST_F(StepMemory, WhatWasUsedLongestAgoLeavesFirst) {
     setBudget(2 * mib);
     const auto step = open();
     step->positions(0, 1);
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step->rows(0, 1);
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step->positions(0, 1);  // again: the rows are older now
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step->rows(mib / 8, 1);
     EXPECT_EQ(budget_->resident(), 2 * mib);
     EXPECT_EQ(step->positionsReady(0, points), firstBlock);
@@ -158,7 +158,7 @@ TEST_F(StepMemory, OfEqualsTheTailOfTheFileLeavesFirst) {
     setBudget(2 * mib);
     const auto step = open();
     step->positions(0, points);  // two blocks, the second one shorter
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step->rows(0, 1);
     EXPECT_EQ(step->positionsReady(0, points), firstBlock);
 }
@@ -207,7 +207,7 @@ TEST_F(StepMemory, ABlockThatComesBackIsVerifiedAnew) {
     setBudget(mib);
     const auto step = open();
     step->positions(0, 1);
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step->rows(0, 1);
     flipByte(positionsOffset() + 100);
     EXPECT_THROW(step->positions(0, 1), StorageError);
@@ -243,7 +243,7 @@ TEST_F(StepMemory, WhatThePictureUsesIsNotGivenUpForMore) {
     setBudget(mib);
     startLoader();
     const auto step = open();
-    budget_->beginTurn();
+    budget_->beginGeneration();
     step->positions(0, 1);
     const StepNeed beyond{.points = {{firstBlock, 1000}}};
     load(step, beyond);
