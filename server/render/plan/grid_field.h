@@ -50,7 +50,8 @@ struct GridBricks {
     static constexpr std::uint32_t samples = 9;  ///< along an edge
     static constexpr std::uint32_t volume = samples * samples * samples;
     static constexpr std::int32_t none = -1;
-    static constexpr std::size_t most = (std::size_t{1} << 31) / (2 * volume) - 1;  ///< bytes in 31 bits
+    static constexpr std::size_t most =
+        (std::size_t{1} << 31) / (std::size_t{2} * volume) - 1;  ///< bytes in 31 bits
 
     glm::uvec3 size{0};                 ///< of the error grid, samples
     glm::uvec3 count{0};                ///< bricks

@@ -170,10 +170,11 @@ void BrickMaker::fill(std::size_t brick) {
 
 /// Central differences, in layer space, towards greater values.
 glm::vec3 BrickMaker::gradient(const Surroundings& around, const glm::uvec3& at) const {
-    const std::size_t here = ((std::size_t{at.z} + 1) * wide + at.y + 1) * wide + at.x + 1;
+    constexpr std::size_t row = wide, sheet = row * wide;
+    const std::size_t here = (at.z + 1) * sheet + (at.y + 1) * row + at.x + 1;
     return gradientToLayer_ * glm::vec3(around[here + 1] - around[here - 1],
-                                        around[here + wide] - around[here - wide],
-                                        around[here + wide * wide] - around[here - wide * wide]);
+                                        around[here + row] - around[here - row],
+                                        around[here + sheet] - around[here - sheet]);
 }
 
 /// The point's own, else the field's; the nearest sample's beyond the grid.

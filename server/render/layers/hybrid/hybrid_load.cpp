@@ -59,7 +59,7 @@ Status addPoints(const storage::HybridPoints& points, BrickMaker& maker) {
 Status addResidual(const std::filesystem::path& directory, const proto::Manifest& manifest,
                    std::uint32_t index, const std::function<bool()>& cancelled, BrickMaker& maker) {
     Status added = success();
-    const auto read = storage::readResidual(
+    auto read = storage::readResidual(
         directory, manifest, index,
         [&](const storage::ResidualBrick& brick) {
             if (added.ok()) added = maker.add(vectorOf(brick.index), brick.values);
