@@ -47,7 +47,7 @@ constexpr std::array kinds{
     Kind{"particles", proto::Layer::kParticles, particleSteps, plotBox},
     Kind{"hybrid", proto::Layer::kHybrid, hybridSteps, hybridBox},
     Kind{"stipple", proto::Layer::kStipple, noSteps, meshBox},
-    Kind{"mesh", proto::Layer::KIND_NOT_SET, noSteps, meshBox},
+    Kind{"mesh", proto::Layer::kMesh, noSteps, meshBox},
     Kind{"image", proto::Layer::KIND_NOT_SET, noSteps, plotBox},
 };
 

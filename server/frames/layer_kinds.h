@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // These functions make a layer of each kind part of a scene. A kind is a file (particles_layer.cpp,
-// hybrid_layer.cpp, stipple_layer.cpp) with the overloads for its style; scene_maker.cpp chooses among them,
+// hybrid_layer.cpp, ...) with the overloads for its style; scene_maker.cpp chooses among them,
 // and nobody else asks for a layer's kind. Used by the thread that renders.
 #pragma once
 
@@ -39,12 +39,14 @@ using LayerPart =
 Result<LayerPart> partOf(const ParticlesStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 
 /// What a camera should show of a layer, in layer space. Nothing where it lies on the screen, or has a
 /// dataset of another kind: that is said when it is drawn. Errors: notFound.
 Result<std::optional<Bounds>> boundsOf(const ParticlesStyle& style, const Layer& layer, StepSource& data);
 Result<std::optional<Bounds>> boundsOf(const HybridStyle& style, const Layer& layer, StepSource& data);
 Result<std::optional<Bounds>> boundsOf(const StippleStyle& style, const Layer& layer, StepSource& data);
+Result<std::optional<Bounds>> boundsOf(const MeshStyle& style, const Layer& layer, StepSource& data);
 
 /// The plane hierarchy of a layer that stipples a picture; null where it is on its way. Errors: as partOf.
 Result<std::shared_ptr<const render::PlaneTiles>> planeOf(const Layer& layer, StepSource& data);

@@ -150,10 +150,10 @@ Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& 
     MOTE_RETURN_IF_ERROR(checkDots(scene.view, *layer.stipple()));
     MOTE_ASSIGN_OR_RETURN(const auto tiles, planeOf(layer, steps_));
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto plan = planFor(job.stage, scene, quality);
+    const auto begun = Clock::now();
+    const auto plan = planFor(job, scene, quality);
     why.waits = !plan || !tiles;
     if (why.waits) return none;
-    const auto begun = Clock::now();
     const auto picture = device_->render(*plan, render::PixelFormat::srgb8, job.stop);
     check(scene);
     want(*plan);
@@ -208,13 +208,13 @@ bool PictureMaker::want(const render::FramePlan& plan) {
 }
 
 /// Nothing where the picture waits for data.
-std::optional<render::FramePlan> PictureMaker::planFor(Stage stage, const render::Scene& scene,
+std::optional<render::FramePlan> PictureMaker::planFor(const RenderJob& job, const render::Scene& scene,
                                                        const Quality& quality) {
     const auto plan = [&](render::Reading reading) {
-        return render::makeFramePlan(scene, quality, selections_, device_->abilities(), reading);
+        return render::makeFramePlan(scene, quality, selections_, device_->abilities(), reading, job.stop);
     };
     auto now = plan(render::Reading::notForPoints);
-    if (stage != Stage::exact || !now.waits()) return now;
+    if (job.stage != Stage::exact || !now.waits()) return now;
     check(scene);
     if (want(now)) return std::nullopt;
     return plan(render::Reading::all);
@@ -223,7 +223,8 @@ std::optional<render::FramePlan> PictureMaker::planFor(Stage stage, const render
 Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
                           PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    auto plan = planFor(job.stage, scene, quality);
+    const auto planning = Clock::now();
+    auto plan = planFor(job, scene, quality);
     if (!plan) return {.waits = true};
     // On a page they stay shapes.
     const auto dots = job.task->page ? std::exchange(plan->dots, nullptr) : nullptr;
@@ -236,12 +237,14 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     if (!picture) return {};
     const double renderMs = milliseconds(Clock::now() - planned);
     const double share = shareOf(*plan, quality);
-    if (!scene.view.layers.empty()) learn(history, scene, *picture, quality, share, renderMs);
+    // What surfaces take is taken by their plan.
+    if (!scene.view.layers.empty())
+        learn(history, scene, *picture, quality, share, milliseconds(Clock::now() - planning));
     MadePicture made{*std::move(picture),
                      {},
                      stageAfter(job.stage, scene, history),
                      dots,
-                     plan->points.empty() && plan->fields.empty()};
+                     plan->points.empty() && plan->fields.empty() && plan->fragments.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
     const auto& shown = dots ? dots : plan->dots;

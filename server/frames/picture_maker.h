@@ -70,7 +70,7 @@ class PictureMaker {
   private:
     Making draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
                 PictureHistory& history);
-    std::optional<render::FramePlan> planFor(Stage stage, const render::Scene& scene,
+    std::optional<render::FramePlan> planFor(const RenderJob& job, const render::Scene& scene,
                                              const render::Quality& quality);
     bool want(const render::FramePlan& plan);
     Result<std::optional<render::Scene>> sceneOf(const RenderJob& job, PictureHistory& history, Making& why);

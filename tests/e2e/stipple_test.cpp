@@ -75,6 +75,30 @@ TEST_F(Stipples, ShareTheirDepthWithTheBeam) {
     EXPECT_GT(litIn(picture("frame-000002.png")).inside, both.inside);  // the far side of the ball, too
 }
 
+TEST_F(Stipples, LieOnTheMeshThatHidesWhatIsBehindIt) {
+    writeBallMesh(station_.root() / "solid.mote");
+    const auto solid = [](const char* style) {
+        return "{'dataset': 'data/solid', 'mesh': {'color': [0.5, 0.5, 0.5], 'light': {'ambient': 1}" +
+               std::string(style) + "}}, ";
+    };
+    const auto through = std::string("'seeThrough': true, 'spacingPixels': 6");
+    const auto done =
+        station_.frames(scriptOf({ballView(through, solid("")), ballView(through, solid(", 'opacity': 0.1")),
+                                  ballView("'opacity': 0", solid(""))}));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto whole = litIn(picture("frame-000002.png"));
+    EXPECT_NEAR(whole.inside, 3.14159 * 100.0 * 100.0, 400.0);
+    EXPECT_EQ(whole.outside, 0);
+    // Dots are white.
+    const auto dots = [&](const char* name) {
+        const auto image = picture(name);
+        int white = 0;
+        for (std::size_t i = 0; i < image.pixels.size(); i += 4) white += image.pixels[i] > 200 ? 1 : 0;
+        return white;
+    };
+    EXPECT_GT(dots("frame-000001.png"), 1.5 * dots("frame-000000.png"));
+}
+
 TEST_F(Stipples, SayWhatIsWrong) {
     const auto refused = [&](const std::string& view, const char* place) {
         const auto done = station_.frames(scriptOf({view}));
@@ -84,6 +108,9 @@ TEST_F(Stipples, SayWhatIsWrong) {
     refused(ballView("'dotPixels': -1"), "stipple.dotPixels");
     refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/beam', 'stipple': {}}]}", "beam");
     refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/ball', 'particles': {}}]}", "ball");
+    refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/beam', 'mesh': {}}]}", "not a mesh");
+    refused("{'width': 30, 'height': 30, 'layers': [{'dataset': 'data/ball', 'mesh': {'opacity': 2}}]}",
+            "mesh.opacity");
 }
 
 }  // namespace

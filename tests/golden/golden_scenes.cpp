@@ -6,6 +6,7 @@
 #include "tests/golden/golden_dots.h"
 #include "tests/golden/golden_hybrids.h"
 #include "tests/support/beams.h"
+#include "tests/support/generated_mesh.h"
 #include "tests/support/memory_step.h"
 #include "tests/support/view_text.h"
 
@@ -201,10 +202,18 @@ const char* const dotsAlone = R"({
   'width': 199, 'height': 101, 'background': [1, 0.98, 0.9],
   'camera': {'eye': [1.2, 0.8, 2], 'target': [0, 0, 0]}})";
 
+/// A ball around the beam, seen through.
+const char* const meshShell = R"({
+  'width': 320, 'height': 180, 'background': [1, 1, 1],
+  'camera': {'eye': [-0.6, 1.6, 1.9], 'target': [0, 0, 0]},
+  'layers': [{'particles': {'points': {'opacity': 0.8, 'color': [0.1, 0.1, 0.4]}}},
+             {'mesh': {'color': [0.9, 0.6, 0.3], 'opacity': 0.4, 'light': {'specular': 0.5}}}]})";
+
 struct Recipe {
     const char* view;
     std::vector<std::shared_ptr<const MemoryStep> (*)()> steps;
     DotsOf dots = nullptr;
+    const char* mesh = nullptr;  ///< of the last layer, which has no step
 };
 
 const std::map<std::string, Recipe>& recipes() {
@@ -229,6 +238,7 @@ const std::map<std::string, Recipe>& recipes() {
         {"dotBackdrop", {dotBackdrop, {wideBeam}, dotsWithoutDepth}},
         {"dotsAndPoints", {dotsAndPoints, {largeBeam}, dotsAround}},
         {"dotsAlone", {dotsAlone, {}, dotsThrough}},
+        {"meshShell", {meshShell, {denseBeam}, nullptr, "sphere"}},
     };
     return all;
 }
@@ -261,6 +271,8 @@ const std::vector<GoldenScene>& goldenScenes() {
         {"dotBackdrop", 0.3, 0.1, 0.05, {}, 0.15},
         {"dotsAndPoints", 0.2, 0.0, 0.1, {}, 0.05},
         {"dotsAlone", 0.2, 0.0, 0.0, {}, 0.2},
+        // What of the surface a pixel holds stands at one depth: a point may lie before some of it.
+        {"meshShell", 0.3, 0.1, 0.02, {50.0, 0.999, 32}, 0.0, 16.0, 0.25},
     };
     return all;
 }
@@ -271,6 +283,10 @@ render::Scene makeScene(const std::string& name) {
     render::Scene scene{viewOf(found->second.view), {}};
     for (const auto make : found->second.steps) scene.steps.push_back(make());
     if (found->second.dots != nullptr) scene.dots = found->second.dots(scene.view);
+    if (found->second.mesh == nullptr) return scene;
+    scene.steps.emplace_back();
+    scene.meshes.resize(scene.view.layers.size());
+    scene.meshes.back() = meshOf(found->second.mesh, 0, 0);
     return scene;
 }
 

@@ -21,6 +21,7 @@ struct GoldenScene {
     Limits limits = {};              ///< where stricter or, with a reason, laxer than usual
     double dotsShare = 0.0;          ///< least share that the dots change; 0: the scene is without
     double referenceSamples = 16.0;  ///< volume samples a cell at which the reference has converged
+    double meshShare = 0.0;          ///< least share that the mesh changes; 0: the scene is without
     friend std::ostream& operator<<(std::ostream& out, const GoldenScene& scene) { return out << scene.name; }
 };
 

@@ -32,14 +32,20 @@ TEST_P(GoldenSceneTest, ShowsVolumePointsAndDots) {
     const auto empty =
         quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}, {}}, {}});
     auto noVolume = scene, noPoints = scene;
-    for (auto& layer : noVolume.view.layers) layer.particles()->volumeOpacity = Curve::constant(0.0);
-    for (auto& layer : noPoints.view.layers) layer.particles()->pointFraction = Curve::constant(0.0);
+    auto noMesh = scene;
+    for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
+        if (auto* const style = std::get_if<MeshStyle>(&noMesh.view.layers[i].style)) style->opacity = 0.0;
+        if (!scene.view.layers[i].particles()) continue;
+        noVolume.view.layers[i].particles()->volumeOpacity = Curve::constant(0.0);
+        noPoints.view.layers[i].particles()->pointFraction = Curve::constant(0.0);
+    }
     const double covered = changedShare(whole, empty);
     const double volume = changedShare(whole, quickly(noVolume));
     const double points = changedShare(whole, quickly(noPoints));
     auto noDots = scene;
     noDots.dots = {};
     EXPECT_GE(changedShare(whole, quickly(noDots)), GetParam().dotsShare);
+    EXPECT_GE(changedShare(whole, quickly(noMesh)), GetParam().meshShare);
     EXPECT_GE(covered, GetParam().coveredShare);
     EXPECT_GE(volume, GetParam().volumeShare);
     EXPECT_GE(points, GetParam().pointsShare);

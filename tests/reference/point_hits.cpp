@@ -52,6 +52,8 @@ PointHits::PointHits(const render::Scene& scene) : width_(scene.view.width), hei
     ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
+        if (scene.view.layers[layer].mesh() != nullptr)
+            meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
     }
     if (scene.dots != nullptr) addDots(scene);
     sort();
@@ -151,9 +153,10 @@ RowHits PointHits::row(std::uint32_t row) const {
             if (alpha > 0.0) result.hits_.push_back({column, spot.depth, alpha, spot.color});
         }
     }
-    // They lie front to back already.
-    std::stable_sort(result.hits_.begin(), result.hits_.end(),
-                     [](const Hit& a, const Hit& b) { return a.column < b.column; });
+    for (const auto& mesh : meshes_) mesh.addRow(row, result.hits_);
+    std::stable_sort(result.hits_.begin(), result.hits_.end(), [](const Hit& a, const Hit& b) {
+        return std::tie(a.column, a.depth) < std::tie(b.column, b.depth);
+    });
     result.begin_.assign(std::size_t{width_} + 1, 0);
     for (const auto& hit : result.hits_) ++result.begin_[hit.column + 1];
     for (std::uint32_t i = 0; i < width_; ++i) result.begin_[i + 1] += result.begin_[i];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointHits: which points and dots touch which pixels, at what depth and opacity (docs/PICTURE.md, "Points",
-// "Dots"). Made once for a picture; immutable, safe on any number of threads.
+// PointHits: which points, dots and surfaces touch which pixels, at what depth and opacity (docs/PICTURE.md,
+// "Points", "Dots", "Meshes"). Made once for a picture; immutable, safe on any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,15 @@
 #include <vector>
 
 #include "server/render/layers/scene.h"
+#include "tests/reference/hit.h"
+#include "tests/reference/mesh_hits.h"
 
 namespace mote::reference {
-
-/// A point's footprint in one pixel.
-struct Hit {
-    std::uint32_t column;
-    double depth;      ///< world units along the line of sight
-    double alpha;      ///< opacity of the point or dot times coverage, > 0
-    glm::dvec3 color;  ///< linear RGB
-};
 
 /// The hits of one row of pixels.
 class RowHits {
   public:
-    /// Front to back; equal depths by layer.
+    /// Front to back; equal depths by layer, surfaces last.
     std::span<const Hit> of(std::uint32_t column) const {
         return std::span(hits_).subspan(begin_[column], begin_[column + 1] - begin_[column]);
     }
@@ -64,11 +58,8 @@ class PointHits {
     std::uint32_t width_, height_;
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
+    std::vector<MeshHits> meshes_;
     std::vector<std::uint8_t> ambiguous_;
 };
-
-/// The nearest depth that is seen: nothing nearer, in points or volume. Minus infinity for an orthographic
-/// camera.
-double nearestDepth(const Camera& camera);
 
 }  // namespace mote::reference

@@ -106,7 +106,9 @@ render::StippleSurface floorSurface(std::uint32_t points) {
             Bounds{glm::dvec3(-2.0, -1.0, -2.0), glm::dvec3(2.0, 0.5, 2.0)}, 16.0};
 }
 
-void writeBall(const std::filesystem::path& output, std::uint32_t points) {
+namespace {
+
+storage::SurfaceMesh ballMesh() {
     storage::SurfaceMesh mesh;
     addBall(mesh, 1.0);
     for (const auto& position : mesh.positions) mesh.normals.push_back(glm::normalize(position));
@@ -114,10 +116,29 @@ void writeBall(const std::filesystem::path& output, std::uint32_t points) {
         const auto& corners = mesh.triangles.front();
         mesh.edges.push_back({{corners[i], corners[(i + 1) % 3]}, {0, storage::MeshEdge::none}});
     }
-    const auto positions = ballPoints(points);
+    return mesh;
+}
+
+proto::Manifest ballManifest(const char* kind, const storage::SurfaceMesh& mesh) {
     proto::Manifest manifest;
-    manifest.set_kind("stipple");
+    manifest.set_kind(kind);
     manifest.set_format(1);
+    *manifest.mutable_mesh() = storage::describeMesh(mesh);
+    return manifest;
+}
+
+storage::DatasetWriter writerTo(const std::filesystem::path& output) {
+    auto writer = storage::DatasetWriter::create(output);
+    if (!writer.ok()) throw storage::StorageError(writer.error());
+    return *std::move(writer);
+}
+
+}  // namespace
+
+void writeBall(const std::filesystem::path& output, std::uint32_t points) {
+    const auto mesh = ballMesh();
+    const auto positions = ballPoints(points);
+    auto manifest = ballManifest("stipple", mesh);
     auto& stipple = *manifest.mutable_stipple();
     stipple.set_domain(proto::StippleManifest::SURFACE);
     stipple.set_points(points);
@@ -125,14 +146,20 @@ void writeBall(const std::filesystem::path& output, std::uint32_t points) {
     stipple.set_area(4.0 * pi);
     stipple.set_rings(1);
     stipple.set_relaxation(1.0);
-    *manifest.mutable_mesh() = storage::describeMesh(mesh);
-    auto writer = storage::DatasetWriter::create(output);
-    if (!writer.ok()) throw storage::StorageError(writer.error());
-    require(storage::writeHierarchy(writer->directory(), hierarchyOf(positions, positions)));
-    require(storage::writeMesh(writer->directory(), mesh));
+    auto writer = writerTo(output);
+    require(storage::writeHierarchy(writer.directory(), hierarchyOf(positions, positions)));
+    require(storage::writeMesh(writer.directory(), mesh));
     for (const char* file : {"hierarchy.h5", "hierarchy.digest", "mesh.h5", "mesh.digest"})
-        require(writer->add(file));
-    require(writer->publish(manifest));
+        require(writer.add(file));
+    require(writer.publish(manifest));
+}
+
+void writeBallMesh(const std::filesystem::path& output) {
+    const auto mesh = ballMesh();
+    auto writer = writerTo(output);
+    require(storage::writeMesh(writer.directory(), mesh));
+    for (const char* file : {"mesh.h5", "mesh.digest"}) require(writer.add(file));
+    require(writer.publish(ballManifest("mesh", mesh)));
 }
 
 }  // namespace mote::test

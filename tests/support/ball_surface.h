@@ -20,5 +20,7 @@ render::StippleSurface floorSurface(std::uint32_t points);
 
 /// Publishes the ball as a dataset "NAME.mote" of kind "stipple". Throws StorageError.
 void writeBall(const std::filesystem::path& output, std::uint32_t points);
+/// The same without points, of kind "mesh".
+void writeBallMesh(const std::filesystem::path& output);
 
 }  // namespace mote::test

@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 namespace {

@@ -25,6 +25,7 @@ constexpr double enoughCertain = 0.03;  // share in doubt with which no more sam
 
 /// The box of a layer in layer space; of dots, where they are made.
 Bounds boundsOf(const render::Scene& scene, std::size_t layer) {
+    if (layer < scene.meshes.size() && scene.meshes[layer]) return scene.meshes[layer]->bounds();
     const bool hybrid = layer < scene.hybrids.size() && scene.hybrids[layer] != nullptr;
     return hybrid ? scene.hybrids[layer]->bounds() : plotBounds;
 }

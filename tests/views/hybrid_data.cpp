@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 namespace {

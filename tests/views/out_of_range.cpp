@@ -82,6 +82,8 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"Light.diffuse", {0.0, 1.0}},
         {"Light.direction", {-1e6, 1e6}},
         {"Light.specular", {0.0, 1.0}},
+        {"MeshStyle.color", {0.0, 1.0}},
+        {"MeshStyle.opacity", {0.0, 1.0}},
         {"PointsStyle.color", {0.0, 1.0}},
         {"PointsStyle.opacity", {0.0, 1.0}},
         {"PointsStyle.size_pixels", {0.1, 64.0}},

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "protocol/mote.pb.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 

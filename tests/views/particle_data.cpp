@@ -4,7 +4,7 @@
 #include <array>
 
 #include "tests/support/beams.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 namespace {

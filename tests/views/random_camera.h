@@ -5,7 +5,7 @@
 #pragma once
 
 #include "protocol/scene/camera.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 

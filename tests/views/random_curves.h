@@ -9,7 +9,7 @@
 
 #include "protocol/scene/curve.h"
 #include "protocol/scene/hybrid_style.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 

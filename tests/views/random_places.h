@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "protocol/scene/bounds.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 

@@ -154,4 +154,13 @@ proto::StippleStyle anyStippleStyle(Random& random) {
     return style;
 }
 
+proto::MeshStyle anyMeshStyle(Random& random) {
+    proto::MeshStyle style;
+    if (random.chance(0.6)) setAnyColor(random, style.mutable_color());
+    if (random.chance(0.5)) style.set_opacity(anyShare(random));
+    if (random.chance(0.6)) setLight(random, true, *style.mutable_light());
+    style.set_wire(random.chance(0.2));
+    return style;
+}
+
 }  // namespace mote::test

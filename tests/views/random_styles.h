@@ -5,7 +5,7 @@
 #pragma once
 
 #include "protocol/mote.pb.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 #include "tests/views/view_data.h"
 
 namespace mote::test {
@@ -13,5 +13,6 @@ namespace mote::test {
 proto::ParticlesStyle anyParticlesStyle(Random& random);
 proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data);
 proto::StippleStyle anyStippleStyle(Random& random);
+proto::MeshStyle anyMeshStyle(Random& random);
 
 }  // namespace mote::test

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
 #include "tests/views/hybrid_data.h"
 #include "tests/views/particle_data.h"
@@ -17,11 +18,13 @@ constexpr std::string_view root = "views/";
 
 std::span<const std::string_view> formsOf(DataKind kind) {
     if (kind == DataKind::particles) return particleForms();
+    if (kind == DataKind::mesh) return meshForms();
     return kind == DataKind::hybrid ? hybridForms() : dotForms();
 }
 
 DataKind kindOf(const Layer& layer) {
     if (layer.particles() != nullptr) return DataKind::particles;
+    if (layer.mesh() != nullptr) return DataKind::mesh;
     return layer.hybrid() != nullptr ? DataKind::hybrid : DataKind::dots;
 }
 
@@ -61,6 +64,7 @@ Result<DatasetName> ViewData::find(const std::string& name, DataKind kind) {
 }
 
 DatasetTraits ViewData::traits(const DatasetName& name) {
+    if (name.kind == DataKind::mesh) return {meshOf(name.form, name.number, 0)->bounds()};
     if (name.kind != DataKind::hybrid) return {plotBounds};
     const HybridShape shape = hybridShape(name.form, name.number);
     return {Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(shape.boxToLayer), shape.range, shape.parts};
@@ -79,6 +83,12 @@ std::shared_ptr<const render::GridField> ViewData::hybrid(const DatasetName& nam
     return kept;
 }
 
+std::shared_ptr<const render::MeshSurface> ViewData::mesh(const DatasetName& name, std::uint32_t step) {
+    auto& kept = meshes_[name.toString() + fmt::format("/{}", step)];
+    if (!kept) kept = meshOf(name.form, name.number, step);
+    return kept;
+}
+
 Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dots) {
     const auto name = find(layer.dataset, kindOf(layer));
     MOTE_RETURN_IF_ERROR(name);
@@ -86,8 +96,10 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
         return Error{ErrorCode::notFound, "step", fmt::format("there are {} steps", steps)};
     scene.steps.emplace_back();
     scene.hybrids.emplace_back();
+    scene.meshes.emplace_back();
     if (name->kind == DataKind::particles) scene.steps.back() = particles(*name, layer.step);
     if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
+    if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
     if (name->kind != DataKind::hybrid) return success();
     scene.hybrids.back() = hybrid(*name, layer.step);
     return checkRepresentation(*layer.hybrid(), *scene.hybrids.back());

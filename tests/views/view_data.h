@@ -2,7 +2,7 @@
 //
 // ViewData: the data of generated views. A dataset's name says all of it, "views/KIND-NUMBER", so a view in a
 // file is enough to draw it again: nothing, one particle, beams, constant and random volumes, hybrid volumes
-// of every form, dots. Made at first use and kept; one owner, one thread.
+// of every form, dots, meshes. Made at first use and kept; one owner, one thread.
 #pragma once
 
 #include <map>
@@ -12,11 +12,11 @@
 
 #include "protocol/scene/error.h"
 #include "server/render/layers/scene.h"
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 namespace mote::test {
 
-enum class DataKind { particles, hybrid, dots };
+enum class DataKind { particles, hybrid, dots, mesh };
 
 struct DatasetName {
     DataKind kind = DataKind::particles;
@@ -53,9 +53,11 @@ class ViewData {
     Status add(const Layer& layer, render::Scene& scene, render::Dots& dots);
     std::shared_ptr<const storage::ParticleStep> particles(const DatasetName& name, std::uint32_t step);
     std::shared_ptr<const render::GridField> hybrid(const DatasetName& name, std::uint32_t step);
+    std::shared_ptr<const render::MeshSurface> mesh(const DatasetName& name, std::uint32_t step);
 
     std::map<std::string, std::shared_ptr<const storage::ParticleStep>> particles_;
     std::map<std::string, std::shared_ptr<const render::GridField>> hybrids_;
+    std::map<std::string, std::shared_ptr<const render::MeshSurface>> meshes_;
 };
 
 }  // namespace mote::test

@@ -40,7 +40,8 @@ std::pair<std::uint32_t, std::uint32_t> anySize(Random& random, std::uint64_t mo
 DataKind anyKind(Random& random) {
     const double kind = random.unit();
     if (kind < 0.5) return DataKind::particles;
-    return kind < 0.85 ? DataKind::hybrid : DataKind::dots;
+    if (kind < 0.8) return DataKind::hybrid;
+    return kind < 0.9 ? DataKind::dots : DataKind::mesh;
 }
 
 std::uint64_t layerCount(Random& random) {
@@ -58,6 +59,7 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
     if (data.kind == DataKind::hybrid)
         *layer.mutable_hybrid() = anyHybridStyle(random, ViewData::traits(data));
     if (data.kind == DataKind::dots) *layer.mutable_stipple() = anyStippleStyle(random);
+    if (data.kind == DataKind::mesh) *layer.mutable_mesh() = anyMeshStyle(random);
     return layer;
 }
 

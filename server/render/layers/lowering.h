@@ -4,6 +4,7 @@
 // make_frame_plan.h; one thread.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "protocol/scene/bounds.h"
@@ -21,10 +22,13 @@ struct Lowering {
     Reading reading;
     double pixels;                     ///< of the plan, a pixel of the view
     std::uint32_t slabs;               ///< that each layer is cut into
+    std::stop_token stop;              ///< what is lowered after a request is of no use
     std::vector<DepthRange> depths{};  ///< where something lies
 
     /// Something lies in a box of eye space.
     void addBox(const Bounds& inEye);
+    /// Something stands at depths of its own between two: no slabs are needed for it.
+    void addDots(double nearest, double farthest);
 };
 
 }  // namespace mote::render

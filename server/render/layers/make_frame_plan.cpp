@@ -10,6 +10,7 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
 #include "server/render/layers/lowering.h"
+#include "server/render/layers/mesh/lower_mesh.h"
 #include "server/render/layers/particles/lower_particles.h"
 
 namespace mote::render {
@@ -50,16 +51,6 @@ std::shared_ptr<const Dots> dotsOf(const Scene& scene, const FramePlan& plan) {
     return dots;
 }
 
-/// The depths of dots that are finite. They stand where they are, whatever slab that is in. `nearest`: that
-/// is seen.
-DepthRange depthsOf(const Dots& dots, double nearest) {
-    constexpr std::uint32_t slabs = 0;
-    // A little more, so that there is a range where all dots have one depth, or none: then where it is seen.
-    const auto [first, last] = finiteDepths(dots);
-    const double low = std::max(first, nearest), high = std::max(last, nearest);
-    return {low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), slabs};
-}
-
 /// In a very wide picture the rays at its corners go through a slab slantwise, and a box may lie in one slab
 /// of theirs: beyond 60 degrees slabs are cut as much finer as the way through one is longer.
 std::uint32_t slabsFor(const FramePlan& plan, std::uint32_t slabs) {
@@ -71,7 +62,6 @@ std::uint32_t slabsFor(const FramePlan& plan, std::uint32_t slabs) {
 
 /// Cuts all depths at which something can be seen; none where there are none.
 void cutDepths(FramePlan& plan, std::vector<DepthRange> depths) {
-    if (plan.anyDots()) depths.push_back(depthsOf(*plan.dots, nearLimit(plan.camera)));
     for (auto& range : depths) range.nearDepth = std::max(range.nearDepth, nearLimit(plan.camera));
     plan.sections = depthSections(depths);
     if (plan.sections.empty()) return;
@@ -95,6 +85,10 @@ struct LayerLowering {
         lowerHybrid(layer(), index, style, scene.hybrids[index], out);
     }
     void operator()(const StippleStyle&) const {}
+    void operator()(const MeshStyle& style) const {
+        MOTE_CHECK(index < scene.meshes.size());
+        lowerMesh(layer(), style, *scene.meshes[index], out);
+    }
 };
 
 }  // namespace
@@ -107,13 +101,20 @@ void Lowering::addBox(const Bounds& inEye) {
                                                : DepthRange{low - margin, high + margin, slabs});
 }
 
+/// A little more, so that there is a range where all dots have one depth, or none: then where it is seen.
+void Lowering::addDots(double nearest, double farthest) {
+    const double low = std::max(nearest, nearLimit(plan.camera));
+    const double high = std::max(farthest, nearLimit(plan.camera));
+    depths.push_back({low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), 0});
+}
+
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
     SelectionCache selections;
     return makeFramePlan(scene, quality, selections, {});
 }
 
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
-                        DeviceAbilities device, Reading reading) {
+                        DeviceAbilities device, Reading reading, const std::stop_token& stop) {
     MOTE_CHECK(scene.steps.size() == scene.view.layers.size());
     MOTE_CHECK(quality.resolutionScale > 0.0 && quality.resolutionScale <= 1.0);
     MOTE_CHECK(quality.pointFraction > 0.0 && quality.pointFraction <= 1.0);
@@ -130,12 +131,17 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                       .device = device,
                       .reading = reading,
                       .pixels = static_cast<double>(plan.height) / view.height,
-                      .slabs = slabsFor(plan, std::max(1U, quality.slabs))};
+                      .slabs = slabsFor(plan, std::max(1U, quality.slabs)),
+                      .stop = stop};
     for (std::size_t i = 0; i < view.layers.size(); ++i)
         std::visit(LayerLowering{scene, i, lowering}, view.layers[i].style);
     std::stable_partition(plan.fields.begin(), plan.fields.end(),
                           [](const FieldPlan& field) { return field.density() != nullptr; });
     plan.dots = dotsOf(scene, plan);
+    if (plan.dots && !plan.dots->empty()) {
+        const auto [first, last] = finiteDepths(*plan.dots);
+        lowering.addDots(first, last);
+    }
     cutDepths(plan, std::move(lowering.depths));
     return plan;
 }

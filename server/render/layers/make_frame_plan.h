@@ -4,6 +4,8 @@
 // be seen cut into slabs. No device is involved. Pure functions, but for the selections that they share.
 #pragma once
 
+#include <stop_token>
+
 #include "server/render/layers/scene.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/quality.h"
@@ -11,9 +13,11 @@
 
 namespace mote::render {
 
-/// Throws storage::StorageError where the octree's bytes are damaged.
+/// Where `stop` is requested meanwhile, the plan may lack something. Throws storage::StorageError where the
+/// octree's bytes are damaged.
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
-                        DeviceAbilities device, Reading reading = Reading::all);
+                        DeviceAbilities device, Reading reading = Reading::all,
+                        const std::stop_token& stop = {});
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality);
 
 }  // namespace mote::render

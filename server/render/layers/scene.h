@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/scene/view.h"
+#include "server/render/layers/mesh/mesh_surface.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/grid_field.h"
 #include "storage/particles/particle_step.h"
@@ -21,6 +22,7 @@ struct Scene {
     std::shared_ptr<const Dots> dots = {};  ///< of all stipple layers, in pixels of the view; null: none
     /// One a layer, null where it is of another kind; or empty where all are.
     std::vector<std::shared_ptr<const GridField>> hybrids = {};
+    std::vector<std::shared_ptr<const MeshSurface>> meshes = {};  ///< likewise
 };
 
 }  // namespace mote::render

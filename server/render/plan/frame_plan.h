@@ -14,6 +14,7 @@
 #include "server/render/plan/depth_sections.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/field_plan.h"
+#include "server/render/plan/fragment.h"
 #include "server/render/plan/points_plan.h"
 
 namespace mote::render {
@@ -33,8 +34,11 @@ struct FramePlan {
     std::vector<PointsPlan> points = {};    ///< at most View::maxLayers, and so are fields
     std::vector<FieldPlan> fields = {};     ///< those of densities, then those of grids
     std::shared_ptr<const Dots> dots = {};  ///< in pixels of the plan; null: none
+    /// What is seen of surfaces, one list each; not null, not empty.
+    std::vector<std::shared_ptr<const Fragments>> fragments = {};
 
-    bool anyDots() const { return dots != nullptr && !dots->empty(); }
+    /// Whether anything stands at a depth of its own in a pixel: a dot or a fragment.
+    bool anyDots() const { return (dots != nullptr && !dots->empty()) || !fragments.empty(); }
     /// How many fields are of densities.
     std::size_t densities() const {
         return static_cast<std::size_t>(

@@ -137,7 +137,9 @@ void put(ByteWriter& out, const FramePlan& plan) {
     for (const auto& points : plan.points) put(out, points);
     out.put(std::uint64_t{plan.fields.size()});
     for (const auto& field : plan.fields) put(out, field);
-    out.putList(plan.anyDots() ? *plan.dots : Dots());
+    out.putList(plan.dots ? *plan.dots : Dots());
+    out.put(std::uint64_t{plan.fragments.size()});
+    for (const auto& fragments : plan.fragments) out.putList(*fragments);
 }
 
 FramePlan getPlan(ByteReader& in) {
@@ -156,6 +158,9 @@ FramePlan getPlan(ByteReader& in) {
     const auto fields = in.get<std::uint64_t>();
     for (std::uint64_t i = 0; i < fields; ++i) plan.fields.push_back(getField(in));
     plan.dots = std::make_shared<const Dots>(in.getList<Dots>());
+    const auto surfaces = in.get<std::uint64_t>();
+    for (std::uint64_t i = 0; i < surfaces; ++i)
+        plan.fragments.push_back(std::make_shared<const Fragments>(in.getList<Fragments>()));
     return plan;
 }
 

@@ -10,7 +10,7 @@ namespace mote::client {
 namespace {
 
 constexpr proto::Layer::KindCase kinds[] = {proto::Layer::kParticles, proto::Layer::kHybrid,
-                                            proto::Layer::kStipple};
+                                            proto::Layer::kStipple, proto::Layer::kMesh};
 
 TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
     for (const auto kind : kinds) {
@@ -35,7 +35,7 @@ TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
 }
 
 TEST(LayerEditor, ThereIsOneForEachKindOfDatasetThatALayerDraws) {
-    for (const char* dataset : {"particles", "hybrid", "stipple"})
+    for (const char* dataset : {"particles", "hybrid", "stipple", "mesh"})
         EXPECT_NE(makeLayerEditor(layerThatDraws(dataset)), nullptr) << dataset;
     EXPECT_EQ(makeLayerEditor(proto::Layer::KIND_NOT_SET), nullptr);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/views/random.h"
+#include "tests/support/random.h"
 
 #include <glm/geometric.hpp>
 

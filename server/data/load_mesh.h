@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What is loaded of meshes. A value; `entry` is one of the catalogue's.
+#pragma once
+
+#include "server/data/loadable.h"
+#include "server/render/layers/mesh/mesh_surface.h"
+
+namespace mote::server {
+
+/// A mesh to be drawn. Errors: invalidArgument (a dataset of another kind).
+Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entry& entry);
+
+}  // namespace mote::server

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <utility>
+
+#include "protocol/scene/dataset.h"
+#include "server/data/load_mesh.h"
+#include "server/frames/layer_kinds.h"
+
+namespace mote::server {
+
+/// Without the mesh there is nothing to be shown of it: a view in motion waits, too.
+Result<LayerPart> partOf(const MeshStyle&, const LayerRequest& asked) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
+    const auto surface = asked.data.get(meshSurface(entry));
+    if (!surface.ok()) return surface.error();
+    if (!*surface) return LayerPart();
+    return LayerPart([surface = *surface](render::Scene& scene, std::size_t index, const auto&) {
+        scene.meshes.resize(scene.view.layers.size());
+        scene.meshes[index] = surface;
+        return DotHistory::Layer();
+    });
+}
+
+Result<std::optional<Bounds>> boundsOf(const MeshStyle&, const Layer& layer, StepSource& data) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    if (entry.manifest->kind() != "mesh") return std::optional<Bounds>();
+    return std::optional(datasetBounds(*entry.manifest));
+}
+
+}  // namespace mote::server

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/mesh/lower_mesh.h"
+
+#include <tbb/parallel_for.h>
+
+#include <array>
+#include <utility>
+
+#include "server/render/layers/mesh/mesh_sight.h"
+#include "server/render/layers/mesh/pixel_fragments.h"
+
+namespace mote::render {
+namespace {
+
+constexpr std::uint32_t bandRows = 4;
+/// Places in a pixel from its centre at which a surface is seen at rest (docs/PICTURE.md), in sixteenths of
+/// it; in motion it is seen at its centre.
+constexpr std::array<std::array<int, 2>, PixelFragments::mostSamples> places{
+    {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}}};
+
+/// The fragments of some pixels, one thread's.
+class Band {
+  public:
+    Band(const MeshSight& sight, const MeshRays& rays, const MeshStyle& style, bool exact, double gap)
+        : sight_(sight),
+          mesh_(rays),
+          firstOnly_(!style.wire && style.opacity == 1.0),
+          samples_(exact ? PixelFragments::mostSamples : 1),
+          pixels_(MeshRays::packet / samples_, PixelFragments(samples_, style.opacity, gap)) {}
+
+    void drawRow(const PixelRect& rect, std::uint32_t row) {
+        const auto step = static_cast<std::uint32_t>(pixels_.size());
+        for (std::uint32_t column = rect.left; column < rect.right; column += step)
+            drawPacket(column, std::min(rect.right - column, step), row);
+    }
+    Fragments take() { return std::exchange(fragments_, {}); }
+
+  private:
+    /// `count` pixels from a column on.
+    void drawPacket(std::uint32_t column, std::uint32_t count, std::uint32_t row) {
+        bool any = false;
+        for (std::uint32_t i = 0; i < MeshRays::packet; ++i) {
+            inLayer_[i] = {};
+            if (i >= count * samples_) continue;
+            const auto [x, y] = samples_ == 1 ? std::array{0, 0} : places[i % samples_];
+            rays_[i] = sight_.through(column + i / samples_ + 0.5 + x / 16.0, row + 0.5 + y / 16.0);
+            inLayer_[i] = rays_[i].inLayer;
+            any = any || !inLayer_[i].empty();
+        }
+        if (!any) return;
+        firstOnly_ ? meetFirst() : meetAll();
+        for (std::uint32_t i = 0; i < count; ++i) pixels_[i].take(column + i, row, fragments_);
+    }
+    void meetFirst() {
+        std::array<MeshMeeting, MeshRays::packet> met;
+        mesh_.first(inLayer_, met);
+        for (std::uint32_t i = 0; i < MeshRays::packet; ++i) {
+            if (met[i].triangle != MeshMeeting::none) add(i, met[i]);
+        }
+    }
+    void meetAll() {
+        for (std::uint32_t i = 0; i < MeshRays::packet; ++i) {
+            mesh_.all(inLayer_[i], met_);
+            for (const auto& met : met_) add(i, met);
+        }
+    }
+    void add(std::uint32_t index, const MeshMeeting& met) {
+        if (const auto hit = sight_.hit(rays_[index], met))
+            pixels_[index / samples_].add({hit->depth, index % samples_, hit->color});
+    }
+
+    const MeshSight& sight_;
+    const MeshRays& mesh_;
+    const bool firstOnly_;  // nothing is seen behind what a ray meets first
+    const std::uint32_t samples_;
+    std::vector<PixelFragments> pixels_;           // of a packet
+    std::array<SightRay, MeshRays::packet> rays_;  // of its samples, pixel by pixel
+    std::array<MeshRay, MeshRays::packet> inLayer_;
+    std::vector<MeshMeeting> met_;
+    Fragments fragments_;
+};
+
+}  // namespace
+
+void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& surface, Lowering& out) {
+    const FramePlan& plan = out.plan;
+    const MeshSight sight(plan, layer.transform, style, surface, out.pixels);
+    const PixelRect rect = sight.touched();
+    if (!(style.opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;
+    const double gap = (sight.farDepth() - sight.nearDepth()) / out.slabs;
+    std::vector<Fragments> bands((rect.bottom - rect.top + bandRows - 1) / bandRows);
+    tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t i) {
+        if (out.stop.stop_requested()) return;
+        Band band(sight, surface.rays(), style, plan.exact, gap);
+        const auto top = rect.top + static_cast<std::uint32_t>(i) * bandRows;
+        for (auto row = top; row < std::min(top + bandRows, rect.bottom); ++row) band.drawRow(rect, row);
+        bands[i] = band.take();
+    });
+    auto all = std::make_shared<Fragments>();
+    for (const auto& band : bands) all->insert(all->end(), band.begin(), band.end());
+    if (all->empty()) return;
+    out.addDots(sight.nearDepth(), sight.farDepth());
+    out.plan.fragments.push_back(std::move(all));
+}
+
+}  // namespace mote::render

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/mesh/mesh_rays.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <atomic>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <new>
+#include <optional>
+#include <tuple>
+
+namespace mote::render {
+namespace {
+
+/// Embree works in single precision, and in a space in which the bounds' diagonal is 1. Boxes are this much
+/// wider there, many times what rounding moves a ray or a corner.
+constexpr double margin = 2e-6;
+
+/// What is asked of Embree; its callbacks know it by the context that it begins with.
+struct Query {
+    explicit Query(std::span<const MeshRay> asked) : rays(asked) { rtcInitIntersectContext(&context); }
+
+    RTCIntersectContext context{};
+    std::span<const MeshRay> rays;  // by the id of Embree's ray
+    MeshMeeting* first = nullptr;   // of each ray; or:
+    std::vector<MeshMeeting>* all = nullptr;
+};
+
+double diagonalOf(const Bounds& bounds) {
+    const double diagonal = glm::length(bounds.size());
+    return diagonal > 0.0 ? diagonal : 1.0;
+}
+
+/// On which side of an edge a ray passes. On the edge itself, the side is that on which the other triangle at
+/// this edge, which goes along it the other way, does not have it.
+bool passesLeft(double side, const glm::vec3& from, const glm::vec3& to) {
+    if (side != 0.0) return side > 0.0;
+    return std::tie(from.x, from.y, from.z) < std::tie(to.x, to.y, to.z);
+}
+
+/// By the volumes that the ray spans with the edges (Pluecker).
+std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t triangle,
+                                const MeshRay& ray) {
+    const auto [i, j, k] = mesh.triangles[triangle];
+    const glm::vec3 &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
+    const glm::dvec3 toA = glm::dvec3(a) - ray.origin, toB = glm::dvec3(b) - ray.origin,
+                     toC = glm::dvec3(c) - ray.origin;
+    const glm::dvec3 sides(glm::dot(glm::cross(toB, toC), ray.direction),
+                           glm::dot(glm::cross(toC, toA), ray.direction),
+                           glm::dot(glm::cross(toA, toB), ray.direction));
+    const bool left = passesLeft(sides.z, a, b);
+    if (passesLeft(sides.x, b, c) != left || passesLeft(sides.y, c, a) != left) return std::nullopt;
+    const double sum = sides.x + sides.y + sides.z;
+    const glm::dvec3 area = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
+    const double speed = glm::dot(area, ray.direction);
+    if (sum == 0.0 || speed == 0.0) return std::nullopt;  // seen edge-on
+    const double at = glm::dot(area, toA) / speed;
+    if (!(at >= ray.enter && at <= ray.leave)) return std::nullopt;
+    return MeshMeeting{triangle, at, sides / sum};
+}
+
+}  // namespace
+
+struct MeshRays::Scene {
+    const storage::SurfaceMesh& mesh;
+    glm::dvec3 center;
+    double unit;  // of Embree's space, layer space
+    Bounds box;
+    std::atomic<std::int64_t> bytes{0};  // outlives the device, which counts into it
+    // One thread builds: pictures of other sessions go on meanwhile.
+    RTCDevice device = rtcNewDevice("threads=1");
+    RTCScene scene = nullptr;
+
+    Scene(const storage::SurfaceMesh& of, const Bounds& bounds);
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+    ~Scene() {
+        if (scene != nullptr) rtcReleaseScene(scene);
+        if (device != nullptr) rtcReleaseDevice(device);
+    }
+
+    void check() const {
+        if (scene == nullptr || rtcGetDeviceError(device) != RTC_ERROR_NONE) throw std::bad_alloc();
+    }
+    glm::dvec3 inUnit(const glm::dvec3& inLayer) const { return (inLayer - center) / unit; }
+    /// How far Embree looks along a ray that ends there.
+    float reach(const MeshRay& ray, double end) const {
+        return static_cast<float>((end - ray.enter) * glm::length(ray.direction) / unit + margin);
+    }
+    RTCRay toEmbree(const MeshRay& ray, unsigned id) const {
+        const glm::vec3 from(inUnit(ray.origin + ray.enter * ray.direction));
+        const glm::vec3 way(glm::normalize(ray.direction));
+        return {.org_x = from.x,
+                .org_y = from.y,
+                .org_z = from.z,
+                .tnear = 0.0F,
+                .dir_x = way.x,
+                .dir_y = way.y,
+                .dir_z = way.z,
+                .time = 0.0F,
+                .tfar = reach(ray, ray.leave),
+                .mask = ~0U,
+                .id = id,
+                .flags = 0};
+    }
+    void take(const MeshMeeting& met, std::uint32_t id, const Query& query, float& far) const {
+        if (query.all != nullptr) {
+            query.all->push_back(met);
+            return;
+        }
+        MeshMeeting& first = query.first[id];
+        const bool nearer = std::tie(met.at, met.triangle) < std::tie(first.at, first.triangle);
+        if (first.triangle != MeshMeeting::none && !nearer) return;
+        first = met;
+        far = std::min(far, reach(query.rays[id], met.at));
+    }
+
+    static void bounds(const RTCBoundsFunctionArguments* asked);
+    static void intersect(const RTCIntersectFunctionNArguments* asked);
+    static void occlude(const RTCOccludedFunctionNArguments* asked);
+};
+
+MeshRays::Scene::Scene(const storage::SurfaceMesh& of, const Bounds& bounds)
+    : mesh(of), center(bounds.center()), unit(diagonalOf(bounds)), box(bounds) {
+    const auto count = [](void* total, ssize_t more, bool) {
+        *static_cast<std::atomic<std::int64_t>*>(total) += more;
+        return true;
+    };
+    box.min -= 0.5 * margin * unit;
+    box.max += 0.5 * margin * unit;
+    if (device == nullptr) throw std::bad_alloc();
+    rtcSetDeviceMemoryMonitorFunction(device, count, &bytes);
+    scene = rtcNewScene(device);
+    check();
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);  // the scene holds it
+    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(mesh.triangles.size()));
+    rtcSetGeometryUserData(geometry, this);
+    rtcSetGeometryBoundsFunction(geometry, Scene::bounds, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, intersect);
+    rtcSetGeometryOccludedFunction(geometry, occlude);
+    rtcCommitGeometry(geometry);
+    rtcCommitScene(scene);
+    check();
+}
+
+void MeshRays::Scene::bounds(const RTCBoundsFunctionArguments* asked) {
+    const auto& self = *static_cast<const Scene*>(asked->geometryUserPtr);
+    Bounds triangle{glm::dvec3(std::numeric_limits<double>::infinity()),
+                    glm::dvec3(-std::numeric_limits<double>::infinity())};
+    for (const auto vertex : self.mesh.triangles[asked->primID]) {
+        const glm::dvec3 at = self.inUnit(self.mesh.positions[vertex]);
+        triangle = triangle.united({at - margin, at + margin});
+    }
+    const glm::vec3 low(triangle.min), high(triangle.max);
+    *asked->bounds_o = {low.x, low.y, low.z, 0.0F, high.x, high.y, high.z, 0.0F};
+}
+
+void MeshRays::Scene::intersect(const RTCIntersectFunctionNArguments* asked) {
+    const auto& self = *static_cast<const Scene*>(asked->geometryUserPtr);
+    const auto& query = *reinterpret_cast<const Query*>(asked->context);
+    RTCRayN* const rays = RTCRayHitN_RayN(asked->rayhit, asked->N);
+    for (unsigned i = 0; i < asked->N; ++i) {
+        if (asked->valid[i] == 0) continue;
+        const unsigned id = RTCRayN_id(rays, asked->N, i);
+        if (const auto met = meet(self.mesh, asked->primID, query.rays[id]))
+            self.take(*met, id, query, RTCRayN_tfar(rays, asked->N, i));
+    }
+}
+
+void MeshRays::Scene::occlude(const RTCOccludedFunctionNArguments* asked) {
+    const auto& self = *static_cast<const Scene*>(asked->geometryUserPtr);
+    const auto& query = *reinterpret_cast<const Query*>(asked->context);
+    for (unsigned i = 0; i < asked->N; ++i) {
+        if (asked->valid[i] == 0) continue;
+        const unsigned id = RTCRayN_id(asked->ray, asked->N, i);
+        if (meet(self.mesh, asked->primID, query.rays[id]))
+            RTCRayN_tfar(asked->ray, asked->N, i) = -std::numeric_limits<float>::infinity();
+    }
+}
+
+void MeshRay::clip(const Bounds& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const double low = box.min[axis] - origin[axis], high = box.max[axis] - origin[axis];
+        const double speed = direction[axis];
+        if (speed == 0.0) {
+            if (low > 0.0 || high < 0.0) leave = -std::numeric_limits<double>::infinity();
+            continue;
+        }
+        enter = std::max(enter, std::min(low / speed, high / speed));
+        leave = std::min(leave, std::max(low / speed, high / speed));
+    }
+}
+
+MeshRays::MeshRays(const storage::SurfaceMesh& mesh, const Bounds& bounds)
+    : scene_(std::make_unique<const Scene>(mesh, bounds)) {}
+
+MeshRays::~MeshRays() = default;
+
+const Bounds& MeshRays::box() const {
+    return scene_->box;
+}
+
+std::uint64_t MeshRays::bytes() const {
+    return static_cast<std::uint64_t>(scene_->bytes.load());
+}
+
+void MeshRays::first(std::span<const MeshRay, packet> rays, std::span<MeshMeeting, packet> met) const {
+    Query query(rays);
+    query.first = met.data();
+    query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    std::fill(met.begin(), met.end(), MeshMeeting{});
+    RTCRayHit16 hits{};
+    alignas(64) std::array<int, packet> valid{};
+    for (unsigned i = 0; i < packet; ++i) {
+        hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        if (rays[i].empty()) continue;
+        valid[i] = -1;
+        const RTCRay ray = scene_->toEmbree(rays[i], i);
+        hits.ray.org_x[i] = ray.org_x;
+        hits.ray.org_y[i] = ray.org_y;
+        hits.ray.org_z[i] = ray.org_z;
+        hits.ray.dir_x[i] = ray.dir_x;
+        hits.ray.dir_y[i] = ray.dir_y;
+        hits.ray.dir_z[i] = ray.dir_z;
+        hits.ray.tfar[i] = ray.tfar;
+        hits.ray.mask[i] = ray.mask;
+        hits.ray.id[i] = ray.id;
+    }
+    rtcIntersect16(valid.data(), scene_->scene, &query.context, &hits);
+}
+
+void MeshRays::all(const MeshRay& ray, std::vector<MeshMeeting>& met) const {
+    met.clear();
+    if (ray.empty()) return;
+    Query query({&ray, 1});
+    query.all = &met;
+    RTCRayHit way{.ray = scene_->toEmbree(ray, 0), .hit = {}};
+    way.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_->scene, &query.context, &way);
+    const auto before = [](const MeshMeeting& a, const MeshMeeting& b) {
+        return std::tie(a.at, a.triangle) < std::tie(b.at, b.triangle);
+    };
+    const auto same = [](const MeshMeeting& a, const MeshMeeting& b) { return a.triangle == b.triangle; };
+    std::sort(met.begin(), met.end(), before);
+    met.erase(std::unique(met.begin(), met.end(), same), met.end());
+}
+
+bool MeshRays::blocked(const MeshRay& ray) const {
+    if (ray.empty()) return false;
+    Query query({&ray, 1});
+    RTCRay way = scene_->toEmbree(ray, 0);
+    rtcOccluded1(scene_->scene, &query.context, &way);
+    return way.tfar < 0.0F;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// MeshSight: a mesh layer as a plan's camera looks at it: rays through places of the picture, and what they
+// see where they meet a triangle (docs/PICTURE.md, "Meshes"). Refers to the surface and the style; any number
+// of threads.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+
+#include "protocol/scene/view.h"
+#include "server/render/layers/mesh/mesh_surface.h"
+#include "server/render/plan/frame_plan.h"
+
+namespace mote::render {
+
+/// A ray through a place of the picture; told by depth.
+struct SightRay {
+    glm::dvec2 window{0.0};  ///< where it meets the plane at depth 1 (perspective) or any (orthographic)
+    MeshRay inLayer;
+};
+
+/// A surface where a ray meets it.
+struct MeshHit {
+    double depth;
+    glm::dvec3 color;  ///< linear RGB
+};
+
+/// Pixels of a picture: columns [left, right), rows [top, bottom).
+struct PixelRect {
+    std::uint32_t left = 0, top = 0, right = 0, bottom = 0;
+};
+
+class MeshSight {
+  public:
+    /// `plan`: its size and its camera are told. `pixels`: of the plan, a pixel of the view.
+    MeshSight(const FramePlan& plan, const glm::dmat4& transform, const MeshStyle& style,
+              const MeshSurface& surface, double pixels);
+
+    /// Through (x, y) of the picture, in pixels from its upper left corner.
+    SightRay through(double x, double y) const;
+    /// What the ray sees where it meets the mesh; nothing between the lines of a wire.
+    std::optional<MeshHit> hit(const SightRay& ray, const MeshMeeting& met) const;
+
+    /// Pixels that the mesh may touch.
+    PixelRect touched() const;
+    /// Depths between which the mesh lies, nothing nearer than what is seen.
+    double nearDepth() const { return nearDepth_; }
+    double farDepth() const { return farDepth_; }
+
+  private:
+    struct Corners;
+    bool onWire(const glm::dvec2& window, const Corners& corners) const;
+    glm::dvec3 shade(const glm::dvec3& normal, const glm::dvec3& towardsEye, bool shadowed) const;
+    bool shadowed(const glm::dvec3& place, const glm::dvec3& side) const;
+
+    const MeshStyle& style_;
+    const MeshSurface& surface_;
+    bool perspective_;
+    double nearest_;   // depth; nothing nearer is seen
+    glm::dvec2 size_;  // of the picture, pixels
+    double pixels_;    // a unit of the window
+    double halfLine_;  // of a wire, pixels
+    glm::dmat4 toEye_, fromEye_;
+    glm::dmat3 areaToEye_;     // normals times areas, layer to eye space
+    glm::dvec3 light_;         // towards it, eye space, unit
+    glm::dvec3 lightInLayer_;  // the same, layer space
+    double shadowGap_;         // layer space
+    double nearDepth_, farDepth_;
+};
+
+}  // namespace mote::render

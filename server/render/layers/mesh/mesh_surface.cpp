@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/mesh/mesh_surface.h"
+
+#include <utility>
+
+namespace mote::render {
+
+MeshSurface::MeshSurface(storage::SurfaceMesh mesh, const Bounds& bounds)
+    : mesh_(std::move(mesh)), bounds_(bounds), rays_(mesh_, bounds) {
+    mesh_.edges = {};
+}
+
+std::uint64_t MeshSurface::bytes() const {
+    return 2 * mesh_.positions.size() * sizeof(glm::vec3) +
+           mesh_.triangles.size() * sizeof(mesh_.triangles[0]) + rays_.bytes();
+}
+
+}  // namespace mote::render

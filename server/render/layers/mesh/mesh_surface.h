@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// MeshSurface: what a mesh layer is drawn from: a triangle mesh, and what finds it along rays. Made once for
+// a dataset, immutable, shared by pictures.
+#pragma once
+
+#include "protocol/scene/bounds.h"
+#include "server/render/layers/mesh/mesh_rays.h"
+#include "storage/mesh/surface_mesh.h"
+
+namespace mote::render {
+
+class MeshSurface {
+  public:
+    /// `mesh`: a checked one; its edges are not kept. `bounds`: of its vertices. Throws std::bad_alloc.
+    MeshSurface(storage::SurfaceMesh mesh, const Bounds& bounds);
+
+    /// In layer space, without edges.
+    const storage::SurfaceMesh& mesh() const { return mesh_; }
+    const Bounds& bounds() const { return bounds_; }
+    const MeshRays& rays() const { return rays_; }
+
+    /// That it takes in memory.
+    std::uint64_t bytes() const;
+
+  private:
+    storage::SurfaceMesh mesh_;
+    Bounds bounds_;
+    MeshRays rays_;
+};
+
+}  // namespace mote::render

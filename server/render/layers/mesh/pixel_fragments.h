@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PixelFragments: what the samples of one pixel see of a surface becomes its fragments. Each sample's light
+// goes on behind what it meets; a fragment hides as much of the pixel's light as the samples that meet it
+// lose, so that all of them together have the mean light of the samples. One owner; used again from pixel to
+// pixel.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "server/render/plan/fragment.h"
+
+namespace mote::render {
+
+class PixelFragments {
+  public:
+    static constexpr std::uint32_t mostSamples = 8;
+
+    struct Hit {
+        double depth;
+        std::uint32_t sample;
+        glm::dvec3 color;  ///< linear RGB
+    };
+
+    /// `opacity`: of each surface. `gap`: hits that lie closer together in depth are one fragment, unless a
+    /// sample meets two of them.
+    PixelFragments(std::uint32_t samples, double opacity, double gap)
+        : samples_(samples), opacity_(opacity), gap_(gap) {}
+
+    void add(const Hit& hit) { hits_.push_back(hit); }
+    /// Appends the fragments of what was added, front to back, and forgets it.
+    void take(std::uint32_t column, std::uint32_t row, Fragments& fragments);
+
+  private:
+    struct Group {
+        double depth = 0.0, lost = 0.0;
+        glm::dvec3 light{0.0};
+    };
+
+    std::uint32_t samples_;
+    double opacity_, gap_;
+    std::vector<Hit> hits_;
+};
+
+}  // namespace mote::render
