@@ -21,7 +21,7 @@
 #include "server/app/server.h"
 #include "server/app/supervisor.h"
 #include "server/log.h"
-#include "server/render/ranks/mpi_ranks.h"
+#include "server/render/ranks/ranks.h"
 #include "server/session/token.h"
 #include "storage/blocks/mapping_guard.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/cpu/lone_points.h"
+#include "server/render/cpu/point_footprint.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,6 +40,16 @@ DotFootprint pointFootprint(const PointLook& look) {
     const auto size = static_cast<float>(look.size), opacity = static_cast<float>(look.opacity);
     if (size > 1.0F) return {0.5F * size + 0.5F, opacity};
     return {0.0F, size * size * opacity};
+}
+
+DiscFootprint::DiscFootprint(double size, double opacity) : reach_(static_cast<float>(0.5 * size + 0.5)) {
+    // A pixel of coverage c has the opacity c * opacity: its optical depth is not in proportion.
+    for (std::uint32_t i = 0; i <= steps; ++i) {
+        const double coverage = static_cast<double>(i) / steps;
+        const double share =
+            opacity > 0.0 ? std::log1p(-opacity * coverage) / std::log1p(-opacity) : coverage;
+        weight_[i] = static_cast<float>(share);
+    }
 }
 
 }  // namespace mote::render

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// DiscFootprint: how much a point of more than one pixel adds to the pixels around it (docs/PICTURE.md,
-// "Points"). A value, made once a picture.
+// What points cover of pixels; and which are so few that each is drawn where it stands, as a dot is: in exact
+// order with volumes, dots and the points of other layers, not mixed within a slab (docs/PICTURE.md). Values
+// and pure functions.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "server/render/plan/frame_plan.h"
+#include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
 
@@ -16,6 +20,8 @@ struct PixelBox {
     std::int32_t left, top, right, bottom;
 };
 
+/// How much a point of more than one pixel adds to the pixels around it (docs/PICTURE.md, "Points"). Made
+/// once a picture.
 class DiscFootprint {
   public:
     /// `size`: diameter in pixels, above 1; `opacity`: of a whole point.
@@ -57,5 +63,11 @@ void DiscFootprint::spread(float x, float y, const PixelBox& box, Add add) const
         }
     }
 }
+
+/// Whether each point of a layer is drawn where it stands. The same on all ranks, before points are dealt.
+bool standAlone(const FramePlan& plan, const PointsPlan& points);
+
+/// What a point of a look covers of a pixel. Its reach is 0 where it lies in one pixel alone.
+DotFootprint pointFootprint(const PointLook& look);
 
 }  // namespace mote::render

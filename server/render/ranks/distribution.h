@@ -1,18 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// How the tiles of a picture are distributed to ranks, each in turn, and drawn in batches, so that the cells
-// that ranks send each other are bounded at any size of the picture; a batch has a tile for each rank at
-// least. A value; pure functions.
+// How the leaves of a step are distributed to ranks: runs of leaves that follow each other in the file, to
+// each rank in turn. A run lies together on the disk, so a rank reads and keeps little but its own points;
+// and since the file ascends in density, each rank has its share of halo and core, whatever is selected. Pure
+// functions.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "server/render/cpu/tile.h"
 
 namespace mote::render {
 
+class LeafDistribution {
+  public:
+    LeafDistribution(std::size_t leaves, int ranks);
+
+    std::size_t run() const { return std::size_t{1} << shift_; }  ///< leaves
+    int owner(std::size_t leaf) const {
+        return static_cast<int>((leaf >> shift_) % static_cast<std::size_t>(ranks_));
+    }
+
+    /// A bit a leaf for the first `count`, as leavesInView(): those of `inView` that belong to `rank`. Where
+    /// `inView` has no bits, all are in view.
+    std::vector<std::uint64_t> own(const std::vector<std::uint64_t>& inView, std::size_t count,
+                                   int rank) const;
+
+  private:
+    int ranks_;
+    unsigned shift_;
+};
+
+/// How the tiles of a picture are distributed to ranks, each in turn, and drawn in batches, so that the cells
+/// that ranks send each other are bounded at any size of the picture; a batch has a tile for each rank at
+/// least. A value; pure functions.
 struct TileDistribution {
     /// The most that a rank's cells for all others take, where every cell holds points.
     static constexpr std::size_t batchBytes = std::size_t{256} << 20;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/ranks/leaf_distribution.h"
+#include "server/render/ranks/distribution.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/plan/grid_sights.h"
+#include "server/render/plan/seen_fields.h"
 
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-
-#include "protocol/scene/most_recent.h"
 
 namespace mote::render {
 namespace {
@@ -66,43 +64,37 @@ BlockRanges gridRanges(const CorrectedField& field) {
     return {edgeBits, count, std::move(ranges), std::move(fine)};
 }
 
-const TransferTable& TransferTables::of(const TransferFunction& transfer) {
-    constexpr std::size_t kept = 16;  // more than a picture has layers
-    return mostRecent(
-               entries_, kept, [&](const Entry& one) { return one.transfer == transfer; },
-               [&] {
-                   return Entry{transfer, TransferTable(transfer)};
-               })
-        .table;
+SeenField SeenFields::of(const FieldPlan& plan, const CorrectedField& samples) {
+    return of(plan, samples.grid, samples.corrected(), samples.mixed(), [&] { return gridRanges(samples); });
 }
 
-GridSight GridSights::of(const FieldPlan& plan, const CorrectedField& samples) {
+SeenField SeenFields::of(const FieldPlan& plan, const std::shared_ptr<const void>& data,
+                         const std::function<BlockRanges()>& ranges) {
+    return of(plan, data, false, false, ranges);
+}
+
+SeenField SeenFields::of(const FieldPlan& plan, const std::shared_ptr<const void>& data, bool corrected,
+                         bool mixed, const std::function<BlockRanges()>& ranges) {
     const TransferTable& table = tables_.of(plan.transfer);
     if (!plan.transfer.visible()) return {&table, nullptr, nullptr};
-    Resident& kin = resident(samples);
+    // New data may stand at the address of some that are gone: the weak pointers tell them apart.
+    auto known = std::find_if(fields_.begin(), fields_.end(), [&](const Resident& one) {
+        return one.key == data.get() && one.corrected == corrected && one.mixed == mixed &&
+               !one.data.expired();
+    });
+    if (known == fields_.end())
+        known = fields_.insert(known, Resident{data, data.get(), corrected, mixed, ranges(), {}});
     const Visible& visible = mostRecent(
-        kin.visible, kept, [&](const Visible& one) { return one.opacity == plan.transfer.opacity; },
+        known->visible, kept, [&](const Visible& one) { return one.opacity == plan.transfer.opacity; },
         [&] {
-            return Visible{plan.transfer.opacity, VisibleBlocks(kin.ranges, table)};
+            return Visible{plan.transfer.opacity, VisibleBlocks(known->ranges, table)};
         });
     if (!visible.blocks.any()) return {&table, nullptr, nullptr};
-    return {&table, &visible.blocks, &kin.ranges};
+    return {&table, &visible.blocks, &known->ranges};
 }
 
-void GridSights::dropExpired() {
-    fields_.remove_if([](const Resident& one) { return one.grid.expired(); });
-}
-
-GridSights::Resident& GridSights::resident(const CorrectedField& samples) {
-    const bool corrected = samples.corrected(), mixed = samples.mixed();
-    // A new field may stand at the address of one that is gone: the weak pointers tell them apart.
-    for (auto& one : fields_) {
-        if (one.key == samples.grid.get() && one.corrected == corrected && one.mixed == mixed &&
-            !one.grid.expired())
-            return one;
-    }
-    return fields_.emplace_back(
-        Resident{samples.grid, samples.grid.get(), corrected, mixed, gridRanges(samples), {}});
+void SeenFields::dropExpired() {
+    fields_.remove_if([](const Resident& one) { return one.data.expired(); });
 }
 
 }  // namespace mote::render
