@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/shared/frame_assembly.h"
+#include "client/shared/connection_parts.h"
 
-#include "protocol/wire/limits.h"
+#include "protocol/wire/framing.h"
 
 namespace mote::client {
 namespace {
