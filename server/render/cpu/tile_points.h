@@ -13,8 +13,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/points_kernel.h"
