@@ -5,21 +5,6 @@
 #include <spdlog/spdlog.h>
 
 namespace mote::server::log {
-namespace {
-
-spdlog::level::level_enum levelOf(Level level) {
-    switch (level) {
-        case Level::info:
-            return spdlog::level::info;
-        case Level::warning:
-            return spdlog::level::warn;
-        case Level::error:
-            break;
-    }
-    return spdlog::level::err;
-}
-
-}  // namespace
 
 void setUp(const char* program) {
     spdlog::set_default_logger(spdlog::stderr_color_mt(program));
@@ -27,7 +12,10 @@ void setUp(const char* program) {
 }
 
 void write(Level level, std::string_view line) {
-    spdlog::log(levelOf(level), line);
+    const auto known = level == Level::info      ? spdlog::level::info
+                       : level == Level::warning ? spdlog::level::warn
+                                                 : spdlog::level::err;
+    spdlog::log(known, line);
 }
 
 }  // namespace mote::server::log

@@ -3,17 +3,32 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <fstream>
 #include <string_view>
+
+#include "protocol/scene/system_error.h"
 
 namespace mote::client {
 namespace {
 
 constexpr std::string_view keyPrefix = "mote-frames ";
 constexpr int channels = 3;  // alpha is always one
+
+/// In the order of PictureFormat.
+constexpr std::array<std::pair<std::string_view, proto::Page::Format>, 6> formats{
+    {{"png", proto::Page::FORMAT_UNSPECIFIED},
+     {"exr", proto::Page::FORMAT_UNSPECIFIED},
+     {"jpg", proto::Page::FORMAT_UNSPECIFIED},
+     {"svg", proto::Page::SVG},
+     {"eps", proto::Page::EPS},
+     {"pdf", proto::Page::PDF}}};
 
 OIIO::TypeDesc sampleType(PictureFormat format) {
     return format == PictureFormat::exr ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::UINT8;
@@ -97,32 +112,28 @@ bool readsWhole(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     return input.read_image(0, 0, 0, spec.nchannels, spec.format, pixels.data());
 }
 
+/// 0, or errno.
+int writeAll(int file, const std::vector<std::uint8_t>& bytes) {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const auto count = ::write(file, bytes.data() + done, bytes.size() - done);
+        if (count < 0 && errno != EINTR) return errno;
+        if (count > 0) done += static_cast<std::size_t>(count);
+    }
+    return 0;
+}
+
 }  // namespace
 
 std::optional<PictureFormat> pictureFormat(std::string_view text) {
-    for (const auto format : {PictureFormat::png, PictureFormat::exr, PictureFormat::jpg, PictureFormat::svg,
-                              PictureFormat::eps, PictureFormat::pdf}) {
-        if (name(format) == text) return format;
-    }
-    return std::nullopt;
+    const auto found = std::find_if(formats.begin(), formats.end(),
+                                    [&](const auto& format) { return format.first == text; });
+    if (found == formats.end()) return std::nullopt;
+    return static_cast<PictureFormat>(found - formats.begin());
 }
 
 std::string_view name(PictureFormat format) {
-    switch (format) {
-        case PictureFormat::png:
-            return "png";
-        case PictureFormat::exr:
-            return "exr";
-        case PictureFormat::jpg:
-            return "jpg";
-        case PictureFormat::svg:
-            return "svg";
-        case PictureFormat::eps:
-            return "eps";
-        case PictureFormat::pdf:
-            return "pdf";
-    }
-    return "";
+    return formats.at(static_cast<std::size_t>(format)).first;
 }
 
 proto::PixelFormat pixelFormat(PictureFormat format) {
@@ -131,16 +142,7 @@ proto::PixelFormat pixelFormat(PictureFormat format) {
 }
 
 proto::Page::Format pageFormat(PictureFormat format) {
-    switch (format) {
-        case PictureFormat::svg:
-            return proto::Page::SVG;
-        case PictureFormat::eps:
-            return proto::Page::EPS;
-        case PictureFormat::pdf:
-            return proto::Page::PDF;
-        default:
-            return proto::Page::FORMAT_UNSPECIFIED;
-    }
+    return formats.at(static_cast<std::size_t>(format)).second;
 }
 
 Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, PictureFormat format,
@@ -189,6 +191,20 @@ std::optional<std::string> readPictureKey(const std::filesystem::path& path, Pic
     input->geterror();
     if (!whole) return std::nullopt;
     return description.substr(keyPrefix.size());
+}
+
+Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
+    const auto hidden = fmt::format(".{}.{}", path.filename().string(), ::getpid());
+    const auto part = path.parent_path() / hidden;
+    ::unlink(part.c_str());  // of an earlier process with our number that was killed
+    const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) return systemError(errno, path.string(), "cannot be written");
+    int failure = writeAll(file, bytes);
+    if (::close(file) != 0 && failure == 0) failure = errno;
+    if (failure == 0 && ::rename(part.c_str(), path.c_str()) != 0) failure = errno;
+    if (failure == 0) return success();
+    ::unlink(part.c_str());
+    return systemError(failure, path.string(), "cannot be written");
 }
 
 }  // namespace mote::client

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/frames/private_server.h"
-#include "protocol/scene/system_error.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <stdlib.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -13,6 +13,10 @@
 #include <array>
 #include <cerrno>
 #include <fstream>
+#include <string>
+#include <system_error>
+
+#include "protocol/scene/system_error.h"
 
 namespace mote::client {
 namespace {
@@ -152,6 +156,19 @@ PrivateServer::~PrivateServer() {
     }
     if (process_ >= 0) ::close(process_);
     if (output_ >= 0) ::close(output_);
+}
+
+TemporaryFolder::TemporaryFolder(std::string_view prefix) {
+    std::string name = (std::filesystem::temp_directory_path() / prefix).string() + "-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) {
+        throw std::system_error(errno, std::generic_category(), "a folder like " + name + " cannot be made");
+    }
+    path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace mote::client

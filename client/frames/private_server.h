@@ -11,13 +11,29 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/frames/interrupt.h"
-#include "client/frames/temporary_folder.h"
 #include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// TemporaryFolder: a fresh folder that only this user may enter, removed with all it holds when the object
+/// goes. Not copied; any thread.
+class TemporaryFolder {
+  public:
+    /// Throws std::system_error.
+    explicit TemporaryFolder(std::string_view prefix);
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
 
 struct ServerCommand {
     std::filesystem::path program;

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/shared/connection.h"
 
+#include <fmt/format.h>
+
+#include <asio/post.hpp>
+
 #include "client/shared/connection_impl.h"
+#include "protocol/wire/framing.h"
 
 namespace mote::client {
 namespace {
@@ -16,6 +21,19 @@ auto typed(Connection::Reply<T> reply, Field field) {
     };
 }
 
+/// More unanswered questions than this are an owner's mistake, or a server that answers nothing.
+constexpr std::size_t maxQuestions = 1024;
+
+/// Whether a server takes it, with the few bytes around it.
+bool fits(const google::protobuf::MessageLite& message) {
+    return message.ByteSizeLong() <= wire::clientLimits.message - 64;
+}
+
+std::int64_t nowNs() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
+
 }  // namespace
 
 Connection::Connection(std::filesystem::path connectionFile, ConnectionSettings settings)
@@ -24,39 +42,95 @@ Connection::Connection(std::filesystem::path connectionFile, ConnectionSettings 
 Connection::~Connection() = default;
 
 Connection::State Connection::state() const {
-    return impl_->state();
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->state_;
 }
 
 std::optional<Error> Connection::lostReason() const {
-    return impl_->lostReason();
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->lostReason_;
 }
 
 proto::Welcome Connection::welcome() const {
-    return impl_->welcome();
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->welcome_;
 }
 
 ConnectionStatistics Connection::statistics() const {
-    return impl_->statistics();
+    const auto now = std::chrono::steady_clock::now();
+    const std::lock_guard lock(impl_->mutex_);
+    auto statistics = impl_->totals_;
+    statistics.framesPerSecond = impl_->frameRate_.perSecond(now);
+    statistics.bytesPerSecond = impl_->byteRate_.perSecond(now);
+    if (impl_->pingSince_) {
+        const std::chrono::duration<double, std::milli> waiting = now - *impl_->pingSince_;
+        statistics.roundTripMs = std::max(statistics.roundTripMs, waiting.count());
+    }
+    return statistics;
 }
 
 void Connection::reconnect() {
-    impl_->reconnect();
+    {
+        const std::lock_guard lock(impl_->mutex_);
+        impl_->setState(State::connecting);
+    }
+    impl_->notify();
+    asio::post(impl_->context_, [impl = impl_.get()] {
+        impl->returning_.reset();
+        impl->connect();
+    });
 }
 
 std::size_t Connection::poll() {
-    return impl_->poll();
+    std::deque<Inbox::Entry> due;
+    {
+        const std::lock_guard lock(impl_->mutex_);
+        due = impl_->inbox_.takeAll();
+    }
+    for (auto& entry : due) entry.callback();
+    return due.size();
 }
 
 bool Connection::wait(std::chrono::milliseconds timeout) {
-    return impl_->wait(timeout);
+    std::unique_lock lock(impl_->mutex_);
+    return impl_->changed_.wait_for(lock, timeout,
+                                    [&] { return !impl_->inbox_.empty() || impl_->frame_.has_value(); });
 }
 
 std::uint64_t Connection::setView(proto::View view, const ViewRequest& request) {
-    return impl_->setView(std::move(view), request);
+    std::uint64_t id = 0;
+    {
+        const std::lock_guard lock(impl_->mutex_);
+        id = ++impl_->lastViewId_;
+        Impl::WantedView wanted;
+        *wanted.message.mutable_view() = std::move(view);
+        wanted.message.set_view_id(id);
+        wanted.message.set_final_only(request.finalOnly);
+        wanted.message.set_format(request.format);
+        wanted.message.set_asked_ns(nowNs());
+        wanted.message.set_moving(request.moving);
+        if (request.page) *wanted.message.mutable_page() = *request.page;
+        if (fits(wanted.message)) {
+            impl_->view_ = std::move(wanted);
+        } else {
+            impl_->viewFailed(id,
+                              {ErrorCode::invalidArgument, "", "the view is larger than a server accepts"});
+        }
+    }
+    impl_->wakeWriter();
+    return id;
 }
 
 std::optional<ReceivedFrame> Connection::takeFrame() {
-    return impl_->takeFrame();
+    std::optional<ReceivedFrame> frame;
+    {
+        const std::lock_guard lock(impl_->mutex_);
+        if (!impl_->frame_) return std::nullopt;
+        frame = std::exchange(impl_->frame_, std::nullopt);
+        impl_->giveBackFrame();
+    }
+    impl_->wakeWriter();
+    return frame;
 }
 
 void Connection::listDatasets(Reply<proto::Catalogue> reply) {
@@ -100,7 +174,7 @@ void Connection::ping(Reply<double> reply) {
     impl_->ask(std::move(question), proto::ServerMessage::kPong,
                [this, reply = std::move(reply)](const Result<proto::ServerMessage>& answer) {
                    if (!reply) return;
-                   answer.ok() ? reply(impl_->statistics().roundTripMs) : reply(answer.error());
+                   answer.ok() ? reply(statistics().roundTripMs) : reply(answer.error());
                });
 }
 
@@ -118,6 +192,113 @@ void Connection::onJob(std::function<void(const proto::JobStatus&)> listener) {
 
 void Connection::onViewFailed(std::function<void(std::uint64_t, const Error&)> listener) {
     impl_->viewListener = std::move(listener);
+}
+
+Connection::Impl::Impl(std::filesystem::path connectionFile, ConnectionSettings settings)
+    : connectionFile_(std::move(connectionFile)), settings_(std::move(settings)) {
+    asio::post(context_, [this] { connect(); });
+    thread_ = std::thread([this] { context_.run(); });
+}
+
+Connection::Impl::~Impl() {
+    // Everything under way is aborted and ends by itself: no coroutine is left to be destroyed with the
+    // context.
+    asio::post(context_, [this] {
+        ending_ = true;
+        if (line_) line_->close();
+        line_.reset();
+        timer_.cancel();
+        work_.reset();
+    });
+    thread_.join();
+}
+
+void Connection::Impl::ask(proto::ClientMessage question, Body expected, Answer answer) {
+    {
+        const std::lock_guard lock(mutex_);
+        const auto refuse = [&](Error error) {
+            push({}, [answer = std::move(answer), error = std::move(error)] { answer(error); });
+        };
+        if (state_ == State::lost) {
+            refuse(lostReason_.value_or(Error{}));
+        } else if (questions_.size() >= maxQuestions) {
+            refuse({ErrorCode::resourceExhausted, "", "too many questions to the server are unanswered"});
+        } else if (!fits(question)) {
+            refuse({ErrorCode::invalidArgument, "", "the request is larger than a server accepts"});
+        } else {
+            question.set_request(++lastRequest_);
+            outbox_.push_back(question);
+            questions_[lastRequest_] = {expected, std::move(answer), std::move(question)};
+        }
+    }
+    notify();
+    wakeWriter();
+}
+
+void Connection::Impl::wakeWriter() {
+    asio::post(context_, [this] {
+        if (line_) line_->wakeWriter();
+    });
+}
+
+void Connection::Impl::notify() {
+    changed_.notify_all();
+    if (settings_.wake) settings_.wake();
+}
+
+// With mutex_ held -------------------------------------------------------------------------------------
+
+void Connection::Impl::push(std::string key, Inbox::Callback callback) {
+    inbox_.push(std::move(key), std::move(callback));
+}
+
+void Connection::Impl::setState(State state) {
+    state_ = state;
+    if (state != State::lost) lostReason_.reset();
+    push("state", [this, state] {
+        if (stateListener) stateListener(state);
+    });
+}
+
+void Connection::Impl::giveBackFrame() {
+    credit_.set_frames(credit_.frames() + 1);
+    creditDue_ = true;
+}
+
+void Connection::Impl::failAll(const Error& reason) {
+    outbox_.clear();
+    for (auto& [request, question] : questions_) question.sent = true;
+    failSent(reason);
+}
+
+void Connection::Impl::failSent(const Error& reason) {
+    std::erase_if(questions_, [&](auto& entry) {
+        auto& question = entry.second;
+        if (question.sent) push({}, [answer = std::move(question.answer), reason] { answer(reason); });
+        return question.sent;
+    });
+}
+
+/// Asks everything again but for jobs that were sent: nobody knows whether they were submitted.
+void Connection::Impl::askAgain(const Error& reason) {
+    for (auto& [request, question] : questions_)
+        question.sent = question.sent && question.message.has_submit_job();
+    failSent(reason);
+    outbox_.clear();
+    for (const auto& [request, question] : questions_) outbox_.push_back(question.message);
+}
+
+void Connection::Impl::viewFailed(std::uint64_t viewId, const Error& error) {
+    push(fmt::format("view {}", viewId), [this, viewId, error] {
+        if (viewListener) viewListener(viewId, error);
+    });
+}
+
+std::uint64_t Connection::Impl::viewOfRequest(std::uint64_t request) const {
+    for (const auto& [sent, viewId] : sentViews_) {
+        if (sent == request) return viewId;
+    }
+    return 0;
 }
 
 }  // namespace mote::client

@@ -117,7 +117,7 @@ class Connection {
     void onViewFailed(std::function<void(std::uint64_t viewId, const Error&)> listener);
 
   private:
-    class Impl;
+    struct Impl;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -4,50 +4,70 @@
 // Members under "shared" are guarded by mutex_; those under "I/O thread" are touched there only.
 #pragma once
 
+#include <asio/any_io_executor.hpp>
+#include <asio/awaitable.hpp>
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <vector>
 
 #include "client/shared/connection.h"
-#include "client/shared/frame_assembly.h"
-#include "client/shared/inbox.h"
-#include "client/shared/line.h"
-#include "client/shared/sliding_rate.h"
+#include "client/shared/connection_parts.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "protocol/wire/address.h"
+#include "protocol/wire/message_stream.h"
 
 namespace mote::client {
 
-class Connection::Impl {
+/// What a line asks of its owner; called on the I/O thread, never after close().
+struct LineHandlers {
+    /// The next message to send; empty: nothing now. Asked only when the one before it is on its way, so that
+    /// what is not asked for yet can still be replaced.
+    std::function<std::optional<proto::ClientMessage>()> next;
+    std::function<void(proto::ServerMessage, std::vector<std::uint8_t> payload)> received;
+    /// There is no server, or the line is closed by it or broken; once.
+    std::function<void(Error)> lost;
+};
+
+/// One connected socket, from connect() to its end, never reused. It knows nothing of what messages mean.
+/// Owned by shared pointer, so that its coroutines outlive a close(); I/O thread only.
+class Line : public std::enable_shared_from_this<Line> {
   public:
+    Line(const asio::any_io_executor& executor, LineHandlers handlers);
+
+    /// Connects to a server's socket and greets; then reads and writes until close() or lost.
+    void open(const wire::Address& address);
+    /// next() has something.
+    void wakeWriter();
+    void close();
+
+  private:
+    asio::awaitable<void> run(wire::Address address);
+    asio::awaitable<Status> connect(const wire::Address& address);
+    asio::awaitable<void> readAll();
+    asio::awaitable<void> writeAll();
+    void fail(const Error& error);
+
+    LineHandlers handlers_;
+    wire::MessageStream stream_;
+    asio::steady_timer writerSleep_;
+    bool closed_ = false;
+};
+
+struct Connection::Impl {
     using Answer = std::function<void(Result<proto::ServerMessage>)>;
     using Body = proto::ServerMessage::BodyCase;
 
-    Impl(std::filesystem::path connectionFile, ConnectionSettings settings);
-    ~Impl();
-
-    State state() const;
-    std::optional<Error> lostReason() const;
-    proto::Welcome welcome() const;
-    ConnectionStatistics statistics() const;
-    void reconnect();
-    std::size_t poll();
-    bool wait(std::chrono::milliseconds timeout);
-    std::uint64_t setView(proto::View view, const ViewRequest& request);
-    std::optional<ReceivedFrame> takeFrame();
-    /// `answer` runs inside poll().
-    void ask(proto::ClientMessage question, Body expected, Answer answer);
-
-    // Set before the first poll, run inside it.
-    std::function<void(State)> stateListener;
-    std::function<void(const proto::Catalogue&)> catalogueListener;
-    std::function<void(const proto::JobStatus&)> jobListener;
-    std::function<void(std::uint64_t, const Error&)> viewListener;
-
-  private:
     struct Question {
         Body expected;
         Answer answer;
@@ -63,6 +83,21 @@ class Connection::Impl {
         proto::SetView message;
         bool sent = false;
     };
+
+    Impl(std::filesystem::path connectionFile, ConnectionSettings settings);
+    ~Impl();
+
+    // Any thread.
+    /// `answer` runs inside poll().
+    void ask(proto::ClientMessage question, Body expected, Answer answer);
+    void wakeWriter();
+    void notify();
+
+    // Set before the first poll, run inside it.
+    std::function<void(State)> stateListener;
+    std::function<void(const proto::Catalogue&)> catalogueListener;
+    std::function<void(const proto::JobStatus&)> jobListener;
+    std::function<void(std::uint64_t, const Error&)> viewListener;
 
     // I/O thread.
     void connect();
@@ -81,7 +116,6 @@ class Connection::Impl {
     void answered(proto::ServerMessage message);
     void watchTime(std::chrono::milliseconds wait);
     void tick();
-    void wakeWriter();
 
     // With mutex_ held.
     void setState(State state);
@@ -96,8 +130,6 @@ class Connection::Impl {
     void receivedNews(proto::ServerMessage message);
     void viewFailed(std::uint64_t viewId, const Error& error);
     std::uint64_t viewOfRequest(std::uint64_t request) const;
-
-    void notify();
 
     const std::filesystem::path connectionFile_;
     const ConnectionSettings settings_;

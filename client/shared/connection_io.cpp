@@ -2,15 +2,14 @@
 //
 // The I/O thread's side of a connection.
 #include <fmt/format.h>
-
 #include <asio/post.hpp>
 
 #include "client/shared/connection_impl.h"
-#include "client/shared/failure.h"
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
 #include "protocol/wire/framing.h"
-#include "protocol/wire/limits.h"
 
 namespace mote::client {
 namespace {
@@ -31,6 +30,17 @@ constexpr std::size_t rememberedViews = 64;
 double msSince(std::int64_t ns, Clock::time_point now) {
     const Clock::time_point then{std::chrono::nanoseconds(ns)};
     return then > now ? 0.0 : Milliseconds(now - then).count();
+}
+
+/// A code that is not known here becomes internal; an empty sentence is filled.
+Error toError(const proto::Failure& failure) {
+    Error error{ErrorCode::internal, failure.where(), failure.message()};
+    for (int i = 0; i <= static_cast<int>(ErrorCode::internal); ++i) {
+        const auto code = static_cast<ErrorCode>(i);
+        if (name(code) == failure.code()) error.code = code;
+    }
+    if (error.message.empty()) error.message = "the server failed and gave no reason";
+    return error;
 }
 
 }  // namespace

@@ -7,14 +7,47 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <vector>
 
-#include "client/shared/frame_pixels.h"
-#include "client/shared/h264_decoder.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::client {
+
+/// The pixels of a decoded frame, RGBA, row 0 on top, without padding. A value.
+struct FramePixels {
+    std::uint32_t width = 0;   ///< pixels
+    std::uint32_t height = 0;  ///< pixels
+    /// PIXEL_FORMAT_UNSPECIFIED: no pixels, but the bytes of a document.
+    /// SRGB8: 4 bytes a pixel, sRGB-encoded; LINEAR_HALF: four little-endian IEEE halves a pixel, linear.
+    proto::PixelFormat format = proto::SRGB8;
+    std::vector<std::uint8_t> bytes;
+};
+
+/// The H.264 frames of one connection, one after the other. One owner, one thread at a time; its source is
+/// the only place of the client that knows libavcodec.
+class H264Decoder {
+  public:
+    H264Decoder();
+    ~H264Decoder();
+    H264Decoder(const H264Decoder&) = delete;
+    H264Decoder& operator=(const H264Decoder&) = delete;
+
+    /// Whether libavcodec has a decoder on this machine.
+    static bool available();
+
+    /// Decodes a picture of a size that has been checked. After an error nothing is decoded up to the next
+    /// key frame. Errors: corrupt (damage, or another size than the message says), cancelled (it needs a
+    /// frame that was not decoded), unsupported (no decoder here), resourceExhausted.
+    Result<FramePixels> decode(std::uint32_t width, std::uint32_t height, bool key,
+                               std::span<const std::uint8_t> payload);
+
+  private:
+    struct Stream;
+    std::unique_ptr<Stream> stream_;  ///< none: a key frame must come first
+};
 
 /// 4 or 8; 0 for a format that we do not know.
 std::size_t bytesPerPixel(proto::PixelFormat format);

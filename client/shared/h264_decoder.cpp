@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/shared/h264_decoder.h"
+#include "client/shared/decode.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>

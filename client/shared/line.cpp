@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/shared/line.h"
+#include "client/shared/connection_impl.h"
 
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
@@ -8,7 +8,7 @@
 #include <asio/redirect_error.hpp>
 #include <asio/use_awaitable.hpp>
 
-#include "protocol/wire/limits.h"
+#include "protocol/wire/framing.h"
 
 namespace mote::client {
 namespace {

@@ -16,7 +16,11 @@ class Playback {
 
     /// The step to show at `now` seconds; after the last comes the first. `seen`: a picture of `step` is on
     /// the screen.
-    std::optional<std::uint32_t> next(double now, std::uint32_t step, int steps, bool seen);
+    std::optional<std::uint32_t> next(double now, std::uint32_t step, int steps, bool seen) {
+        if (!playing || !seen || steps < 2 || now < last_ + 1.0 / stepsPerSecond) return std::nullopt;
+        last_ = now;
+        return (step + 1) % static_cast<std::uint32_t>(steps);
+    }
 
   private:
     double last_ = 0.0;  // seconds; when a step was last shown

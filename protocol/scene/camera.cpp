@@ -53,10 +53,8 @@ Camera fitCamera(const Bounds& bounds, double aspect) {
 
 Result<Camera> parseCamera(const proto::Camera& message) {
     Camera camera;
-    MOTE_ASSIGN_OR_RETURN(const auto eye, checkVector(message.eye(), worldLimit, "eye"));
-    MOTE_ASSIGN_OR_RETURN(const auto target, checkVector(message.target(), worldLimit, "target"));
-    camera.eye = eye;
-    camera.target = target;
+    MOTE_ASSIGN_OR_RETURN(camera.eye, checkVector(message.eye(), worldLimit, "eye"));
+    MOTE_ASSIGN_OR_RETURN(camera.target, checkVector(message.target(), worldLimit, "target"));
     if (!message.up().empty()) {
         MOTE_ASSIGN_OR_RETURN(camera.up, checkVector(message.up(), worldLimit, "up"));
     }

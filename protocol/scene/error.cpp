@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdio>
 
 namespace mote {
@@ -14,27 +15,11 @@ void checkFailed(const char* condition, const char* file, int line) {
 }
 
 std::string_view name(ErrorCode code) {
-    switch (code) {
-        case ErrorCode::invalidArgument:
-            return "invalid_argument";
-        case ErrorCode::notFound:
-            return "not_found";
-        case ErrorCode::alreadyExists:
-            return "already_exists";
-        case ErrorCode::permissionDenied:
-            return "permission_denied";
-        case ErrorCode::corrupt:
-            return "corrupt";
-        case ErrorCode::unsupported:
-            return "unsupported";
-        case ErrorCode::resourceExhausted:
-            return "resource_exhausted";
-        case ErrorCode::cancelled:
-            return "cancelled";
-        case ErrorCode::internal:
-            return "internal";
-    }
-    return "internal";
+    constexpr std::array<std::string_view, 9> names{"invalid_argument",   "not_found", "already_exists",
+                                                    "permission_denied",  "corrupt",   "unsupported",
+                                                    "resource_exhausted", "cancelled", "internal"};
+    static_assert(names.size() == static_cast<std::size_t>(ErrorCode::internal) + 1);
+    return names.at(static_cast<std::size_t>(code));
 }
 
 std::string Error::toString() const {

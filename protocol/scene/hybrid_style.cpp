@@ -58,9 +58,8 @@ Status parseCurve(const proto::HybridStyle& message, HybridStyle& style) {
             return invalid(at, "all knots of a curve have a color, or none");
         }
         if (!colored) continue;
-        const auto color = checkColor(message.curve(i).color(), glm::dvec3(0.0), at);
-        MOTE_RETURN_IF_ERROR(color);
-        style.colors.push_back(*color);
+        MOTE_ASSIGN_OR_RETURN(const auto color, checkColor(message.curve(i).color(), glm::dvec3(0.0), at));
+        style.colors.push_back(color);
     }
     return success();
 }
@@ -76,34 +75,30 @@ Status parseColors(const proto::HybridStyle& message, HybridStyle& style) {
     if (message.color_range_size() != 2) {
         return invalid("colorRange", fmt::format("2 values are needed, not {}", message.color_range_size()));
     }
-    const auto low = checkRange(message.color_range(0), -largest, largest, "colorRange[0]");
-    MOTE_RETURN_IF_ERROR(low);
-    const auto high = checkRange(message.color_range(1), -largest, largest, "colorRange[1]");
-    MOTE_RETURN_IF_ERROR(high);
-    if (!(*low < *high)) return invalid("colorRange", "the second value must be the greater one");
-    style.colorRange = ValueRange{*low, *high};
+    MOTE_ASSIGN_OR_RETURN(const auto low,
+                          checkRange(message.color_range(0), -largest, largest, "colorRange[0]"));
+    MOTE_ASSIGN_OR_RETURN(const auto high,
+                          checkRange(message.color_range(1), -largest, largest, "colorRange[1]"));
+    if (!(low < high)) return invalid("colorRange", "the second value must be the greater one");
+    style.colorRange = ValueRange{low, high};
     return success();
 }
 
 Status parsePoints(const proto::HybridStyle& message, HybridStyle& style) {
-    const auto shape = parseShape(message.point_shape());
-    MOTE_RETURN_IF_ERROR(shape);
-    const auto opacity = checkRange(
-        message.has_point_opacity() ? message.point_opacity() : style.pointOpacity, 0.0, 1.0, "pointOpacity");
-    MOTE_RETURN_IF_ERROR(opacity);
-    style.pointShape = *shape;
-    style.pointOpacity = *opacity;
+    MOTE_ASSIGN_OR_RETURN(style.pointShape, parseShape(message.point_shape()));
+    MOTE_ASSIGN_OR_RETURN(style.pointOpacity, checkRange(message.has_point_opacity() ? message.point_opacity()
+                                                                                     : style.pointOpacity,
+                                                         0.0, 1.0, "pointOpacity"));
     return success();
 }
 
 Result<HalfSpace> parsePlane(const proto::ClipPlane& message) {
     const auto normal = checkVector(message.normal(), 1e6, "normal");
     MOTE_RETURN_IF_ERROR(normal);
-    const auto distance = checkRange(message.distance(), -largest, largest, "distance");
-    MOTE_RETURN_IF_ERROR(distance);
+    MOTE_ASSIGN_OR_RETURN(const auto distance, checkRange(message.distance(), -largest, largest, "distance"));
     const double length = glm::length(*normal);
     if (!(length > 1e-6)) return invalid("normal", "a normal must not be zero");
-    return HalfSpace{*normal / length, *distance / length};
+    return HalfSpace{*normal / length, distance / length};
 }
 
 Result<Bounds> parseBox(const proto::ClipBox& message) {

@@ -20,17 +20,14 @@ Result<Light> parseLight(const proto::Light& message, const Light& fallback) {
     light.fixed = message.fixed();
     light.shadow = message.shadow();
     MOTE_ASSIGN_OR_RETURN(
-        const auto ambient,
+        light.ambient,
         checkRange(message.has_ambient() ? message.ambient() : fallback.ambient, 0.0, 1.0, "ambient"));
     MOTE_ASSIGN_OR_RETURN(
-        const auto diffuse,
+        light.diffuse,
         checkRange(message.has_diffuse() ? message.diffuse() : fallback.diffuse, 0.0, 1.0, "diffuse"));
     MOTE_ASSIGN_OR_RETURN(
-        const auto specular,
+        light.specular,
         checkRange(message.has_specular() ? message.specular() : fallback.specular, 0.0, 1.0, "specular"));
-    light.ambient = ambient;
-    light.diffuse = diffuse;
-    light.specular = specular;
     return light;
 }
 

@@ -65,25 +65,24 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
     const auto& points = message.points();
     auto volume = parseVolumeCurve(message.volume());
     MOTE_RETURN_IF_ERROR(volume);
-    auto fraction = parsePointCurve(points, *volume);
-    MOTE_RETURN_IF_ERROR(fraction);
+    MOTE_ASSIGN_OR_RETURN(auto fraction, parsePointCurve(points, *volume));
     const auto& mapName = message.volume().color_map();
     const auto map = ColorMap::find(mapName.empty() ? ColorMap::defaultName : std::string_view(mapName));
     if (!map.ok()) return map.error().within("volume.colorMap");
-    const auto opacity = checkRange(points.has_opacity() ? points.opacity() : defaultPointOpacity(0), 0.0,
-                                    1.0, "points.opacity");
-    MOTE_RETURN_IF_ERROR(opacity);
-    const auto size =
-        checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0, 0.1, 64.0, "points.sizePixels");
-    MOTE_RETURN_IF_ERROR(size);
-    const auto color = checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color");
-    MOTE_RETURN_IF_ERROR(color);
+    MOTE_ASSIGN_OR_RETURN(const auto opacity,
+                          checkRange(points.has_opacity() ? points.opacity() : defaultPointOpacity(0), 0.0,
+                                     1.0, "points.opacity"));
+    MOTE_ASSIGN_OR_RETURN(const auto size, checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0,
+                                                      0.1, 64.0, "points.sizePixels"));
+    MOTE_ASSIGN_OR_RETURN(
+        const auto color,
+        checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color"));
     return ParticlesStyle{*std::move(volume),
                           *map,
-                          *std::move(fraction),
-                          std::min(*opacity, ParticlesStyle::opacityLimit),
-                          *size,
-                          *color,
+                          std::move(fraction),
+                          std::min(opacity, ParticlesStyle::opacityLimit),
+                          size,
+                          color,
                           !points.has_opacity()};
 }
 

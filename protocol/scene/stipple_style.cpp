@@ -37,31 +37,26 @@ Result<DotValue> parseValue(const std::string& name) {
 }
 
 Status parseSizes(const proto::StippleStyle& message, StippleStyle& style) {
-    MOTE_ASSIGN_OR_RETURN(const auto spacing,
+    MOTE_ASSIGN_OR_RETURN(style.spacing,
                           checkRange(message.has_spacing_pixels() ? message.spacing_pixels() : style.spacing,
                                      0.5, 1000.0, "spacingPixels"));
     MOTE_ASSIGN_OR_RETURN(
         const auto size,
         checkRange(message.has_dot_pixels() ? message.dot_pixels() : style.dotSize, 0.1, 64.0, "dotPixels"));
-    MOTE_ASSIGN_OR_RETURN(const auto least,
+    MOTE_ASSIGN_OR_RETURN(style.leastDotSize,
                           checkRange(message.has_least_dot_pixels() ? message.least_dot_pixels() : size, 0.1,
                                      64.0, "leastDotPixels"));
-    style.spacing = spacing;
     style.dotSize = size;
-    style.leastDotSize = least;
     return success();
 }
 
 Status parseColors(const proto::StippleStyle& message, const glm::dvec3& background, StippleStyle& style) {
     MOTE_ASSIGN_OR_RETURN(const auto color,
                           checkColor(message.color(), glm::dvec3(isLight(background) ? 0.0 : 1.0), "color"));
-    MOTE_ASSIGN_OR_RETURN(
-        const auto opacity,
-        checkRange(message.has_opacity() ? message.opacity() : style.opacity, 0.0, 1.0, "opacity"));
-    MOTE_ASSIGN_OR_RETURN(const auto value, parseValue(message.value()));
+    MOTE_ASSIGN_OR_RETURN(style.opacity, checkRange(message.has_opacity() ? message.opacity() : style.opacity,
+                                                    0.0, 1.0, "opacity"));
+    MOTE_ASSIGN_OR_RETURN(style.value, parseValue(message.value()));
     style.color = color;
-    style.opacity = opacity;
-    style.value = value;
     style.denseDark = (luminance(color) < luminance(background)) != message.invert();
     if (message.color_map().empty()) return success();
     const auto map = ColorMap::find(message.color_map());
@@ -92,13 +87,10 @@ Result<StippleStyle> parseStippleStyle(const proto::StippleStyle& message, const
     const auto light = parseLight(message.light());
     if (!light.ok()) return light.error().within("light");
     MOTE_ASSIGN_OR_RETURN(
-        const auto jitter,
-        checkRange(message.has_jitter() ? message.jitter() : style.jitter, 0.0, 4.0, "jitter"));
-    MOTE_ASSIGN_OR_RETURN(const auto gamma, checkRange(message.has_gamma() ? message.gamma() : style.gamma,
-                                                       0.05, 20.0, "gamma"));
+        style.jitter, checkRange(message.has_jitter() ? message.jitter() : style.jitter, 0.0, 4.0, "jitter"));
+    MOTE_ASSIGN_OR_RETURN(
+        style.gamma, checkRange(message.has_gamma() ? message.gamma() : style.gamma, 0.05, 20.0, "gamma"));
     style.light = *light;
-    style.jitter = jitter;
-    style.gamma = gamma;
     style.soft = message.soft();
     style.seeThrough = message.see_through();
     return style;

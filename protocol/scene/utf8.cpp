@@ -4,9 +4,7 @@
 #include <cstdint>
 
 namespace mote {
-namespace {
 
-/// The length of the character at the beginning of `text`, 0 where there is none (Unicode 15, table 3-7).
 std::size_t characterLength(std::string_view text) {
     const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
     const auto within = [&](std::size_t i, std::uint8_t least, std::uint8_t greatest) {
@@ -27,8 +25,6 @@ std::size_t characterLength(std::string_view text) {
     }
     return 0;
 }
-
-}  // namespace
 
 bool isUtf8(std::string_view text) {
     while (!text.empty()) {

@@ -3,10 +3,15 @@
 // Text in messages is UTF-8, file names are bytes, and a log has lines. Pure functions.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace mote {
+
+/// How many bytes the character at the beginning of a text takes, which is not empty; 0 where there is none
+/// (Unicode 15, table 3-7).
+std::size_t characterLength(std::string_view text);
 
 /// Whether all of it is UTF-8 as Unicode defines it: no overlong forms, no surrogates.
 bool isUtf8(std::string_view text);

@@ -20,7 +20,6 @@
 
 #include "protocol/scene/error.h"
 #include "protocol/wire/framing.h"
-#include "protocol/wire/limits.h"
 
 namespace mote::wire {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "server/app/server_settings.h"
+#include "server/app/server.h"
 
 namespace mote::server {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/app/server.h"
 
+#include <fmt/format.h>
+#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,15 +12,18 @@
 #include <asio/post.hpp>
 #include <asio/signal_set.hpp>
 #include <asio/steady_timer.hpp>
+#include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <optional>
+#include <thread>
 
+#include "protocol/scene/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
-#include "server/app/connection_claim.h"
-#include "server/app/socket_place.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
 #include "server/session/session.h"
@@ -41,6 +46,111 @@ JobSettings jobSettings(const ServerSettings& settings) {
     jobs.memory = settings.memory;
     jobs.threads = settings.threads;
     return jobs;
+}
+
+namespace fs = std::filesystem;
+
+constexpr const char* socketName = "mote.sock";
+
+Status removeStale(const fs::path& path) {
+    struct stat status {};
+    if (::lstat(path.c_str(), &status) != 0) {
+        if (errno == ENOENT) return success();
+        return Error{ErrorCode::permissionDenied, path.string(), systemMessage(errno)};
+    }
+    if (!S_ISSOCK(status.st_mode)) {
+        return Error{ErrorCode::alreadyExists, path.string(),
+                     "is no socket but stands where the server's socket belongs; move it away"};
+    }
+    if (::unlink(path.c_str()) == 0) return success();
+    return Error{ErrorCode::permissionDenied, path.string(), systemMessage(errno)};
+}
+
+/// XDG_RUNTIME_DIR, the user's alone and short on every system that has it; else the folder for temporary
+/// files.
+fs::path runtimeFolder() {
+    const char* folder = ::secure_getenv("XDG_RUNTIME_DIR");
+    if (folder && *folder == '/' && ::access(folder, W_OK) == 0) return folder;
+    std::error_code code;
+    const auto temporary = fs::temp_directory_path(code);
+    return code ? fs::path("/tmp") : temporary;
+}
+
+/// Where the Unix socket lies. In the state directory, which belongs to one server at a time (its job queue
+/// holds the lock), so that a socket found there is a dead server's; in a fresh private folder where the
+/// state directory's path is too long for the kernel. Removed with the object.
+class SocketPlace {
+  public:
+    /// Removes a stale socket. Call once the state directory's lock is held. Errors: alreadyExists (something
+    /// that is no socket has its name), invalidArgument (no place has a path that is short enough),
+    /// permissionDenied, internal.
+    static Result<SocketPlace> make(const fs::path& stateDirectory);
+
+    SocketPlace(SocketPlace&& other) noexcept
+        : path_(std::exchange(other.path_, {})), folder_(std::exchange(other.folder_, {})) {}
+    SocketPlace& operator=(SocketPlace&&) = delete;
+    ~SocketPlace() {
+        if (path_.empty()) return;
+        ::unlink(path_.c_str());
+        if (!folder_.empty()) ::rmdir(folder_.c_str());
+    }
+
+    const fs::path& path() const { return path_; }
+
+  private:
+    SocketPlace(fs::path path, fs::path folder) : path_(std::move(path)), folder_(std::move(folder)) {}
+
+    fs::path path_;
+    fs::path folder_;  // of our own, to be removed; or empty
+};
+
+Result<SocketPlace> SocketPlace::make(const fs::path& stateDirectory) {
+    std::error_code code;
+    const fs::path wanted = fs::absolute(stateDirectory, code) / socketName;
+    if (wanted.native().size() <= wire::maxSocketPath) {
+        MOTE_RETURN_IF_ERROR(removeStale(wanted));
+        return SocketPlace(wanted, {});
+    }
+    std::string folder = (runtimeFolder() / "mote-XXXXXX").string();
+    if (folder.size() + 1 + std::strlen(socketName) > wire::maxSocketPath) {
+        return Error{ErrorCode::invalidArgument, wanted.string(),
+                     fmt::format("a socket's path has at most {} bytes; give --state a shorter one",
+                                 wire::maxSocketPath)};
+    }
+    if (!::mkdtemp(folder.data())) {
+        return Error{ErrorCode::internal, folder, fmt::format("cannot be made: {}", systemMessage(errno))};
+    }
+    return SocketPlace(fs::path(folder) / socketName, folder);
+}
+
+// A server that was just killed accepts until the kernel has taken it apart.
+constexpr int attempts = 50;
+constexpr std::chrono::milliseconds pause{10};
+
+/// Whether somebody accepts connections there.
+bool alive(const std::string& address) {
+    const auto parsed = wire::parseAddress(address);
+    if (!parsed.ok() || parsed->kind != wire::Address::Kind::unixSocket) return false;
+    asio::io_context context;
+    Protocol::socket socket(context);
+    asio::error_code code;
+    socket.connect(Protocol::endpoint(parsed->path), code);
+    return !code;
+}
+
+/// A server takes no live one's connection file. Errors: alreadyExists, where the file belongs to a server
+/// that accepts connections now.
+Status checkNotInUse(const std::filesystem::path& file) {
+    const auto old = wire::readConnectionFile(file);
+    if (!old.ok()) return success();
+    for (int attempt = 0; attempt < attempts; ++attempt) {
+        if (!alive(old->address())) return success();
+        std::this_thread::sleep_for(pause);
+    }
+    return Error{ErrorCode::alreadyExists, file.string(),
+                 fmt::format("belongs to a server that runs (process {}); stop it or give --connection "
+                             "another file",
+                             old->pid())};
 }
 
 }  // namespace
@@ -269,6 +379,13 @@ void Server::withdraw() {
 }
 std::string Server::deviceName() const {
     return impl_->deviceName();
+}
+
+void removeIfOurs(const std::filesystem::path& file, const std::string& token) {
+    const auto content = wire::readConnectionFile(file);
+    if (token.empty() || !content.ok() || content->token() != token) return;
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
 }
 
 }  // namespace mote::server

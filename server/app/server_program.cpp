@@ -11,17 +11,21 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <semaphore>
 #include <thread>
 #include <utility>
 
-#include "server/app/connection_claim.h"
 #include "server/app/options.h"
-#include "server/app/rank_program.h"
 #include "server/app/server.h"
 #include "server/app/supervisor.h"
+#include "server/data/data_memory.h"
+#include "server/data/shared_file_steps.h"
+#include "server/frames/picture_maker.h"
 #include "server/log.h"
-#include "server/render/ranks/mpi_ranks.h"
+#include "server/render/ranks/ranked_device.h"
+#include "server/render/ranks/ranks.h"
 #include "server/session/token.h"
 #include "storage/blocks/mapping_guard.h"
 
@@ -92,6 +96,45 @@ int serveSupervised(ServerSettings settings, const DeviceFactory& device) {
     settings.render.crashes = &crashes;
     const int code = supervise(crashes, [&](bool again) { return serve(settings, device, again); });
     removeIfOurs(settings.connectionFile, settings.token);
+    return code;
+}
+
+/// Serves clients to the end; returns the exit code.
+using Serve = std::function<int(const ServerSettings& settings, DeviceFactory device)>;
+
+/// The same on all ranks, as their command lines are. Errors: of the options.
+Result<SharedFileSteps> stepsOf(const ServerSettings& settings) {
+    MOTE_ASSIGN_OR_RETURN(auto roots, storage::Roots::parse(settings.roots));
+    const auto memory = dataMemory(settings.memory);
+    if (!memory.ok()) return memory.error().within("--memory");
+    return SharedFileSteps(std::move(roots), *memory);
+}
+
+/// What keeps any rank from its work keeps all from theirs.
+bool allReady(render::Ranks& ranks, const ServerSettings& settings, const Result<SharedFileSteps>& steps) {
+    std::optional<Error> error;
+    if (!steps.ok()) error = steps.error();
+    if (settings.device == render::DeviceKind::egl) {
+        error = Error{ErrorCode::unsupported, "--device", "several ranks draw with cpu alone"};
+    }
+    if (error) log::error("rank {}: {}", ranks.rank(), error->toString());
+    return ranks.greatest(error ? 1 : 0) == 0;
+}
+
+/// What mote-server does as one of several ranks: the first serves the clients, the others draw for it.
+/// Returns the exit code. Throws what `serve` throws.
+int runRank(render::Ranks& ranks, const ServerSettings& settings, const Serve& serve) {
+    auto steps = stepsOf(settings);
+    if (!allReady(ranks, settings, steps)) return failed;
+    if (ranks.rank() != 0) {
+        // They end when the first rank does, which a launcher's signal reaches too.
+        for (const int number : {SIGTERM, SIGINT, SIGHUP}) std::signal(number, SIG_IGN);
+        render::serveRanks(ranks, *steps, settings.threads);
+        return 0;
+    }
+    const int code = serve(
+        settings, [&] { return std::make_unique<render::RankedDevice>(ranks, *steps, settings.threads); });
+    render::dismissRanks(ranks);
     return code;
 }
 

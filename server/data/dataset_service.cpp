@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <optional>
 
+#include "protocol/mote.pb.h"
 #include "protocol/scene/utf8.h"
-#include "server/data/replot.h"
 #include "server/log.h"
 #include "storage/manifest.h"
+#include "storage/roots.h"
 
 namespace mote::server {
 namespace {
@@ -22,6 +25,23 @@ Error unknownDataset(const std::string& dataset) {
     return {ErrorCode::notFound, "dataset",
             fmt::format("there is no dataset \"{}\" here; the catalogue lists those that are",
                         toUtf8(dataset.substr(0, 200)))};
+}
+
+/// The request that made a dataset, as a client may submit it again. `request` is that of the manifest, its
+/// inputs relative to `folder`, which holds the dataset. The result names inputs "ROOT/PATH" and has no
+/// output. Nothing where an input is no longer there or lies beneath no root, or where the request has no
+/// inputs.
+std::optional<proto::JobRequest> replotOf(const proto::JobRequest& request,
+                                          const std::filesystem::path& folder, const storage::Roots& roots) {
+    if (!request.has_particles() || request.particles().inputs().empty()) return std::nullopt;
+    proto::JobRequest replot = request;
+    replot.clear_output();
+    for (auto& input : *replot.mutable_particles()->mutable_inputs()) {
+        const auto name = roots.nameOf((folder / input).lexically_normal());
+        if (!name || !roots.resolveExisting(*name).ok()) return std::nullopt;
+        input = *name;
+    }
+    return replot;
 }
 
 }  // namespace
@@ -137,18 +157,14 @@ void DatasetService::describe(std::string dataset, std::function<void(Result<pro
 }
 
 Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& name) {
-    return entryOf(name);
-}
-
-Result<storage::Catalogue::Entry> DatasetService::entryOf(const std::string& dataset) const {
     const auto all = known();
-    const auto found = all->entries.find(withoutSuffix(dataset));
-    if (found == all->entries.end()) return unknownDataset(dataset);
+    const auto found = all->entries.find(withoutSuffix(name));
+    if (found == all->entries.end()) return unknownDataset(name);
     return found->second;
 }
 
-Result<proto::Description> DatasetService::describeKnown(const std::string& dataset) const {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, entryOf(dataset));
+Result<proto::Description> DatasetService::describeKnown(const std::string& name) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, dataset(name));
     proto::Description description;
     description.set_dataset(entry.name);
     *description.mutable_manifest() = *entry.manifest;
@@ -159,7 +175,7 @@ Result<proto::Description> DatasetService::describeKnown(const std::string& data
 
 Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const std::string& dataset,
                                                                           std::uint32_t index) {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, entryOf(dataset));
+    MOTE_ASSIGN_OR_RETURN(const auto entry, this->dataset(dataset));
     MOTE_ASSIGN_OR_RETURN(auto step, steps_.step(entry, index));
     return std::shared_ptr<const storage::ParticleStep>(std::move(step));
 }

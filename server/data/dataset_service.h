@@ -73,8 +73,7 @@ class DatasetService final : public StepSource {
     void report();
     void enqueue(std::function<void()> work);
     std::shared_ptr<const Known> known() const;
-    Result<storage::Catalogue::Entry> entryOf(const std::string& dataset) const;
-    Result<proto::Description> describeKnown(const std::string& dataset) const;
+    Result<proto::Description> describeKnown(const std::string& name);
 
     // The thread's own.
     storage::Catalogue catalogue_;

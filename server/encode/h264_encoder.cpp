@@ -11,6 +11,7 @@ extern "C" {
 
 #include "protocol/scene/mote_check.h"
 #include "protocol/wire/ycc.h"
+#include "server/encode/encode.h"
 
 namespace mote::server {
 namespace {
@@ -32,10 +33,6 @@ struct FreePacket {
 
 int evenSide(std::uint32_t side) {
     return static_cast<int>(side + side % 2);
-}
-
-Error outOfMemory() {
-    return {ErrorCode::resourceExhausted, "frame", "there is not enough memory to encode the picture"};
 }
 
 Error failed(int code) {

@@ -9,7 +9,7 @@
 #include <new>
 #include <system_error>
 
-#include "protocol/wire/limits.h"
+#include "protocol/wire/framing.h"
 
 namespace mote::server {
 namespace {

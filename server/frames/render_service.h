@@ -13,7 +13,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/data/step_source.h"
-#include "server/encode/encoding_choice.h"
+#include "server/encode/frame_encoder.h"
 #include "server/frames/crash_record.h"
 #include "server/frames/picture_maker.h"
 #include "server/frames/render_schedule.h"

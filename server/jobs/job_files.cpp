@@ -12,6 +12,7 @@
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
+#include "protocol/scene/utf8.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -67,21 +68,6 @@ std::optional<proto::JobProgress> latestProgress(std::string_view text) {
     return {};
 }
 
-/// Bytes of a well-formed UTF-8 sequence at the begin of `text`, 0 where there is none.
-std::size_t sequenceLength(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-    const std::size_t length = byte(0) < 0x80 ? 1 : byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
-    if (byte(0) >= 0x80 && (byte(0) < 0xc2 || byte(0) > 0xf4)) return 0;
-    if (length > text.size()) return 0;
-    for (std::size_t i = 1; i < length; ++i) {
-        if ((byte(i) & 0xc0) != 0x80) return 0;
-    }
-    const bool overlong = (byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xf0 && byte(1) < 0x90);
-    const bool surrogate = byte(0) == 0xed && byte(1) > 0x9f;
-    const bool beyond = byte(0) == 0xf4 && byte(1) > 0x8f;
-    return overlong || surrogate || beyond ? 0 : length;
-}
-
 Status writeFile(const std::filesystem::path& path, const std::string& text) {
     const FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
     if (file.valid() && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size())) {
@@ -95,7 +81,7 @@ Status writeFile(const std::filesystem::path& path, const std::string& text) {
 std::string plainText(std::string_view text, std::size_t longest) {
     std::string plain;
     while (!text.empty()) {
-        const auto length = sequenceLength(text);
+        const auto length = characterLength(text);
         const auto first = static_cast<unsigned char>(text[0]);
         const bool printable = length > 1 || (length == 1 && first >= 0x20 && first != 0x7f);
         const auto piece = printable ? text.substr(0, length) : first == '\t' ? std::string_view(" ") : "?";

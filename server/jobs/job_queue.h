@@ -8,21 +8,40 @@
 // no job.
 #pragma once
 
+#include <asio/io_context.hpp>
+#include <asio/steady_timer.hpp>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/jobs/job_settings.h"
-
-namespace asio {
-class io_context;
-}
+#include "server/jobs/job_files.h"
+#include "server/jobs/job_store.h"
+#include "server/jobs/runner.h"
+#include "storage/files/file_descriptor.h"
+#include "storage/roots.h"
 
 namespace mote::server {
+
+/// Where a server keeps its jobs and what each may use.
+struct JobSettings {
+    std::filesystem::path stateDirectory;  ///< made (0700) where absent; holds jobs.sqlite and jobs/ID/
+    std::filesystem::path prep;            ///< the program mote-prep
+    std::filesystem::path supervisor;      ///< mote-supervise; empty: beside `prep`
+    std::vector<std::string> roots;        ///< "NAME=DIR", as the server's --root
+    std::size_t running = 1;               ///< jobs that may run at a time, at least 1
+    std::size_t queued = 1000;             ///< jobs that may wait
+    std::size_t kept = 1000;               ///< finished jobs that are remembered
+    std::uint64_t memory = 0;              ///< bytes for each job; 0: no limit
+    unsigned threads = 0;                  ///< of each job; 0: its own choice
+};
 
 class JobQueue {
   public:
@@ -30,7 +49,7 @@ class JobQueue {
 
     /// Nothing is touched before start().
     JobQueue(asio::io_context& context, JobSettings settings);
-    ~JobQueue();
+    ~JobQueue() { stop(); }
     JobQueue(const JobQueue&) = delete;
     JobQueue& operator=(const JobQueue&) = delete;
 
@@ -59,11 +78,56 @@ class JobQueue {
 
     /// Called after every change of state and, at most five times a second for each job, of progress. Never
     /// from within submit() or cancel(). One listener.
-    void onChange(Listener listener);
+    void onChange(Listener listener) { listener_ = std::move(listener); }
 
   private:
-    class Impl;
-    std::shared_ptr<Impl> impl_;  // handlers hold it weakly
+    /// A job that runs now.
+    struct Active {
+        JobFiles files;
+        std::unique_ptr<Run> run;
+    };
+
+    Status openState();
+    void goOn();
+    void goOnWith(JobRecord& record);
+    void removeStrayDirectories();
+
+    void scheduleSoon();
+    void schedule();
+    void begin(JobRecord& record);
+    Result<std::unique_ptr<Run>> launch(JobRecord& record, JobFiles& files);
+    void watch(std::int64_t number, Active active);
+    void watchSoon();
+    void look();
+
+    void end(std::int64_t number);
+    void conclude(JobRecord& record, JobFiles& files);
+    void interrupted(JobRecord& record, JobFiles& files);
+    void finish(JobRecord& record, proto::JobStatus::State state, std::string error = {});
+
+    /// What is called later: only while the queue lives.
+    template <class Call>
+    auto whileAlive(Call call) {
+        return [alive = std::weak_ptr(alive_), call = std::move(call)](const auto&... values) mutable {
+            if (!alive.expired()) call(values...);
+        };
+    }
+    /// Stores the record and tells the listener, soon.
+    void changed(const JobRecord& record);
+    std::filesystem::path directoryOf(const JobRecord& record) const;
+
+    asio::io_context& context_;
+    JobSettings settings_;
+    storage::Roots roots_;
+    storage::FileDescriptor lock_;  // held: no other server has this state directory
+    std::optional<JobTable> table_;
+    std::unique_ptr<Runner> runner_;
+    std::map<std::int64_t, Active> active_;  // by the job's number
+    asio::steady_timer timer_;
+    Listener listener_;
+    bool scheduling_ = false;  // schedule() is posted
+    bool looking_ = false;     // the timer runs
+    std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
 }  // namespace mote::server

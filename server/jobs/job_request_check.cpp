@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <vector>
+
 #include "protocol/scene/job_request.h"
 
 namespace mote::server {
@@ -14,6 +17,34 @@ Error ofField(const std::string& field, const Error& error) {
 }
 
 }  // namespace
+
+Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Roots& roots) {
+    const auto& name = request.output();
+    JobOutput output;
+    auto path = roots.resolveNew(name);
+    if (!path.ok() && path.error().code == ErrorCode::alreadyExists) {
+        output.exists = true;
+        path = roots.resolveExisting(name);
+    }
+    if (!path.ok()) return path.error();
+    output.path = *std::move(path);
+    for (const auto& entry : roots.entries()) {
+        if (name.starts_with(entry.name + "/")) output.root = entry.folder;
+    }
+    return output;
+}
+
+std::size_t removeDrafts(const JobOutput& output) {
+    const auto draft = output.path.filename().string() + ".partial-";  // and the process that makes it
+    std::vector<std::filesystem::path> drafts;
+    std::error_code code;
+    std::filesystem::directory_iterator entry(output.path.parent_path(), code);
+    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
+        if (entry->path().filename().string().starts_with(draft)) drafts.push_back(entry->path());
+    }
+    for (const auto& path : drafts) std::filesystem::remove_all(path, code);
+    return drafts.size();
+}
 
 Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots) {
     MOTE_ASSIGN_OR_RETURN(const auto request, parseJobRequest(message));

@@ -4,14 +4,58 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "protocol/scene/json.h"
-#include "server/jobs/sql_statement.h"
 #include "server/log.h"
 
 namespace mote::server {
 namespace {
+
+/// One prepared statement, bound from left to right. A failed preparation shows in step(), and in the
+/// database's error. Lives no longer than the database.
+class SqlStatement {
+  public:
+    SqlStatement(sqlite3* database, const char* sql) {
+        prepared_ = sqlite3_prepare_v2(database, sql, -1, &statement_, nullptr);
+    }
+    ~SqlStatement() { sqlite3_finalize(statement_); }
+    SqlStatement(const SqlStatement&) = delete;
+    SqlStatement& operator=(const SqlStatement&) = delete;
+
+    SqlStatement& bind(std::int64_t value) {
+        sqlite3_bind_int64(statement_, ++bound_, value);
+        return *this;
+    }
+    SqlStatement& bind(double value) {
+        sqlite3_bind_double(statement_, ++bound_, value);
+        return *this;
+    }
+    SqlStatement& bind(const std::string& text) {
+        sqlite3_bind_text(statement_, ++bound_, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+        return *this;
+    }
+
+    /// SQLITE_ROW, SQLITE_DONE or an error's code.
+    int step() { return prepared_ == SQLITE_OK ? sqlite3_step(statement_) : prepared_; }
+
+    std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
+    double real(int column) const { return sqlite3_column_double(statement_, column); }
+    std::string text(int column) const {
+        const auto* data = sqlite3_column_text(statement_, column);
+        const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
+        return data ? std::string(reinterpret_cast<const char*>(data), size) : std::string();
+    }
+
+  private:
+    sqlite3_stmt* statement_ = nullptr;
+    int prepared_ = SQLITE_OK;
+    int bound_ = 0;
+};
 
 constexpr int kApplicationId = 0x6d6f7465;  // "mote"
 constexpr int kVersion = 1;                 // of the schema
@@ -136,6 +180,8 @@ Result<JobRecord> readRecord(const SqlStatement& row) {
     return record;
 }
 
+constexpr int kListedLines = 5;  // of a finished job's log: a list of hundreds goes over the wire at once
+
 }  // namespace
 
 void JobStore::Close::operator()(sqlite3* database) const {
@@ -212,6 +258,95 @@ Status JobStore::remove(std::int64_t number) {
     SqlStatement statement(database_.get(), "DELETE FROM jobs WHERE number=?");
     statement.bind(number);
     return statement.step() == SQLITE_DONE ? success() : Status(failure(database_.get()));
+}
+
+Status JobTable::load() {
+    MOTE_ASSIGN_OR_RETURN(auto records, store_.load());
+    for (auto& record : records) records_.emplace(record.number, std::move(record));
+    return success();
+}
+
+Result<JobRecord*> JobTable::add(JobRecord record) {
+    MOTE_RETURN_IF_ERROR(store_.insert(record));
+    const auto number = record.number;
+    return &records_.insert_or_assign(number, std::move(record)).first->second;
+}
+
+void JobTable::save(const JobRecord& record) {
+    if (const auto saved = store_.update(record); !saved.ok()) {
+        log::error("job {} cannot be kept: {}", record.status.id(), saved.error().toString());
+    }
+}
+
+void JobTable::prune(std::size_t kept) {
+    auto finished = static_cast<std::size_t>(std::count_if(
+        records_.begin(), records_.end(), [](const auto& entry) { return !isLive(entry.second); }));
+    for (auto entry = records_.begin(); entry != records_.end() && finished > kept;) {
+        if (isLive(entry->second)) {
+            ++entry;
+            continue;
+        }
+        if (const auto removed = store_.remove(entry->first); !removed.ok()) {
+            log::error("an old job cannot be forgotten: {}", removed.error().toString());
+        }
+        entry = records_.erase(entry);
+        --finished;
+    }
+}
+
+JobRecord* JobTable::find(std::string_view id) {
+    return const_cast<JobRecord*>(std::as_const(*this).find(id));
+}
+
+const JobRecord* JobTable::find(std::string_view id) const {
+    for (const auto& [number, record] : records_) {
+        if (record.status.id() == id) return &record;
+    }
+    return nullptr;
+}
+
+JobRecord* JobTable::find(std::int64_t number) {
+    const auto entry = records_.find(number);
+    return entry == records_.end() ? nullptr : &entry->second;
+}
+
+JobRecord* JobTable::nextQueued() {
+    for (auto& [number, record] : records_) {
+        if (record.status.state() == proto::JobStatus::QUEUED) return &record;
+    }
+    return nullptr;
+}
+
+std::size_t JobTable::count(proto::JobStatus::State state) const {
+    return static_cast<std::size_t>(std::count_if(records_.begin(), records_.end(), [&](const auto& entry) {
+        return entry.second.status.state() == state;
+    }));
+}
+
+std::vector<JobRecord*> JobTable::all() {
+    std::vector<JobRecord*> records;
+    for (auto& [number, record] : records_) records.push_back(&record);
+    return records;
+}
+
+const JobRecord* JobTable::maker(std::string_view output) const {
+    for (const auto& [number, record] : records_) {
+        if (isLive(record) && record.status.request().output() == output) return &record;
+    }
+    return nullptr;
+}
+
+std::vector<proto::JobStatus> JobTable::list(std::size_t most) const {
+    std::vector<proto::JobStatus> statuses;
+    for (const bool live : {true, false}) {
+        for (auto entry = records_.rbegin(); entry != records_.rend(); ++entry) {
+            if (statuses.size() >= most) return statuses;
+            if (isLive(entry->second) != live) continue;
+            auto& log = *statuses.emplace_back(entry->second.status).mutable_log();
+            if (!live && log.size() > kListedLines) log.DeleteSubrange(0, log.size() - kListedLines);
+        }
+    }
+    return statuses;
 }
 
 }  // namespace mote::server

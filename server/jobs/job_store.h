@@ -4,17 +4,35 @@
 // one transaction.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/jobs/job_record.h"
 
 struct sqlite3;
 
 namespace mote::server {
+
+/// JobRecord: what is remembered of a job: what clients see, and what a restarted server needs. A value.
+struct JobRecord {
+    std::int64_t number = 0;  ///< order of submission, given by the store
+    proto::JobStatus status;
+    int attempts = 0;              ///< how often it was started
+    bool cancelRequested = false;  ///< its end, whatever it is, means cancelled (but for a published output)
+    std::string handle;            ///< what its runner finds the running job by; empty: it never began
+};
+
+inline bool isLive(const JobRecord& record) {
+    return record.status.state() == proto::JobStatus::QUEUED ||
+           record.status.state() == proto::JobStatus::RUNNING;
+}
 
 class JobStore {
   public:
@@ -43,6 +61,40 @@ class JobStore {
 
     Database database_;
     std::filesystem::path setAside_;
+};
+
+/// JobTable: all jobs in memory, each change written through to the store. Owned by the queue and used on its
+/// thread. A store that fails (a full disk) is said in the log: the jobs of this server go on from memory.
+class JobTable {
+  public:
+    explicit JobTable(JobStore store) : store_(std::move(store)) {}
+
+    /// Errors: as JobStore::load.
+    Status load();
+    /// Gives it a number. The pointer stays valid until prune() forgets a finished job. Errors: as
+    /// JobStore::insert.
+    Result<JobRecord*> add(JobRecord record);
+    void save(const JobRecord& record);
+    /// Forgets the oldest finished jobs beyond `kept`.
+    void prune(std::size_t kept);
+
+    JobRecord* find(std::string_view id);
+    const JobRecord* find(std::string_view id) const;
+    JobRecord* find(std::int64_t number);
+    /// The one that has waited longest; null: none waits.
+    JobRecord* nextQueued();
+    std::size_t count(proto::JobStatus::State state) const;
+    /// All jobs, in the order of submission.
+    std::vector<JobRecord*> all();
+    /// A live job with this output; null: none.
+    const JobRecord* maker(std::string_view output) const;
+    /// Newest first: live ones, then finished ones (with the last five lines of their logs), at most `most`
+    /// in all.
+    std::vector<proto::JobStatus> list(std::size_t most) const;
+
+  private:
+    JobStore store_;
+    std::map<std::int64_t, JobRecord> records_;  // by number
 };
 
 }  // namespace mote::server

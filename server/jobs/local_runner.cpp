@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/jobs/local_runner.h"
-
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
@@ -19,6 +17,7 @@
 
 #include "protocol/scene/system_error.h"
 #include "server/jobs/process_identity.h"
+#include "server/jobs/runner.h"
 #include "server/log.h"
 #include "storage/files/file_descriptor.h"
 
@@ -146,11 +145,19 @@ std::unique_ptr<Run> watch(asio::io_context& context, const ProcessIdentity& ide
     }
 }
 
-}  // namespace
+class LocalRunner final : public Runner {
+  public:
+    LocalRunner(asio::io_context& context, std::filesystem::path supervisor, std::filesystem::path prep)
+        : context_(context), supervisor_(std::move(supervisor)), prep_(std::move(prep)) {}
 
-LocalRunner::LocalRunner(asio::io_context& context, std::filesystem::path supervisor,
-                         std::filesystem::path prep)
-    : context_(context), supervisor_(std::move(supervisor)), prep_(std::move(prep)) {}
+    Result<std::unique_ptr<Run>> start(const RunOrder& order) override;
+    std::unique_ptr<Run> find(std::string_view handle) override;
+
+  private:
+    asio::io_context& context_;
+    std::filesystem::path supervisor_;
+    std::filesystem::path prep_;
+};
 
 Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
     int ends[2];
@@ -187,6 +194,13 @@ std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
     pollfd end{process.get(), POLLIN, 0};
     if (!process.valid() || poll(&end, 1, 0) != 0) return nullptr;  // ended, and perhaps not waited for yet
     return watch(context_, *identity, process, FileDescriptor());
+}
+
+}  // namespace
+
+std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor,
+                                        std::filesystem::path prep) {
+    return std::make_unique<LocalRunner>(context, std::move(supervisor), std::move(prep));
 }
 
 }  // namespace mote::server

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Runner: how a job's mote-prep is brought to run: `local` (LocalRunner, a child process). `mpi` (mpirun -n K
-// mote-prep) and `slurm` (sbatch with a fixed script) are to stand beside it. Owned by the queue and used on
-// its thread.
+// Runner: how a job's mote-prep is brought to run: `local` (makeLocalRunner, a child process). `mpi` (mpirun
+// -n K mote-prep) and `slurm` (sbatch with a fixed script) are to stand beside it. Owned by the queue and
+// used on its thread.
 //
 // Whatever the runner, a job leaves files in its directory (JobFiles): progress and log while it runs, and at
 // last a result, written by one rename. A run that has ended without one was interrupted.
@@ -17,6 +17,10 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
+
+namespace asio {
+class io_context;
+}
 
 namespace mote::server {
 
@@ -53,5 +57,11 @@ class Runner {
     /// A run of this or an earlier server; null where it has ended.
     virtual std::unique_ptr<Run> find(std::string_view handle) = 0;
 };
+
+/// Runs mote-prep on this machine, under mote-supervise, which has a session of its own, takes rights away
+/// from mote-prep, waits for it and writes its result. Programs as paths. The context outlives the runner and
+/// its runs.
+std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor,
+                                        std::filesystem::path prep);
 
 }  // namespace mote::server

@@ -10,7 +10,9 @@
 
 #include <asio/any_io_executor.hpp>
 #include <asio/awaitable.hpp>
+#include <asio/experimental/as_tuple.hpp>
 #include <asio/steady_timer.hpp>
+#include <asio/use_awaitable.hpp>
 #include <chrono>
 #include <deque>
 #include <functional>
@@ -26,9 +28,25 @@
 #include "server/jobs/job_queue.h"
 #include "server/session/flow_control.h"
 #include "server/session/outbox.h"
-#include "server/session/wakeup.h"
 
 namespace mote::server {
+
+/// Wakeup: a condition variable for coroutines of one thread. A coroutine waits in a loop that asks for what
+/// it waits for; notify() wakes all that wait now. Nothing is lost, as nobody else runs between asking and
+/// waiting.
+class Wakeup {
+  public:
+    explicit Wakeup(const asio::any_io_executor& executor)
+        : timer_(executor, asio::steady_timer::time_point::max()) {}
+
+    void notify() { timer_.cancel(); }
+    asio::awaitable<void> wait() {
+        co_await timer_.async_wait(asio::experimental::as_tuple(asio::use_awaitable));
+    }
+
+  private:
+    asio::steady_timer timer_;
+};
 
 /// What sessions share; the server owns it and outlives them.
 struct SessionContext {
@@ -58,8 +76,6 @@ class Session : public std::enable_shared_from_this<Session> {
     void catalogueChanged();
     void jobChanged(const proto::JobStatus& job);
 
-    bool authenticated() const { return authenticated_; }
-
   private:
     static constexpr std::size_t maxCommands = 8;
 
@@ -70,6 +86,8 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
     Status beware(ViewTask& task) const;
     asio::awaitable<void> findDatasets(const View& view);
+    /// Until the disk was looked at; `wake`: of the coroutine that waits, a member.
+    asio::awaitable<void> rescan(Wakeup& wake);
     void returnCredit(const proto::Credit& message);
     void begin(const proto::Hello& hello);
     void beginFrames();

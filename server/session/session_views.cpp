@@ -88,15 +88,7 @@ asio::awaitable<void> Session::findDatasets(const View& view) {
         if (stipple != nullptr && !stipple->image.empty())
             known = known && context_.datasets->contains(stipple->image);
     }
-    if (known) co_return;
-    const auto done = std::make_shared<bool>(false);
-    context_.datasets->rescan([weak = weak_from_this(), executor = executor_, done] {
-        asio::post(executor, [weak, done] {
-            *done = true;
-            if (const auto self = weak.lock()) self->readerWake_.notify();
-        });
-    });
-    while (!*done && !closed_) co_await readerWake_.wait();
+    if (!known) co_await rescan(readerWake_);
 }
 
 /// Flow control and the renderer learn who it is; nothing is drawn before.

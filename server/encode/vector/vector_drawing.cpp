@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <glm/common.hpp>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -45,6 +46,20 @@ void orderForPen(std::vector<PageDot>& dots) {
 }
 
 }  // namespace
+
+PageLayout layOut(const Page& page, std::uint32_t width, std::uint32_t height) {
+    const double margins = 2.0 * page.margin;
+    PageLayout layout;
+    layout.scale = std::numeric_limits<double>::max();
+    if (page.width > 0.0) layout.scale = (page.width - margins) / width;
+    if (page.height > 0.0) layout.scale = std::min(layout.scale, (page.height - margins) / height);
+    if (page.width == 0.0 && page.height == 0.0) layout.scale = Page::pixelSize;
+    layout.width = page.width > 0.0 ? page.width : layout.scale * width + margins;
+    layout.height = page.height > 0.0 ? page.height : layout.scale * height + margins;
+    layout.left = 0.5 * (layout.width - layout.scale * width);
+    layout.top = 0.5 * (layout.height - layout.scale * height);
+    return layout;
+}
 
 std::string hexColor(const glm::vec3& color) {
     const auto byte = [](float value) { return static_cast<int>(value * 255.0F + 0.5F); };

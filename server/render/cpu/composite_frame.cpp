@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "server/render/blank_picture.h"
-#include "server/render/cpu/packed_volume.h"
+#include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/screen_map.h"
 
 namespace mote::render {
@@ -144,7 +144,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
                           .visible = visible[i]});
         FrameField& made = fields.back();
         if (field.grid() != nullptr)
-            made.grid = gridSamples(*field.grid(), *visible[i].sight.table, made.space.cells);
+            made.grid = gridSamples(*field.grid(), *visible[i].seen.table, made.space.cells);
     }
 }
 

@@ -6,18 +6,30 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "server/render/cpu/box_space.h"
+#include "protocol/scene/hybrid_style.h"
 #include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
 #include "server/render/plan/ray_map.h"
 
 namespace mote::render {
+
+/// BoxSpace: how a layer's volume fills its box [0, 1]^3, as rays go through it. A value that points to what
+/// its plan keeps.
+struct BoxSpace {
+    glm::dvec3 cells{1.0};    ///< along each axis
+    double shift = 0.0;       ///< the place of the box's first corner, in cells, on each axis
+    double samples = 1.0;     ///< segments a cell's edge
+    glm::dmat3 toLayer{2.0};  ///< box to layer space, without its place; a plot's box is [-1, 1]^3 there
+    std::span<const HalfSpace> clips = {};  ///< in the box: nothing is seen outside of any
+};
 
 /// Pixels, from the picture's upper left corner; may reach beyond it.
 struct PixelRange {

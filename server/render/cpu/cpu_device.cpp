@@ -2,41 +2,24 @@
 #include "server/render/cpu/cpu_device.h"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <stop_token>
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
-#include "server/render/cpu/composite.h"
-#include "server/render/cpu/flat_picture.h"
-#include "server/render/cpu/flat_points.h"
-#include "server/render/cpu/frame_dots.h"
-#include "server/render/cpu/frame_points.h"
-#include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/cpu_parts.h"
 #include "server/render/cpu/packet.h"
-#include "server/render/cpu/resident_fields.h"
 #include "server/render/cpu/vectors.h"
 
 namespace mote::render {
 
-struct CpuDevice::State {
-    explicit State(const CpuOptions& options)
-        : arena(options.threads == 0 ? oneapi::tbb::task_arena::automatic
-                                     : static_cast<int>(options.threads)) {}
+struct CpuDevice::State : CpuParts {
+    using CpuParts::CpuParts;
 
     std::optional<Picture> draw(const FramePlan& plan, PixelFormat format, const std::stop_token& stop);
-
     std::optional<Picture> drawFlat(const FramePlan& plan, const PointsPlan& only, PixelFormat format,
                                     const std::stop_token& stop);
-
-    oneapi::tbb::task_arena arena;
-    ResidentFields fields;
-    ResidentLeaves leaves;
-    FramePoints points;
-    FrameDots dots;
-    FlatPoints flat;
 };
 
 std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
@@ -74,7 +57,7 @@ std::string cpuName(int threads) {
            (threads == 1 ? " thread)" : " threads)");
 }
 
-CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options)) {
+CpuDevice::CpuDevice(CpuOptions options) : state_(std::make_unique<State>(options.threads)) {
     chooseVectors();
 }
 
@@ -97,8 +80,7 @@ std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat form
 }
 
 void CpuDevice::trim() {
-    state_->fields.dropExpired();
-    state_->leaves.dropExpired();
+    state_->dropExpired();
 }
 
 }  // namespace mote::render

@@ -14,7 +14,7 @@
 #include <array>
 
 #include "server/render/cpu/composite_frame.h"
-#include "server/render/cpu/packet_rays.h"
+#include "server/render/cpu/packet.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
@@ -71,7 +71,7 @@ struct DensitySource {
           sheetRows(static_cast<float>(visible.volume->sheetRows())),
           rowBytes(4 * visible.volume->rowWords()),
           sheetBytes(std::size_t{4} * visible.volume->rowWords() * visible.volume->sheetRows()),
-          entries(visible.sight.table->entries()) {}
+          entries(visible.seen.table->entries()) {}
 };
 
 /// Rays in registers, see PacketRays.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The march of a packet through one field, of densities or of samples, in which nothing else is. Compiled
-// once for each target (Highway's foreach_target), hence without #pragma once.
+// The march of a packet through one field, of densities or of samples, in which nothing else is. Through
+// densities, rays go from cell to cell (CellWalk), in each of which the density is smooth: its kinks lie on
+// the planes through cell centres. Compiled once for each target (Highway's foreach_target), hence without
+// #pragma once. Source: Amanatides and Woo, A fast voxel traversal algorithm for ray tracing (1987).
 #if defined(MOTE_FIELD_MARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MOTE_FIELD_MARCH_INL_H
 #undef MOTE_FIELD_MARCH_INL_H
@@ -13,13 +15,229 @@
 #include <array>
 #include <cmath>
 
-#include "server/render/cpu/cell_walk-inl.h"
+#include "server/render/cpu/density_sample-inl.h"
 #include "server/render/cpu/grid_pieces-inl.h"
 #include "server/render/cpu/light-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+
+/// A way through a cell, of which the cells around are being read.
+struct CellPart {
+    V from, to;  ///< ways
+    V x, y, z;   ///< of the cell
+    CellReads cells;
+};
+
+/// The middle and the end of a way through a cell, of which the table is being read.
+struct PartReads {
+    TableReads middle, back;
+};
+
+class CellWalk {
+  public:
+    /// Walks from a way through the box to another, at most 1.
+    HWY_INLINE CellWalk(const DensitySource& source, const RayLanes& rays, const PacketRays& packet,
+                        std::size_t lane, V from, V to)
+        : way_(from), end_(to) {
+        const Floats d;
+        const Ints ints;
+        const Whole x(hn::MulAdd(from, rays.travelX, rays.entryX));
+        const Whole y(hn::MulAdd(from, rays.travelY, rays.entryY));
+        const Whole z(hn::MulAdd(from, rays.travelZ, rays.entryZ));
+        offset_ = cellOffset(source, x, y, z);
+        const auto aim = [&](Axis& axis, V cell, V entry, const Lanes& inverse, std::int32_t bytes) HWY_ATTR {
+            axis.cell = cell;
+            axis.inverse = hn::LoadU(d, inverse.data() + lane);
+            const auto forward = hn::Gt(axis.inverse, hn::Zero(d));
+            const V ahead = hn::IfThenElseZero(forward, hn::Set(d, 1.0F));
+            axis.start = hn::Mul(hn::Sub(ahead, entry), axis.inverse);
+            axis.step = hn::IfThenElse(forward, hn::Set(d, 1.0F), hn::Set(d, -1.0F));
+            axis.stride =
+                hn::IfThenElse(hn::RebindMask(ints, forward), hn::Set(ints, bytes), hn::Set(ints, -bytes));
+        };
+        aim(x_, x.value, rays.entryX, packet.inverse[0], 4);
+        aim(y_, y.value, rays.entryY, packet.inverse[1], static_cast<std::int32_t>(source.rowBytes));
+        aim(z_, z.value, rays.entryZ, packet.inverse[2], static_cast<std::int32_t>(source.sheetBytes));
+    }
+
+    /// Reads the cell that the rays are in and leaves it. Rays that have arrived stay where they are.
+    HWY_INLINE CellPart next(const DensitySource& source) {
+        const V crossX = x_.crossing(), crossY = y_.crossing(), crossZ = z_.crossing();
+        const V leave = hn::Max(hn::Min(hn::Min(crossX, crossY), hn::Min(crossZ, end_)), way_);
+        const CellPart part{way_, leave, x_.cell, y_.cell, z_.cell, readCells(source, offset_)};
+        x_.leave(hn::Le(crossX, leave), offset_);
+        y_.leave(hn::Le(crossY, leave), offset_);
+        z_.leave(hn::Le(crossZ, leave), offset_);
+        way_ = leave;
+        return part;
+    }
+
+  private:
+    struct Axis {
+        V cell, inverse, start, step;
+        IntV stride;  // bytes
+
+        /// The way at which the plane ahead is reached.
+        HWY_INLINE V crossing() const { return hn::MulAdd(cell, inverse, start); }
+        HWY_INLINE void leave(hn::Mask<Floats> crossed, IntV& offset) {
+            const Ints ints;
+            cell = hn::IfThenElse(crossed, hn::Add(cell, step), cell);
+            offset = hn::IfThenElse(hn::RebindMask(ints, crossed), hn::Add(offset, stride), offset);
+        }
+    };
+
+    V way_, end_;
+    IntV offset_;
+    Axis x_, y_, z_;
+};
+
+/// A way that lies within one cell: the one around its middle.
+HWY_INLINE CellPart partBetween(const DensitySource& source, const RayLanes& rays, V from, V to) {
+    const V middle = hn::Mul(hn::Add(from, to), hn::Set(Floats(), 0.5F));
+    const Whole x(hn::MulAdd(middle, rays.travelX, rays.entryX));
+    const Whole y(hn::MulAdd(middle, rays.travelY, rays.entryY));
+    const Whole z(hn::MulAdd(middle, rays.travelZ, rays.entryZ));
+    return {from, to, x.value, y.value, z.value, readCells(source, cellOffset(source, x, y, z))};
+}
+
+/// The way at which rays next leave their cell.
+HWY_INLINE V nextPlane(const RayLanes& rays, const PacketRays& packet, std::size_t lane, V way) {
+    const Floats d;
+    const auto crossing = [&](V travel, V entry, const Lanes& inverse) HWY_ATTR {
+        const V share = hn::LoadU(d, inverse.data() + lane);
+        const auto forward = hn::Gt(share, hn::Zero(d));
+        // A plane less than a thousandth of a cell ahead counts as passed, or rounding would find it again.
+        const V skip = hn::IfThenElse(forward, hn::Set(d, 1e-3F), hn::Set(d, -1e-3F));
+        const V below = Whole(hn::Add(hn::MulAdd(way, travel, entry), skip)).value;
+        const V plane = hn::Add(below, hn::IfThenElseZero(forward, hn::Set(d, 1.0F)));
+        return hn::Mul(hn::Sub(plane, entry), share);
+    };
+    return hn::Min(crossing(rays.travelX, rays.entryX, packet.inverse[0]),
+                   hn::Min(crossing(rays.travelY, rays.entryY, packet.inverse[1]),
+                           crossing(rays.travelZ, rays.entryZ, packet.inverse[2])));
+}
+
+/// Densities along rays within the cells of a part.
+class PartDensity {
+  public:
+    HWY_INLINE PartDensity(const RayLanes& rays, const CellPart& part)
+        : front_(pairsOf(part.cells.front)),
+          back_(pairsOf(part.cells.back)),
+          x_(hn::Sub(rays.entryX, part.x)),
+          y_(hn::Sub(rays.entryY, part.y)),
+          z_(hn::Sub(rays.entryZ, part.z)) {}
+
+    HWY_INLINE TableReads read(const DensitySource& source, const RayLanes& rays, V way) const {
+        const Floats d;
+        // A way may lead out of the cell by rounding, and by a thousandth of it (nextPlane): the integer
+        // weights along y mind the one, the table's ends the other where the density is steep.
+        const V y = hn::Min(hn::Max(hn::MulAdd(way, rays.travelY, y_), hn::Zero(d)), hn::Set(d, 1.0F));
+        const V density =
+            densityIn(front_, back_, hn::MulAdd(way, rays.travelX, x_), y, hn::MulAdd(way, rays.travelZ, z_));
+        constexpr float last = static_cast<float>(TransferTable::cells) + 1.0F;
+        return readTable(source, way, hn::Min(hn::Max(density, hn::Set(d, 1.0F)), hn::Set(d, last)));
+    }
+
+  private:
+    WordPairs front_, back_;
+    V x_, y_, z_;
+};
+
+HWY_INLINE PartReads readPart(const DensitySource& source, const RayLanes& rays, const CellPart& part) {
+    const PartDensity density(rays, part);
+    return {density.read(source, rays, hn::Mul(hn::Add(part.from, part.to), hn::Set(Floats(), 0.5F))),
+            density.read(source, rays, part.to)};
+}
+
+/// A way through a cell by three samples, as far apart as each other, and what lies between them.
+struct CellPieces {
+    Piece near, far, whole;
+    V halves;  ///< optical depth of both halves, over that of a way of length 1
+
+    HWY_INLINE CellPieces(const Sample& front, const Sample& middle, const Sample& back)
+        : near(front, middle),
+          far(middle, back),
+          whole(front, back),
+          halves(hn::Add(near.depth, far.depth)) {}
+};
+
+/// Hands to `take(depth, from, to, mean)` what lies between two samples around which the density is smooth:
+/// the depths of the halves and of the whole, each with the density taken as linear, are extrapolated
+/// (Romberg).
+template <class Take>
+HWY_INLINE void takeSmooth(const CellPieces& pieces, const Sample& front, const Sample& middle,
+                           const Sample& back, const Take& take) {
+    const Floats d;
+    if (hn::AllTrue(d, hn::Le(pieces.halves, hn::Zero(d)))) return;
+    const V change = hn::Mul(hn::Sub(pieces.halves, pieces.whole.depth),
+                             reciprocal(hn::Max(pieces.halves, hn::Set(d, 1e-20F))));
+    const V scale = hn::Max(hn::MulAdd(change, hn::Set(d, 1.0F / 3.0F), hn::Set(d, 1.0F)), hn::Zero(d));
+    take(hn::Mul(pieces.near.depth, scale), front, middle, pieces.near.mean);
+    take(hn::Mul(pieces.far.depth, scale), middle, back, pieces.far.mean);
+}
+
+/// A change of density between two samples, as the TransferTable counts it, from which on they are too far
+/// apart for transfer functions with kinks and steps; and an optical depth by which halves may differ from
+/// the whole where a parabola still tells what lies between.
+constexpr float steepChange = 0.035F * TransferTable::cells;
+constexpr float bentDepth = 0.02F;
+constexpr float mostPieces = 8.0F, leastOfBent = 4.0F;
+
+/// The same for the rays whose density is steep in a part, each in as many pieces as it needs itself: what
+/// its neighbours in the vector need must not show. `steep`: which; `pieces`: how many.
+template <class Take>
+HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, const Sample& front,
+                          const Sample& back, hn::Mask<Floats> steep, V pieces, const Take& take) {
+    const Floats d;
+    const float most = hn::GetLane(hn::MaxOfLanes(d, pieces));
+    const PartDensity density(rays, partBetween(source, rays, front.way, back.way));
+    const V step = hn::Div(hn::Mul(hn::Sub(back.way, front.way), hn::Set(d, 0.5F)), pieces);
+    Sample from = front;
+    for (float i = 0.0F; i < most; ++i) {
+        const auto counts = hn::And(steep, hn::Lt(hn::Set(d, i), pieces));
+        const V way = hn::Min(hn::Add(from.way, step), back.way);
+        const TableReads half = density.read(source, rays, way);
+        const TableReads end = density.read(source, rays, hn::Min(hn::Add(way, step), back.way));
+        const Sample to = sampleOf(end);
+        const Sample between = sampleOf(half);
+        const Piece near(from, between), far(between, to);
+        if (!hn::AllTrue(d, hn::Le(hn::Add(near.depth, far.depth), hn::Zero(d)))) {
+            take(hn::IfThenElseZero(counts, near.depth), from, between, near.mean);
+            take(hn::IfThenElseZero(counts, far.depth), between, to, far.mean);
+        }
+        from = to;
+    }
+}
+
+/// The same for a part of which the table was read, in several pieces where the density is steep or what
+/// shows of it bends much. `length`: of a way of 1.
+template <class Take>
+HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
+                         const PartReads& reads, const Sample& back, V length, const Take& take) {
+    const Floats d;
+    const Sample middle = sampleOf(reads.middle);
+    const CellPieces pieces(front, middle, back);
+    const V change = hn::Max(hn::Abs(hn::Sub(middle.density, front.density)),
+                             hn::Abs(hn::Sub(back.density, middle.density)));
+    const auto moved = hn::Gt(back.way, front.way);
+    const V wrong = hn::Mul(hn::Abs(hn::Sub(pieces.halves, pieces.whole.depth)), length);
+    const auto bent = hn::Gt(wrong, hn::Set(d, bentDepth));
+    const auto steep = hn::And(moved, hn::Or(bent, hn::Gt(change, hn::Set(d, steepChange))));
+    if (hn::AllFalse(d, steep)) {
+        takeSmooth(pieces, front, middle, back, take);
+        return;
+    }
+    takeSmooth(pieces, front, middle, back,
+               [&](V depth, const Sample& one, const Sample& other, V mean)
+                   HWY_ATTR { take(hn::IfThenZeroElse(steep, depth), one, other, mean); });
+    const V most = hn::Set(d, mostPieces), one = hn::Set(d, 1.0F);
+    const V wanted = hn::Floor(hn::MulAdd(change, hn::Set(d, 1.0F / steepChange), one));
+    const V least = hn::IfThenElse(bent, hn::Set(d, leastOfBent), one);
+    const V count = hn::IfThenElse(steep, hn::Min(hn::Max(wanted, least), most), one);
+    takeSteep(source, rays, front, back, steep, count, take);
+}
 
 /// Marches from `front` to a slab, cell by cell. Returns the sample there.
 HWY_INLINE Sample marchCells(const DensitySource& source, const PacketRays& packet, std::size_t lane,

@@ -12,7 +12,7 @@
 #include <algorithm>
 
 #include "server/render/cpu/density_sample-inl.h"
-#include "server/render/cpu/packet_sights.h"
+#include "server/render/cpu/packet.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mote::render::HWY_NAMESPACE {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -13,6 +14,9 @@
 #include "server/render/cpu/leaf_cells.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/point_stream.h"
+#include "server/render/cpu/resident_fields.h"
+#include "server/render/plan/frame_plan.h"
+#include "server/render/plan/picture.h"
 
 namespace mote::render {
 
@@ -39,5 +43,13 @@ class FlatPoints {
     double weightOfOne_ = 1.0;
     std::uint64_t pointsDrawn_ = 0;
 };
+
+/// Which points are the only thing that is drawn, where points of one look are: depth does not matter then.
+/// `fields`: one of the plan's each.
+std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector<VisibleField>& fields);
+
+/// n points of opacity a leave (1 - a)^n of the background. Uses all threads of the calling arena.
+Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points,
+                    PixelFormat format);
 
 }  // namespace mote::render

@@ -10,9 +10,9 @@
 #include <stop_token>
 #include <vector>
 
-#include "server/render/cpu/frame_points.h"
 #include "server/render/cpu/tile_dots.h"
 #include "server/render/cpu/tile_lists.h"
+#include "server/render/cpu/tile_points.h"
 #include "server/render/plan/frame_plan.h"
 
 namespace mote::render {

@@ -3,8 +3,107 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
 
 namespace mote::render {
+namespace {
+
+// More segments in one packet than any box of 512 cells needs, unless it is squeezed to a plate.
+constexpr float mostSegments = 65536.0F;
+// Slabs are told in single precision, to 1/16384 of one: a step must lead on.
+constexpr float leastSegment = 1.0F / 2048.0F;
+constexpr double thinnest = 1e-12;  // a way through the box, slabs, that is worth walking
+
+struct Way {
+    glm::dvec3 from, to;  // in the box
+    double enter, leave;  // slabs
+};
+
+/// Where origin + s * speed, s from 0 to `slabs`, is in the box and not cut away. False where it is not, and
+/// where a number is not finite.
+bool clip(const glm::dvec3& origin, const glm::dvec3& speed, double slabs, std::span<const HalfSpace> clips,
+          Way& way) {
+    way.enter = 0.0;
+    way.leave = slabs;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double inverse = 1.0 / (std::abs(speed[axis]) < 1e-200 ? 1e-200 : speed[axis]);
+        const double one = -origin[axis] * inverse, other = (1.0 - origin[axis]) * inverse;
+        way.enter = std::max(way.enter, std::min(one, other));
+        way.leave = std::min(way.leave, std::max(one, other));
+    }
+    for (const HalfSpace& side : clips) {
+        const double height = glm::dot(side.normal, origin) - side.distance;
+        const double rise = glm::dot(side.normal, speed);
+        if (rise > 0.0) way.enter = std::max(way.enter, -height / rise);
+        if (rise < 0.0) way.leave = std::min(way.leave, -height / rise);
+        if (rise == 0.0 && height < 0.0) way.leave = -1.0;
+    }
+    way.from = glm::clamp(origin + way.enter * speed, 0.0, 1.0);
+    way.to = glm::clamp(origin + way.leave * speed, 0.0, 1.0);
+    const double sum = way.enter + way.leave + glm::dot(origin + speed, glm::dvec3(1.0));
+    return std::isfinite(sum) && way.leave - way.enter > thinnest;
+}
+
+}  // namespace
+
+void PacketRays::aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
+                     const BoxSpace& space) {
+    meets = hit = false;
+    crowded_ = 0.0;
+    for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
+        const double right = ((x + i % Tile::packetEdge + 0.5) / frame.width * 2.0 - 1.0) * frame.window.x;
+        const double up = (1.0 - (y + i / Tile::packetEdge + 0.5) / frame.height * 2.0) * frame.window.y;
+        Way way;
+        const bool met = clip(rays.entry[0] + right * rays.entry[1] + up * rays.entry[2],
+                              rays.advance[0] + right * rays.advance[1] + up * rays.advance[2], frame.slabs,
+                              space.clips, way);
+        if (!met) way = {glm::dvec3(0.5), glm::dvec3(0.5), -1.0, 0.0};
+        const glm::dvec3 travelled = way.to - way.from;
+        const glm::dvec3 cells = travelled * space.cells;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const int a = static_cast<int>(axis);
+            entry[axis][i] = static_cast<float>(way.from[a] * space.cells[a] + space.shift);
+            travel[axis][i] = static_cast<float>(cells[a]);
+            inverse[axis][i] = static_cast<float>(1.0 / (std::abs(cells[a]) < 1e-6 ? 1e-6 : cells[a]));
+        }
+        enterMean_[i] = way.enter;
+        leaveMean_[i] = way.leave;
+        length[i] = static_cast<float>(glm::length(space.toLayer * travelled));
+        if (!met) continue;
+        meets = true;
+        crowded_ = std::max(crowded_, glm::length(cells) / (way.leave - way.enter) * space.samples);
+    }
+}
+
+void PacketRays::enterSection(const FrameSection& section) {
+    const double end = section.nearMean + section.slabs * section.meanSlab;
+    const auto slabOf = [&](double mean) {
+        return section.firstSlab + (mean - section.nearMean) / section.meanSlab;
+    };
+    hit = false;
+    nearest = std::numeric_limits<float>::max();
+    farthest = 0.0F;
+    for (std::size_t i = 0; i < Tile::packetPixels; ++i) {
+        const double slab = slabOf(enterMean_[i]);
+        const double share = section.meanSlab / (leaveMean_[i] - enterMean_[i]);
+        enter[i] = static_cast<float>(slab);
+        rate[i] = static_cast<float>(share);
+        start[i] = static_cast<float>(-slab * share);
+        if (leaveMean_[i] <= section.nearMean || enterMean_[i] >= end || leaveMean_[i] <= 0.0) continue;
+        hit = true;
+        nearest = std::min(nearest, enter[i]);
+        farthest = std::max(farthest, static_cast<float>(slabOf(leaveMean_[i])));
+    }
+    const auto slabs = static_cast<float>(section.slabs);
+    const auto first = static_cast<float>(section.firstSlab);
+    nearest = std::max(nearest, first);
+    farthest = std::min(farthest, first + slabs);
+    segment = static_cast<float>(1.0 / (crowded_ * section.meanSlab));
+    segment = std::clamp(segment, std::max((farthest - nearest) / mostSegments, leastSegment), slabs);
+}
 
 void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
                  std::uint32_t packet, std::uint32_t x, std::uint32_t y) {
@@ -17,7 +116,7 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     for (std::size_t f = 0; f < frame.fields.size(); ++f) {
         const FrameField& field = frame.fields[f];
         rays[f].meets = false;
-        if (field.visible.sight.blocks == nullptr || !field.screen.meets(x, y, Tile::packetEdge)) continue;
+        if (field.visible.seen.blocks == nullptr || !field.screen.meets(x, y, Tile::packetEdge)) continue;
         rays[f].aim(frame, field.rays, x, y, field.space);
         if (!rays[f].meets) continue;
         anyHit = true;

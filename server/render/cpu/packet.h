@@ -5,15 +5,56 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "server/render/cpu/composite_frame.h"
-#include "server/render/cpu/packet_rays.h"
+#include "server/render/cpu/tile.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_dots.h"
 
 namespace mote::render {
+
+/// A number for each pixel of a packet.
+struct alignas(64) Lanes {
+    std::array<float, Tile::packetPixels> values;
+
+    float* data() { return values.data(); }
+    const float* data() const { return values.data(); }
+    float& operator[](std::size_t i) { return values[i]; }
+};
+
+/// The rays of a packet through one layer's volume. A ray's way through the box is told by v from 0, where it
+/// enters, to 1, where it leaves: v = clamp((slab - enter) * rate, 0, 1), and the place in cells is entry + v
+/// * travel. So no rounding leads out of the padded volume. A ray that misses the box is past it everywhere.
+struct PacketRays {
+    std::array<Lanes, 3> entry;    ///< place in cells, of the BoxSpace
+    std::array<Lanes, 3> travel;   ///< cells
+    std::array<Lanes, 3> inverse;  ///< 1 / travel, finite
+    Lanes length;                  ///< of the way, layer space
+    bool meets = false;            ///< whether any ray meets the box
+
+    // In the section that was entered.
+    Lanes enter;            ///< slab; may lie outside the section
+    Lanes rate;             ///< 1 / slabs
+    Lanes start;            ///< v = clamp(slab * rate + start, 0, 1)
+    bool hit = false;       ///< whether any ray meets the box there
+    float nearest = 0.0F;   ///< slab in which the first ray enters
+    float farthest = 0.0F;  ///< slab in which the last ray leaves
+    float segment = 0.0F;   ///< slabs between two samples that bound a segment
+
+    /// (x, y): the first pixel of the packet in the picture. No section is entered yet.
+    void aim(const CompositeFrame& frame, const RayMap& rays, std::uint32_t x, std::uint32_t y,
+             const BoxSpace& space);
+    /// Where any ray meets the box.
+    void enterSection(const FrameSection& section);
+
+  private:
+    std::array<double, Tile::packetPixels> enterMean_, leaveMean_;  // mean slabs, see FrameSection
+    double crowded_ = 0.0;                                          // segments to a mean slab
+};
 
 struct Packet {
     static constexpr std::size_t mostFields = View::maxLayers;
@@ -54,6 +95,33 @@ struct Packet {
     std::array<std::size_t, mostFields> hits_{}, inSection_{};
     std::size_t hitCount_ = 0, sectionHits_ = 0;
     std::array<std::uint64_t, mostSlabs / 64> occupied_{};  // slabs with points of any layer or dots
+};
+
+/// PacketSights: what the rays of a packet see ahead in each field, kept so that all vectors of the packet's
+/// rays go by the same: the picture must not depend on how many rays a vector holds. Reused from packet to
+/// packet by the thread that owns it.
+struct FieldSight {
+    bool visible = false;  ///< by some ray, or by none
+    bool fine = false;     ///< by some ray, in fine steps
+    float until = -1.0F;   ///< slab up to which this holds
+};
+
+class PacketSights {
+  public:
+    void clear() {
+        for (auto& sights : fields_) sights.clear();
+    }
+    /// The sight of that number in a field: walks of one packet ask for the same ones in the same order, the
+    /// first that comes so far has it made by `look`.
+    template <class Look>
+    const FieldSight& of(std::size_t field, std::size_t number, const Look& look) {
+        auto& sights = fields_[field];
+        if (number == sights.size()) sights.push_back(look());
+        return sights[number];
+    }
+
+  private:
+    std::array<std::vector<FieldSight>, Packet::mostFields> fields_;
 };
 
 }  // namespace mote::render

@@ -13,11 +13,9 @@
 #define MOTE_PACKET_WALK_INL_H
 #endif
 
-#include "server/render/cpu/dot_cursor-inl.h"
 #include "server/render/cpu/field_march-inl.h"
 #include "server/render/cpu/field_sight-inl.h"
 #include "server/render/cpu/packet.h"
-#include "server/render/cpu/packet_sights.h"
 #include "server/render/cpu/slab_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -65,7 +63,7 @@ class PacketWalk {
         const float farthest = static_cast<float>(end_) + 1.0F;
         if (slab >= rays.farthest) return {false, false, farthest};
         if (slab < rays.nearest) return {false, false, rays.nearest};
-        auto sight = lookAhead(*frame_.fields[f].visible.sight.blocks, rays, slab, farthest);
+        auto sight = lookAhead(*frame_.fields[f].visible.seen.blocks, rays, slab, farthest);
         // Where the way is too short to be worth a leap, it is walked.
         if (!(sight.until >= slab + packet_.segment)) return {true, true, slab + packet_.segment};
         // Blocks may be alike as far as the box reaches, and so beyond it: nothing is left to walk there.

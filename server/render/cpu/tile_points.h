@@ -5,18 +5,19 @@
 // by the device, its memory reused from picture to picture.
 #pragma once
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
 
-#include "server/render/cpu/disc_footprint.h"
 #include "server/render/cpu/leaf_cells.h"
+#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/point_map.h"
 #include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/points_kernel.h"
-#include "server/render/cpu/preview_blocks.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_lists.h"
 #include "server/render/plan/screen_dots.h"
@@ -77,6 +78,29 @@ class TilePoints {
     const storage::PackedPosition* end_ = nullptr;
     std::uint32_t slabs_ = 0;
     std::uint64_t pointsDrawn_ = 0;
+};
+
+/// FramePoints: the points of all layers of one picture, ready to be gathered tile by tile. Owned by the
+/// device, its memory reused from picture to picture.
+class FramePoints {
+  public:
+    /// As TilePoints::sort, for each layer.
+    bool sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop);
+
+    /// Whether any layer may have cells in a tile.
+    bool any(Tile tile) const;
+    /// The cells of a tile, one a layer. They belong to the calling thread, which may add to them, until it
+    /// asks again.
+    std::span<TileCells> gather(Tile tile);
+    /// Appends the points of a tile that have no cells since they stand alone, layer by layer. From any
+    /// thread.
+    void appendAlone(Tile tile, std::vector<ScreenDot>& out) const;
+    /// `alone`: also those that stand alone.
+    std::uint64_t pointsDrawn(bool alone = true) const;
+
+  private:
+    std::vector<TilePoints> layers_;
+    tbb::enumerable_thread_specific<std::vector<TileCells>> cells_;
 };
 
 }  // namespace mote::render

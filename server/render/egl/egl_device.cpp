@@ -6,7 +6,8 @@
 #include "server/render/calibration.h"
 #include "server/render/egl/egl_context.h"
 #include "server/render/egl/frame_run.h"
-#include "server/render/egl/sampler_states.h"
+#include "server/render/egl/gl_objects.h"
+#include "server/render/egl/shader_library.h"
 
 namespace mote::render {
 namespace {
@@ -17,6 +18,19 @@ static_assert(mostLayers >= View::maxLayers);
 /// The layers as the shaders count them.
 std::size_t layerCount(const FramePlan& plan) {
     return layerSlots(plan).size() + plan.fields.size() - plan.densities();
+}
+
+/// Mesa's software rasteriser compiles a program for the samplers' states that it finds, also for texel
+/// buffers, which have none: they find what another program left there. So each program was compiled twice,
+/// in the first frame and in the second. Once one program has read a volume in every place, all find the same
+/// for good. `volume`: any that shaders may read.
+void setSamplerStates(ShaderLibrary& shaders, const GlTexture& volume) {
+    constexpr GLuint places = 16;  // that GL has at least; as many as any program reads
+    const GlBuffer sums(sizeof(float));
+    for (GLuint unit = 0; unit < places; ++unit) glBindTextureUnit(unit, volume.get());
+    sums.bindStorage(0);
+    glUseProgram(shaders.program("sampler_states", {}));
+    glDispatchCompute(1, 1, 1);
 }
 
 }  // namespace

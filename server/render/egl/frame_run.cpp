@@ -2,12 +2,31 @@
 #include "server/render/egl/frame_run.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/packing.hpp>
 
-#include "server/render/egl/frame_gl.h"
-#include "server/render/egl/frame_stage.h"
 #include "server/render/plan/screen_map.h"
 
 namespace mote::render {
+namespace {
+
+/// Tiles [begin, end) of a row or column that an interval of pixels meets.
+struct TileRange {
+    std::int64_t begin, end;
+
+    TileRange(float centre, float reach, std::int64_t first, std::int64_t last) {
+        const auto tile = [&](float at) {
+            const auto most = static_cast<double>(last);
+            return static_cast<std::int64_t>(std::clamp(std::floor(static_cast<double>(at) / 8.0),
+                                                        static_cast<double>(first) - 1.0, most));
+        };
+        begin = std::max(tile(centre - reach), first);
+        end = std::min(tile(centre + reach) + 1, last);
+    }
+};
+
+}  // namespace
 
 FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
                    ShaderLibrary& shaders, ResidentSteps& steps, ResidentGrids& residentGrids,
@@ -178,6 +197,87 @@ void FrameRun::readBack(const Band& band, Picture& picture) {
     const std::uint32_t first = band.firstRow * 8;
     const std::uint32_t last = std::min(first + band.rows * 8, plan_.height);
     buffers_.pixels.read(0, (last - first) * rowBytes, picture.pixels.data() + first * rowBytes);
+}
+
+// Fields of samples: what composite.comp reads of them.
+
+bool FrameRun::prepareGrids() {
+    // The shades of all layers' normals come first.
+    auto bricks = static_cast<std::uint32_t>(256 * (plan_.fields.size() - plan_.densities()));
+    for (std::size_t i = plan_.densities(); i < plan_.fields.size(); ++i) {
+        const FieldPlan& field = plan_.fields[i];
+        const auto parts = residentGrids_.of(field, *field.grid(), pacer_);
+        if (!parts) return false;
+        grids_.push_back({.plan = &field,
+                          .samples = field.grid(),
+                          .resident = parts->resident,
+                          .bricks = parts->bricks,
+                          .visible = GlBuffer::of(std::span<const std::uint32_t>(parts->bricks->visible)),
+                          .visibleCount = static_cast<std::uint32_t>(parts->bricks->visible.size()),
+                          .firstBrick = bricks});
+        bricks += static_cast<std::uint32_t>(parts->bricks->words.size());
+    }
+    if (!grids_.empty()) gatherBricks();
+    return pacer_.next();
+}
+
+/// Shades, the bricks of one layer after the other, and what the shaders know of the layers.
+void FrameRun::gatherBricks() {
+    std::vector<std::uint32_t> words;
+    for (const auto& work : grids_) {
+        for (const auto& shade : work.samples->shades)
+            words.push_back(glm::packUnorm2x16({shade.diffuse, shade.specular}));
+    }
+    std::array<GridBlock, 8> blocks{};
+    for (std::size_t i = 0; i < grids_.size(); ++i) {
+        const GridWork& work = grids_[i];
+        const ClassifiedBricks& bricks = *work.bricks;
+        words.insert(words.end(), bricks.words.begin(), bricks.words.end());
+        blocks[i] =
+            gridBlock(plan_, *work.plan, *work.samples, work.resident->samples.grid(), work.firstBrick);
+    }
+    buffers_.gridBricks = GlBuffer::of(std::span<const std::uint32_t>(words));
+    buffers_.gridBricksTexture = bufferTexture(buffers_.gridBricks, GL_R32UI);
+    buffers_.grids = GlBuffer(sizeof(blocks), blocks.data());
+}
+
+// Dots: what the shaders read of them, and which touch each tile, front to back.
+
+void FrameRun::prepareDots() {
+    dots_ = screenDots(plan_);
+    std::vector<glm::vec4> texels;
+    texels.reserve(2 * dots_.size());
+    for (const auto& dot : dots_) {
+        texels.emplace_back(dot.x, dot.y, dot.ink.reach, dot.place);
+        texels.emplace_back(dot.color, dot.ink.most);
+    }
+    if (dots_.empty()) return;
+    buffers_.dots = GlBuffer::of(std::span<const glm::vec4>(texels));
+    buffers_.dotsTexture = bufferTexture(buffers_.dots, GL_RGBA32F);
+}
+
+/// First where the list of each tile begins, and where the last one ends; then the lists.
+void FrameRun::bindDots(const Band& band) {
+    if (dots_.empty()) return;
+    const std::int64_t across = tilesAcross_, top = band.firstRow, bottom = top + band.rows;
+    const auto forTiles = [&](const ScreenDot& dot, auto visit) {
+        const TileRange rows(dot.y, dot.ink.reach, top, bottom);
+        const TileRange columns(dot.x, dot.ink.reach, 0, across);
+        for (auto row = rows.begin; row < rows.end; ++row) {
+            for (auto column = columns.begin; column < columns.end; ++column)
+                visit(static_cast<std::size_t>((row - top) * across + column));
+        }
+    };
+    std::vector<std::uint32_t> words(band.tiles + 1, 0);
+    for (const auto& dot : dots_) forTiles(dot, [&](std::size_t tile) { ++words[tile + 1]; });
+    words[0] = band.tiles + 1;
+    for (std::size_t tile = 0; tile < band.tiles; ++tile) words[tile + 1] += words[tile];
+    std::vector<std::uint32_t> next(words.begin(), words.end() - 1);
+    words.resize(words.back());
+    for (std::uint32_t i = 0; i < dots_.size(); ++i)
+        forTiles(dots_[i], [&](std::size_t tile) { words[next[tile]++] = i; });
+    buffers_.dotLists = GlBuffer::of(std::span<const std::uint32_t>(words));
+    buffers_.dotListsTexture = bufferTexture(buffers_.dotLists, GL_R32UI);
 }
 
 }  // namespace mote::render

@@ -4,21 +4,86 @@
 // Made for one picture by the device, on its thread, while its context is current.
 #pragma once
 
+#include <epoxy/gl.h>
+
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "server/render/egl/density_tables.h"
 #include "server/render/egl/egl_device.h"
 #include "server/render/egl/frame_block.h"
-#include "server/render/egl/pacer.h"
+#include "server/render/egl/gl_objects.h"
 #include "server/render/egl/resident_grids.h"
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
+#include "server/render/egl/table_entries.h"
 #include "server/render/plan/screen_dots.h"
+#include "server/render/plan/seen_fields.h"
 
 namespace mote::render {
+
+/// Bindings of shader storage; GL guarantees no more than eight. Blocks of points, bricks of volume and rays
+/// by section are bound only for the dispatch that reads them, and share one.
+enum Storage : GLuint {
+    masks,
+    offsets,
+    cells,
+    blocks,
+    counters,
+    volumeMasks,
+    tiles,
+    pixels,
+    bricks = blocks,
+    sections = blocks
+};
+
+/// Texture units of points' programs and of cells_allocate.
+enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit, allocateDotsUnit };
+
+/// Texture units of composite.comp: eight volumes or hybrid volumes' samples from 0, then these.
+enum CompositeUnit : GLuint {
+    tableUnit = 8,
+    maskUnit,
+    cellUnit,
+    volumeMaskUnit,
+    dotUnit,
+    dotListUnit,
+    gridBrickUnit
+};
+
+/// What shaders wrote before is seen by whatever reads it after.
+inline void barrier() {
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT |
+                    GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+/// The most bytes, at most `wanted`, of a buffer of pairs of words that shaders write and read as texels.
+inline std::uint64_t pairLimit(std::uint64_t wanted) {
+    GLint64 block = 0;
+    GLint64 texels = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
+    glGetInteger64v(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    // GL guarantees at least this much of each.
+    const auto most = std::min(std::max<GLint64>(block, 1 << 27), 8 * std::max<GLint64>(texels, 1 << 16));
+    return std::min(wanted, static_cast<std::uint64_t>(most));
+}
+
+/// Work groups of `size` for so many invocations.
+inline std::uint32_t groups(std::uint32_t invocations, std::uint32_t size) {
+    return (invocations + size - 1) / size;
+}
+
+/// A transfer table, and as shaders read it.
+struct DensityTable {
+    TransferTable table;
+    std::vector<TableEntry> entries;
+
+    explicit DensityTable(const TransferFunction& transfer) : table(transfer), entries(tableEntries(table)) {}
+};
+using DensityTables = TransferTables<DensityTable>;
 
 /// Buffers that frames use again.
 struct FrameBuffers {
@@ -126,6 +191,26 @@ class FrameRun {
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel
     std::uint32_t tilesAcross_, tilesDown_;
+};
+
+/// Notes how long a stage took, where EglOptions::measure asks for it.
+class FrameRun::Stage {
+  public:
+    Stage(const FrameRun& run, StageTimes::Duration& sum) : measure_(run.options_.measure), sum_(sum) {
+        if (measure_) glFinish();
+    }
+    ~Stage() {
+        if (!measure_) return;
+        glFinish();
+        sum_ += std::chrono::steady_clock::now() - start_;
+    }
+    Stage(const Stage&) = delete;
+    Stage& operator=(const Stage&) = delete;
+
+  private:
+    bool measure_;
+    StageTimes::Duration& sum_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace mote::render

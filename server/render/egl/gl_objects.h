@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <span>
+#include <stop_token>
 #include <utility>
 
 namespace mote::render {
@@ -87,5 +88,30 @@ GlTexture bufferTexture(const GlBuffer& buffer, GLenum format);
 
 /// Throws DeviceError that names `what` where GL has an error pending.
 void checkGl(const char* what);
+
+/// Pacer: lets the device work a little ahead of the host and no more, so that a stop request is answered
+/// within two pieces of work. A value of one frame.
+class Pacer {
+  public:
+    explicit Pacer(std::stop_token stop) : stop_(std::move(stop)) {}
+    ~Pacer() { glDeleteSync(before_); }
+    Pacer(const Pacer&) = delete;
+    Pacer& operator=(const Pacer&) = delete;
+
+    /// Called after each piece of work, a few milliseconds long: false where the frame is to be given up.
+    bool next() {
+        if (stop_.stop_requested()) return false;
+        const GLsync now = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+        if (before_ != nullptr) glClientWaitSync(before_, GL_SYNC_FLUSH_COMMANDS_BIT, 10'000'000'000);
+        glDeleteSync(before_);
+        before_ = now;
+        return !stop_.stop_requested();
+    }
+    bool stopped() const { return stop_.stop_requested(); }
+
+  private:
+    std::stop_token stop_;
+    GLsync before_ = nullptr;
+};
 
 }  // namespace mote::render

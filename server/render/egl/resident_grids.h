@@ -5,15 +5,56 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <list>
 #include <memory>
 #include <optional>
+#include <vector>
 
-#include "server/render/egl/classified_bricks.h"
-#include "server/render/egl/step_grid.h"
-#include "server/render/plan/grid_sights.h"
+#include "server/render/egl/gl_objects.h"
+#include "server/render/egl/table_entries.h"
+#include "server/render/plan/grid_field.h"
+#include "server/render/plan/seen_fields.h"
 
 namespace mote::render {
+
+/// The samples of a field in the device's memory: those of its coarse grid and of the bricks in which that is
+/// corrected, four texels of 16 bytes for sixteen cells along x.
+class StepGrid {
+  public:
+    static constexpr std::uint32_t brickEdge = GridBricks::edge;  ///< cells of the grid
+
+    /// `corrected`: with the step's bricks, which must be there. Empty where the frame is given up meanwhile.
+    /// Throws DeviceError, also where the device cannot hold it.
+    static std::optional<StepGrid> load(const GridField& step, bool corrected, const Pacer& pacer);
+
+    /// The coarse grid, x fastest, then brick after brick, as shaders/grid.glsl reads them.
+    GLuint samples() const { return samplesTexture_.get(); }
+    /// Samples along the axes of the grid that is cut into bricks: the error grid, or the coarse grid.
+    const glm::uvec3& grid() const { return grid_; }
+    std::size_t bytes() const { return samples_.bytes(); }
+
+  private:
+    StepGrid(const GridField& step, const GridBricks* bricks);
+    bool upload(const GridField& step, const GridBricks* bricks, const Pacer& pacer);
+
+    GlBuffer samples_;
+    GlTexture samplesTexture_;
+    glm::uvec3 grid_;
+};
+
+/// What a transfer function makes of the bricks of a field, as shaders/grid.glsl reads it: where something is
+/// seen, how far it is to there, how long a segment of a ray may be. Made in main memory.
+struct ClassifiedBricks {
+    ClassifiedBricks() = default;
+    ClassifiedBricks(const CorrectedField& samples, const SeenField& seen);
+
+    /// One word a brick, x fastest, as grid.glsl says.
+    std::vector<std::uint32_t> words;
+    /// Bricks in which something is seen, x | y << 10 | z << 20.
+    std::vector<std::uint32_t> visible;
+    std::vector<TableEntry> table;
+};
 
 /// A field, and what pictures drew of it.
 struct ResidentGrid {
@@ -52,7 +93,7 @@ class ResidentGrids {
     static constexpr std::size_t keptClassified = 16;  ///< more than a picture has layers
 
     std::uint64_t budget_;
-    GridSights sights_;              // tables, and where the fields are seen
+    SeenFields seen_;                // tables, and where the fields are seen
     std::list<ResidentGrid> grids_;  // drawn last first
 };
 

@@ -2,10 +2,249 @@
 #include "server/render/egl/resident_steps.h"
 
 #include <algorithm>
+#include <glm/vec3.hpp>
+#include <string>
 
 #include "protocol/scene/mote_check.h"
+#include "server/render/plan/octree_cell.h"
+#include "storage/storage_error.h"
 
 namespace mote::render {
+namespace {
+
+/// Each brick's own cells and one more on every side, since interpolation looks that far.
+struct Reach {
+    std::uint32_t begin, end;
+};
+
+Reach reach(std::uint32_t brick, std::uint32_t brickCells, std::uint32_t size) {
+    const std::uint32_t begin = brick * brickCells;
+    return {begin == 0 ? 0 : begin - 1, std::min(size, begin + brickCells + 1)};
+}
+
+struct DevicePoint {
+    std::uint32_t x, y, z, leaf;
+};
+
+[[noreturn]] void damaged(const char* array, std::size_t index) {
+    throw storage::StorageError(Error{ErrorCode::corrupt,
+                                      std::string(array) + "[" + std::to_string(index) + "]",
+                                      "the leaves do not describe the points that are there"});
+}
+
+/// A leaf's cell: its corner in units of 2^-31 of the box, and how its points' places are scaled to them.
+struct LeafFrame {
+    glm::uvec3 corner;
+    std::uint32_t level;
+
+    /// The middle of place p, (2 p + 1) / 2^17 of the cell's edge.
+    std::uint32_t place(std::uint32_t base, std::uint16_t p) const {
+        const std::uint64_t middle = (2ULL * p + 1) << 14;  // 2^-31 of the cell's edge
+        return base + static_cast<std::uint32_t>(middle >> level);
+    }
+};
+
+LeafFrame leafFrame(const storage::OctreeNodes& nodes, std::size_t node) {
+    if (node >= nodes.size() || nodes.level[node] > deepestLevel) damaged("/leaves/node", node);
+    const std::uint32_t level = nodes.level[node];
+    const glm::uvec3 place = cellPlace(nodes.morton[node]);
+    const auto corner = [&](std::uint32_t index) {
+        return static_cast<std::uint32_t>((std::uint64_t{index} << 31) >> level);
+    };
+    return {{corner(place.x), corner(place.y), corner(place.z)}, level};
+}
+
+/// The last leaf that begins at or before a point.
+std::size_t leafAt(const storage::Leaves& leaves, std::uint64_t point) {
+    const auto after = std::upper_bound(leaves.pointBegin.begin(), leaves.pointBegin.end(), point);
+    if (after == leaves.pointBegin.begin()) damaged("/leaves/point_begin", 0);
+    return static_cast<std::size_t>(after - leaves.pointBegin.begin()) - 1;
+}
+
+/// Where [begin, begin + count) of the step lies in a chunk that begins at `chunkBegin`, cut to its size.
+std::pair<std::uint32_t, std::uint32_t> within(std::uint64_t begin, std::uint64_t count,
+                                               std::uint64_t chunkBegin, std::uint64_t size) {
+    const auto cut = [&](std::uint64_t at) {
+        return static_cast<std::uint32_t>(std::clamp(at, chunkBegin, chunkBegin + size) - chunkBegin);
+    };
+    return {cut(begin), cut(begin + count)};
+}
+
+std::vector<DevicePoint> decode(const storage::ParticleStep& step, std::uint64_t begin, std::uint64_t count,
+                                std::size_t firstLeaf) {
+    const auto nodes = step.nodes();
+    const auto leaves = step.leaves();
+    const auto positions = step.positions(begin, count);
+    std::vector<DevicePoint> points(count);
+    std::uint64_t done = 0;
+    for (std::size_t leaf = firstLeaf; done < count; ++leaf) {
+        if (leaf >= leaves.size()) damaged("/leaves/point_count", leaves.size() - 1);
+        const LeafFrame frame = leafFrame(nodes, leaves.node[leaf]);
+        const auto [first, last] = within(leaves.pointBegin[leaf], leaves.pointCount[leaf], begin, count);
+        if (first != done) damaged("/leaves/point_begin", leaf);
+        for (; done < last; ++done) {
+            const auto& p = positions[done];
+            points[done] = {frame.place(frame.corner.x, p.x), frame.place(frame.corner.y, p.y),
+                            frame.place(frame.corner.z, p.z), static_cast<std::uint32_t>(leaf - firstLeaf)};
+        }
+    }
+    return points;
+}
+
+}  // namespace
+
+StepPoints::StepPoints(const storage::ParticleStep& step)
+    : pointCount_(step.pointCount()),
+      chunks_((pointCount_ + chunkPoints - 1) / chunkPoints),
+      selected_(chunks_.size()) {}
+
+void StepPoints::select(const PointsPlan& layer) {
+    if (layer.selection == selection_ && layer.leavesInView == leavesInView_) return;
+    selection_.reset();  // until all chunks follow: an exception must not leave half of them behind
+    for (auto& selected : selected_) selected = {};
+    const auto leaves = layer.step->leaves();
+    if (layer.selection->drawn.size() > leaves.size()) damaged("/leaves/node", leaves.size());
+    for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk) selectChunk(layer, leaves, chunk);
+    selection_ = layer.selection;
+    leavesInView_ = layer.leavesInView;
+}
+
+void StepPoints::selectChunk(const PointsPlan& layer, const storage::Leaves& leaves, std::size_t chunk) {
+    const std::uint64_t begin = chunk * chunkPoints;
+    const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
+    ChunkSelection& selected = selected_[chunk];
+    selected.firstLeaf = leafAt(leaves, begin);
+    const auto forEachLeaf = [&](auto visit) {
+        for (std::size_t leaf = selected.firstLeaf;
+             leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size; ++leaf) {
+            const auto [first, end] = within(leaves.pointBegin[leaf], layer.drawn(leaf), begin, size);
+            visit(first, end);
+        }
+    };
+    std::uint64_t drawn = 0;
+    forEachLeaf([&](std::uint32_t first, std::uint32_t end) { drawn += end - first; });
+    selected.listed = drawn <= size / 2;
+    if (selected.listed) {
+        selected.numbers.reserve(drawn);
+        forEachLeaf([&](std::uint32_t first, std::uint32_t end) {
+            for (std::uint32_t i = first; i < end; ++i) selected.numbers.push_back(i);
+        });
+        return;
+    }
+    std::vector<std::uint32_t> drawnIn((size + blockPoints - 1) / blockPoints, 0);
+    forEachLeaf([&](std::uint32_t first, std::uint32_t end) {
+        selected.numbers.push_back(end);
+        while (first < end) {
+            const std::uint32_t block = first / blockPoints;
+            const std::uint32_t next = std::min(end, (block + 1) * blockPoints);
+            drawnIn[block] += next - first;
+            first = next;
+        }
+    });
+    for (std::uint32_t block = 0; block < drawnIn.size(); ++block) {
+        if (drawnIn[block] == 0) continue;
+        // The last block of the step may be short: its surplus invocations need the leaf to tell them so.
+        auto& blocks = drawnIn[block] == blockPoints ? selected.wholeBlocks : selected.partBlocks;
+        blocks.push_back(block);
+    }
+}
+
+PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chunk) {
+    ChunkSelection& selected = selected_[chunk];
+    auto& resident = chunks_[chunk];
+    if (!resident) {
+        const std::uint64_t begin = chunk * chunkPoints;
+        const std::uint64_t size = std::min(chunkPoints, pointCount_ - begin);
+        const auto points = decode(step, begin, size, selected.firstLeaf);
+        PointChunk made;
+        made.points = GlBuffer::of(std::span<const DevicePoint>(points));
+        made.pointsTexture = bufferTexture(made.points, GL_RGBA32UI);
+        resident = std::move(made);
+        selected.uploaded = false;
+    }
+    if (!selected.uploaded) {
+        const std::size_t bytes = selected.numbers.size() * sizeof(std::uint32_t);
+        if (resident->selected.bytes() < bytes) {
+            resident->selected.grow(bytes);
+            resident->selectedTexture = bufferTexture(resident->selected, GL_R32UI);
+        }
+        resident->selected.write(0, bytes, selected.numbers.data());
+        selected.uploaded = true;
+    }
+    return *resident;
+}
+
+GlTexture volumeTexture(std::uint32_t size, const float* t) {
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_3D, 1, &name);
+    GlTexture texture(name);
+    const auto side = static_cast<GLsizei>(size);
+    glTextureStorage3D(name, 1, GL_R32F, side, side, side);
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
+        glTextureParameteri(name, axis, GL_CLAMP_TO_EDGE);
+    }
+    glTextureSubImage3D(name, 0, 0, 0, 0, side, side, side, GL_RED, GL_FLOAT, t);
+    return texture;
+}
+
+std::optional<StepVolume> StepVolume::load(const storage::ParticleStep& step, const Pacer& pacer) {
+    const std::uint32_t size = step.volumeSize();
+    const auto densities = step.volume();
+    if (size == 0 || size > 1024 || densities.size() != std::size_t{size} * size * size) {
+        throw storage::StorageError(
+            Error{ErrorCode::corrupt, "/volume/density", "the volume's size is not its shape"});
+    }
+    const LogDensity scale = step.logDensity();
+    std::vector<float> t(densities.size());
+    const std::size_t slice = std::size_t{size} * size;
+    for (std::size_t begin = 0; begin < t.size(); begin += slice) {
+        if (pacer.stopped()) return std::nullopt;
+        for (std::size_t i = begin; i < begin + slice; ++i)
+            t[i] = static_cast<float>(scale.ofCell(densities[i]));
+    }
+    return StepVolume(size, t);
+}
+
+StepVolume::StepVolume(std::uint32_t size, const std::vector<float>& t)
+    : texture_(volumeTexture(size, t.data())),
+      size_(size),
+      brickCells_(std::max(2U, (size + 31) / 32)),
+      bricks_((size + brickCells_ - 1) / brickCells_) {
+    checkGl("a volume");
+    ranges_.reserve(std::size_t{bricks_} * bricks_ * bricks_);
+    for (std::uint32_t bz = 0; bz < bricks_; ++bz) {
+        for (std::uint32_t by = 0; by < bricks_; ++by) {
+            for (std::uint32_t bx = 0; bx < bricks_; ++bx) {
+                const auto x = reach(bx, brickCells_, size), y = reach(by, brickCells_, size),
+                           z = reach(bz, brickCells_, size);
+                Range range{1.0F, -1.0F};
+                for (std::size_t k = z.begin; k < z.end; ++k) {
+                    for (std::size_t j = y.begin; j < y.end; ++j) {
+                        const float* row = t.data() + (k * size + j) * size;
+                        const auto [low, high] = std::minmax_element(row + x.begin, row + x.end);
+                        range = {std::min(range.low, *low), std::max(range.high, *high)};
+                    }
+                }
+                ranges_.push_back(range);
+            }
+        }
+    }
+}
+
+std::vector<std::uint32_t> StepVolume::visibleBricks(const TransferTable& table) const {
+    std::vector<std::uint32_t> visible;
+    std::size_t i = 0;
+    for (std::uint32_t z = 0; z < bricks_; ++z) {
+        for (std::uint32_t y = 0; y < bricks_; ++y) {
+            for (std::uint32_t x = 0; x < bricks_; ++x, ++i) {
+                if (table.visible(ranges_[i].low, ranges_[i].high)) visible.push_back(x | y << 10 | z << 20);
+            }
+        }
+    }
+    return visible;
+}
 
 ResidentStep& ResidentSteps::of(const std::shared_ptr<const storage::ParticleStep>& step) {
     // A new step may stand at the address of one that is gone: the weak pointers tell them apart.

@@ -8,188 +8,150 @@
 namespace mote::render {
 namespace {
 
-void put(ByteWriter& out, const Camera& camera) {
-    out.put(camera.eye);
-    out.put(camera.target);
-    out.put(camera.up);
-    out.put(camera.fovYDegrees);
-    out.put(camera.perspective());
-    out.put(camera.orthographicHeight.value_or(0.0));
+// What an order is made of is said once, and passed one way or the other. A part is copied as it lies, a list
+// behind its length.
+
+template <class Part>
+concept List = requires(Part part) {
+    part.resize(0);
+};
+
+class Packing {
+  public:
+    static constexpr bool reads = false;
+    template <class... Parts>
+    void operator()(const Parts&... parts) {
+        (put(parts), ...);
+    }
+    Bytes take() { return out_.take(); }
+
+  private:
+    template <class Part>
+    void put(const Part& part) {
+        if constexpr (List<Part>) {
+            out_.putList(part);
+        } else {
+            out_.put(part);
+        }
+    }
+    void put(const Curve& curve) { out_.putList(curve.knots()); }
+    void put(const ColorMap& map) { out_.putList(map.name()); }
+
+    ByteWriter out_;
+};
+
+class Unpacking {
+  public:
+    static constexpr bool reads = true;
+    explicit Unpacking(const Bytes& bytes) : in_(bytes) {}
+    template <class... Parts>
+    void operator()(Parts&... parts) {
+        (get(parts), ...);
+    }
+    bool atEnd() const { return in_.atEnd(); }
+
+  private:
+    template <class Part>
+    void get(Part& part) {
+        if constexpr (List<Part>) {
+            part = in_.getList<Part>();
+        } else {
+            part = in_.get<Part>();
+        }
+    }
+    void get(Curve& curve) {
+        constexpr double any = std::numeric_limits<double>::infinity();
+        curve = *Curve::create(in_.getList<std::vector<Curve::Knot>>(), -any, any);
+    }
+    void get(ColorMap& map) { map = *ColorMap::find(in_.getList<std::string>()); }
+
+    ByteReader in_;
+};
+
+/// `fresh`: what each is before it is read.
+template <class Way, class Values, class Pass>
+void passEach(Way& way, Values& values, const typename Values::value_type& fresh, Pass pass) {
+    std::uint64_t count = values.size();
+    way(count);
+    MOTE_CHECK(count <= View::maxLayers);
+    if constexpr (Way::reads) values.assign(count, fresh);
+    for (auto& value : values) pass(value);
 }
 
-Camera getCamera(ByteReader& in) {
-    Camera camera;
-    camera.eye = in.get<glm::dvec3>();
-    camera.target = in.get<glm::dvec3>();
-    camera.up = in.get<glm::dvec3>();
-    camera.fovYDegrees = in.get<double>();
-    const bool perspective = in.get<bool>();
-    const auto height = in.get<double>();
-    if (!perspective) camera.orthographicHeight = height;
-    return camera;
+/// An immutable list; null is empty.
+template <class Way, class Shared>
+void passShared(Way& way, Shared& shared) {
+    using Items = std::remove_const_t<typename Shared::element_type>;
+    if constexpr (Way::reads) {
+        Items items;
+        way(items);
+        shared = std::make_shared<const Items>(std::move(items));
+    } else {
+        static const Items none;
+        way(shared ? *shared : none);
+    }
 }
 
-void put(ByteWriter& out, const RankSteps::Name& name) {
-    out.putList(name.file);
-    out.putList(name.digest);
-    out.put(name.parts);
-}
-
-RankSteps::Name getName(ByteReader& in) {
-    return {.file = in.getList<std::string>(),
-            .digest = in.getList<std::string>(),
-            .parts = in.get<HybridRepresentation>()};
-}
-
-void put(ByteWriter& out, const TransferFunction& transfer) {
-    out.putList(transfer.opacity.knots());
-    out.put(transfer.opacityLength);
-    out.put(transfer.fade);
-    out.putList(transfer.colorMap.name());
-    out.put(transfer.colorRange);
-    out.putList(transfer.colors);
-    out.put(transfer.span);
-}
-
-Curve getCurve(ByteReader& in) {
-    constexpr double any = std::numeric_limits<double>::infinity();
-    return *Curve::create(in.getList<std::vector<Curve::Knot>>(), -any, any);
-}
-
-/// Reads in order: an initialiser's parts are read from left to right.
-TransferFunction getTransfer(ByteReader& in) {
-    return {.opacity = getCurve(in),
-            .opacityLength = in.get<double>(),
-            .fade = in.get<double>(),
-            .colorMap = *ColorMap::find(in.getList<std::string>()),
-            .colorRange = in.get<ValueRange>(),
-            .colors = in.getList<std::vector<glm::dvec3>>(),
-            .span = in.get<ValueRange>()};
-}
-
-void put(ByteWriter& out, const PointsPlan& points) {
-    out.put(points.layer);
-    out.put(points.boxToEye);
-    out.put(points.look);
-    out.putList(points.fraction.knots());
+template <class Way, class Points>
+void passPoints(Way& way, Points& points) {
     MOTE_CHECK(points.preview == nullptr);
-    out.put(points.selection->points > 0);
-    out.putList(points.leavesInView);
-    out.put(points.pointsDrawn);
-    out.put(points.share);
+    bool selects = points.selection != nullptr && points.selection->points > 0;
+    way(points.layer, points.boxToEye, points.look, points.fraction, selects, points.leavesInView,
+        points.pointsDrawn, points.share);
+    if constexpr (Way::reads) {
+        if (!selects) points.selection = std::make_shared<const PointSelection>();
+    }
 }
 
-PointsPlan getPoints(ByteReader& in) {
-    PointsPlan points{.layer = in.get<std::size_t>(),
-                      .boxToEye = in.get<glm::dmat4>(),
-                      .look = in.get<PointLook>(),
-                      .fraction = getCurve(in)};
-    if (!in.get<bool>()) points.selection = std::make_shared<const PointSelection>();
-    points.leavesInView = in.getList<std::vector<std::uint64_t>>();
-    points.pointsDrawn = in.get<std::uint64_t>();
-    points.share = in.get<double>();
-    return points;
+template <class Way, class Field>
+void passField(Way& way, Field& field) {
+    auto& transfer = field.transfer;
+    bool ofGrid = field.grid() != nullptr;
+    way(field.layer, field.boxToEye, field.boxToLayer, transfer.opacity, transfer.opacityLength,
+        transfer.fade, transfer.colorMap, transfer.colorRange, transfer.colors, transfer.span, field.clips,
+        ofGrid);
+    if (!ofGrid) return;
+    if constexpr (Way::reads) field.samples = CorrectedField{};
+    auto& samples = std::get<CorrectedField>(field.samples);
+    way(samples.bricks, samples.correction, samples.steepness, samples.shades);
 }
 
-void put(ByteWriter& out, const FieldPlan& field) {
-    out.put(field.layer);
-    out.put(field.boxToEye);
-    out.put(field.boxToLayer);
-    put(out, field.transfer);
-    out.putList(field.clips);
-    const auto* const samples = field.grid();
-    out.put(samples != nullptr);
-    if (samples == nullptr) return;
-    out.put(samples->bricks);
-    out.put(samples->correction);
-    out.put(samples->steepness);
-    out.put(samples->shades);
+template <class Way, class Plan>
+void passPlan(Way& way, Plan& plan) {
+    auto& camera = plan.camera;
+    way(plan.width, plan.height, camera.eye, camera.target, camera.up, camera.fovYDegrees,
+        camera.orthographicHeight, plan.background, plan.nearDepth, plan.farDepth, plan.slabs, plan.sections,
+        plan.samplesPerCell, plan.exact);
+    passEach(way, plan.points, {}, [&](auto& points) { passPoints(way, points); });
+    const TransferFunction nothing{.opacity = Curve::constant(0.0), .opacityLength = 1.0};
+    passEach(way, plan.fields, {.layer = 0, .transfer = nothing, .samples = {}},
+             [&](auto& field) { passField(way, field); });
+    passShared(way, plan.dots);
+    passEach(way, plan.fragments, {}, [&](auto& fragments) { passShared(way, fragments); });
 }
 
-FieldPlan getField(ByteReader& in) {
-    FieldPlan field{.layer = in.get<std::size_t>(),
-                    .boxToEye = in.get<glm::dmat4>(),
-                    .boxToLayer = in.get<glm::dmat3>(),
-                    .transfer = getTransfer(in),
-                    .clips = in.getList<std::vector<HalfSpace>>(),
-                    .samples = {}};
-    if (!in.get<bool>()) return field;
-    field.samples = CorrectedField{.grid = {},
-                                   .bricks = in.get<bool>(),
-                                   .correction = in.get<double>(),
-                                   .steepness = in.get<double>(),
-                                   .shades = in.get<Shades>()};
-    return field;
-}
-
-void put(ByteWriter& out, const FramePlan& plan) {
-    out.put(plan.width);
-    out.put(plan.height);
-    put(out, plan.camera);
-    out.put(plan.background);
-    out.put(plan.nearDepth);
-    out.put(plan.farDepth);
-    out.put(plan.slabs);
-    out.putList(plan.sections);
-    out.put(plan.samplesPerCell);
-    out.put(plan.exact);
-    out.put(std::uint64_t{plan.points.size()});
-    for (const auto& points : plan.points) put(out, points);
-    out.put(std::uint64_t{plan.fields.size()});
-    for (const auto& field : plan.fields) put(out, field);
-    out.putList(plan.dots ? *plan.dots : Dots());
-    out.put(std::uint64_t{plan.fragments.size()});
-    for (const auto& fragments : plan.fragments) out.putList(*fragments);
-}
-
-FramePlan getPlan(ByteReader& in) {
-    FramePlan plan{.width = in.get<std::uint32_t>(),
-                   .height = in.get<std::uint32_t>(),
-                   .camera = getCamera(in),
-                   .background = in.get<glm::dvec3>(),
-                   .nearDepth = in.get<double>(),
-                   .farDepth = in.get<double>(),
-                   .slabs = in.get<std::uint32_t>(),
-                   .sections = in.getList<std::vector<DepthSection>>(),
-                   .samplesPerCell = in.get<double>(),
-                   .exact = in.get<bool>()};
-    const auto points = in.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < points; ++i) plan.points.push_back(getPoints(in));
-    const auto fields = in.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < fields; ++i) plan.fields.push_back(getField(in));
-    plan.dots = std::make_shared<const Dots>(in.getList<Dots>());
-    const auto surfaces = in.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < surfaces; ++i)
-        plan.fragments.push_back(std::make_shared<const Fragments>(in.getList<Fragments>()));
-    return plan;
+template <class Way, class Order>
+void passOrder(Way& way, Order& order) {
+    way(order.number, order.format, order.flatPoints);
+    passPlan(way, order.plan);
+    const auto passName = [&](auto& name) { way(name.file, name.digest, name.parts); };
+    passEach(way, order.pointSteps, {}, passName);
+    passEach(way, order.fieldSteps, {}, passName);
 }
 
 }  // namespace
 
 Bytes packOrder(const FrameOrder& order) {
-    ByteWriter out;
-    out.put(order.number);
-    out.put(order.format);
-    out.put(order.flatPoints.has_value());
-    out.put(order.flatPoints.value_or(0));
-    put(out, order.plan);
-    for (const auto& step : order.pointSteps) put(out, step);
-    for (const auto& step : order.fieldSteps) put(out, step);
-    return out.take();
+    Packing packing;
+    passOrder(packing, order);
+    return packing.take();
 }
 
 FrameOrder unpackOrder(const Bytes& bytes) {
-    ByteReader in(bytes);
+    Unpacking unpacking(bytes);
     FrameOrder order;
-    order.number = in.get<std::uint64_t>();
-    order.format = in.get<PixelFormat>();
-    const bool flat = in.get<bool>();
-    const auto only = in.get<std::uint32_t>();
-    if (flat) order.flatPoints = only;
-    order.plan = getPlan(in);
-    for (std::size_t i = 0; i < order.plan.points.size(); ++i) order.pointSteps.push_back(getName(in));
-    for (std::size_t i = 0; i < order.plan.fields.size(); ++i) order.fieldSteps.push_back(getName(in));
-    MOTE_CHECK(in.atEnd());
+    passOrder(unpacking, order);
+    MOTE_CHECK(unpacking.atEnd());
     return order;
 }
 

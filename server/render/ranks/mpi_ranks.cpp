@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/render/ranks/mpi_ranks.h"
+#include "server/render/ranks/ranks.h"
 
 #include <mpi.h>
 

@@ -6,11 +6,39 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/cpu_device.h"
-#include "server/render/cpu/flat_picture.h"
+#include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/packet.h"
+#include "server/render/plan/selection_cache.h"
 #include "server/render/ranks/rank_frame.h"
 
 namespace mote::render {
+namespace {
+
+template <class Step>
+Step held(Result<Step> step) {
+    if (!step.ok()) throw storage::StorageError(step.error());
+    return *std::move(step);
+}
+
+/// Gives an order's plan the rank's own data, and the same selections of them as rank 0 has.
+void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
+    for (std::size_t i = 0; i < order.plan.points.size(); ++i) {
+        PointsPlan& points = order.plan.points[i];
+        points.step = held(steps.open(order.pointSteps[i]));
+        if (points.selection == nullptr)
+            points.selection = selections.of(points.step, points.fraction, points.share);
+    }
+    for (std::size_t i = 0; i < order.plan.fields.size(); ++i) {
+        auto& samples = order.plan.fields[i].samples;
+        if (auto* const cells = std::get_if<DensityField>(&samples)) {
+            cells->step = held(steps.open(order.fieldSteps[i]));
+        } else {
+            std::get<CorrectedField>(samples).grid = held(steps.openGrid(order.fieldSteps[i]));
+        }
+    }
+}
+
+}  // namespace
 
 struct RankedDevice::State {
     FrameOrder orderOf(const FramePlan& plan, PixelFormat format);
@@ -23,7 +51,7 @@ struct RankedDevice::State {
 
     Ranks& ranks;
     RankSteps& steps;
-    RankParts parts;
+    CpuParts parts;
     std::uint64_t pictures = 0;
 };
 
@@ -50,7 +78,7 @@ FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat forma
 }
 
 RankedDevice::RankedDevice(Ranks& ranks, RankSteps& steps, unsigned threads)
-    : state_(new State{ranks, steps, RankParts(threads)}) {}
+    : state_(new State{ranks, steps, CpuParts(threads)}) {}
 
 RankedDevice::~RankedDevice() = default;
 
@@ -88,6 +116,33 @@ std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat f
 
 void RankedDevice::trim() {
     state_->parts.dropExpired();
+}
+
+void dismissRanks(Ranks& ranks) {
+    Bytes nothing;
+    ranks.broadcast(nothing);
+}
+
+void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads) {
+    CpuParts parts(threads);
+    SelectionCache selections;
+    std::uint64_t latest = 0;
+    for (Bytes bytes;;) {
+        ranks.broadcast(bytes);
+        if (bytes.empty()) break;
+        FrameOrder order = unpackOrder(bytes);
+        latest = order.number;
+        parts.dropExpired();
+        steps.beginPicture();
+        Agreement agreement(ranks);
+        agreement.attempt([&] {
+            parts.arena.execute([&] { complete(order, steps, selections); });
+            keepOwnPoints(order, ranks);
+        });
+        drawTogether(ranks, parts, order, agreement, {});
+    }
+    // A stop that came too late is not left behind.
+    ranks.stopArrived(latest);
 }
 
 }  // namespace mote::render

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace mote::render {
@@ -33,5 +34,10 @@ class Ranks {
     /// The others: whether that came. Forgets what concerns earlier pictures.
     virtual bool stopArrived(std::uint64_t picture) noexcept = 0;
 };
+
+/// The Ranks that a launcher of MPI started (mpirun, srun), for main, once. Joins the others, and leaves them
+/// when it goes; null where this process was not started as one of several. Touches no MPI where no launcher
+/// is about. Throws std::runtime_error where MPI does not start.
+std::unique_ptr<Ranks> joinRanks();
 
 }  // namespace mote::render

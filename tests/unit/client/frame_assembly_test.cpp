@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/shared/frame_assembly.h"
+#include "client/shared/connection_parts.h"
 
 #include <gtest/gtest.h>
 

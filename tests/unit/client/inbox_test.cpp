@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/shared/inbox.h"
+#include "client/shared/connection_parts.h"
 
 #include <gtest/gtest.h>
-
-#include "client/shared/sliding_rate.h"
 
 namespace mote::client {
 namespace {

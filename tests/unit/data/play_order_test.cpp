@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/data/play_order.h"
+#include "server/data/played_series.h"
 
 #include <gmock/gmock.h>
 

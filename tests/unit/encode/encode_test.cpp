@@ -9,9 +9,8 @@
 #include <cstring>
 #include <random>
 
-#include "protocol/wire/limits.h"
+#include "protocol/wire/framing.h"
 #include "protocol/wire/row_filter.h"
-#include "server/encode/lossless_encoder.h"
 
 namespace mote::server {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "server/encode/vector/page_layout.h"
+#include "server/encode/vector/vector_drawing.h"
 
 namespace mote::server {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "protocol/wire/limits.h"
+#include "protocol/wire/framing.h"
 
 namespace mote::server {
 namespace {

@@ -7,8 +7,7 @@
 #include <random>
 
 #include "server/render/plan/point_selection.h"
-#include "server/render/ranks/leaf_distribution.h"
-#include "server/render/ranks/tile_distribution.h"
+#include "server/render/ranks/distribution.h"
 
 namespace mote::render {
 namespace {

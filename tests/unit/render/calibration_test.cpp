@@ -6,7 +6,6 @@
 #include <chrono>
 #include <numeric>
 
-#include "server/render/calibration_step.h"
 #include "storage/particles/octree_check.h"
 
 namespace mote::render {

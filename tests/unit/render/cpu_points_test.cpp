@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "server/render/cpu/disc_footprint.h"
 #include "server/render/cpu/flat_points.h"
+#include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/tile_points.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "server/render/plan/octree_cell.h"

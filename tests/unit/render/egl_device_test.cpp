@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "server/render/egl/step_points.h"
+#include "server/render/egl/resident_steps.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"

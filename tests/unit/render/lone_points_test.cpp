@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Points that are drawn where they stand, and the edges of discs, against docs/PICTURE.md.
-#include "server/render/cpu/lone_points.h"
+#include "server/render/cpu/point_footprint.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "server/render/layers/make_frame_plan.h"
-#include "server/render/plan/grid_sights.h"
+#include "server/render/plan/seen_fields.h"
 #include "tests/support/hybrid_scene.h"
 
 namespace mote::render {

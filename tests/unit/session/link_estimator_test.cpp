@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/session/link_estimator.h"
+#include "server/session/flow_control.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/data/step_loader.h"
+#include "server/data/step_cache.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/storage_error.h"

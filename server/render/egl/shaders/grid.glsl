@@ -140,11 +140,13 @@ float codeAt(uint h, int index, Corner corner) {
     return mix(float(pair & 0xffffu), float(pair >> 16), corner.far.x);
 }
 
+// What `along` gives between samples along x, at a corner's place.
+#define BETWEEN(along, h, at) \
+    mix(mix(along(h, at.texel, at), along(h, at.texel + at.stride.x, at), at.far.y), \
+        mix(along(h, at.texel + at.stride.y, at), along(h, at.texel + at.stride.y + at.stride.x, at), at.far.y), at.far.z)
+
 float valueIn(uint h, Corner corner) {
-    int index = corner.texel, next = index + corner.stride.y;
-    float front = mix(codeAt(h, index, corner), codeAt(h, index + corner.stride.x, corner), corner.far.y);
-    float back = mix(codeAt(h, next, corner), codeAt(h, next + corner.stride.x, corner), corner.far.y);
-    return mix(front, back, corner.far.z);
+    return BETWEEN(codeAt, h, corner);
 }
 
 #if MIXED
@@ -174,10 +176,7 @@ vec2 shadeOf(uint h, int index, Corner corner) {
 }
 
 vec2 shadeIn(uint h, Corner corner) {
-    int index = corner.texel, next = index + corner.stride.y;
-    vec2 front = mix(shadeOf(h, index, corner), shadeOf(h, index + corner.stride.x, corner), corner.far.y);
-    vec2 back = mix(shadeOf(h, next, corner), shadeOf(h, next + corner.stride.x, corner), corner.far.y);
-    return mix(front, back, corner.far.z);
+    return BETWEEN(shadeOf, h, corner);
 }
 
 vec2 gridShade(uint l, float slab) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reads a volume in every sampler's place: see sampler_states.h.
+// Reads a volume in every sampler's place: see egl_device.cpp.
 
 layout(local_size_x = 1) in;
 layout(binding = 0) uniform sampler3D volumes[16];
