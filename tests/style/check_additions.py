@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Counts what a new kind of dataset or of job costs: the files beyond its own that name an existing one.
+"""Counts what a new kind of layer, of dataset or of job costs: the files beyond its own that name an existing one.
 
     check_additions.py ROOT
 
@@ -12,6 +12,27 @@ import sys
 
 # What is added, by an example that there is: words of its code, its own files, and the files that may name it.
 ADDITIONS = {
+    "a kind of layer": (
+        r"\bMeshStyle\b|\bMeshSurface\b|\bMeshEditor\b|\blowerMesh\b|\bLayer::kMesh\b"
+        r"|(mesh_style|load_mesh|mesh_layer|mesh_editor|lower_mesh|mesh_surface)\.(h|cpp)",
+        (
+            "protocol/scene/mesh_style.",
+            "server/data/load_mesh.",
+            "server/frames/mesh_layer.",
+            "server/render/layers/mesh/",
+            "client/view/layers/mesh_editor.",
+        ),
+        {
+            "protocol/mote.proto",
+            "protocol/scene/view.h",
+            "protocol/scene/view.cpp",
+            "protocol/scene/dataset.cpp",
+            "server/render/layers/scene.h",
+            "server/render/layers/make_frame_plan.cpp",
+            "server/frames/layer_kinds.h",
+            "client/view/layers/layer_editor.cpp",
+        },
+    ),
     "a kind of dataset": (
         r"\bimageKind\b|\bImageManifest\b|image/image_kind|Kind\{\"image\"",
         ("storage/image/", "preprocess/image/"),

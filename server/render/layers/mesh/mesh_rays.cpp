@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/mesh/mesh_rays.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
-#include <atomic>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <new>
 #include <optional>
 #include <tuple>
+
+#include "server/render/layers/embree_scene.h"
 
 namespace mote::render {
 namespace {
@@ -63,27 +61,14 @@ std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t 
 
 }  // namespace
 
-struct MeshRays::Scene {
+struct MeshRays::Scene : EmbreeScene {
     const storage::SurfaceMesh& mesh;
     glm::dvec3 center;
     double unit;  // of Embree's space, layer space
     Bounds box;
-    std::atomic<std::int64_t> bytes{0};  // outlives the device, which counts into it
-    // One thread builds: pictures of other sessions go on meanwhile.
-    RTCDevice device = rtcNewDevice("threads=1");
-    RTCScene scene = nullptr;
 
     Scene(const storage::SurfaceMesh& of, const Bounds& bounds);
-    Scene(const Scene&) = delete;
-    Scene& operator=(const Scene&) = delete;
-    ~Scene() {
-        if (scene != nullptr) rtcReleaseScene(scene);
-        if (device != nullptr) rtcReleaseDevice(device);
-    }
 
-    void check() const {
-        if (scene == nullptr || rtcGetDeviceError(device) != RTC_ERROR_NONE) throw std::bad_alloc();
-    }
     glm::dvec3 inUnit(const glm::dvec3& inLayer) const { return (inLayer - center) / unit; }
     /// How far Embree looks along a ray that ends there.
     float reach(const MeshRay& ray, double end) const {
@@ -124,28 +109,16 @@ struct MeshRays::Scene {
 
 MeshRays::Scene::Scene(const storage::SurfaceMesh& of, const Bounds& bounds)
     : mesh(of), center(bounds.center()), unit(diagonalOf(bounds)), box(bounds) {
-    const auto count = [](void* total, ssize_t more, bool) {
-        *static_cast<std::atomic<std::int64_t>*>(total) += more;
-        return true;
-    };
     box.min -= 0.5 * margin * unit;
     box.max += 0.5 * margin * unit;
-    if (device == nullptr) throw std::bad_alloc();
-    rtcSetDeviceMemoryMonitorFunction(device, count, &bytes);
-    scene = rtcNewScene(device);
-    check();
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);  // the scene holds it
+    const RTCGeometry geometry = add(RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(mesh.triangles.size()));
     rtcSetGeometryUserData(geometry, this);
     rtcSetGeometryBoundsFunction(geometry, Scene::bounds, nullptr);
     rtcSetGeometryIntersectFunction(geometry, intersect);
     rtcSetGeometryOccludedFunction(geometry, occlude);
-    rtcCommitGeometry(geometry);
-    rtcCommitScene(scene);
-    check();
+    build(geometry);
 }
 
 void MeshRays::Scene::bounds(const RTCBoundsFunctionArguments* asked) {
