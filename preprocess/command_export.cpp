@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "preprocess/command_line.h"
+#include "preprocess/console.h"
 #include "preprocess/export_vdb.h"
-#include "preprocess/json_object.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {

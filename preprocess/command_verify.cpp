@@ -4,8 +4,7 @@
 #include <memory>
 
 #include "preprocess/command_line.h"
-#include "preprocess/console_progress.h"
-#include "preprocess/json_object.h"
+#include "preprocess/console.h"
 #include "storage/verify.h"
 
 namespace mote::prep {

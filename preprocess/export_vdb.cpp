@@ -9,8 +9,8 @@
 
 #include "storage/files/write_file.h"
 #include "storage/hybrid/check_hybrid.h"
-#include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/particles/particle_step.h"
 #include "storage/vdb/vdb_file.h"

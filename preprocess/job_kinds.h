@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "preprocess/command_line.h"
-#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"

@@ -2,11 +2,49 @@
 //
 // Progress: where a job says how far it is and learns that it should stop. One owner; report() and
 // cancelled() may be called from any thread.
+//
+// How much memory a job may take. A pure function but for the machine's own size.
+//
+// How a dataset's manifest names the input that it was made of.
 #pragma once
 
+#include <unistd.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
 #include <string_view>
+#include <system_error>
 
 namespace mote::prep {
+
+/// The input as seen from the folder that holds the dataset `output`, so that a manifest does not depend on
+/// where or how it was made.
+inline std::string portableInput(const std::filesystem::path& input, const std::filesystem::path& output) {
+    namespace fs = std::filesystem;
+    std::error_code code;
+    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
+    return fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string();
+}
+
+/// Bytes: the limit that the job was given, or three quarters of the machine's memory where it is 0.
+inline std::uint64_t memoryFor(std::uint64_t limit) {
+    if (limit > 0) return limit;
+    const long pages = ::sysconf(_SC_PHYS_PAGES);
+    const long bytes = ::sysconf(_SC_PAGESIZE);
+    if (pages <= 0 || bytes <= 0) return 0;
+    return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(bytes) / 4 * 3;
+}
+
+class Communicator;
+
+/// What a job of any kind may use. It changes how the job works, and never what it makes. A
+/// value.
+struct JobResources {
+    int threads = 0;                ///< 0: as many as there are cores
+    std::uint64_t memory = 0;       ///< bytes that this process may take; 0: three quarters of the machine's
+    Communicator* ranks = nullptr;  ///< the processes that do this job together; null: this one alone
+};
 
 class Progress {
   public:

@@ -3,6 +3,9 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -26,6 +29,15 @@ struct FreeState {
 };
 
 }  // namespace
+
+constexpr int niceness = 10;
+
+/// On Linux both concern the calling thread alone, whatever it inherits.
+void giveWay() {
+    const sched_param none{};
+    ::sched_setscheduler(0, SCHED_BATCH, &none);
+    ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), niceness);
+}
 
 std::uint64_t hashBlock(std::span<const std::byte> bytes) {
     return XXH3_64bits(bytes.data(), bytes.size());

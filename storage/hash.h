@@ -2,6 +2,8 @@
 //
 // The hashes of a dataset: XXH3-64 of the blocks of an array, XXH3-128 of whole files. They find damage, not
 // malice. Pure functions, but for the file.
+//
+// Threads that load ahead give way to those that draw. Any thread, of itself.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +16,9 @@
 #include "protocol/scene/error.h"
 
 namespace mote::storage {
+
+/// The calling thread gets about a tenth of what one gets that draws. Where that is refused, they are equals.
+void giveWay();
 
 /// Bytes of an array that share one XXH3-64.
 inline constexpr std::uint64_t blockBytes = 1ULL << 20;

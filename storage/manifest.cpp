@@ -5,7 +5,6 @@
 
 #include "protocol/scene/json.h"
 #include "storage/dataset_kind.h"
-#include "storage/files/read_file.h"
 #include "storage/files/write_file.h"
 
 namespace mote::storage {

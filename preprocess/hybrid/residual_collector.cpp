@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "preprocess/first_error.h"
+#include "preprocess/on_threads.h"
 
 namespace mote::prep {
 namespace {

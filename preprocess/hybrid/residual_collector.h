@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "preprocess/hybrid/error_pass.h"
-#include "preprocess/hybrid/error_selection.h"
 #include "preprocess/hybrid/value_range.h"
 #include "storage/hybrid/residual_encoder.h"
 

@@ -12,7 +12,6 @@
 #include <memory>
 #include <vector>
 
-#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/mote.pb.h"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "preprocess/image/read_picture.h"
-#include "preprocess/portable_input.h"
+#include "preprocess/progress.h"
 #include "storage/dataset_writer.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"

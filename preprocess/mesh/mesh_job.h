@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <vector>
 
-#include "preprocess/job_resources.h"
 #include "preprocess/progress.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/mote.pb.h"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "preprocess/particles/cell_plan.h"
-#include "preprocess/particles/quantized_block.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::prep {

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <atomic>
 
-#include "preprocess/particles/cell_count.h"
-#include "preprocess/particles/density_volume.h"
+#include "preprocess/particles/cell_plan.h"
+#include "preprocess/particles/density.h"
 #include "preprocess/particles/particle_exchange.h"
 #include "preprocess/particles/range_builder.h"
 

@@ -2,19 +2,20 @@
 #include "preprocess/volume/data_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <system_error>
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/volume_shape.h"
 
 namespace mote::prep {
+namespace {
 
 namespace fs = std::filesystem;
-
-namespace {
 
 constexpr std::size_t mostFiles = VolumeShape::maxDimension;
 
@@ -79,9 +80,8 @@ Result<fs::path> permitted(const fs::path& header, const std::string& name) {
 }
 
 Result<ByteStreamPtr> openNamed(const fs::path& header, const std::string& name) {
-    const auto path = permitted(header, name);
-    if (!path) return path.error();
-    auto file = fileStream(*path);
+    MOTE_ASSIGN_OR_RETURN(const auto path, permitted(header, name));
+    auto file = fileStream(path);
     if (file) return file;
     const Error& error = file.error();
     return Error{error.code, fmt::format("{}: data file {}", header.filename().string(), error.where),
@@ -139,9 +139,8 @@ class FileSeries : public ByteStream {
   private:
     Status checkEnd() {
         std::array<char, 1> one{};
-        const auto got = file_->read(one);
-        if (!got) return got.error();
-        return *got == 0 ? success() : Status(wrongLength("more"));
+        MOTE_ASSIGN_OR_RETURN(const auto got, file_->read(one));
+        return got == 0 ? success() : Status(wrongLength("more"));
     }
 
     Error wrongLength(const std::string& held) const {
@@ -152,11 +151,9 @@ class FileSeries : public ByteStream {
 
     Status open(std::size_t index) {
         if (file_ && index == index_) return success();
-        auto plain = openNamed(header_, names_[index]);
-        if (!plain) return plain.error();
-        auto file = unwrap_(std::move(plain).value(), bytesOfFile_);
-        if (!file) return file.error();
-        file_ = std::move(file).value();
+        MOTE_ASSIGN_OR_RETURN(auto plain, openNamed(header_, names_[index]));
+        MOTE_ASSIGN_OR_RETURN(auto file, unwrap_(std::move(plain), bytesOfFile_));
+        file_ = std::move(file);
         index_ = index;
         return success();
     }
@@ -169,6 +166,14 @@ class FileSeries : public ByteStream {
     std::size_t index_ = 0;
     std::uint64_t at_ = 0;
 };
+
+/// Bytes of data that the process has mapped; 0 where that is not known.
+std::uint64_t mappedData() {
+    std::ifstream file("/proc/self/statm");
+    std::uint64_t size = 0, resident = 0, shared = 0, text = 0, library = 0, data = 0;
+    file >> size >> resident >> shared >> text >> library >> data;
+    return file ? data * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) : 0;
+}
 
 }  // namespace
 
@@ -212,6 +217,18 @@ Result<ByteStreamPtr> skipHeader(ByteStreamPtr file, std::optional<std::uint64_t
         skip = *size - std::min(*size, needed);
     }
     return partStream(std::move(file), *skip);
+}
+
+DataLimit::DataLimit(std::uint64_t more) {
+    const auto now = mappedData();
+    if (now == 0 || ::getrlimit(RLIMIT_DATA, &before_) != 0) return;
+    rlimit limit = before_;
+    limit.rlim_cur = std::min<rlim_t>(before_.rlim_cur, now + more);
+    set_ = ::setrlimit(RLIMIT_DATA, &limit) == 0;
+}
+
+DataLimit::~DataLimit() {
+    if (set_) ::setrlimit(RLIMIT_DATA, &before_);
 }
 
 }  // namespace mote::prep

@@ -5,6 +5,9 @@
 // state.
 #pragma once
 
+#include <sys/resource.h>
+
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -41,5 +44,21 @@ Result<ByteStreamPtr> dataStream(DataFiles files, std::uint64_t bytes, const Unw
 /// What follows the first `skip` bytes or, without them, the last `needed` bytes of a file that is not
 /// compressed. Errors: unsupported (a compressed file's last bytes), as of read.
 Result<ByteStreamPtr> skipHeader(ByteStreamPtr file, std::optional<std::uint64_t> skip, std::uint64_t needed);
+
+/// While it lives, the process gets no more than some memory beyond what it has: an allocation
+/// that would need it throws std::bad_alloc. For libraries that believe every length in a file. The limit is
+/// the process's own (RLIMIT_DATA): one at a time, while no other thread needs much.
+class DataLimit {
+  public:
+    /// `more` in bytes. Where the system does not say what the process has, nothing is limited.
+    explicit DataLimit(std::uint64_t more);
+    ~DataLimit();
+    DataLimit(const DataLimit&) = delete;
+    DataLimit& operator=(const DataLimit&) = delete;
+
+  private:
+    rlimit before_{};
+    bool set_ = false;
+};
 
 }  // namespace mote::prep

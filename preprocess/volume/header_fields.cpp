@@ -61,10 +61,9 @@ Result<std::vector<double>> HeaderFields::numbers(std::string_view name, std::si
 }
 
 Result<std::vector<std::uint64_t>> HeaderFields::wholeNumbers(std::string_view name) const {
-    const auto all = numbers(name);
-    if (!all) return all.error();
+    MOTE_ASSIGN_OR_RETURN(const auto all, numbers(name));
     std::vector<std::uint64_t> whole;
-    for (const double number : *all) {
+    for (const double number : all) {
         if (!(number >= 0.0 && number < 0x1p53 && number == std::floor(number))) {
             return corrupt(name, fmt::format("says {}, which is no count", number));
         }

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "preprocess/volume/scalar_type.h"
+#include "preprocess/volume/volume_shape.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "preprocess/image/picture_format.h"
+#include "preprocess/image/read_picture.h"
 #include "preprocess/volume/picture_files.h"
 
 namespace mote::prep {
@@ -72,9 +72,8 @@ class PictureStack : public VolumeSource {
         MOTE_RETURN_IF_ERROR(readType());
         std::uint64_t slices = files_.size();
         if (files_.size() == 1) {
-            const auto pages = countPages();
-            if (!pages) return pages.error();
-            slices = *pages;
+            MOTE_ASSIGN_OR_RETURN(const auto pages, countPages());
+            slices = pages;
             paged_ = true;
         }
         if (slices == 1) {
@@ -262,9 +261,8 @@ bool beginsAsPicture(std::string_view bytes) {
 Result<std::unique_ptr<VolumeSource>> openPictureStack(const fs::path& input, Progress& progress) {
     std::vector<fs::path> files{input};
     if (namesPictures(input)) {
-        auto found = pictureFiles(input);
-        if (!found) return found.error();
-        files = std::move(found).value();
+        MOTE_ASSIGN_OR_RETURN(auto found, pictureFiles(input));
+        files = std::move(found);
     }
     auto stack = std::make_unique<PictureStack>(std::move(files), progress);
     MOTE_RETURN_IF_ERROR(guarded(input, [&] { return stack->open(); }));

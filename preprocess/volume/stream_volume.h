@@ -2,8 +2,14 @@
 //
 // StreamVolume: a VolumeSource whose numbers lie one after the other in a ByteStream, x fastest. One owner,
 // one thread at a time.
+//
+// Numbers that are written as text, as a stream of doubles. One owner, one thread at a time.
+//
+// Raw volumes: numbers without a header that says what they are; the job's options do. Called from one
+// thread.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,5 +49,14 @@ class StreamVolume : public VolumeSource {
     Ending ending_;
     std::vector<char> block_;
 };
+
+/// Eight bytes, the machine's own double, for each number of `text`; between them stand blanks, line ends or
+/// commas. They end with the text or, in XML, at a '<'. Reading: corrupt where a word is no number.
+ByteStreamPtr numberStream(ByteStreamPtr text);
+
+/// The file may be gzipped. Errors: invalidArgument (options that are missing or wrong), corrupt (another
+/// length than the options say), those of fileStream.
+Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& options,
+                                              const std::filesystem::path& path);
 
 }  // namespace mote::prep

@@ -15,7 +15,7 @@
 #include <stdexcept>
 
 #include "preprocess/volume/byte_stream.h"
-#include "preprocess/volume/data_limit.h"
+#include "preprocess/volume/data_file.h"
 
 namespace mote::prep {
 namespace {
@@ -107,9 +107,8 @@ class VdbVolume : public VolumeSource {
     Status open(const std::string& field) {
         return guarded([&]() -> Status {
             GridReader reader(path_);
-            const auto index = choose(reader, field);
-            if (!index) return index.error();
-            index_ = *index;
+            MOTE_ASSIGN_OR_RETURN(const auto index, choose(reader, field));
+            index_ = index;
             grid_ = printableText(reader.descriptor().gridName());
             if (reader.descriptor().isInstance()) return unsupported("shares its voxels with another one");
             return setShape(*reader.grid());

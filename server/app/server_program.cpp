@@ -23,7 +23,7 @@
 #include "server/log.h"
 #include "server/render/ranks/mpi_ranks.h"
 #include "server/session/token.h"
-#include "storage/blocks/mapping_guard.h"
+#include "storage/blocks/mapped_file.h"
 
 namespace mote::server {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "storage/give_way.h"
+#include "storage/hash.h"
 
 namespace mote::server {
 

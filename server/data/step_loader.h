@@ -14,7 +14,7 @@
 #include "server/data/loading_threads.h"
 #include "storage/blocks/block_budget.h"
 #include "storage/particles/mapped_step.h"
-#include "storage/particles/step_need.h"
+#include "storage/particles/particle_step.h"
 
 namespace mote::server {
 

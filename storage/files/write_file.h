@@ -2,17 +2,28 @@
 //
 // Bytes into files and files into place: whole writes, syncs and the one rename by which an output appears.
 // Any thread; no state.
+//
+// Opening and reading the files of a dataset: regular files only, no links, no more than expected. Any
+// thread.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "protocol/scene/error.h"
+#include "storage/files/file_descriptor.h"
 
 namespace mote::storage {
+
+/// Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's place).
+Result<FileDescriptor> openRegular(const std::filesystem::path& path);
+
+/// The whole file. Errors: as openRegular, resourceExhausted (larger than `limit`), internal.
+Result<std::string> readWhole(const std::filesystem::path& path, std::size_t limit);
 
 /// Writes and syncs a file that must not exist yet. Errors: alreadyExists, permissionDenied, notFound (its
 /// folder), resourceExhausted (disk full). The file is removed after an error.

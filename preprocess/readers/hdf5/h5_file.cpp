@@ -141,9 +141,8 @@ Result<std::optional<H5Object>> H5File::find(const H5Object& from, std::string_v
                     H5Object{H5Handle(H5Gopen2(file_.get(), "/", H5P_DEFAULT), H5Gclose), root_.where, true};
             }
         } else if (info.type == H5L_TYPE_HARD) {
-            auto next = openHard(parent, name, where);
-            if (!next) return next.error();
-            found = std::move(*next);
+            MOTE_ASSIGN_OR_RETURN(auto next, openHard(parent, name, where));
+            found = std::move(next);
         } else {
             return unsupported(where,
                                "is a link that leads out of the file, and such links are not followed");

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "preprocess/readers/text/line_reader.h"
 #include "preprocess/readers/text/number.h"
+#include "preprocess/readers/text/row_file.h"
 
 namespace mote::prep {
 namespace {
@@ -56,18 +56,16 @@ Result<NumberTable> NumberTable::open(const std::filesystem::path& path, std::si
                      "has " + std::to_string(shape->columns) + " columns where at least " +
                          std::to_string(columns) + " were expected"};
     }
-    auto file = RowFile::open(path, shape->declared ? 1 : 0, progress);
-    if (!file) return file.error();
-    NumberTable table(std::move(*file));
+    MOTE_ASSIGN_OR_RETURN(auto file, RowFile::open(path, shape->declared ? 1 : 0, progress));
+    NumberTable table(std::move(file));
     table.shape_ = *shape;
     return table;
 }
 
 Status NumberTable::next(std::uint32_t needed, std::array<double, maxColumns>& values) {
-    const auto line = file_.next();
-    if (!line) return line.error();
+    MOTE_ASSIGN_OR_RETURN(const auto line, file_.next());
     Fields fields;
-    const std::size_t count = splitFields(*line, ' ', fields);
+    const std::size_t count = splitFields(line, ' ', fields);
     if (count < shape_.columns) {
         return Error{ErrorCode::corrupt, file_.where(),
                      "has " + std::to_string(count) + " columns where the first row has " +

@@ -50,9 +50,8 @@ Result<std::vector<OpenpmdIteration>> numberedIterations(const H5File& file, std
     auto group = file.find(file.root(), join(folder, ""));
     if (!group) return group.error();
     if (!group->has_value()) return iterations;
-    const auto names = file.children(**group);
-    if (!names) return names.error();
-    for (const std::string& name : *names) {
+    MOTE_ASSIGN_OR_RETURN(const auto names, file.children(**group));
+    for (const std::string& name : names) {
         const auto number = matchIteration(component, name);
         if (!number) continue;
         std::string path = join(join(folder, name), rest);
@@ -109,17 +108,14 @@ Result<OpenpmdLayout> readOpenpmdLayout(const H5File& file) {
         return Error{ErrorCode::unsupported, file.name(),
                      "is of openPMD version '" + layout.version + "'; versions 1.0 to 2.0 are read"};
     }
-    const auto base = textAttribute(file.root(), "basePath");
-    if (!base) return base.error();
-    const std::string basePath = base->value_or("/data/%T/");
-    auto particles = textAttribute(file.root(), "particlesPath");
-    if (!particles) return particles.error();
-    layout.particlesPath = std::move(*particles);
+    MOTE_ASSIGN_OR_RETURN(const auto base, textAttribute(file.root(), "basePath"));
+    const std::string basePath = base.value_or("/data/%T/");
+    MOTE_ASSIGN_OR_RETURN(auto particles, textAttribute(file.root(), "particlesPath"));
+    layout.particlesPath = std::move(particles);
 
     if (findPlaceholder(basePath)) {
-        auto iterations = numberedIterations(file, basePath);
-        if (!iterations) return iterations.error();
-        layout.iterations = std::move(*iterations);
+        MOTE_ASSIGN_OR_RETURN(auto iterations, numberedIterations(file, basePath));
+        layout.iterations = std::move(iterations);
     } else {
         const auto group = file.find(file.root(), join("/", inner(basePath)));
         if (!group) return group.error();
@@ -142,18 +138,15 @@ Result<std::vector<OpenpmdSpeciesPath>> listSpecies(const H5File& file, const Op
     }
     if (!group) return group.error();
     if (!group->has_value() || !(*group)->group) return species;
-    const auto direct = holdsRecords(file, **group);
-    if (!direct) return direct.error();
-    if (*direct) return std::vector<OpenpmdSpeciesPath>{{"", path}};
-    const auto names = file.children(**group);
-    if (!names) return names.error();
-    for (const std::string& name : *names) {
+    MOTE_ASSIGN_OR_RETURN(const auto direct, holdsRecords(file, **group));
+    if (direct) return std::vector<OpenpmdSpeciesPath>{{"", path}};
+    MOTE_ASSIGN_OR_RETURN(const auto names, file.children(**group));
+    for (const std::string& name : names) {
         const auto child = file.find(**group, name);
         if (!child) return child.error();
         if (!child->has_value() || !(*child)->group) continue;
-        const auto particles = holdsRecords(file, **child);
-        if (!particles) return particles.error();
-        if (*particles) species.push_back({name, join(path, name)});
+        MOTE_ASSIGN_OR_RETURN(const auto particles, holdsRecords(file, **child));
+        if (particles) species.push_back({name, join(path, name)});
     }
     return species;
 }

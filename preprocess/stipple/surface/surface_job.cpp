@@ -3,17 +3,16 @@
 
 #include <fmt/format.h>
 
-#include "preprocess/machine_memory.h"
 #include "preprocess/mesh/mesh_job.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/spatial_order.h"
 #include "preprocess/on_threads.h"
-#include "preprocess/portable_input.h"
+#include "preprocess/progress.h"
 #include "preprocess/stipple/surface/surface_start.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
 #include "storage/dataset_writer.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::prep {
 namespace {

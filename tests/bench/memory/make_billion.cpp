@@ -20,7 +20,6 @@
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_file.h"
-#include "storage/particles/step_writer.h"
 #include "storage/storage_error.h"
 #include "tests/bench/memory/synthetic_tree.h"
 
