@@ -10,7 +10,6 @@
 #include "preprocess/console.h"
 #include "preprocess/job_kinds.h"
 #include "preprocess/parallel/communicator.h"
-#include "preprocess/parallel/mpi_communicator.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/job_request.h"

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Progress: where a job says how far it is and learns that it should stop. One owner; report() and
-// cancelled() may be called from any thread.
-//
-// How much memory a job may take. A pure function but for the machine's own size.
-//
-// How a dataset's manifest names the input that it was made of.
+// What jobs of all kinds share: the resources that they may use, Progress, by which they say how far they are
+// and learn that they should stop, and how a manifest names their inputs. A Progress has one owner; report()
+// and cancelled() may be called from any thread.
 #pragma once
 
 #include <unistd.h>
@@ -15,6 +12,8 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+
+#include "protocol/scene/error.h"
 
 namespace mote::prep {
 
@@ -38,13 +37,17 @@ inline std::uint64_t memoryFor(std::uint64_t limit) {
 
 class Communicator;
 
-/// What a job of any kind may use. It changes how the job works, and never what it makes. A
-/// value.
+/// What a job of any kind may use. It changes how the job works, and never what it makes.
 struct JobResources {
     int threads = 0;                ///< 0: as many as there are cores
     std::uint64_t memory = 0;       ///< bytes that this process may take; 0: three quarters of the machine's
     Communicator* ranks = nullptr;  ///< the processes that do this job together; null: this one alone
 };
+
+/// What a job says that was told to stop.
+inline Error cancelledError() {
+    return {ErrorCode::cancelled, "", "cancelled"};
+}
 
 class Progress {
   public:

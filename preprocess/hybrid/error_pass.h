@@ -3,6 +3,9 @@
 // ErrorPass: goes through the error grid in slabs of z and says where the low-resolution volume is wrong. One
 // owner; works on the caller's oneTBB threads. The same source gives the same numbers for any threads and
 // slabs.
+//
+// Residual bricks from an error pass: errors as multiples of a step, encoded. Functions on the caller's
+// oneTBB threads.
 #pragma once
 
 #include <array>
@@ -17,6 +20,7 @@
 #include "preprocess/hybrid/value_range.h"
 #include "preprocess/hybrid/volume_plan.h"
 #include "storage/hybrid/hybrid_limits.h"
+#include "storage/hybrid/residual_encoder.h"
 
 namespace mote::prep {
 
@@ -116,5 +120,19 @@ class ErrorPass {
     bool same_;                                                      ///< the error grid is the source's
     std::array<std::vector<storage::Between>, 3> inSource_, inLow_;  ///< where each sample lies along x, y, z
 };
+
+/// The step for errors above `threshold`, in the source's unit: what is left of an error is half a step at
+/// most, and that shall be no more than the threshold below which errors are left as they are. So it is the
+/// greatest power of two up to twice the threshold (as a half, a multiple then has few bits, which compress
+/// well), but no less than the source's own quantum: a power of two up to `valueStep` (VolumeShape); where
+/// that is not known, 1 if all values are integers, else 2^-16 of their span; and 2^-19 of it in any case.
+double residualStep(const ValueRange& range, double valueStep, double threshold);
+
+/// The bricks of a slab that begins at a multiple of their side, and lies in one layer of OpenVDB's nodes,
+/// put aside; in no order. Errors: as ScratchFile::append.
+Result<std::vector<storage::ResidualPart>> residualParts(const ErrorSlab& slab,
+                                                         const ErrorSelection& selection,
+                                                         const storage::ResidualCoding& coding,
+                                                         storage::ScratchFile& scratch);
 
 }  // namespace mote::prep

@@ -16,7 +16,7 @@
 #include "preprocess/hybrid/error_pass.h"
 #include "preprocess/hybrid/low_volume.h"
 #include "protocol/scene/error.h"
-#include "storage/files/scratch_file.h"
+#include "storage/files/write_file.h"
 #include "storage/hybrid/hybrid_file.h"
 
 namespace mote::prep {

@@ -15,7 +15,6 @@
 #include "preprocess/hybrid/error_pass.h"
 #include "preprocess/hybrid/low_volume.h"
 #include "preprocess/hybrid/point_collector.h"
-#include "preprocess/hybrid/residual_collector.h"
 #include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/parallel/communicator.h"
 #include "storage/files/packed_file.h"

@@ -13,7 +13,7 @@
 #include "preprocess/hybrid/value_range.h"
 #include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/on_threads.h"
-#include "preprocess/parallel/shared_dataset.h"
+#include "preprocess/parallel/communicator.h"
 #include "preprocess/progress.h"
 #include "protocol/mote.pb.h"
 #include "storage/manifest.h"
@@ -99,8 +99,6 @@ class Job {
     }
 
   private:
-    static Error cancelled() { return {ErrorCode::cancelled, "", "cancelled"}; }
-
     Status check() const {
         MOTE_RETURN_IF_ERROR(checkVolumeJob(request_.volume()));
         if (inputs_.size() <= static_cast<std::size_t>(storage::maxSteps)) return success();
@@ -177,7 +175,7 @@ class Job {
         MOTE_RETURN_IF_ERROR(agree(ranks_, source.ok() ? success() : Status(source.error())));
         StepTask task{ranks_, plan_, range_, memory_, directory, static_cast<std::uint32_t>(step), {}};
         task.report = [&](double done, std::string_view what) -> Status {
-            if (progress_.cancelled()) return cancelled();
+            if (progress_.cancelled()) return cancelledError();
             const double all = (static_cast<double>(step) + done) / static_cast<double>(inputs_.size());
             progress_.report(rangeShare + (0.97 - rangeShare) * all, phase(fmt::format("{}:", what), step));
             return success();
@@ -196,7 +194,7 @@ class Job {
     }
 
     Status publish(storage::DatasetWriter& writer, proto::Manifest& manifest) {
-        if (progress_.cancelled()) return cancelled();
+        if (progress_.cancelled()) return cancelledError();
         MOTE_RETURN_IF_ERROR(writer.publish(manifest));
         manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
         return success();

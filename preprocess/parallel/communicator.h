@@ -10,13 +10,17 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "preprocess/progress.h"
 #include "protocol/scene/error.h"
+#include "storage/dataset_writer.h"
 
 namespace mote::prep {
 
@@ -84,5 +88,42 @@ Status sharePieces(Communicator& ranks, std::span<const T> mine, const Take& tak
     }
     return success();
 }
+
+/// A dataset that all ranks of a job make. Rank 0 makes its folder and publishes it; whoever
+/// is left removes it where that did not happen. Move-only; one owner, one thread.
+class SharedDataset {
+  public:
+    /// All ranks call it. Errors: as DatasetWriter::create, on all of them.
+    static Result<SharedDataset> create(Communicator& ranks, const std::filesystem::path& output);
+
+    SharedDataset(SharedDataset&& other) noexcept;
+    SharedDataset& operator=(SharedDataset&&) = delete;
+    /// Removes what was not published. Of rank 0 the writer does so, unless it was this rank that was killed.
+    ~SharedDataset();
+
+    /// Where the dataset's files are to be made.
+    const std::filesystem::path& directory() const { return directory_; }
+    /// The writer, on rank 0 alone.
+    storage::DatasetWriter& writer() { return *writer_; }
+    /// Says, on every rank, that all ranks know of its end: the folder is no more theirs.
+    void finish() { directory_.clear(); }
+
+  private:
+    SharedDataset(std::filesystem::path directory, std::optional<storage::DatasetWriter> writer)
+        : directory_(std::move(directory)), writer_(std::move(writer)) {}
+
+    std::filesystem::path directory_;
+    std::optional<storage::DatasetWriter> writer_;
+};
+
+// Processes that a launcher of MPI started, mpirun or srun; called from main, once. In mpi_communicator.cpp.
+
+/// Whether the environment says that a launcher of MPI started this process and others with it. Touches no
+/// MPI.
+bool startedByMpi();
+
+/// Joins the others; leaves them when it goes. Whoever waits for the others asks `cancelled` now and then.
+/// Errors: internal (MPI does not start).
+Result<std::unique_ptr<Communicator>> joinMpi(std::function<bool()> cancelled);
 
 }  // namespace mote::prep

@@ -13,10 +13,9 @@
 
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
-#include "preprocess/parallel/shared_dataset.h"
 #include "preprocess/particles/bounds_rule.h"
-#include "preprocess/particles/density.h"
 #include "preprocess/particles/plot_plan.h"
+#include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_output.h"
 #include "preprocess/progress.h"
@@ -30,10 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, docs/JOBS.md
-
-Error cancelledError() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 class Job {
   public:

@@ -13,6 +13,7 @@
 #include <numeric>
 
 #include "preprocess/particles/cell_plan.h"
+#include "preprocess/progress.h"
 #include "protocol/scene/drawn_points.h"
 #include "protocol/scene/mote_check.h"
 
@@ -57,10 +58,6 @@ std::vector<PreviewCandidate> sortedByFraction(const std::vector<std::span<const
 using storage::StepArray;
 
 constexpr std::uint64_t windowPoints = std::uint64_t{1} << 19;
-
-Error cancelledError() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 /// The first error, if there is one.
 Status firstOf(const std::vector<Status>& all) {

@@ -8,16 +8,12 @@
 #include <atomic>
 
 #include "preprocess/particles/cell_plan.h"
-#include "preprocess/particles/density.h"
 #include "preprocess/particles/particle_exchange.h"
 #include "preprocess/particles/range_builder.h"
+#include "preprocess/progress.h"
 
 namespace mote::prep {
 namespace {
-
-Error cancelledError() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 template <class T>
 void appendTo(std::vector<T>& to, const std::vector<T>& from) {

@@ -9,14 +9,11 @@
 #include <vector>
 
 #include "preprocess/readers/csv/csv_source.h"
-#include "preprocess/readers/h5part/h5part_source.h"
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/impact/impact_deck.h"
-#include "preprocess/readers/impact/impact_source.h"
 #include "preprocess/readers/impact/number_table.h"
-#include "preprocess/readers/npy/npy_source.h"
 #include "preprocess/readers/openpmd/layout.h"
-#include "preprocess/readers/openpmd/source.h"
+#include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/particle_source.h"
 #include "preprocess/readers/text/byte_source.h"
 #include "protocol/mote.pb.h"
@@ -70,10 +67,9 @@ Error directory(const std::filesystem::path& path) {
 }
 
 Result<Format> hdf5Format(const std::filesystem::path& path) {
-    const auto file = H5File::open(path);
-    if (!file) return file.error();
-    if (looksLikeOpenpmd(*file)) return Format::openpmd;
-    if (looksLikeH5Part(*file)) return Format::h5part;
+    MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
+    if (looksLikeOpenpmd(file)) return Format::openpmd;
+    if (looksLikeH5Part(file)) return Format::h5part;
     return unsupported(path,
                        "is an HDF5 file that is neither openPMD (no attribute 'openPMD' in its root) nor "
                        "H5Part (no group Step#0)");
@@ -95,20 +91,19 @@ Result<Format> numbersFormat(const proto::ParticlesJob& job, const std::filesyst
 }
 
 Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem::path& path) {
-    const auto shape = NumberTable::probe(path);
-    if (!shape) return shape.error();
-    if (shape->columns == 0) return unsupported(path, "is empty");
+    MOTE_ASSIGN_OR_RETURN(const auto shape, NumberTable::probe(path));
+    if (shape.columns == 0) return unsupported(path, "is empty");
     const auto header = readCsvHeader(path, job.impact().mass());
     if (header) return Format::csv;
     // A unit or a name that is wrong in a line of names says more than "not known".
     if (header.error().code != ErrorCode::notFound) return header.error();
-    if (!shape->numbers) {
+    if (!shape.numbers) {
         return unsupported(
             path,
             "is of no known format: neither HDF5 (openPMD, H5Part), .npy, a table with a line of "
             "names, nor a particle file of IMPACT");
     }
-    return numbersFormat(job, path, shape->columns);
+    return numbersFormat(job, path, shape.columns);
 }
 
 Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::path& path) {
@@ -144,9 +139,8 @@ Result<Format> formatOf(const proto::ParticlesJob& job, const std::vector<std::f
     const auto first = detect(job, files.front());
     if (!first) return first.error();
     for (const std::filesystem::path& file : files) {
-        const auto other = detect(job, file);
-        if (!other) return other.error();
-        if (*other != *first) {
+        MOTE_ASSIGN_OR_RETURN(const auto other, detect(job, file));
+        if (other != *first) {
             return Error{ErrorCode::invalidArgument, file.filename().string(),
                          "is of another format than " + files.front().filename().string()};
         }
@@ -195,27 +189,25 @@ Result<std::vector<std::filesystem::path>> allFiles(const std::vector<std::files
 Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::ParticlesJob& job,
                                                            const std::vector<std::filesystem::path>& inputs,
                                                            Progress& progress) {
-    const auto files = allFiles(inputs);
-    if (!files) return files.error();
-    const auto format = formatOf(job, *files);
-    if (!format) return format.error();
-    if (!job.species().empty() && *format != Format::openpmd) {
+    MOTE_ASSIGN_OR_RETURN(const auto files, allFiles(inputs));
+    MOTE_ASSIGN_OR_RETURN(const auto format, formatOf(job, files));
+    if (!job.species().empty() && format != Format::openpmd) {
         return Error{ErrorCode::invalidArgument, "species", "only openPMD files have species"};
     }
     const double mass = job.impact().mass();
-    switch (*format) {
+    switch (format) {
         case Format::openpmd:
-            return openOpenpmd(*files, job.species(), progress);
+            return openOpenpmd(files, job.species(), progress);
         case Format::h5part:
-            return openH5Part(*files, mass, progress);
+            return openH5Part(files, mass, progress);
         case Format::impactZ:
-            return openImpact(ImpactDeck::Code::impactZ, *files, job.impact(), progress);
+            return openImpact(ImpactDeck::Code::impactZ, files, job.impact(), progress);
         case Format::impactT:
-            return openImpact(ImpactDeck::Code::impactT, *files, job.impact(), progress);
+            return openImpact(ImpactDeck::Code::impactT, files, job.impact(), progress);
         case Format::csv:
-            return openCsv(*files, mass, progress);
+            return openCsv(files, mass, progress);
         case Format::npy:
-            return openNpy(*files, mass, progress);
+            return openNpy(files, mass, progress);
     }
     return Error{ErrorCode::internal, "", "no reader is known for this format"};
 }

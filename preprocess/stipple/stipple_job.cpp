@@ -91,7 +91,7 @@ Result<std::vector<glm::dvec2>> evenPoints(std::uint32_t points, std::uint64_t s
                                            Progress& progress) {
     auto even = stratifiedPoints(points, seed);
     for (int i = 0; i < relaxations; ++i) {
-        if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+        if (progress.cancelled()) return cancelledError();
         progress.report(share * i / relaxations, "spreading points");
         even = relaxOnce(even, i + 1 < relaxations ? startRelaxation : 1.0);
     }

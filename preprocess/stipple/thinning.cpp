@@ -60,7 +60,7 @@ class Thinning {
         const auto all = static_cast<std::uint32_t>(hierarchy_.size());
         for (std::uint32_t rank = 0; rank < all; ++rank) {
             if (rank % 256 == 0) {
-                if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+                if (progress.cancelled()) return cancelledError();
                 progress.report(begin + (1.0 - begin) * rank / all, "thinning out");
             }
             const auto point = queue_.smallest();

@@ -211,20 +211,19 @@ Status synthesizeBeam(const proto::SynthBeamJob& job, const std::filesystem::pat
     if (job.steps() < 1 || job.steps() > mostSteps) {
         return Error{ErrorCode::invalidArgument, "synthBeam.steps", "must be 1 to 10000"};
     }
-    const auto mismatch = checkRange(job.has_mismatch() ? job.mismatch() : defaultMismatch, leastMismatch,
-                                     greatestMismatch, "synthBeam.mismatch");
-    if (!mismatch) return mismatch.error();
+    MOTE_ASSIGN_OR_RETURN(const auto mismatch,
+                          checkRange(job.has_mismatch() ? job.mismatch() : defaultMismatch, leastMismatch,
+                                     greatestMismatch, "synthBeam.mismatch"));
 
     progress.report(0.0, "integrating the beam's envelope");
-    const auto plan = planChannel(mismatched({}, *mismatch), job.steps());
-    if (!plan) return plan.error();
-    if (plan->flattest > flattestSound) {
+    MOTE_ASSIGN_OR_RETURN(const auto plan, planChannel(mismatched({}, mismatch), job.steps()));
+    if (plan.flattest > flattestSound) {
         progress.note(fmt::format(
             "with this mismatch the core's axes come to differ by a factor of {:.0f}: the beam is "
             "for looking, its physics is rough",
-            plan->flattest));
+            plan.flattest));
     }
-    return writeBeamRun(*plan, {job.particles(), job.seed()}, output, progress);
+    return writeBeamRun(plan, {job.particles(), job.seed()}, output, progress);
 }
 
 }  // namespace mote::prep

@@ -123,9 +123,8 @@ class Base64Stream : public ForwardStream {
         std::size_t done = 0;
         while (done < bytes.size()) {
             if (used_ == ready_) {
-                const auto more = nextGroup();
-                if (!more) return more.error();
-                if (!*more) break;
+                MOTE_ASSIGN_OR_RETURN(const auto more, nextGroup());
+                if (!more) break;
                 continue;
             }
             bytes[done++] = group_[used_++];
@@ -200,14 +199,14 @@ class BlockStream : public ByteStream {
             if (within == 0) MOTE_RETURN_IF_ERROR(enter(at_ / blocks_.blockBytes));
             const auto left = std::min(
                 {std::uint64_t{bytes.size() - done}, blocks_.blockBytes - within, blocks_.bytes - at_});
-            const auto got = inflate(bytes.subspan(done, static_cast<std::size_t>(left)));
-            if (!got) return got.error();
-            if (*got == 0) {
+            MOTE_ASSIGN_OR_RETURN(const auto got,
+                                  inflate(bytes.subspan(done, static_cast<std::size_t>(left))));
+            if (got == 0) {
                 return Error{ErrorCode::corrupt, name(),
                              fmt::format("block {} holds less than it should", at_ / blocks_.blockBytes)};
             }
-            done += *got;
-            at_ += *got;
+            done += got;
+            at_ += got;
             if (at_ % blocks_.blockBytes == 0 || at_ == blocks_.bytes) MOTE_RETURN_IF_ERROR(checkEnd());
         }
         return done;
@@ -221,10 +220,11 @@ class BlockStream : public ByteStream {
         MOTE_RETURN_IF_ERROR(enter(at_ / blocks_.blockBytes));
         std::vector<char> skipped(static_cast<std::size_t>(std::min<std::uint64_t>(within, skipBytes)));
         while (within > 0) {
-            const auto got = inflate(std::span(skipped).first(std::min<std::size_t>(skipped.size(), within)));
-            if (!got) return got.error();
-            if (*got == 0) return Error{ErrorCode::corrupt, name(), "a block holds less than it should"};
-            within -= *got;
+            MOTE_ASSIGN_OR_RETURN(
+                const auto got,
+                inflate(std::span(skipped).first(std::min<std::size_t>(skipped.size(), within))));
+            if (got == 0) return Error{ErrorCode::corrupt, name(), "a block holds less than it should"};
+            within -= got;
         }
         return success();
     }
@@ -241,9 +241,8 @@ class BlockStream : public ByteStream {
     /// The checksum stands at the block's end.
     Status checkEnd() {
         std::array<char, 1> one{};
-        const auto got = inflate(one);
-        if (!got) return got.error();
-        if (*got == 0) return success();
+        MOTE_ASSIGN_OR_RETURN(const auto got, inflate(one));
+        if (got == 0) return success();
         return Error{ErrorCode::corrupt, name(), "a block holds more than it should"};
     }
 
@@ -288,18 +287,16 @@ Status ForwardStream::seek(std::uint64_t offset) {
         static_cast<std::size_t>(std::min<std::uint64_t>(offset - position_, skipBytes)));
     while (position_ < offset) {
         const auto left = std::min<std::uint64_t>(offset - position_, skipped.size());
-        const auto got = read(std::span(skipped).first(static_cast<std::size_t>(left)));
-        if (!got) return got.error();
-        if (*got == 0) break;
+        MOTE_ASSIGN_OR_RETURN(const auto got, read(std::span(skipped).first(static_cast<std::size_t>(left))));
+        if (got == 0) break;
     }
     return success();
 }
 
 Result<ByteStreamPtr> fileStream(const std::filesystem::path& path) {
-    auto source = ByteSource::open(path);
-    if (!source) return source.error();
-    if ((*source)->compressed()) return ByteStreamPtr(new GzipFile(std::move(source).value()));
-    return ByteStreamPtr(new PlainFile(std::move(source).value()));
+    MOTE_ASSIGN_OR_RETURN(auto source, ByteSource::open(path));
+    if (source->compressed()) return ByteStreamPtr(new GzipFile(std::move(source)));
+    return ByteStreamPtr(new PlainFile(std::move(source)));
 }
 
 Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,

@@ -9,7 +9,6 @@
 #include <initializer_list>
 
 #include "preprocess/readers/text/number.h"
-#include "preprocess/volume/data_file.h"
 #include "preprocess/volume/header_fields.h"
 #include "preprocess/volume/stream_volume.h"
 
@@ -69,19 +68,16 @@ class HeaderReader {
     }
 
     Status readSize() {
-        const auto sizes = fields_.wholeNumbers("DimSize");
-        if (!sizes) return sizes.error();
-        const auto axes = fields_.wholeNumber("NDims", 3);
-        if (!axes) return axes.error();
-        if (*axes != sizes->size()) {
+        MOTE_ASSIGN_OR_RETURN(const auto sizes, fields_.wholeNumbers("DimSize"));
+        MOTE_ASSIGN_OR_RETURN(const auto axes, fields_.wholeNumber("NDims", 3));
+        if (axes != sizes.size()) {
             return fields_.corrupt("DimSize", "is not as many numbers as NDims says");
         }
-        if (sizes->size() < 3 ||
-            std::any_of(sizes->begin() + 3, sizes->end(), [](auto n) { return n != 1; })) {
+        if (sizes.size() < 3 || std::any_of(sizes.begin() + 3, sizes.end(), [](auto n) { return n != 1; })) {
             return fields_.unsupported("DimSize", "is not that of one volume");
         }
-        axes_ = sizes->size();
-        return setDimensions(header_.shape, (*sizes)[0], (*sizes)[1], (*sizes)[2], fields_.where("DimSize"));
+        axes_ = sizes.size();
+        return setDimensions(header_.shape, sizes[0], sizes[1], sizes[2], fields_.where("DimSize"));
     }
 
     /// The matrix has the direction of one axis in each row, and the world is in mm.
@@ -114,12 +110,11 @@ class HeaderReader {
 
     Status readType() {
         MOTE_ASSIGN_OR_RETURN(const auto type, fields_.type("ElementType", typeNames));
-        const auto channels = fields_.wholeNumber("ElementNumberOfChannels", 1);
-        if (!channels) return channels.error();
-        if (*channels != 1) {
+        MOTE_ASSIGN_OR_RETURN(const auto channels, fields_.wholeNumber("ElementNumberOfChannels", 1));
+        if (channels != 1) {
             return fields_.unsupported(
                 "ElementNumberOfChannels",
-                fmt::format("says {} values for each voxel; only one is drawn", *channels));
+                fmt::format("says {} values for each voxel; only one is drawn", channels));
         }
         header_.text = !fields_.flag("BinaryData", true);
         header_.compressed = fields_.flag("CompressedData", false);

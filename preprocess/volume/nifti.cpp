@@ -8,7 +8,7 @@
 #include <cmath>
 #include <glm/mat3x3.hpp>
 
-#include "preprocess/readers/load_number.h"
+#include "preprocess/readers/text/number.h"
 #include "preprocess/volume/stream_volume.h"
 
 namespace mote::prep {
@@ -259,12 +259,11 @@ Result<std::unique_ptr<VolumeSource>> openNifti(const fs::path& path) {
     auto file = fileStream(path);
     if (!file) return file.error();
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(**file, NiftiHeader::maxBytes));
-    auto header = NiftiHeader::parse(head, (*file)->name());
-    if (!header) return header.error();
-    if (header->beside) file = imageBeside(path);
+    MOTE_ASSIGN_OR_RETURN(auto header, NiftiHeader::parse(head, (*file)->name()));
+    if (header.beside) file = imageBeside(path);
     if (!file) return file.error();
-    MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file).value(), header->offset));
-    return StreamVolume::make("nifti", std::move(header->shape), header->samples, std::move(data));
+    MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file).value(), header.offset));
+    return StreamVolume::make("nifti", std::move(header.shape), header.samples, std::move(data));
 }
 
 }  // namespace mote::prep

@@ -9,7 +9,6 @@
 #include <glm/mat3x3.hpp>
 
 #include "preprocess/readers/text/number.h"
-#include "preprocess/volume/data_file.h"
 #include "preprocess/volume/header_fields.h"
 #include "preprocess/volume/stream_volume.h"
 
@@ -150,14 +149,12 @@ class HeaderReader {
     }
 
     Status readSizes() {
-        const auto dimension = fields_.wholeNumber("dimension", 3);
-        if (!dimension) return dimension.error();
-        const auto sizes = fields_.wholeNumbers("sizes");
-        if (!sizes) return sizes.error();
-        if (*dimension != sizes->size() || sizes->size() > mostAxes) {
+        MOTE_ASSIGN_OR_RETURN(const auto dimension, fields_.wholeNumber("dimension", 3));
+        MOTE_ASSIGN_OR_RETURN(const auto sizes, fields_.wholeNumbers("sizes"));
+        if (dimension != sizes.size() || sizes.size() > mostAxes) {
             return fields_.corrupt("sizes", "are not as many as dimension says");
         }
-        for (const std::uint64_t size : *sizes) axes_.push_back({size, std::nullopt, 0.0});
+        for (const std::uint64_t size : sizes) axes_.push_back({size, std::nullopt, 0.0});
         return success();
     }
 
@@ -201,28 +198,26 @@ class HeaderReader {
 
     /// Axes without directions lie along x, y and z; a spacing that is not a number stands for none.
     Status readSpacings() {
-        const auto spacings = fields_.numbers("spacings");
-        if (!spacings) return spacings.error();
-        const auto least = fields_.numbers("axis mins");
-        if (!least) return least.error();
-        if ((!spacings->empty() && spacings->size() != axes_.size()) ||
-            (!least->empty() && least->size() != axes_.size())) {
-            return fields_.corrupt(spacings->empty() ? "axis mins" : "spacings", "are not one an axis");
+        MOTE_ASSIGN_OR_RETURN(const auto spacings, fields_.numbers("spacings"));
+        MOTE_ASSIGN_OR_RETURN(const auto least, fields_.numbers("axis mins"));
+        if ((!spacings.empty() && spacings.size() != axes_.size()) ||
+            (!least.empty() && least.size() != axes_.size())) {
+            return fields_.corrupt(spacings.empty() ? "axis mins" : "spacings", "are not one an axis");
         }
         std::array<std::string_view, mostAxes> centers;
         splitFields(fields_.text(fields_.has("centers") ? "centers" : "centerings"), ' ', centers);
         const bool skipsNan = axes_.size() > 3;
         int along = 0;
         for (std::size_t i = 0; i < axes_.size(); ++i) {
-            const double said = spacings->empty() ? 1.0 : (*spacings)[i];
-            if (skipsNan && !spacings->empty() && std::isnan(said)) continue;
+            const double said = spacings.empty() ? 1.0 : spacings[i];
+            if (skipsNan && !spacings.empty() && std::isnan(said)) continue;
             const double spacing = std::isnan(said) ? 1.0 : said;
             glm::dvec3 direction(0.0);
             if (along < 3) direction[along] = spacing;
             axes_[i].direction = direction;
             ++along;
-            if (least->empty() || std::isnan((*least)[i])) continue;
-            axes_[i].origin = (*least)[i] + (centers[i] == "cell" ? 0.5 * spacing : 0.0);
+            if (least.empty() || std::isnan(least[i])) continue;
+            axes_[i].origin = least[i] + (centers[i] == "cell" ? 0.5 * spacing : 0.0);
         }
         return success();
     }
@@ -268,12 +263,11 @@ Result<std::uint64_t> bytesOfLines(ByteStream& stream, std::uint64_t lines) {
     MOTE_RETURN_IF_ERROR(stream.seek(0));
     std::string block(4096, '\0');
     while (lines > 0) {
-        const auto got = stream.read(block);
-        if (!got) return got.error();
-        if (*got == 0)
+        MOTE_ASSIGN_OR_RETURN(const auto got, stream.read(block));
+        if (got == 0)
             return Error{ErrorCode::corrupt, stream.name() + ": line skip", "is more than its lines"};
         std::size_t at = 0;
-        for (; at < *got && lines > 0; ++at) lines -= block[at] == '\n' ? 1 : 0;
+        for (; at < got && lines > 0; ++at) lines -= block[at] == '\n' ? 1 : 0;
         bytes += at;
     }
     return bytes;

@@ -5,14 +5,13 @@
 #include <glm/geometric.hpp>
 #include <string_view>
 
+#include "preprocess/progress.h"
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/metaimage.h"
 #include "preprocess/volume/nifti.h"
 #include "preprocess/volume/nrrd.h"
-#include "preprocess/volume/picture_files.h"
-#include "preprocess/volume/picture_stack.h"
 #include "preprocess/volume/stream_volume.h"
-#include "preprocess/volume/vdb_volume.h"
+#include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_source.h"
 #include "preprocess/volume/vti.h"
 
@@ -77,14 +76,13 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
     if (!options.format().empty() && options.format() != "auto") return std::string_view(options.format());
     if (options.dimensions_size() > 0) return std::string_view("raw");
     if (namesPictures(input)) return std::string_view("pictures");
-    auto file = fileStream(input);
-    if (!file) return file.error();
-    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(**file, headBytes));
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
+    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, headBytes));
     for (const Format& format : formats) {
         if (format.begins(head)) return format.name;
     }
     return Error{
-        ErrorCode::unsupported, (*file)->name(),
+        ErrorCode::unsupported, file->name(),
         "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, PNG or TIFF file; a raw one needs its dimensions and "
         "type"};
 }
@@ -116,7 +114,7 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
     if (options.origin_size() != 0 && options.origin_size() != 3) {
         return wrongOption("origin", "needs three numbers");
     }
-    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    if (progress.cancelled()) return cancelledError();
     MOTE_ASSIGN_OR_RETURN(const auto format, formatOf(options, input));
     auto source = openAs(format, options, input, progress);
     if (!source) return quotable(source.error());

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/picture_stack.h"
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -10,7 +9,7 @@
 #include <utility>
 
 #include "preprocess/image/read_picture.h"
-#include "preprocess/volume/picture_files.h"
+#include "preprocess/volume/volume_formats.h"
 
 namespace mote::prep {
 namespace {
@@ -122,12 +121,11 @@ class PictureStack : public VolumeSource {
                                                   : Status(unreadable(file(z), input_->geterror()));
         }
         const fs::path& path = file(z);
-        const auto format = pictureFormat(path);
-        if (!format) return format.error();
-        if (*format != "png"sv && *format != "tiff"sv) {
+        MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path));
+        if (format != "png"sv && format != "tiff"sv) {
             return Error{ErrorCode::unsupported, name(z), "is no PNG or TIFF picture"};
         }
-        input_ = OIIO::ImageInput::create(*format);
+        input_ = OIIO::ImageInput::create(format);
         if (!input_) return unreadable(path, OIIO::geterror());
         OIIO::ImageSpec spec, wishes;
         wishes.attribute("oiio:UnassociatedAlpha", 1);  // numbers as they are stored

@@ -41,9 +41,8 @@ class NumberStream : public ForwardStream {
         std::size_t done = 0;
         while (done < bytes.size()) {
             if (used_ == sizeof(double)) {
-                const auto more = nextNumber();
-                if (!more) return more.error();
-                if (!*more) break;
+                MOTE_ASSIGN_OR_RETURN(const auto more, nextNumber());
+                if (!more) break;
                 used_ = 0;
             }
             const std::size_t count = std::min(bytes.size() - done, sizeof(double) - used_);
@@ -160,9 +159,8 @@ Status StreamVolume::read(std::uint32_t z0, std::uint32_t z1, std::span<float> v
     while (!values.empty()) {
         const std::size_t count = std::min(values.size(), block_.size() / width);
         const std::span<char> bytes = std::span(block_).first(count * width);
-        const auto got = stream_->read(bytes);
-        if (!got) return got.error();
-        if (*got < bytes.size()) return contradiction("less");
+        MOTE_ASSIGN_OR_RETURN(const auto got, stream_->read(bytes));
+        if (got < bytes.size()) return contradiction("less");
         decodeSamples(bytes, samples_, values.first(count));
         values = values.subspan(count);
     }

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "preprocess/readers/load_number.h"
+#include "preprocess/readers/text/number.h"
 #include "protocol/scene/mote_check.h"
 
 namespace mote::prep {

@@ -9,7 +9,7 @@
 #include <glm/mat3x3.hpp>
 #include <vector>
 
-#include "preprocess/readers/load_number.h"
+#include "preprocess/readers/text/number.h"
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/vti_document.h"
@@ -62,17 +62,15 @@ class HeaderReader {
     /// thickness.
     Status readExtent() {
         const HeaderFields& piece = document_.piece;
-        const auto extent = piece.numbers("Extent", 6);
-        if (!extent) return extent.error();
-        const auto whole = document_.imageData.numbers("WholeExtent", 6);
-        if (!whole) return whole.error();
-        if (*extent != *whole) return piece.unsupported("Extent", "is only a part of WholeExtent");
+        MOTE_ASSIGN_OR_RETURN(const auto extent, piece.numbers("Extent", 6));
+        MOTE_ASSIGN_OR_RETURN(const auto whole, document_.imageData.numbers("WholeExtent", 6));
+        if (extent != whole) return piece.unsupported("Extent", "is only a part of WholeExtent");
         std::array<std::uint64_t, 3> sizes;
         glm::dvec3 first;
         for (std::size_t i = 0; i < 3; ++i) {
-            const double from = (*extent)[2 * i], steps = (*extent)[2 * i + 1] - from;
+            const double from = extent[2 * i], steps = extent[2 * i + 1] - from;
             if (!(std::abs(from) < 0x1p31 && steps >= 0 && steps < 0x1p31 && steps == std::floor(steps))) {
-                return piece.corrupt("Extent", fmt::format("says {} to {}", from, (*extent)[2 * i + 1]));
+                return piece.corrupt("Extent", fmt::format("says {} to {}", from, extent[2 * i + 1]));
             }
             const bool cells = array_.ofCells && steps > 0;
             sizes[i] = static_cast<std::uint64_t>(steps) + (cells ? 0 : 1);
@@ -169,9 +167,8 @@ class Sizes {
         // Piece by piece: memory is taken for those that are there, not for those that are declared.
         while (sizes.size() < count) {
             bytes.resize(static_cast<std::size_t>(std::min(count - sizes.size(), piece)) * width_);
-            const auto got = stream_.read(bytes);
-            if (!got) return got.error();
-            if (*got < bytes.size()) {
+            MOTE_ASSIGN_OR_RETURN(const auto got, stream_.read(bytes));
+            if (got < bytes.size()) {
                 return Error{ErrorCode::corrupt, stream_.name(), "ends within its array's sizes"};
             }
             bytes_ += bytes.size();
@@ -202,9 +199,8 @@ Error contradiction(const ByteStream& stream, std::uint64_t said, std::uint64_t 
 /// One size, then the values.
 Result<ByteStreamPtr> plainValues(ByteStreamPtr stream, const VtiHeader& header, std::uint64_t needed) {
     Sizes sizes(*stream, header);
-    const auto said = sizes.next(1);
-    if (!said) return said.error();
-    if (said->front() != needed) return contradiction(*stream, said->front(), needed);
+    MOTE_ASSIGN_OR_RETURN(const auto said, sizes.next(1));
+    if (said.front() != needed) return contradiction(*stream, said.front(), needed);
     return partStream(std::move(stream), sizes.bytes(), needed);
 }
 
@@ -243,20 +239,19 @@ bool VtiHeader::begins(std::string_view bytes) {
 }
 
 Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, const Progress& progress) {
-    auto document = VtiDocument::parse(file, field, progress);
-    if (!document) return document.error();
-    const VtiArray* const array = document->chosen(field);
+    MOTE_ASSIGN_OR_RETURN(auto document, VtiDocument::parse(file, field, progress));
+    const VtiArray* const array = document.chosen(field);
     if (array == nullptr) {
         return Error{ErrorCode::notFound, file.name(),
                      field.empty() ? "has no array with one value for each point or cell"
                                    : fmt::format("has no array of the name \"{:.40}\"", field)};
     }
-    if (document->appendedAt > 0) {
-        MOTE_ASSIGN_OR_RETURN(const auto at, behindUnderscore(file, document->appendedAt));
-        document->appendedAt = at;
+    if (document.appendedAt > 0) {
+        MOTE_ASSIGN_OR_RETURN(const auto at, behindUnderscore(file, document.appendedAt));
+        document.appendedAt = at;
     }
     VtiHeader header;
-    MOTE_RETURN_IF_ERROR(HeaderReader(*document, *array, header).read());
+    MOTE_RETURN_IF_ERROR(HeaderReader(document, *array, header).read());
     return header;
 }
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "storage/files/scratch_file.h"
+#include "storage/files/write_file.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The arrays of a step file: their names, types, order and content, shared by reader and writer. docs/FORMAT.md.
-// Values.
+// The arrays of a step file: their names, types, order and content, shared by reader and writer.
+// docs/FORMAT.md. Values.
 #pragma once
 
 #include <array>

@@ -198,19 +198,17 @@ Result<CsvHeader> parseCsvHeader(std::string_view line, double mass, const std::
     line = withoutMark(line);
     CsvHeader header;
     header.separator = separatorOf(line);
-    auto names = namesOf(line, header.separator, where);
-    if (!names) return names.error();
-    header.names = std::move(*names);
+    MOTE_ASSIGN_OR_RETURN(auto names, namesOf(line, header.separator, where));
+    header.names = std::move(names);
     header.fields = header.names.size();
     for (std::size_t i = 0; i < header.fields; ++i) {
         const std::string place = where + ", column " + std::to_string(i + 1) + " (" + header.names[i] + ")";
-        const auto meaning = fieldMeaning(header.names[i], mass, place);
-        if (!meaning) return meaning.error();
-        if (!*meaning) continue;
-        if ((*meaning)->kind == FieldMeaning::Kind::column && header.find((*meaning)->column) != nullptr) {
+        MOTE_ASSIGN_OR_RETURN(const auto meaning, fieldMeaning(header.names[i], mass, place));
+        if (!meaning) continue;
+        if (meaning->kind == FieldMeaning::Kind::column && header.find(meaning->column) != nullptr) {
             return Error{ErrorCode::corrupt, place, "means the same as a column before it"};
         }
-        header.known.push_back({i, **meaning});
+        header.known.push_back({i, *meaning});
     }
     if (header.known.empty()) {
         return Error{ErrorCode::notFound, where, "names none of the columns x, y, z, t, px, py, pz"};
@@ -231,9 +229,8 @@ Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, double mass) 
     MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
     std::string comment, place;
     for (std::string_view line; reader.lineNumber() < maxCommentLines;) {
-        const auto more = reader.next(line);
-        if (!more) return more.error();
-        if (!*more) break;
+        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
+        if (!more) break;
         const std::string where = reader.name() + ": line " + std::to_string(reader.lineNumber());
         if (isRow(line)) {
             return comment.empty() || !fits(comment, line) ? parseCsvHeader(line, mass, where)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/h5part/h5part_source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
 #include <array>
@@ -91,15 +91,13 @@ Result<H5PartStep> H5PartStep::open(const H5File& file, const std::string& path,
 
 Status H5PartStep::readMeaning(const H5File& file, const H5Object& step) {
     for (const H5Object* object : {&step, &file.root()}) {
-        const auto mass = numberAttribute(*object, "MASS");
-        if (!mass) return mass.error();
-        if (mass_ == 0.0 && *mass && **mass > 0.0 && std::isfinite(**mass)) mass_ = **mass * gigaelectronvolt;
+        MOTE_ASSIGN_OR_RETURN(const auto mass, numberAttribute(*object, "MASS"));
+        if (mass_ == 0.0 && mass && *mass > 0.0 && std::isfinite(*mass)) mass_ = *mass * gigaelectronvolt;
     }
     for (const char* name : {"TIME", "Time", "time"}) {
-        const auto time = numberAttribute(step, name);
-        if (!time) return time.error();
-        if (!*time || !std::isfinite(**time)) continue;
-        time_ = **time;
+        MOTE_ASSIGN_OR_RETURN(const auto time, numberAttribute(step, name));
+        if (!time || !std::isfinite(*time)) continue;
+        time_ = *time;
         break;
     }
     return success();
@@ -107,10 +105,9 @@ Status H5PartStep::readMeaning(const H5File& file, const H5Object& step) {
 
 Status H5PartStep::openColumn(const H5File& file, const H5Object& step, std::size_t column,
                               const char* name) {
-    auto found = file.find(step, name);
-    if (!found) return found.error();
-    if (!found->has_value() || (*found)->group) return success();
-    MOTE_ASSIGN_OR_RETURN(auto opened, H5Column::open(file, std::move(**found)));
+    MOTE_ASSIGN_OR_RETURN(auto found, file.find(step, name));
+    if (!found.has_value() || found->group) return success();
+    MOTE_ASSIGN_OR_RETURN(auto opened, H5Column::open(file, std::move(*found)));
     MOTE_ASSIGN_OR_RETURN(const auto factor, unitOf(file, step, column, name));
     columns_[column] = std::move(opened);
     factors_[column] = factor;
@@ -122,15 +119,13 @@ Result<double> H5PartStep::unitOf(const H5File& file, const H5Object& step, std:
                                   const char* name) {
     const std::string attribute = std::string(name) + "Unit";
     for (const H5Object* object : {&step, &file.root()}) {
-        const auto unit = textAttribute(*object, attribute.c_str());
-        if (!unit) return unit.error();
-        if (!*unit || (*unit)->empty()) continue;
+        MOTE_ASSIGN_OR_RETURN(const auto unit, textAttribute(*object, attribute.c_str()));
+        if (!unit || unit->empty()) continue;
         unitsGiven_ = true;
         if (static_cast<Column>(column) == Column::id) return 1.0;
-        const auto meaning =
-            fieldMeaning(std::string(name) + " [" + **unit + "]", mass_, object->where + "@" + attribute);
-        if (!meaning) return meaning.error();
-        return *meaning ? (*meaning)->factor : 1.0;
+        MOTE_ASSIGN_OR_RETURN(const auto meaning, fieldMeaning(std::string(name) + " [" + *unit + "]", mass_,
+                                                               object->where + "@" + attribute));
+        return meaning ? meaning->factor : 1.0;
     }
     return 1.0;
 }
@@ -211,18 +206,17 @@ Status H5PartSource::addFile(const std::filesystem::path& path, Progress& progre
 
 Status H5PartSource::addStep(const H5File& file, const std::filesystem::path& path, const std::string& group,
                              std::int64_t number) {
-    const auto step = H5PartStep::open(file, group, wantedMass_);
-    if (!step) return step.error();
-    steps_.push_back({file.name(), number, step->time(), step->rows()});
+    MOTE_ASSIGN_OR_RETURN(const auto step, H5PartStep::open(file, group, wantedMass_));
+    steps_.push_back({file.name(), number, step.time(), step.rows()});
     places_.push_back({path, group});
-    if (mass_ == 0.0) mass_ = step->mass();
-    unitsGiven_ = unitsGiven_ && step->unitsGiven();
-    if (step->rows() == 0 && anyParticles_) return success();
+    if (mass_ == 0.0) mass_ = step.mass();
+    unitsGiven_ = unitsGiven_ && step.unitsGiven();
+    if (step.rows() == 0 && anyParticles_) return success();
     for (std::size_t i = 0; i < columnCount; ++i) {
-        const bool here = step->has(static_cast<Column>(i));
+        const bool here = step.has(static_cast<Column>(i));
         has_[i] = anyParticles_ ? has_[i] && here : here;
     }
-    anyParticles_ = anyParticles_ || step->rows() > 0;
+    anyParticles_ = anyParticles_ || step.rows() > 0;
     return success();
 }
 
@@ -250,12 +244,11 @@ Status H5PartSource::read(std::size_t step, std::uint64_t begin, std::size_t cou
         openStep_ = static_cast<std::size_t>(-1);
         open_.reset();
         MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(places_[step].file));
-        auto opened = H5PartStep::open(file, places_[step].group, wantedMass_);
-        if (!opened) return opened.error();
-        if (opened->rows() != steps_[step].particles) {
+        MOTE_ASSIGN_OR_RETURN(auto opened, H5PartStep::open(file, places_[step].group, wantedMass_));
+        if (opened.rows() != steps_[step].particles) {
             return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
         }
-        open_ = std::move(*opened);
+        open_ = std::move(opened);
         openStep_ = step;
     }
     return open_->read(begin, count, wanted, chunk);

@@ -177,10 +177,9 @@ Result<std::string> readFixedText(const OpenAttribute& open) {
 }  // namespace
 
 Result<std::optional<std::vector<double>>> numbersAttribute(const H5Object& object, const char* name) {
-    auto open = openAttribute(object, name);
-    if (!open) return open.error();
-    if (!open->has_value()) return std::optional<std::vector<double>>();
-    const OpenAttribute& attribute = **open;
+    MOTE_ASSIGN_OR_RETURN(auto open, openAttribute(object, name));
+    if (!open.has_value()) return std::optional<std::vector<double>>();
+    const OpenAttribute& attribute = *open;
     const H5T_class_t kind = H5Tget_class(attribute.type.get());
     if (kind != H5T_INTEGER && kind != H5T_FLOAT && kind != H5T_ENUM) {
         return Error{ErrorCode::unsupported, attribute.where, "is no number"};
@@ -193,20 +192,18 @@ Result<std::optional<std::vector<double>>> numbersAttribute(const H5Object& obje
 }
 
 Result<std::optional<double>> numberAttribute(const H5Object& object, const char* name) {
-    auto values = numbersAttribute(object, name);
-    if (!values) return values.error();
-    if (!values->has_value()) return std::optional<double>();
-    if ((*values)->empty()) {
+    MOTE_ASSIGN_OR_RETURN(auto values, numbersAttribute(object, name));
+    if (!values.has_value()) return std::optional<double>();
+    if (values->empty()) {
         return Error{ErrorCode::corrupt, object.where + "@" + name, "is empty where a number was expected"};
     }
-    return std::optional<double>((**values)[0]);
+    return std::optional<double>((*values)[0]);
 }
 
 Result<std::optional<std::string>> textAttribute(const H5Object& object, const char* name) {
-    auto open = openAttribute(object, name);
-    if (!open) return open.error();
-    if (!open->has_value()) return std::optional<std::string>();
-    const OpenAttribute& attribute = **open;
+    MOTE_ASSIGN_OR_RETURN(auto open, openAttribute(object, name));
+    if (!open.has_value()) return std::optional<std::string>();
+    const OpenAttribute& attribute = *open;
     if (H5Tget_class(attribute.type.get()) != H5T_STRING) {
         return Error{ErrorCode::unsupported, attribute.where, "is no text"};
     }

@@ -71,9 +71,8 @@ Result<std::vector<double>> DeckReader::values(std::size_t count, const char* wh
     std::vector<double> result;
     while (result.size() < count) {
         std::string_view text;
-        const auto more = nextLine(text);
-        if (!more) return more.error();
-        if (!*more) return Error{ErrorCode::corrupt, where(), std::string("the deck ends before ") + what};
+        MOTE_ASSIGN_OR_RETURN(const auto more, nextLine(text));
+        if (!more) return Error{ErrorCode::corrupt, where(), std::string("the deck ends before ") + what};
         const std::size_t before = result.size();
         if (append(text, count, result)) break;
         if (result.size() == before) {
@@ -87,9 +86,8 @@ Result<std::vector<double>> DeckReader::values(std::size_t count, const char* wh
 
 Result<std::optional<std::vector<double>>> DeckReader::line() {
     std::string_view text;
-    const auto more = nextLine(text);
-    if (!more) return more.error();
-    if (!*more) return std::optional<std::vector<double>>();
+    MOTE_ASSIGN_OR_RETURN(const auto more, nextLine(text));
+    if (!more) return std::optional<std::vector<double>>();
     std::vector<double> values;
     append(text, maxValues, values);
     return std::optional<std::vector<double>>(std::move(values));
@@ -143,10 +141,9 @@ Status readImpactT(DeckReader& reader, ImpactDeck& deck) {
 Status readDumps(DeckReader& reader, ImpactDeck& deck) {
     double path = 0.0;
     while (true) {
-        const auto element = reader.line();
-        if (!element) return element.error();
-        if (!*element || (*element)->size() < 4) return success();
-        const double length = (**element)[0], file = (**element)[2], type = (**element)[3];
+        MOTE_ASSIGN_OR_RETURN(const auto element, reader.line());
+        if (!element || element->size() < 4) return success();
+        const double length = (*element)[0], file = (*element)[2], type = (*element)[3];
         if (type == haltElement) return success();
         if (type == dumpElement && file == std::floor(file) && std::abs(file) < 1e9) {
             deck.dumps[static_cast<std::int64_t>(file)] = path;
@@ -198,9 +195,8 @@ Result<ReferenceTrack> ReferenceTrack::read(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
     ReferenceTrack track;
     for (std::string_view line;;) {
-        const auto more = reader.next(line);
-        if (!more) return more.error();
-        if (!*more) break;
+        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
+        if (!more) break;
         if (!isRow(line)) continue;
         std::array<std::string_view, 3> fields;
         const std::size_t count = splitFields(line, ' ', fields);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/impact/impact_source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
 #include <array>
@@ -214,22 +214,21 @@ Status ImpactSource::readTrack(const std::filesystem::path& beside) {
 }
 
 Status ImpactSource::addFile(const std::filesystem::path& path) {
-    auto table = NumberTable::open(path, fewestColumns, progress_);
-    if (!table) return table.error();
+    MOTE_ASSIGN_OR_RETURN(auto table, NumberTable::open(path, fewestColumns, progress_));
     ImpactColumns columns = units_;
-    columns.columns = table->columns();
+    columns.columns = table.columns();
     SourceStep step{path.filename().string(),
-                    fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, table->rows()};
-    if (const auto declared = table->shape().declared; declared && *declared != table->rows()) {
+                    fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, table.rows()};
+    if (const auto declared = table.shape().declared; declared && *declared != table.rows()) {
         progress_.note(step.file + " says that it has " + std::to_string(*declared) + " particles and has " +
-                       std::to_string(table->rows()));
+                       std::to_string(table.rows()));
     }
     if (impactZ()) setReference(step.iteration, columns, step);
     if (!std::isfinite(columns.gamma) || columns.gamma < 1.0) {
         return Error{ErrorCode::invalidArgument, "impact.kinetic_energy", "needs a number of at least 0"};
     }
     steps_.push_back(std::move(step));
-    dumps_.push_back({std::move(*table), columns});
+    dumps_.push_back({std::move(table), columns});
     return success();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/npy/npy_source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +11,9 @@
 
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
-#include "preprocess/readers/load_number.h"
 #include "preprocess/readers/npy/npy_header.h"
 #include "preprocess/readers/text/byte_source.h"
+#include "preprocess/readers/text/number.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -106,30 +106,28 @@ std::optional<std::uint64_t> arrayBytes(const NpyHeader& header) {
 }
 
 Result<NpyTable> NpyTable::open(const std::filesystem::path& path, double mass) {
-    const auto source = ByteSource::open(path);
-    if (!source) return source.error();
+    MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(path));
     NpyTable table;
     table.path_ = path;
-    table.name_ = (*source)->name();
-    if ((*source)->compressed()) {
+    table.name_ = source->name();
+    if (source->compressed()) {
         return Error{ErrorCode::unsupported, table.name_, "is a gzipped .npy file; unpack it first (gunzip)"};
     }
     std::vector<char> bytes(
-        static_cast<std::size_t>(std::min<std::uint64_t>((*source)->fileBytes(), NpyHeader::maxBytes)));
-    MOTE_ASSIGN_OR_RETURN(const auto got, (*source)->read(bytes));
-    const auto header = NpyHeader::parse({bytes.data(), got}, table.name_);
-    if (!header) return header.error();
-    const auto declared = arrayBytes(*header);
-    const std::uint64_t held = (*source)->fileBytes() - std::min((*source)->fileBytes(), header->dataOffset);
+        static_cast<std::size_t>(std::min<std::uint64_t>(source->fileBytes(), NpyHeader::maxBytes)));
+    MOTE_ASSIGN_OR_RETURN(const auto got, source->read(bytes));
+    MOTE_ASSIGN_OR_RETURN(const auto header, NpyHeader::parse({bytes.data(), got}, table.name_));
+    const auto declared = arrayBytes(header);
+    const std::uint64_t held = source->fileBytes() - std::min(source->fileBytes(), header.dataOffset);
     if (!declared || *declared != held) {
         return Error{ErrorCode::corrupt, table.name_,
                      "its header declares " + (declared ? std::to_string(*declared) : "more than 2^64") +
                          " bytes of data, and it holds " + std::to_string(held)};
     }
-    table.structured_ = header->structured();
-    table.rows_ = header->shape.empty() ? 0 : header->shape[0];
-    MOTE_RETURN_IF_ERROR(table.structured_ ? table.setNamedFields(*header, mass)
-                                           : table.setPlainFields(*header));
+    table.structured_ = header.structured();
+    table.rows_ = header.shape.empty() ? 0 : header.shape[0];
+    MOTE_RETURN_IF_ERROR(table.structured_ ? table.setNamedFields(header, mass)
+                                           : table.setPlainFields(header));
     return table;
 }
 
@@ -166,11 +164,11 @@ Status NpyTable::setNamedFields(const NpyHeader& header, double mass) {
         if (type.count != 1 && !vector) continue;
         for (std::size_t i = 0; i < type.count; ++i) {
             const std::string name = vector ? type.name + "_" + "xyz"[i] : type.name;
-            const auto meaning = fieldMeaning(name, mass, name_ + ", field '" + type.name + "'");
-            if (!meaning) return meaning.error();
-            if (!*meaning) continue;
+            MOTE_ASSIGN_OR_RETURN(const auto meaning,
+                                  fieldMeaning(name, mass, name_ + ", field '" + type.name + "'"));
+            if (!meaning) continue;
             if (type.kind == NpyField::other) return unreadable(name_ + ", field '" + type.name + "'");
-            Field field{**meaning, type, header.dataOffset + type.offset + i * type.bytes, header.itemBytes};
+            Field field{*meaning, type, header.dataOffset + type.offset + i * type.bytes, header.itemBytes};
             field.type.count = 1;
             if (field.meaning.kind == FieldMeaning::Kind::column && find(field.meaning.column) != nullptr) {
                 return Error{ErrorCode::corrupt, name_,
@@ -210,9 +208,8 @@ Status NpyTable::readAs(const Field& field, std::uint64_t begin, std::span<Value
         const std::size_t rows = std::min(rowsPerBlock, values.size() - done);
         const std::size_t bytes = (rows - 1) * field.stride + field.type.bytes;
         MOTE_RETURN_IF_ERROR(source->seek(field.offset + (begin + done) * field.stride));
-        const auto got = source->read({block.data(), bytes});
-        if (!got) return got.error();
-        if (*got != bytes) return Error{ErrorCode::corrupt, name_, "has changed since it was opened"};
+        MOTE_ASSIGN_OR_RETURN(const auto got, source->read({block.data(), bytes}));
+        if (got != bytes) return Error{ErrorCode::corrupt, name_, "has changed since it was opened"};
         for (std::size_t i = 0; i < rows; ++i) {
             values[done + i] = convert<Value>(block.data() + i * field.stride, field.type);
         }

@@ -24,18 +24,16 @@ Result<std::optional<double>> nearest(const H5Object& component, const H5Object&
 Result<std::optional<OpenpmdComponent>> OpenpmdComponent::open(const H5File& file, const H5Object& species,
                                                                std::string_view record,
                                                                std::string_view name) {
-    auto outer = file.find(species, record);
-    if (!outer) return outer.error();
-    if (!outer->has_value()) return std::optional<OpenpmdComponent>();
-    auto inner = file.find(**outer, name);
-    if (!inner) return inner.error();
-    if (!inner->has_value()) return std::optional<OpenpmdComponent>();
-    H5Object& object = **inner;
+    MOTE_ASSIGN_OR_RETURN(auto outer, file.find(species, record));
+    if (!outer.has_value()) return std::optional<OpenpmdComponent>();
+    MOTE_ASSIGN_OR_RETURN(auto inner, file.find(*outer, name));
+    if (!inner.has_value()) return std::optional<OpenpmdComponent>();
+    H5Object& object = *inner;
 
     OpenpmdComponent component;
     component.where_ = object.where;
     const bool scalesWithWeight = record == "momentum" || record == "mass";
-    MOTE_RETURN_IF_ERROR(component.readMeaning(**outer, object, scalesWithWeight));
+    MOTE_RETURN_IF_ERROR(component.readMeaning(*outer, object, scalesWithWeight));
     if (object.group) {
         MOTE_RETURN_IF_ERROR(component.readConstant(object));
     } else {
@@ -63,18 +61,16 @@ Status OpenpmdComponent::readMeaning(const H5Object& record, const H5Object& com
 }
 
 Status OpenpmdComponent::readConstant(const H5Object& object) {
-    const auto value = numberAttribute(object, "value");
-    if (!value) return value.error();
-    if (!value->has_value()) {
+    MOTE_ASSIGN_OR_RETURN(const auto value, numberAttribute(object, "value"));
+    if (!value.has_value()) {
         return Error{ErrorCode::corrupt, where_,
                      "is neither a dataset nor a constant with the attribute 'value'"};
     }
-    value_ = **value;
-    const auto shape = numbersAttribute(object, "shape");
-    if (!shape) return shape.error();
-    if (!shape->has_value()) return success();
+    value_ = *value;
+    MOTE_ASSIGN_OR_RETURN(const auto shape, numbersAttribute(object, "shape"));
+    if (!shape.has_value()) return success();
     double rows = 1.0;
-    for (const double length : **shape) rows *= length;
+    for (const double length : *shape) rows *= length;
     if (!(rows >= 0.0 && rows <= maxRows && rows == std::floor(rows))) {
         return Error{ErrorCode::corrupt, where_ + "@shape", "is no possible number of particles"};
     }
@@ -102,28 +98,24 @@ Status OpenpmdComponent::readIntegers(std::uint64_t begin, std::span<std::uint64
 }
 
 Result<std::optional<ReferenceParticle>> ReferenceParticle::open(const H5Object& species) {
-    const auto gamma = numberAttribute(species, "gamma_ref");
-    if (!gamma) return gamma.error();
-    const auto energy = numberAttribute(species, "pt_ref");  // -gamma
-    if (!energy) return energy.error();
-    const auto mass = numberAttribute(species, "mass_ref");  // kg
-    if (!mass) return mass.error();
-    const auto time = numberAttribute(species, "t_ref");  // c t, m
-    if (!time) return time.error();
-    if (!*gamma && !*energy && !*mass) return std::optional<ReferenceParticle>();
+    MOTE_ASSIGN_OR_RETURN(const auto gamma, numberAttribute(species, "gamma_ref"));
+    MOTE_ASSIGN_OR_RETURN(const auto energy, numberAttribute(species, "pt_ref"));  // -gamma
+    MOTE_ASSIGN_OR_RETURN(const auto mass, numberAttribute(species, "mass_ref"));  // kg
+    MOTE_ASSIGN_OR_RETURN(const auto time, numberAttribute(species, "t_ref"));     // c t, m
+    if (!gamma && !energy && !mass) return std::optional<ReferenceParticle>();
 
     ReferenceParticle reference;
-    reference.gamma = *gamma ? **gamma : -energy->value_or(0.0);
+    reference.gamma = gamma ? *gamma : -energy.value_or(0.0);
     if (!(reference.gamma >= 1.0) || !std::isfinite(reference.gamma)) {
         return Error{ErrorCode::corrupt, species.where + "@gamma_ref",
                      "the reference particle needs a gamma of at least 1"};
     }
     reference.betaGamma = std::sqrt((reference.gamma - 1.0) * (reference.gamma + 1.0));
-    reference.mass = mass->value_or(0.0) * massInEv;
+    reference.mass = mass.value_or(0.0) * massInEv;
     if (!(reference.mass >= 0.0) || !std::isfinite(reference.mass)) {
         return Error{ErrorCode::corrupt, species.where + "@mass_ref", "is no possible mass"};
     }
-    reference.time = time->value_or(0.0) / speedOfLight;
+    reference.time = time.value_or(0.0) / speedOfLight;
     return std::optional<ReferenceParticle>(reference);
 }
 

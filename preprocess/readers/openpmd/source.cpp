@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/openpmd/source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
 #include <cmath>
@@ -96,12 +96,11 @@ Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
     if (all.size() == 1 && (wantedSpecies_.empty() || wantedSpecies_ == all[0].name)) return {all[0].path};
     if (all.size() == 1 && all[0].name.empty()) {
         MOTE_ASSIGN_OR_RETURN(const auto group, file.require(file.root(), all[0].path));
-        const auto type = textAttribute(group, "speciesType");
-        if (!type) return type.error();
-        if (type->value_or("") == wantedSpecies_) return {all[0].path};
+        MOTE_ASSIGN_OR_RETURN(const auto type, textAttribute(group, "speciesType"));
+        if (type.value_or("") == wantedSpecies_) return {all[0].path};
         return Error{ErrorCode::notFound, group.where,
                      "holds no species '" + wantedSpecies_ + "' but one without a name" +
-                         (*type ? " of type '" + **type + "'" : std::string()) + "; leave --species out"};
+                         (type ? " of type '" + *type + "'" : std::string()) + "; leave --species out"};
     }
     std::string names;
     for (const OpenpmdSpeciesPath& species : all) {
@@ -165,12 +164,11 @@ Status OpenpmdSource::openStep(std::size_t step) {
     const Place& place = places_[step];
     if (place.species) {
         MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(place.file));
-        auto species = OpenpmdSpecies::open(file, *place.species, place.iteration);
-        if (!species) return species.error();
-        if (species->rows() != steps_[step].particles) {
+        MOTE_ASSIGN_OR_RETURN(auto species, OpenpmdSpecies::open(file, *place.species, place.iteration));
+        if (species.rows() != steps_[step].particles) {
             return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
         }
-        open_ = std::move(*species);
+        open_ = std::move(species);
     }
     openStep_ = step;
     return success();

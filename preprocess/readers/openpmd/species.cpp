@@ -66,14 +66,13 @@ Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
         scalar.component = std::move(component);
     }
     if (positionT_.value && !position_[2].value) {
-        auto reference = ReferenceParticle::open(group);
-        if (!reference) return reference.error();
-        if (!reference->has_value()) {
+        MOTE_ASSIGN_OR_RETURN(auto reference, ReferenceParticle::open(group));
+        if (!reference.has_value()) {
             return notFound(
                 group.where + "@gamma_ref",
                 "is missing: position has t in place of z, which is read relative to a reference particle");
         }
-        reference_ = std::move(*reference);
+        reference_ = std::move(reference);
     }
     return success();
 }
@@ -146,13 +145,12 @@ Status OpenpmdSpecies::findMass(const H5Object& group, const H5Object& iteration
         return success();
     }
     for (const H5Object* object : {&group, &iteration}) {
-        const auto name = textAttribute(*object, "speciesType");
-        if (!name) return name.error();
-        if (!name->has_value()) continue;
-        if (const auto known = speciesMass(**name))
+        MOTE_ASSIGN_OR_RETURN(const auto name, textAttribute(*object, "speciesType"));
+        if (!name.has_value()) continue;
+        if (const auto known = speciesMass(*name))
             mass_ = *known;
         else
-            notes_.push_back("the mass of species '" + **name + "' is not known");
+            notes_.push_back("the mass of species '" + *name + "' is not known");
         return success();
     }
     const std::string name = group.where.substr(group.where.rfind('/') + 1);
@@ -168,11 +166,10 @@ Status OpenpmdSpecies::findTime(const H5Object& iteration) {
         time_ = reference_->time;
         return success();
     }
-    const auto time = numberAttribute(iteration, "time");
-    if (!time) return time.error();
+    MOTE_ASSIGN_OR_RETURN(const auto time, numberAttribute(iteration, "time"));
     MOTE_ASSIGN_OR_RETURN(const auto unit, numberAttribute(iteration, "timeUnitSI"));
-    if (time->has_value()) {
-        time_ = **time * unit.value_or(1.0);
+    if (time.has_value()) {
+        time_ = *time * unit.value_or(1.0);
     } else if (timeRecord_.offset && rows_ > 0) {
         double first = 0.0;
         MOTE_RETURN_IF_ERROR(timeRecord_.offset->read(0, {&first, 1}));

@@ -102,9 +102,8 @@ Result<std::unique_ptr<ByteSource>> ByteSource::open(const std::filesystem::path
     }
     source->fileBytes_ = static_cast<std::uint64_t>(state.st_size);
     std::array<char, 2> magic{};
-    const auto got = source->readFile(magic);
-    if (!got) return got.error();
-    if (*got == 2 && magic[0] == '\x1f' && magic[1] == '\x8b') {
+    MOTE_ASSIGN_OR_RETURN(const auto got, source->readFile(magic));
+    if (got == 2 && magic[0] == '\x1f' && magic[1] == '\x8b') {
         MOTE_ASSIGN_OR_RETURN(auto inflater, Inflater::make(Inflater::Form::gzip, source->name_));
         source->inflater_ = std::move(inflater);
     }

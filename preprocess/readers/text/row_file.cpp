@@ -77,22 +77,20 @@ bool isRow(std::string_view line) {
 }
 
 Result<RowFile> RowFile::open(const std::filesystem::path& path, std::uint64_t skipped, Progress& progress) {
-    auto reader = LineReader::open(path);
-    if (!reader) return reader.error();
+    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
     RowFile file;
     file.path_ = path;
     file.skipped_ = skipped;
     file.checkpoints_.push_back({});
     std::uint64_t row = 0;
     for (std::string_view line;;) {
-        if (row % rowsPerCheckpoint == 0 && row > file.checkpoints_.back().row && !reader->compressed()) {
-            file.checkpoints_.push_back({row, reader->offset(), reader->lineNumber()});
+        if (row % rowsPerCheckpoint == 0 && row > file.checkpoints_.back().row && !reader.compressed()) {
+            file.checkpoints_.push_back({row, reader.offset(), reader.lineNumber()});
         }
         // Asked by lines, so that a file of nothing but comments can be left too.
-        if (reader->lineNumber() % rowsPerQuestion == 0 && progress.cancelled()) return cancelled();
-        const auto more = reader->next(line);
-        if (!more) return more.error();
-        if (!*more) break;
+        if (reader.lineNumber() % rowsPerQuestion == 0 && progress.cancelled()) return cancelled();
+        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
+        if (!more) break;
         if (isRow(line)) ++row;
     }
     file.rows_ = row - std::min(row, skipped);
@@ -125,18 +123,16 @@ Status RowFile::seek(std::uint64_t row, Progress& progress) {
     }
     for (std::string_view line; position_ < row;) {
         if (position_ % rowsPerQuestion == 0 && progress.cancelled()) return cancelled();
-        const auto more = nextRow(line);
-        if (!more) return more.error();
-        if (!*more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
+        MOTE_ASSIGN_OR_RETURN(const auto more, nextRow(line));
+        if (!more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
     }
     return success();
 }
 
 Result<std::string_view> RowFile::next() {
     std::string_view row;
-    const auto more = nextRow(row);
-    if (!more) return more.error();
-    if (!*more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
+    MOTE_ASSIGN_OR_RETURN(const auto more, nextRow(row));
+    if (!more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
     return row;
 }
 

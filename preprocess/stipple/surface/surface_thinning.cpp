@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "preprocess/stipple/surface/surface_start.h"
+#include "preprocess/stipple/surface/surface_job.h"
 #include "preprocess/stipple/thinning.h"
 
 namespace mote::prep {
@@ -126,7 +126,7 @@ class Thinning {
     Status run(double begin, Progress& progress) {
         const auto all = set_.points.size();
         while (!queue_.empty()) {
-            if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+            if (progress.cancelled()) return cancelledError();
             const double done = 1.0 - static_cast<double>(queue_.size()) / static_cast<double>(all);
             progress.report(begin + (1.0 - begin) * done, "thinning out");
             removeSome();

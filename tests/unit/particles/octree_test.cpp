@@ -10,7 +10,6 @@
 #include <tuple>
 
 #include "preprocess/particles/cell_plan.h"
-#include "preprocess/particles/density.h"
 #include "preprocess/particles/range_builder.h"
 #include "storage/particles/octree_check.h"
 
