@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ConsoleProgress: a job's progress as a bar on a terminal, or as one JSON line a change (proto::JobProgress)
-// on a descriptor for the program that started the job. Notes go to stderr. Owned by main; any thread may
-// report.
+// What mote-prep says to whoever started it, and hears: progress as a bar on a terminal or as JSON lines on a
+// descriptor, results as JSON objects, signals. Owned by main.
 #pragma once
 
 #include <concepts>
@@ -50,6 +49,8 @@ class CancelSignal {
     int received() const;
 };
 
+/// A job's progress as a bar on a terminal, or as one JSON line a change (proto::JobProgress) on a descriptor
+/// for the program that started the job. Notes go to stderr. Any thread may report.
 class ConsoleProgress final : public Progress {
   public:
     struct Options {

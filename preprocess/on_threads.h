@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Work on as many threads as a job was given. A function without state.
-//
-// Work on a series in two stages: the second of one item beside the first of the next. Each stage takes the
-// items one at a time and in their order, so that what it leaves is the same as if they came one after
-// another. Uses the threads of the calling arena.
+// Work on as many threads as a job was given, and on a series in two stages. Functions without state.
 #pragma once
 
 #include <oneapi/tbb/global_control.h>
@@ -49,8 +45,11 @@ auto onThreads(int threads, const Work& work) {
     return arena.execute(work);
 }
 
-/// `first(i)` gives a Result, whose value `second(i, value)` takes and returns a Status. `together`: at most
-/// so many items are under way. Returns the first error; nothing is begun after it.
+/// The second stage of one item runs beside the first of the next. Each stage takes the items one at a time
+/// and in their order, so that what it leaves is the same as if they came one after another. Uses the threads
+/// of the calling arena. `first(i)` gives a Result, whose value `second(i, value)` takes and returns a
+/// Status. `together`: at most so many items are under way. Returns the first error; nothing is begun after
+/// it.
 template <class First, class Second>
 Status inTwoStages(std::size_t count, std::size_t together, First first, Second second) {
     using Made = decltype(first(std::size_t{0}));

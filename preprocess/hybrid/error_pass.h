@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ErrorPass: goes through the error grid in slabs of z and says where the low-resolution volume is wrong. One
-// owner; works on the caller's oneTBB threads. The same source gives the same numbers for any threads and
-// slabs.
-//
-// Residual bricks from an error pass: errors as multiples of a step, encoded. Functions on the caller's
-// oneTBB threads.
+// ErrorPass: goes through the error grid in slabs of z and says where the low-resolution volume is wrong;
+// with it, which errors count, and the residual bricks that they become. One owner; works on the caller's
+// oneTBB threads. The same source gives the same numbers for any threads and slabs.
 #pragma once
 
 #include <array>

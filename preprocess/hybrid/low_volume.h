@@ -2,14 +2,6 @@
 //
 // The low-resolution volume of a source: filtered, as codes, with normals. Functions on the caller's oneTBB
 // threads; the same source gives the same bytes for any number of threads and any slabs.
-//
-// Low-resolution volumes that overestimate no sample of the source by more than an allowance (section 3.2.1.2
-// of the dissertation). A function without state; it works on the caller's oneTBB threads.
-//
-// The dissertation takes minima, which underestimates wide areas. Here each sample x of the source that the
-// trilinear interpolation of `low` overshoots by v(x) beyond the allowance asks its (at most eight)
-// neighbours i of weight w_i for a fall of v w_i / sum(w_j^2), the least change that takes v away (Kaczmarz's
-// projection); each neighbour falls by the greatest that is asked of it. Every x then falls by v(x) at least.
 #pragma once
 
 #include <array>
@@ -30,13 +22,6 @@
 #include "storage/hybrid/normal_table.h"
 
 namespace mote::prep {
-
-/// Lowers `low`, all slices of it, by what the source's slices [z0, z1) ask for; `falls` is as large and
-/// holds the greatest falls so far. What several calls for parts of the source found is combined by taking
-/// greatest falls. Errors: the source's, cancelled.
-Status findFalls(VolumeSource& source, const VolumePlan& plan, const ValueRange& range,
-                 std::span<const float> low, std::uint32_t z0, std::uint32_t z1, std::uint32_t together,
-                 const std::function<Status(std::uint32_t z)>& progress, std::span<float> falls);
 
 /// The slices of a source that are in memory, a window that moves in ascending z and reads each
 /// slice once. What is not finite becomes the least value. One owner; slices may be read from any thread
@@ -123,5 +108,21 @@ LowVolume encodeLow(const VolumePlan& plan, const ValueRange& range, std::span<c
 
 /// The direction towards lower values, in the world, by central differences; one code a sample.
 std::vector<std::uint8_t> lowNormals(const LowVolume& low, const glm::dmat4& lowToWorld);
+
+/// For volumes that overestimate no sample of the source by more than an allowance (section 3.2.1.2 of the
+/// dissertation).
+///
+/// The dissertation takes minima, which underestimates wide areas. Here each sample x of the source that the
+/// trilinear interpolation of `low` overshoots by v(x) beyond the allowance asks its (at most eight)
+/// neighbours i of weight w_i for a fall of v w_i / sum(w_j^2), the least change that takes v away
+/// (Kaczmarz's projection); each neighbour falls by the greatest that is asked of it. Every x then falls by
+/// v(x) at least.
+///
+/// Lowers `low`, all slices of it, by what the source's slices [z0, z1) ask for; `falls` is as large and
+/// holds the greatest falls so far. What several calls for parts of the source found is combined by taking
+/// greatest falls. Errors: the source's, cancelled.
+Status findFalls(VolumeSource& source, const VolumePlan& plan, const ValueRange& range,
+                 std::span<const float> low, std::uint32_t z0, std::uint32_t z1, std::uint32_t together,
+                 const std::function<Status(std::uint32_t z)>& progress, std::span<float> falls);
 
 }  // namespace mote::prep

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointCollector: the points of a hybrid volume, put aside row of bricks by row while an error pass goes by.
-// One owner; works on the caller's oneTBB threads.
-//
-// Collected points into a step's file, in one of their forms, brick by brick. Holds a row of bricks at a
-// time.
+// The points of a hybrid volume: put aside row of bricks by row while an error pass goes by, then written
+// into the step's file in one of their forms, a row at a time. A PointCollector has one owner and works on
+// the caller's oneTBB threads.
 #pragma once
 
 #include <cstdint>

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// VolumePlan: what a request for a hybrid volume comes to for a source of a given shape. Values and pure
-// functions.
-//
-// What of a volume each rank of a job works on: slices of its grids.
-//
-// How a volume job divides the memory that it may take. Pure functions, but for the machine's own size.
+// VolumePlan: what a request for a hybrid volume comes to for a source of a given shape, which of its slices
+// each rank works on, and how many at a time the memory allows. Values and pure functions, but for the
+// machine's own size.
 #pragma once
 
 #include <algorithm>

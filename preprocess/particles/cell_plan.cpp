@@ -184,12 +184,6 @@ unsigned gridLevelFor(std::uint64_t rows) {
     return level;
 }
 
-std::uint64_t CellPlan::largestRange() const {
-    const auto largest = std::max_element(ranges.begin(), ranges.end(),
-                                          [](const auto& a, const auto& b) { return a.count < b.count; });
-    return largest->count;
-}
-
 CellPlan planCells(const std::vector<std::uint32_t>& counts, unsigned gridLevel,
                    const OctreeOptions& options) {
     return Planner(counts, gridLevel, options).plan();

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// CellPlan: what the numbers of particles in the cells of a grid say before any particle is sorted: the
-// octree down to the grid's level, and ranges of cells, in Morton order, that can be sorted one by one. No
-// leaf lies in two ranges. A value; the same for any number of ranks.
-//
-// Particles as the job sorts them: their places as 32-bit fractions of the plot's box, and their rows;
-// and the cells in which they lie. Pure functions.
-//
-// Morton keys: the bits of three cell indices in turn, x in bit 0, y in bit 1, z in bit 2.
+// The cells in which a step's particles are sorted. Particles lie in them as 32-bit fractions of the plot's
+// box; cells are told apart by Morton keys, the bits of three indices in turn, x in bit 0, y in bit 1, z in
+// bit 2. CellPlan: what the numbers of particles in the cells of a grid say before any is sorted: the octree
+// down to the grid's level, and ranges of cells, in Morton order, that can be sorted one by one. No leaf lies
+// in two ranges. Values and pure functions; the same for any number of ranks.
 #pragma once
 
 #include <array>
@@ -127,7 +124,6 @@ struct CellPlan {
     std::vector<std::uint16_t> rangeOfCell;  ///< by cell of the grid
 
     std::uint64_t particles() const { return ranges.back().begin + ranges.back().count; }
-    std::uint64_t largestRange() const;
 };
 
 /// `counts`, by cell of the grid, are 8^gridLevel numbers.

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Octree: the nodes and leaves of a step while the job works, and how they are put together from their parts.
-// A value.
-//
-// OctreeLevels: an octree, or a part of one, as the job builds it: level by level, each in Morton order. A
-// value.
+// OctreeLevels: an octree, or a part of one, as the job builds it: level by level, each in Morton order.
+// Octree: the nodes and leaves of a step, put together from them. Values.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Which steps of a run a job takes: "FIRST:LAST:STRIDE" of the run's step indices, last included. Pure
-// functions.
-//
-// How a job divides the memory that it may take. Pure functions, but for the machine's own size.
-//
-// What the manifest of a plot says before any of its steps is built. A pure function, but for the names of
-// the file system.
+// What a request for a plot comes to: the steps of a run that it takes ("FIRST:LAST:STRIDE" of the run's step
+// indices, last included), the memory for each, and what the manifest says before any step is built. Pure
+// functions, but for the machine's size and the names of the file system.
 #pragma once
 
 #include <array>

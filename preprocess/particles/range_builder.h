@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // RangeBuilder: from the particles of one range of the plan, in the order of their rows, to its part of the
-// octree, its points in the order of their leaves, and its part of the volume. Its memory serves range after
-// range; one thread each.
-//
-// The density volume of a step from the weights in its cells. A pure function.
-//
-// The manifest's densities: the least and the greatest of a leaf in any step, and each step's particles by
-// the scaled log density of their leaf.
+// octree, its points in the order of their leaves, and its part of the density volume. Its memory serves
+// range after range; one thread each. Besides, pure functions: the volume and the manifest's densities.
 #pragma once
 
 #include <array>

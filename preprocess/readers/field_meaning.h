@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FieldMeaning: which column of a run a named field of a table holds, and in which unit. Values and functions
-// without state.
-//
-// The units in which particles come out of the readers, and what SI units are in them. Constants, no state.
+// FieldMeaning: which column of a run a named field of a table holds, and in which unit; and the units in
+// which particles come out of the readers. Values and functions without state.
 #pragma once
 
 #include <numbers>

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The stipple job: a dataset of kind "stipple" from nothing but a number of points and a seed (the plane), or
-// from a mesh besides. Called from one thread. The same request gives the same bytes on any number of
-// threads.
-//
-// The points that a plane hierarchy starts from: random ones, one in each of as many equal boxes, made even
-// by Lloyd's method with over-relaxation.
+// from a mesh besides. The plane's points start at random, one in each of as many equal boxes, made even by
+// Lloyd's method with over-relaxation. Called from one thread. The same request gives the same bytes on any
+// number of threads.
 #pragma once
 
 #include <cstdint>

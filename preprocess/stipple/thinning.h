@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // thinPlane: from even points to a hierarchy: again and again the point with the smallest Voronoi cell is
-// removed, and its neighbours move by Lloyd's method with everything else fixed (dissertation 2.2.2.1).
-//
-// The moves of a hierarchy as its builders record them, in the order in which they are made. Owned by a
-// builder; one thread.
+// removed, and its neighbours move by Lloyd's method with everything else fixed (dissertation 2.2.2.1). What
+// it records its moves in serves surfaces too. One owner and one thread each.
 #pragma once
 
 #include <cstdint>

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The run itself, with the options that only tests turn: a channel's plan carried out on any number of
-// particles, chunk after chunk. Called from one thread; works on all that oneTBB grants.
-//
-// A synthetic beam run in which a halo really forms: a mismatched 6D waterbag in a periodic FODO channel
-// with space charge by the particle-core model. Written as openPMD 1.1 HDF5 in chunks, reproducible from its
-// seed.
+// A synthetic beam run in which a halo really forms: a mismatched 6D waterbag in a periodic FODO channel with
+// space charge by the particle-core model. Written as openPMD 1.1 HDF5 in chunks, reproducible from its seed.
+// Called from one thread; works on all that oneTBB grants.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // ByteStream: the bytes of a volume, whatever they are wrapped in: files, parts of files, compressed data,
-// text. Streams are put into one another; each owns the one it reads. One owner, one thread at a time.
-//
-// Bytes that are written as text in base64 (RFC 4648). One owner, one thread at a time.
-//
-// Bytes in blocks, each compressed for itself by zlib, as VTK writes them: going back needs no more than the
-// block. One owner, one thread at a time.
+// base64 (RFC 4648), VTK's blocks, each compressed for itself. Streams are put into one another; each owns
+// the one it reads. One owner, one thread at a time.
 #pragma once
 
 #include <cstddef>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// HeaderFields: the named fields of a text header (NRRD, MetaImage), asked for by name. A value, free of
-// threads.
-//
-// The files beside a header that hold its numbers (NRRD, MetaImage). A header may name what lies in its own
-// folder or below, and nothing else: who wrote it must not choose which files a job reads.
+// What text headers (NRRD, MetaImage) have in common: named fields, asked for by name, and the files beside
+// the header that hold its numbers. A header may name what lies in its own folder or below, and nothing else:
+// who wrote it must not choose which files a job reads. Values, free of threads.
 #pragma once
 
 #include <cstdint>

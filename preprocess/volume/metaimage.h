@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// MetaImageHeader: what the text at the beginning of a MetaImage (.mha, .mhd) says, checked. Parsed from
-// bytes that nobody vouches for. A value, free of threads.
-//
 // MetaImage volumes (itk.org/Wiki/ITK/MetaIO/Documentation): .mha, or .mhd with data beside it, zlib or not,
-// or text. Called from one thread.
+// or text. MetaImageHeader: what the text at the beginning says, checked. Parsed from bytes that nobody
+// vouches for. Called from one thread.
 #pragma once
 
 #include <cstdint>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// NiftiHeader: what the first 348 or 540 bytes of a NIfTI-1 or NIfTI-2 file say, checked. Parsed from bytes
-// that nobody vouches for. A value, free of threads.
-//
 // NIfTI-1 and NIfTI-2 volumes (nifti.nimh.nih.gov): .nii, or .hdr with the numbers in the .img file beside
-// it. Called from one thread.
+// it. NiftiHeader: what the first 348 or 540 bytes say, checked. Parsed from bytes that nobody vouches for.
+// Called from one thread.
 #pragma once
 
 #include <cstdint>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// NrrdHeader: what the text at the beginning of a NRRD file says, checked. Parsed from bytes that nobody
-// vouches for. A value, free of threads.
-//
-// NRRD volumes, versions 1 to 5 (teem.sourceforge.net/nrrd/format.html): raw, gzip and text encoding, data
-// in the same file or beside it. Called from one thread.
+// NRRD volumes, versions 1 to 5 (teem.sourceforge.net/nrrd/format.html): raw, gzip and text encoding, data in
+// the same file or beside it. NrrdHeader: what the text at the beginning says, checked. Parsed from bytes
+// that nobody vouches for. Called from one thread.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StreamVolume: a VolumeSource whose numbers lie one after the other in a ByteStream, x fastest. One owner,
-// one thread at a time.
-//
-// Numbers that are written as text, as a stream of doubles. One owner, one thread at a time.
-//
-// Raw volumes: numbers without a header that says what they are; the job's options do. Called from one
-// thread.
+// StreamVolume: a VolumeSource whose numbers lie one after the other in a ByteStream, x fastest; and two that
+// need no more: numbers as text, and raw volumes, which the job's options describe. One owner, one thread at
+// a time.
 #pragma once
 
 #include <filesystem>

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What HDF5 writes of a dataset's file: superblock, groups, arrays that are allocated and not filled,
-// attributes. The arrays' bytes go to their places without it. One call at a time in a process: HDF5 is not
-// thread-safe.
-//
-// What describes an HDF5 file of contiguous arrays: names, types, extents, attributes, and where each array
-// lies.
+// What HDF5 writes of a dataset's file of contiguous arrays: superblock, groups, arrays that are allocated
+// and not filled, attributes. The arrays' bytes go to their places without it. One call at a time in a
+// process: HDF5 is not thread-safe.
 #pragma once
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 //
 // MappedFile: a regular file's bytes, mapped read-only, unmapped when it goes. Move-only; the bytes may be
 // read from any thread. Published files never change; of one that does while it is mapped, damage() tells
-// (mapping_guard.h), so that nothing that was read of it is used.
+// (MappingGuard), so that nothing that was read of it is used.
 #pragma once
 
 #include <sys/stat.h>

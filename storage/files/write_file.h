@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Bytes into files and files into place: whole writes, syncs and the one rename by which an output appears.
-// Any thread; no state.
-//
-// Opening and reading the files of a dataset: regular files only, no links, no more than expected. Any
-// thread.
+// The files of a dataset while it is read and made: regular files only, no links, no more bytes than
+// expected; whole writes, syncs, the one rename by which an output appears, and scratch files. Functions
+// without state, any thread.
 #pragma once
 
 #include <atomic>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// image.h5 and image.digest of a dataset of kind "image" (docs/FORMAT.md): a picture's luminance on disk.
-// Functions without state; writing has one thread at a time in a process (HDF5), reading any.
-//
-// How large a picture of a dataset may be.
+// image.h5 and image.digest of a dataset of kind "image" (docs/FORMAT.md): a picture's luminance on disk, and
+// how large it may be. Functions without state; writing has one thread at a time in a process (HDF5), reading
+// any.
 #pragma once
 
 #include <cstddef>

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StippleHierarchy: a point set that thins out evenly (a dynamic Voronoi hierarchy, section 2.2 of
-// the dissertation, docs/STIPPLES.md). Points are removed one by one; at each removal some of those that stay
-// move a little, and these moves are kept. A value; whoever makes or reads it owns it.
-//
-// hierarchy.h5 and hierarchy.digest of a dataset of kind "stipple" (docs/FORMAT.md): a StippleHierarchy on
-// disk. Functions without state; writing has one thread at a time in a process (HDF5), reading any.
+// StippleHierarchy: a point set that thins out evenly (a dynamic Voronoi hierarchy, section 2.2 of the
+// dissertation, docs/STIPPLES.md). Points are removed one by one; at each removal some of those that stay
+// move a little, and these moves are kept. A value; whoever makes or reads it owns it. On disk it is
+// hierarchy.h5 and hierarchy.digest (docs/FORMAT.md); writing has one thread at a time in a process (HDF5),
+// reading any.
 #pragma once
 
 #include <cstdint>

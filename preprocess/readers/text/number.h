@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Numbers and fields in foreign text. Functions without state; they take no memory.
-//
-// A number out of the bytes of a foreign file, whatever their order and wherever they lie. Pure.
+// Numbers out of foreign files: from text, or from bytes of either order wherever they lie. Functions without
+// state; they take no memory.
 #pragma once
 
 #include <algorithm>

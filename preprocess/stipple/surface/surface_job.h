@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The stipple job on a mesh: a dataset of kind "stipple" whose hierarchy lies on a surface, with the mesh
-// beside it. Called from one thread. The same request and file give the same bytes on any number of threads.
-//
-// The points that a surface hierarchy starts from: as many on every piece of the surface as its area asks
-// for, made even by Lloyd's method with over-relaxation, in tangent planes. The same on any number of
-// threads.
+// beside it. Points start as many on every piece of the surface as its area asks for, made even by Lloyd's
+// method with over-relaxation, in tangent planes. Called from one thread. The same request and file give the
+// same bytes on any number of threads.
 #pragma once
 
 #include <cstdint>
