@@ -8,10 +8,12 @@
 #include <memory>
 #include <string>
 
-#include "preprocess/cancel_signal.h"
-#include "preprocess/run_job.h"
+#include "preprocess/console.h"
+#include "preprocess/job.h"
 #include "protocol/cli/command.h"
+#include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/roots.h"
 
 namespace mote::prep {
 

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "preprocess/job_kinds.h"
-#include "preprocess/synth/beam.h"
+#include "preprocess/synth/beam_run.h"
 
 namespace mote::prep {
 namespace {

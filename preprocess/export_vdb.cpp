@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <array>
 
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/hybrid/check_hybrid.h"
-#include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/particles/particle_step.h"
 #include "storage/vdb/vdb_file.h"

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "preprocess/command_line.h"
-#include "preprocess/job_resources.h"
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "protocol/scene/system_error.h"
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 

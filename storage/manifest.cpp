@@ -5,8 +5,7 @@
 
 #include "protocol/scene/json.h"
 #include "storage/dataset_kind.h"
-#include "storage/files/read_file.h"
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 
 namespace mote::storage {
 namespace {

@@ -149,9 +149,8 @@ Result<fs::path> Roots::resolveNew(std::string_view name) const {
         return Error{ErrorCode::alreadyExists, std::string(name), "exists already"};
     }
     if (errno != ENOENT) return systemError(errno, std::string(name), "cannot be looked up");
-    const auto folder = pathOf(parent, name);
-    if (!folder.ok()) return folder.error();
-    return *folder / path.filename();
+    MOTE_ASSIGN_OR_RETURN(const auto folder, pathOf(parent, name));
+    return folder / path.filename();
 }
 
 std::optional<std::string> Roots::nameOf(const fs::path& path) const {

@@ -6,7 +6,7 @@
 #include "protocol/scene/system_error.h"
 #include "storage/arrays/array_file.h"
 #include "storage/dataset_kind.h"
-#include "storage/files/read_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 

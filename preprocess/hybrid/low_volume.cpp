@@ -4,13 +4,138 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <vector>
 
-#include "preprocess/hybrid/axis_filter.h"
-#include "preprocess/hybrid/gradient.h"
+#include "preprocess/hybrid/volume_plan.h"
+#include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::prep {
 namespace {
+
+using storage::Between;
+
+std::vector<Between> betweens(std::uint32_t samples, std::uint32_t low) {
+    std::vector<Between> all;
+    for (std::uint32_t i = 0; i < samples; ++i) {
+        all.push_back(storage::between(storage::placeIn(i, samples, low), low));
+    }
+    return all;
+}
+
+struct Axes {
+    std::vector<Between> x, y, z;
+    std::size_t width, slice;  ///< of the low-resolution volume
+};
+
+/// Two weights along an axis; at a grid's end one sample has both.
+std::array<float, 2> weights(const Between& at) {
+    if (at.first == at.second) return {1.0F, 0.0F};
+    return {1.0F - at.fraction, at.fraction};
+}
+
+/// What a sample of the source at x, between these slices and rows, asks for.
+class Sample {
+  public:
+    Sample(const Axes& axes, const Between& x, const Between& y, const Between& z) {
+        const std::array along{weights(x), weights(y), weights(z)};
+        for (std::size_t i = 0; i < 8; ++i) {
+            const std::size_t right = i & 1U;
+            const std::size_t back = i >> 1U & 1U;
+            const std::size_t up = i >> 2U;
+            index_[i] = (up ? z.second : z.first) * axes.slice + (back ? y.second : y.first) * axes.width +
+                        (right ? x.second : x.first);
+            weight_[i] = along[0][right] * along[1][back] * along[2][up];
+            squares_ += weight_[i] * weight_[i];
+        }
+    }
+    float interpolated(std::span<const float> low) const {
+        float sum = 0.0F;
+        for (std::size_t i = 0; i < 8; ++i) sum += weight_[i] * low[index_[i]];
+        return sum;
+    }
+    void ask(float overshoot, std::span<float> falls) const {
+        for (std::size_t i = 0; i < 8; ++i) {
+            auto& fall = falls[index_[i]];
+            fall = std::max(fall, overshoot * weight_[i] / squares_);
+        }
+    }
+
+  private:
+    std::array<std::size_t, 8> index_{};
+    std::array<float, 8> weight_{};
+    float squares_ = 0.0F;
+};
+
+void askForSlice(std::span<const float> slice, std::uint32_t z, const Axes& axes, float allowance,
+                 std::span<const float> low, std::span<float> falls) {
+    for (std::size_t y = 0; y < axes.y.size(); ++y) {
+        for (std::size_t x = 0; x < axes.x.size(); ++x) {
+            const Sample sample(axes, axes.x[x], axes.y[y], axes.z[z]);
+            const float overshoot = sample.interpolated(low) - slice[y * axes.x.size() + x] - allowance;
+            if (overshoot > 0.0F) sample.ask(overshoot, falls);
+        }
+    }
+}
+
+/// Which samples of the source make a sample of the low-resolution volume, along one axis, and
+/// with which weights.
+class AxisFilter {
+  public:
+    /// Filters `samples` of the source to `low` of them, low <= samples. Box: by how much of a sample's cell
+    /// each covers. Cubic (also for `under`): Keys' kernel with a = -1/2 (Keys 1981, Cubic convolution
+    /// interpolation), stretched to the spacing of the low samples, so that nothing is skipped; what lies
+    /// beyond the ends has no weight. Weights add up to 1.
+    AxisFilter(LowFilter filter, std::uint32_t samples, std::uint32_t low);
+
+    std::uint32_t size() const { return static_cast<std::uint32_t>(taps_.size()); }
+    /// Samples [first, end) of the source make sample j.
+    std::uint32_t first(std::uint32_t j) const { return taps_[j].first; }
+    std::uint32_t end(std::uint32_t j) const { return taps_[j].first + taps_[j].count; }
+    std::span<const float> weights(std::uint32_t j) const {
+        return std::span(weights_).subspan(taps_[j].begin, taps_[j].count);
+    }
+
+  private:
+    struct Taps {
+        std::uint32_t first, count;
+        std::size_t begin;  ///< in weights_
+    };
+    std::vector<Taps> taps_;
+    std::vector<float> weights_;
+};
+
+double keys(double x) {
+    x = std::abs(x);
+    if (x < 1.0) return (1.5 * x - 2.5) * x * x + 1.0;
+    if (x < 2.0) return ((-0.5 * x + 2.5) * x - 4.0) * x + 2.0;
+    return 0.0;
+}
+
+AxisFilter::AxisFilter(LowFilter filter, std::uint32_t samples, std::uint32_t low) {
+    const double scale = static_cast<double>(samples) / low;
+    const bool box = filter == LowFilter::box;
+    for (std::uint32_t j = 0; j < low; ++j) {
+        const double centre = storage::placeIn(j, low, samples);
+        const double reach = box ? scale / 2 + 0.5 : 2 * scale;
+        const auto first = static_cast<std::uint32_t>(std::max(0.0, std::floor(centre - reach) + 1.0));
+        const auto last =
+            static_cast<std::uint32_t>(std::min(samples - 1.0, std::ceil(centre + reach) - 1.0));
+        std::vector<double> weights;
+        for (auto i = first; i <= last; ++i) {
+            const double overlap =
+                std::min(i + 0.5, centre + scale / 2) - std::max(i - 0.5, centre - scale / 2);
+            weights.push_back(box ? std::max(0.0, overlap) : keys((i - centre) / scale));
+        }
+        const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+        taps_.push_back({first, static_cast<std::uint32_t>(weights.size()), weights_.size()});
+        for (const double weight : weights) weights_.push_back(static_cast<float>(weight / sum));
+    }
+}
 
 struct Filters {
     AxisFilter x, y, z;
@@ -56,6 +181,55 @@ void addSlices(const AxisFilter& filter, std::uint32_t k, std::uint32_t z0, std:
 }
 
 }  // namespace
+
+Status findFalls(VolumeSource& source, const VolumePlan& plan, const ValueRange& range,
+                 std::span<const float> low, std::uint32_t z0, std::uint32_t z1, std::uint32_t together,
+                 const std::function<Status(std::uint32_t z)>& progress, std::span<float> falls) {
+    const Axes axes{betweens(plan.source[0], plan.low[0]), betweens(plan.source[1], plan.low[1]),
+                    betweens(plan.source[2], plan.low[2]), plan.low[0],
+                    std::size_t{plan.low[0]} * plan.low[1]};
+    const auto allowance = static_cast<float>(plan.allowance * range.span());
+    SlabWindow window(source, range.min);
+    for (auto z = z0; z < z1; z += together) {
+        const auto end = std::min(z1, z + together);
+        MOTE_RETURN_IF_ERROR(progress(z));
+        MOTE_RETURN_IF_ERROR(window.cover(z, end));
+        // Slices between the low slices k and k + 1 ask both: those of every other k at once, so that no two
+        // threads meet.
+        for (const std::uint32_t parity : {0U, 1U}) {
+            const auto lastPair = axes.z[end - 1].first / 2;
+            tbb::parallel_for(axes.z[z].first / 2, lastPair + 1, [&](std::uint32_t pair) {
+                const auto k = 2 * pair + parity;
+                for (auto at = z; at < end; ++at) {
+                    if (axes.z[at].first != k) continue;
+                    askForSlice(window.slice(at), at, axes, allowance, low, falls);
+                }
+            });
+        }
+    }
+    return success();
+}
+
+Status SlabWindow::cover(std::uint32_t z0, std::uint32_t z1) {
+    MOTE_CHECK(z0 >= begin_ && z1 >= end_ && z0 < z1);
+    const auto kept = end_ > z0 ? end_ - z0 : 0;
+    const auto from = std::max(z0, end_);
+    if (kept > 0) {
+        std::copy_n(values_.begin() + static_cast<std::ptrdiff_t>((z0 - begin_) * slice_), kept * slice_,
+                    values_.begin());
+    }
+    values_.resize((z1 - z0) * slice_);
+    begin_ = z0;
+    end_ = z1;
+    if (from == z1) return success();
+    const auto fresh = std::span(values_).subspan(kept * slice_);
+    MOTE_RETURN_IF_ERROR(source_.read(from, z1, fresh));
+    if (source_.shape().type != ScalarType::f32 && source_.shape().type != ScalarType::f64) return success();
+    tbb::parallel_for(std::size_t{0}, std::size_t{z1 - from}, [&](std::size_t z) {
+        for (auto& value : fresh.subspan(z * slice_, slice_)) value = std::isfinite(value) ? value : least_;
+    });
+    return success();
+}
 
 Result<std::vector<float>> filterSlices(
     VolumeSource& source, const VolumePlan& plan, const ValueRange& range, std::uint32_t k0, std::uint32_t k1,

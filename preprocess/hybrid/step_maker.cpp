@@ -6,19 +6,137 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "preprocess/hybrid/error_selection.h"
+#include "preprocess/hybrid/error_pass.h"
 #include "preprocess/hybrid/low_volume.h"
 #include "preprocess/hybrid/point_collector.h"
-#include "preprocess/hybrid/rank_part.h"
-#include "preprocess/hybrid/residual_collector.h"
-#include "preprocess/hybrid/step_output.h"
-#include "preprocess/hybrid/under_filter.h"
-#include "preprocess/parallel/share_pieces.h"
+#include "preprocess/hybrid/volume_plan.h"
+#include "preprocess/parallel/communicator.h"
+#include "storage/files/packed_file.h"
+#include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/residual_encoder.h"
+#include "storage/hybrid/residual_file.h"
+#include "storage/particles/step_file.h"
 
 namespace mote::prep {
 namespace {
+
+// The files of a step of a hybrid volume from what all ranks have put aside. Functions without state; called
+// on every rank, from one thread.
+
+/// What a rank has put aside, in its scratch file.
+struct CollectedErrors {
+    std::vector<PointPiece> points;
+    std::vector<storage::ResidualPart> residuals;
+};
+
+/// What all ranks know alike.
+struct StepContent {
+    const LowVolume& low;
+    const ErrorSelection& selection;
+    const storage::ResidualCoding& coding;  ///< where there are residuals
+};
+
+/// The share of the step's time, measured, after which residuals are written.
+constexpr double residualsBegin = 0.92;
+
+using Scratches = std::vector<std::unique_ptr<storage::ScratchFile>>;
+
+/// Where a rank's scratch file lies.
+std::filesystem::path scratchPath(const StepTask& task, int rank) {
+    return task.directory / fmt::format("scratch-{}", rank);
+}
+
+/// Everyone's, each told whose scratch file it lies in.
+template <class T>
+Result<std::vector<T>> shareParts(Communicator& ranks, const std::vector<T>& mine) {
+    MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<T>(ranks, std::span<const T>(mine)));
+    std::vector<T> parts;
+    for (std::size_t rank = 0; rank < all.size(); ++rank) {
+        for (auto part : all[rank]) {
+            part.scratch = static_cast<std::uint32_t>(rank);
+            parts.push_back(part);
+        }
+    }
+    return parts;
+}
+
+class StepOutput {
+  public:
+    StepOutput(const StepTask& task, const StepContent& content, CollectedErrors all,
+               proto::HybridStepEntry& entry)
+        : task_(task), plan_(task.plan), content_(content), all_(std::move(all)), entry_(entry) {}
+
+    Status write() {
+        for (int rank = 0; rank < task_.ranks.size(); ++rank) {
+            MOTE_ASSIGN_OR_RETURN(auto scratch, storage::ScratchFile::open(scratchPath(task_, rank)));
+            scratches_.push_back(std::move(scratch));
+        }
+        MOTE_RETURN_IF_ERROR(writeArrays());
+        if (!plan_.residual) return success();
+        MOTE_RETURN_IF_ERROR(task_.report(residualsBegin, "writing residuals"));
+        std::uint64_t samples = 0;
+        std::uint64_t bricks = 0;
+        for (const auto& part : all_.residuals) {
+            samples += part.samples;
+            bricks += part.bricks;
+        }
+        entry_.set_residual_samples(samples);
+        entry_.set_residual_bricks(bricks);
+        const auto name = storage::residualName(task_.step);
+        MOTE_RETURN_IF_ERROR(
+            storage::writeResidual(task_.directory / name, content_.coding, all_.residuals, scratches_));
+        return pack(name, *entry_.mutable_residual_file());
+    }
+
+  private:
+    Status writeArrays() {
+        const PointPieces points{std::move(all_.points), scratches_, content_.selection.mostOfLeast};
+        if (plan_.pointBytes > 0) entry_.set_points(points.size());
+        const auto name = storage::stepName(task_.step);
+        MOTE_ASSIGN_OR_RETURN(const auto file,
+                              storage::HybridStepWriter::create(task_.directory, name,
+                                                                {plan_.low, plan_.valueBits, plan_.pointBytes,
+                                                                 plan_.error, entry_.points()}));
+        entry_.set_digest(name + ".digest");
+        const auto normals = lowNormals(content_.low, gridToWorld(plan_, plan_.low));
+        MOTE_RETURN_IF_ERROR(file.writeLow(content_.low.codes(), normals));
+        const auto progress = [&] { return task_.report(StepTask::errorsEnd, "writing"); };
+        if (plan_.pointBytes > 0) {
+            MOTE_RETURN_IF_ERROR(writePoints(points, plan_.error, plan_.pointBytes, progress, file));
+        }
+        MOTE_RETURN_IF_ERROR(file.finish());
+        return pack(name + ".h5", *entry_.mutable_file());
+    }
+
+    /// `packed`: the name that the file has then.
+    Status pack(const std::string& name, std::string& packed) const {
+        packed = name + std::string(storage::packedSuffix);
+        return storage::packFile(task_.directory / name);
+    }
+
+    const StepTask& task_;
+    const VolumePlan& plan_;
+    const StepContent& content_;
+    CollectedErrors all_;
+    proto::HybridStepEntry& entry_;
+    Scratches scratches_;
+};
+
+/// Rank 0 reads everyone's scratch files and writes the step's files; sets their names and counts in its
+/// `entry`. Errors, on all ranks: resourceExhausted (disk full), internal, cancelled.
+Status writeStep(const StepTask& task, const StepContent& content, const CollectedErrors& mine,
+                 proto::HybridStepEntry& entry) {
+    MOTE_ASSIGN_OR_RETURN(auto points, shareParts(task.ranks, mine.points));
+    MOTE_ASSIGN_OR_RETURN(auto residuals, shareParts(task.ranks, mine.residuals));
+    StepOutput output(task, content, {std::move(points), std::move(residuals)}, entry);
+    return agree(task.ranks, task.ranks.first() ? output.write() : success());
+}
 
 /// Shares of the step's time, measured: when filtering ends, and when all passes over the errors have.
 constexpr double filterEnd = 0.3, errorsEnd = StepTask::errorsEnd;

@@ -11,7 +11,6 @@
 #include <string_view>
 
 #include "preprocess/hybrid/value_range.h"
-#include "preprocess/hybrid/volume_memory.h"
 #include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/volume/volume_source.h"

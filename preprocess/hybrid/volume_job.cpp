@@ -6,18 +6,61 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <vector>
 
-#include "preprocess/hybrid/rank_part.h"
 #include "preprocess/hybrid/step_maker.h"
-#include "preprocess/hybrid/volume_manifest.h"
+#include "preprocess/hybrid/value_range.h"
+#include "preprocess/hybrid/volume_plan.h"
+#include "preprocess/job.h"
 #include "preprocess/on_threads.h"
-#include "preprocess/parallel/shared_dataset.h"
+#include "preprocess/parallel/communicator.h"
+#include "protocol/mote.pb.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
 namespace {
 
+// What the manifest of a hybrid volume says before any of its steps is made. A pure function, but for the
+// names of the file system.
+
 namespace fs = std::filesystem;
+
+/// Inputs as seen from the folder that holds the dataset; nothing else of where it was made.
+proto::JobRequest portableRequest(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
+                                  const fs::path& output) {
+    proto::JobRequest portable = request;
+    portable.clear_output();
+    portable.mutable_volume()->clear_inputs();
+    for (const auto& input : inputs) portable.mutable_volume()->add_inputs(portableInput(input, output));
+    return portable;
+}
+
+proto::Manifest describeVolume(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
+                               const fs::path& output, const VolumeShape& shape, const VolumePlan& plan,
+                               const ValueRange& range) {
+    proto::Manifest manifest;
+    manifest.set_kind("hybrid");
+    manifest.set_format(storage::formatVersion);
+    manifest.set_writer("mote-prep " MOTE_VERSION);
+    manifest.set_title(request.title().empty() ? inputs.front().filename().string() : request.title());
+    *manifest.mutable_request() = portableRequest(request, inputs, output);
+    auto& hybrid = *manifest.mutable_hybrid();
+    hybrid.mutable_source_size()->Assign(plan.source.begin(), plan.source.end());
+    hybrid.mutable_low_size()->Assign(plan.low.begin(), plan.low.end());
+    hybrid.mutable_error_size()->Assign(plan.error.begin(), plan.error.end());
+    for (int i = 0; i < 16; ++i) hybrid.add_index_to_world(plan.indexToWorld[i % 4][i / 4]);
+    hybrid.set_value_min(range.min);
+    hybrid.set_value_max(range.max);
+    hybrid.set_scalar_type(std::string(name(shape.type)));
+    hybrid.set_value_unit(shape.valueUnit);
+    hybrid.set_world_unit(shape.worldUnit);
+    hybrid.set_filter(request.volume().filter().empty() ? "cubic" : request.volume().filter());
+    hybrid.set_value_bits(plan.valueBits);
+    hybrid.set_point_bytes(plan.pointBytes);
+    hybrid.set_residual(plan.residual);
+    return manifest;
+}
 
 /// The share of the job's time that finding the range takes.
 constexpr double rangeShare = 0.15;
@@ -56,8 +99,6 @@ class Job {
     }
 
   private:
-    static Error cancelled() { return {ErrorCode::cancelled, "", "cancelled"}; }
-
     Status check() const {
         MOTE_RETURN_IF_ERROR(checkVolumeJob(request_.volume()));
         if (inputs_.size() <= static_cast<std::size_t>(storage::maxSteps)) return success();
@@ -134,7 +175,7 @@ class Job {
         MOTE_RETURN_IF_ERROR(agree(ranks_, source.ok() ? success() : Status(source.error())));
         StepTask task{ranks_, plan_, range_, memory_, directory, static_cast<std::uint32_t>(step), {}};
         task.report = [&](double done, std::string_view what) -> Status {
-            if (progress_.cancelled()) return cancelled();
+            if (progress_.cancelled()) return cancelledError();
             const double all = (static_cast<double>(step) + done) / static_cast<double>(inputs_.size());
             progress_.report(rangeShare + (0.97 - rangeShare) * all, phase(fmt::format("{}:", what), step));
             return success();
@@ -153,7 +194,7 @@ class Job {
     }
 
     Status publish(storage::DatasetWriter& writer, proto::Manifest& manifest) {
-        if (progress_.cancelled()) return cancelled();
+        if (progress_.cancelled()) return cancelledError();
         MOTE_RETURN_IF_ERROR(writer.publish(manifest));
         manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
         return success();
@@ -185,6 +226,16 @@ Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const Ope
     if (!all.ranks) all.ranks = alone.get();
     return onThreads(resources.threads,
                      [&] { return Job(request, open, inputs, output, all, progress).run(); });
+}
+
+Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
+                                     const std::vector<std::filesystem::path>& inputs,
+                                     const std::filesystem::path& output, const JobResources& resources,
+                                     Progress& progress) {
+    const OpenVolume open = [&](std::size_t index) {
+        return openVolumeSource(request.volume().source(), inputs[index], progress);
+    };
+    return runVolumeJob(request, open, inputs, output, resources, progress);
 }
 
 }  // namespace mote::prep

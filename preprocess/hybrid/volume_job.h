@@ -12,8 +12,7 @@
 #include <memory>
 #include <vector>
 
-#include "preprocess/job_resources.h"
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// VolumePlan: what a request for a hybrid volume comes to for a source of a given shape. Values and pure
-// functions.
+// VolumePlan: what a request for a hybrid volume comes to for a source of a given shape, which of its slices
+// each rank works on, and how many at a time the memory allows. Values and pure functions, but for the
+// machine's own size.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <optional>
@@ -43,5 +46,45 @@ Result<VolumePlan> planVolume(const proto::VolumeJob& job, const VolumeShape& sh
 
 /// The map from indices of a grid over the source's box to the world.
 glm::dmat4 gridToWorld(const VolumePlan& plan, const storage::GridSize& grid);
+
+/// Slices [begin, end).
+struct SliceRange {
+    std::uint32_t begin = 0, end = 0;
+};
+
+struct RankPart {
+    SliceRange low;     ///< of the low-resolution volume
+    SliceRange source;  ///< those that lie in these cells of it; filtering them reads more
+    SliceRange error;   ///< of the error grid, whole layers of bricks of points
+};
+
+/// The part of `rank` of `ranks`; those of all ranks cover each grid once. May be empty.
+inline RankPart partOf(const VolumePlan& plan, int rank, int ranks) {
+    const auto share = [&](std::uint32_t all, int of) {
+        return static_cast<std::uint32_t>(std::uint64_t{all} * static_cast<std::uint64_t>(of) /
+                                          static_cast<std::uint64_t>(ranks));
+    };
+    const auto cell = [&](std::uint32_t low) {
+        const double slices = static_cast<double>(plan.source[2]) / plan.low[2];
+        return static_cast<std::uint32_t>(std::lround(low * slices));
+    };
+    constexpr auto side = storage::pointBrickSide;
+    const auto layers = storage::bricksOf(plan.error, side)[2];
+    const auto slice = [&](std::uint32_t layer) { return std::min(plan.error[2], layer * side); };
+    RankPart part;
+    part.low = {share(plan.low[2], rank), share(plan.low[2], rank + 1)};
+    part.source = {cell(part.low.begin), cell(part.low.end)};
+    part.error = {slice(share(layers, rank)), slice(share(layers, rank + 1))};
+    return part;
+}
+
+struct VolumeMemory {
+    std::uint32_t slices = 0;  ///< of the source or the error grid, worked on at once
+};
+
+/// `limit` is this process', 0 for three quarters of the machine's memory; on `threads` threads. Errors:
+/// resourceExhausted, where not even a few slices fit, with what is missing. What each takes:
+/// docs/HYBRID_VOLUMES.md.
+Result<VolumeMemory> planMemory(const VolumePlan& plan, std::uint64_t limit, int threads);
 
 }  // namespace mote::prep

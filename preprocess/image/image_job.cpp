@@ -6,7 +6,7 @@
 #include <string>
 
 #include "preprocess/image/read_picture.h"
-#include "preprocess/portable_input.h"
+#include "preprocess/job.h"
 #include "storage/dataset_writer.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
@@ -61,7 +61,7 @@ Result<proto::Manifest> runImageJob(const proto::JobRequest& request, const fs::
         MOTE_RETURN_IF_ERROR(writer.add(std::string(storage::imageName) + suffix, cancelled));
     }
     auto manifest = describe(request, input, output, picture);
-    if (cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    if (cancelled()) return cancelledError();
     MOTE_RETURN_IF_ERROR(writer.publish(manifest));
     manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
     progress.report(1.0, "done");

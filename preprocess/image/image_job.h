@@ -6,8 +6,7 @@
 
 #include <filesystem>
 
-#include "preprocess/job_resources.h"
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 

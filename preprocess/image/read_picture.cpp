@@ -7,14 +7,66 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
+#include <string_view>
+#include <utility>
 
-#include "preprocess/image/picture_format.h"
-#include "preprocess/image/upright.h"
 #include "protocol/scene/srgb.h"
-#include "storage/image/image_limits.h"
+#include "protocol/scene/system_error.h"
+#include "storage/files/dataset_file.h"
+#include "storage/image/image_file.h"
 
 namespace mote::prep {
 namespace {
+
+using namespace std::string_view_literals;
+
+constexpr std::size_t jpegLimit = std::size_t{1} << 30;  // bytes
+
+struct Signature {
+    std::string_view bytes;
+    const char* format;
+};
+constexpr std::array<Signature, 7> signatures{{
+    {"\x89PNG\r\n\x1a\n"sv, "png"},
+    {"\xff\xd8\xff"sv, "jpeg"},
+    {"II*\0"sv, "tiff"},
+    {"MM\0*"sv, "tiff"},
+    {"II+\0"sv, "tiff"},
+    {"MM\0+"sv, "tiff"},
+    {"\x76\x2f\x31\x01"sv, "openexr"},
+}};
+
+/// Whether an end-of-image marker stands where one may: not in a thumbnail within a segment (ITU T.81, B.1).
+bool jpegHasEnd(std::string_view bytes) {
+    std::size_t at = 2;
+    while (at + 1 < bytes.size()) {
+        const auto marker = static_cast<unsigned char>(bytes[at + 1]);
+        if (bytes[at] != '\xff') {
+            at = std::min(bytes.find('\xff', at), bytes.size());  // samples of a scan
+        } else if (marker == 0xd9) {
+            return true;
+        } else if (marker == 0xff) {
+            at += 1;  // fill
+        } else if (marker == 0x00 || (marker >= 0xd0 && marker <= 0xd8) || marker == 0x01) {
+            at += 2;  // without a segment
+        } else {
+            if (at + 3 >= bytes.size()) return false;
+            at += 2 + (static_cast<unsigned char>(bytes[at + 2]) << 8) +
+                  static_cast<unsigned char>(bytes[at + 3]);
+        }
+    }
+    return false;
+}
+
+Result<std::string> firstBytes(const std::filesystem::path& path) {
+    MOTE_ASSIGN_OR_RETURN(const auto file, storage::openRegular(path));
+    std::string head(8, '\0');
+    const auto got = ::pread(file.get(), head.data(), head.size(), 0);
+    if (got < 0) return systemError(errno, path.string(), "cannot be read");
+    head.resize(static_cast<std::size_t>(got));
+    return head;
+}
 
 namespace fs = std::filesystem;
 
@@ -138,7 +190,7 @@ class PictureReader {
         std::vector<float> strip(static_cast<std::size_t>(spec_.width) * spec_.nchannels *
                                  static_cast<std::size_t>(std::min(stripRows_, spec_.height)));
         for (int row = 0; row < spec_.height; row += stripRows_) {
-            if (progress_.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+            if (progress_.cancelled()) return cancelledError();
             progress_.report(0.8 * row / spec_.height, "reading the picture");
             const int rows = std::min(stripRows_, spec_.height - row);
             // Its reader of TIFF says that all went well where strips are missing, and keeps the error.
@@ -196,6 +248,41 @@ class PictureReader {
 };
 
 }  // namespace
+
+storage::Luminance upright(storage::Luminance picture, int orientation) {
+    if (orientation < 2 || orientation > 8) return picture;
+    // Exif 2.3, table of orientations: which sides of the stored picture are the top and the left one.
+    const bool transposed = orientation >= 5;
+    const bool fromRight = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+    const bool fromBottom = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+    storage::Luminance turned{picture.width, picture.height, std::vector<float>(picture.values.size())};
+    if (transposed) std::swap(turned.width, turned.height);
+    for (std::size_t y = 0; y < turned.height; ++y) {
+        for (std::size_t x = 0; x < turned.width; ++x) {
+            const std::size_t alongX = transposed ? y : x;
+            const std::size_t alongY = transposed ? x : y;
+            turned.values[y * turned.width + x] =
+                picture.at(fromRight ? picture.width - 1 - alongX : alongX,
+                           fromBottom ? picture.height - 1 - alongY : alongY);
+        }
+    }
+    return turned;
+}
+
+Result<const char*> pictureFormat(const std::filesystem::path& path) {
+    MOTE_ASSIGN_OR_RETURN(const auto head, firstBytes(path));
+    if (head.empty()) return Error{ErrorCode::corrupt, path.string(), "is empty"};
+    const auto found = std::find_if(signatures.begin(), signatures.end(), [&](const Signature& signature) {
+        return std::string_view(head).starts_with(signature.bytes);
+    });
+    if (found == signatures.end()) {
+        return Error{ErrorCode::unsupported, path.string(), "is no PNG, JPEG, TIFF or OpenEXR picture"};
+    }
+    if (found->format != "jpeg"sv) return found->format;
+    MOTE_ASSIGN_OR_RETURN(const auto bytes, storage::readWhole(path, jpegLimit));
+    if (jpegHasEnd(bytes)) return found->format;
+    return Error{ErrorCode::corrupt, path.string(), "ends before its picture does"};
+}
 
 Result<Picture> readPicture(const fs::path& path, std::uint64_t memory, Progress& progress) {
     std::error_code code;

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A picture file as linear luminance: PNG, JPEG, TIFF or OpenEXR, of 8, 16 or 32 bits or floats, grey or in
-// colour, upright (as its orientation says), laid on white where it is transparent. Called from one thread.
+// colour, upright (as its orientation says), laid on white where it is transparent. Its format is told by its
+// first bytes and not by its name: OpenImageIO would try a hundred formats on a file that nobody vouches for.
+// Called from one thread.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "protocol/scene/error.h"
-#include "storage/image/luminance.h"
+#include "storage/image/image_file.h"
 
 namespace mote::prep {
+
+/// `orientation` as in Exif and TIFF (tag 274), 1 to 8; the picture as it is for 1 and for other numbers.
+storage::Luminance upright(storage::Luminance picture, int orientation);
+
+/// OpenImageIO's name of it: "png", "jpeg", "tiff" or "openexr". Errors: notFound, permissionDenied,
+/// unsupported (none of them), corrupt (an empty file; a JPEG whose end is missing, of which its library
+/// would make up the rest).
+Result<const char*> pictureFormat(const std::filesystem::path& path);
 
 struct Picture {
     storage::Luminance luminance;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/mesh/mesh_job.h"
 
-#include "preprocess/machine_memory.h"
+#include "preprocess/job.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
-#include "preprocess/portable_input.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "preprocess/job_resources.h"
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "preprocess/job.h"
 #include "preprocess/mesh/triangle_mesh.h"
-#include "preprocess/progress.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {

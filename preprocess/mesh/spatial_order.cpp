@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "preprocess/particles/morton.h"
+#include "preprocess/particles/cell_plan.h"
 
 namespace mote::prep {
 namespace {

@@ -3,17 +3,24 @@
 // Communicator: the processes that work on one job together, its ranks. All of them call the same functions
 // in the same order, each from one thread at a time. A rank that fails says so by agree(), so that none waits
 // for it. Owned by main; MPI itself appears in mpi_communicator.cpp alone.
+//
+// Long arrays between ranks, a piece at a time, so that none holds another's whole.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "protocol/scene/error.h"
+#include "storage/dataset_writer.h"
 
 namespace mote::prep {
 
@@ -61,5 +68,62 @@ Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<c
     for (const auto& bytes : shared) values.push_back(valuesOf<T>(bytes));
     return values;
 }
+
+/// All ranks call it. take(rank, first, values) gets everyone's values, the ranks in order and each one's in
+/// ascending `first`, but not all of a rank at once. Errors: as Communicator::share.
+template <class T, class Take>
+Status sharePieces(Communicator& ranks, std::span<const T> mine, const Take& take) {
+    constexpr std::uint64_t most = (std::uint64_t{1} << 22) / sizeof(T);
+    const std::uint64_t length = mine.size();
+    MOTE_ASSIGN_OR_RETURN(const auto lengths, shareValues<std::uint64_t>(ranks, std::span(&length, 1)));
+    std::uint64_t longest = 0;
+    for (const auto& of : lengths) longest = std::max(longest, of.front());
+    for (std::uint64_t first = 0; first < longest; first += most) {
+        const auto begin = std::min(first, length);
+        MOTE_ASSIGN_OR_RETURN(const auto all,
+                              shareValues<T>(ranks, mine.subspan(begin, std::min(most, length - begin))));
+        for (std::size_t rank = 0; rank < all.size(); ++rank) {
+            take(rank, first, std::span<const T>(all[rank]));
+        }
+    }
+    return success();
+}
+
+/// A dataset that all ranks of a job make. Rank 0 makes its folder and publishes it; whoever
+/// is left removes it where that did not happen. Move-only; one owner, one thread.
+class SharedDataset {
+  public:
+    /// All ranks call it. Errors: as DatasetWriter::create, on all of them.
+    static Result<SharedDataset> create(Communicator& ranks, const std::filesystem::path& output);
+
+    SharedDataset(SharedDataset&& other) noexcept;
+    SharedDataset& operator=(SharedDataset&&) = delete;
+    /// Removes what was not published. Of rank 0 the writer does so, unless it was this rank that was killed.
+    ~SharedDataset();
+
+    /// Where the dataset's files are to be made.
+    const std::filesystem::path& directory() const { return directory_; }
+    /// The writer, on rank 0 alone.
+    storage::DatasetWriter& writer() { return *writer_; }
+    /// Says, on every rank, that all ranks know of its end: the folder is no more theirs.
+    void finish() { directory_.clear(); }
+
+  private:
+    SharedDataset(std::filesystem::path directory, std::optional<storage::DatasetWriter> writer)
+        : directory_(std::move(directory)), writer_(std::move(writer)) {}
+
+    std::filesystem::path directory_;
+    std::optional<storage::DatasetWriter> writer_;
+};
+
+// Processes that a launcher of MPI started, mpirun or srun; called from main, once. In mpi_communicator.cpp.
+
+/// Whether the environment says that a launcher of MPI started this process and others with it. Touches no
+/// MPI.
+bool startedByMpi();
+
+/// Joins the others; leaves them when it goes. Whoever waits for the others asks `cancelled` now and then.
+/// Errors: internal (MPI does not start).
+Result<std::unique_ptr<Communicator>> joinMpi(std::function<bool()> cancelled);
 
 }  // namespace mote::prep

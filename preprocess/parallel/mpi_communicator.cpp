@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/parallel/mpi_communicator.h"
+#include "preprocess/parallel/communicator.h"
 
 #include <mpi.h>
 
@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <exception>
 #include <thread>
+
+#include "preprocess/job.h"
 
 namespace mote::prep {
 namespace {
@@ -102,7 +104,7 @@ class MpiCommunicator final : public Communicator {
             pause = std::min(pause + pause / 4, std::chrono::microseconds(500));
         }
         whole_ = false;
-        return Error{ErrorCode::cancelled, "", "cancelled"};
+        return cancelledError();
     }
 
     std::function<bool()> cancelled_;

@@ -2,11 +2,14 @@
 //
 // The rule by which a plot gets its bounds where the request gives none; in words in docs/FORMAT.md. Pure
 // functions.
+//
+// The ranges of a step's plot coordinates by the rule of bounds_rule.h, found block by block.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "preprocess/particles/step_reader.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -33,5 +36,9 @@ Range acceptedRange(std::vector<double> sample);
 /// A range that is one value gets a width, the value in its middle. Errors: resourceExhausted, where the
 /// range is too wide for a difference of its ends.
 Result<Range> widened(Range range);
+
+/// One pass, and another one or two where particles are left out. Empty ranges for a step without particles.
+/// The same on all ranks, for any number of them. Errors: the source's own, cancelled.
+Result<std::array<Range, 3>> stepBounds(StepReader& reader, Communicator& ranks);
 
 }  // namespace mote::prep

@@ -1,12 +1,47 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/cell_plan.h"
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 
 #include "protocol/scene/mote_check.h"
 
 namespace mote::prep {
 namespace {
+
+struct Counter {
+    CellCount count;
+    QuantizedBlock block;
+};
+
+/// What a rank tells of itself beside its cells.
+struct Rest {
+    std::uint64_t lost, invalid, outside;
+    Range weight;
+};
+
+void countBlock(const ParticleBlock& block, const std::array<Range, 3>& bounds, unsigned gridLevel,
+                Counter& counter) {
+    auto& count = counter.count;
+    count.cells.resize(std::size_t{1} << (3 * gridLevel));
+    quantize(block, bounds, counter.block);
+    count.lost += block.lost;
+    count.invalid += block.invalid;
+    count.outside += counter.block.outside;
+    for (const auto& particle : counter.block.particles) ++count.cells[gridCellOf(particle, gridLevel)];
+    const auto& weight = counter.block.weight;
+    if (weight.empty()) return;
+    const auto [least, greatest] = std::minmax_element(weight.begin(), weight.end());
+    count.weight = count.weight.united({*least, *greatest});
+}
+
+std::uint32_t fraction(const Range& range, double value) {
+    // The division first: multiplying by 2^32 is then exact, so that the cell of any level is the same as the
+    // one that floor(2^level (value - min) / (max - min)) gives.
+    const double scaled = (value - range.min) / (range.max - range.min) * 0x1p32;
+    return scaled >= 0x1p32 ? 0xffffffffU : static_cast<std::uint32_t>(scaled);
+}
 
 // Particles that are sorted together: with what sorting needs they fit a core's cache, unless there are more
 // than a thousand ranges of them.
@@ -90,17 +125,63 @@ class Planner {
 
 }  // namespace
 
+void CellCount::add(const CellCount& other) {
+    cells.resize(std::max(cells.size(), other.cells.size()));
+    for (std::size_t cell = 0; cell < other.cells.size(); ++cell) cells[cell] += other.cells[cell];
+    lost += other.lost;
+    invalid += other.invalid;
+    outside += other.outside;
+    weight = weight.united(other.weight);
+}
+
+Result<CellCount> countCells(StepReader& reader, const std::array<Range, 3>& bounds, unsigned gridLevel) {
+    tbb::enumerable_thread_specific<Counter> counters;
+    MOTE_RETURN_IF_ERROR(reader.forEach(0, reader.blockCount(), [&](const ParticleBlock& block, std::size_t) {
+        countBlock(block, bounds, gridLevel, counters.local());
+    }));
+    CellCount count;
+    count.cells.resize(std::size_t{1} << (3 * gridLevel));
+    for (const auto& counter : counters) count.add(counter.count);
+    return count;
+}
+
+Result<CellCount> sumOfRanks(Communicator& ranks, const CellCount& mine) {
+    if (ranks.size() == 1) return mine;
+    MOTE_ASSIGN_OR_RETURN(const auto cells, shareValues<std::uint32_t>(ranks, mine.cells));
+    const Rest rest{mine.lost, mine.invalid, mine.outside, mine.weight};
+    MOTE_ASSIGN_OR_RETURN(const auto rests, shareValues<Rest>(ranks, std::span(&rest, 1)));
+    CellCount sum;
+    for (std::size_t rank = 0; rank < cells.size(); ++rank) {
+        const Rest& other = rests[rank].front();
+        sum.add({std::move(cells[rank]), other.lost, other.invalid, other.outside, other.weight});
+    }
+    return sum;
+}
+
+void quantize(const ParticleBlock& block, const std::array<Range, 3>& bounds, QuantizedBlock& result) {
+    result.particles.resize(block.size());
+    result.weight.resize(block.size());
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < block.size(); ++i) {
+        const double x = block.coordinate[0][i];
+        const double y = block.coordinate[1][i];
+        const double z = block.coordinate[2][i];
+        if (!bounds[0].contains(x) || !bounds[1].contains(y) || !bounds[2].contains(z)) continue;
+        result.particles[size] = {fraction(bounds[0], x), fraction(bounds[1], y), fraction(bounds[2], z),
+                                  block.row[i]};
+        result.weight[size] = block.weight[i];
+        ++size;
+    }
+    result.outside = block.size() - size;
+    result.particles.resize(size);
+    result.weight.resize(size);
+}
+
 unsigned gridLevelFor(std::uint64_t rows) {
     constexpr unsigned most = 7;
     unsigned level = 1;
     while (level < most && (rows >> (3 * level)) > 4) ++level;
     return level;
-}
-
-std::uint64_t CellPlan::largestRange() const {
-    const auto largest = std::max_element(ranges.begin(), ranges.end(),
-                                          [](const auto& a, const auto& b) { return a.count < b.count; });
-    return largest->count;
 }
 
 CellPlan planCells(const std::vector<std::uint32_t>& counts, unsigned gridLevel,

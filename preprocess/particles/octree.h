@@ -1,17 +1,36 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Octree: the nodes and leaves of a step while the job works, and how they are put together from their parts.
-// A value.
+// OctreeLevels: an octree, or a part of one, as the job builds it: level by level, each in Morton order.
+// Octree: the nodes and leaves of a step, put together from them. Values.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "preprocess/particles/octree_levels.h"
 #include "protocol/scene/error.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::prep {
+
+struct OctreeOptions {
+    std::uint32_t leafCapacity = 0;  ///< a cell with more particles is divided, down to maxLevel
+    std::uint32_t maxLevel = 0;      ///< at most 16
+};
+
+struct OctreeLevel {
+    std::vector<std::uint8_t> children;  ///< bit i: child i holds particles; 0: a leaf
+    std::vector<std::uint32_t> count;    ///< particles
+    std::vector<double> weight;          ///< of a leaf's particles; an inner node's is not yet summed
+
+    std::size_t size() const { return count.size(); }
+    void add(std::uint32_t particles) {
+        children.push_back(0);
+        count.push_back(particles);
+        weight.push_back(0.0);
+    }
+};
+
+using OctreeLevels = std::vector<OctreeLevel>;
 
 struct Octree {
     // Nodes, breadth first; as storage::OctreeNodes.

@@ -12,7 +12,6 @@
 
 #include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/cell_plan.h"
-#include "preprocess/particles/quantized_block.h"
 #include "preprocess/particles/record_store.h"
 #include "preprocess/particles/step_reader.h"
 

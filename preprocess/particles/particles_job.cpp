@@ -11,20 +11,17 @@
 #include <mutex>
 #include <optional>
 
-#include "preprocess/machine_memory.h"
+#include "preprocess/job.h"
 #include "preprocess/on_threads.h"
-#include "preprocess/parallel/shared_dataset.h"
-#include "preprocess/particles/density_histogram.h"
-#include "preprocess/particles/memory_plan.h"
-#include "preprocess/particles/plot_manifest.h"
-#include "preprocess/particles/step_bounds.h"
+#include "preprocess/parallel/communicator.h"
+#include "preprocess/particles/bounds_rule.h"
+#include "preprocess/particles/plot_plan.h"
+#include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_output.h"
-#include "preprocess/particles/step_selection.h"
-#include "preprocess/particles/two_stages.h"
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/manifest.h"
-#include "storage/particles/step_writer.h"
+#include "storage/particles/step_file.h"
 
 namespace mote::prep {
 namespace {
@@ -32,10 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, docs/JOBS.md
-
-Error cancelledError() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 class Job {
   public:
@@ -345,6 +338,17 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, Partic
     if (!all.ranks) all.ranks = alone.get();
     return onThreads(resources.threads,
                      [&] { return Job(request, source, inputs, output, all, progress).run(); });
+}
+
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
+                                        const std::vector<std::filesystem::path>& inputs,
+                                        const std::filesystem::path& output, const JobResources& resources,
+                                        Progress& progress) {
+    MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
+    auto source = openParticleSource(request.particles(), inputs, progress);
+    const Status opened = source.ok() ? success() : Status(source.error());
+    MOTE_RETURN_IF_ERROR(resources.ranks ? agree(*resources.ranks, opened) : opened);
+    return runParticlesJob(request, **source, inputs, output, resources, progress);
 }
 
 }  // namespace mote::prep

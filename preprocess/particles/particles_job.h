@@ -9,8 +9,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "preprocess/job_resources.h"
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // RangeBuilder: from the particles of one range of the plan, in the order of their rows, to its part of the
-// octree, its points in the order of their leaves, and its part of the volume. Its memory serves range after
-// range; one thread each.
+// octree, its points in the order of their leaves, and its part of the density volume. Its memory serves
+// range after range; one thread each. Besides, pure functions: the volume and the manifest's densities.
 #pragma once
 
 #include <array>
@@ -10,8 +10,9 @@
 #include <span>
 #include <vector>
 
+#include "preprocess/particles/bounds_rule.h"
 #include "preprocess/particles/cell_plan.h"
-#include "preprocess/particles/quantized_block.h"
+#include "protocol/scene/log_density.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::prep {
@@ -96,5 +97,21 @@ class RangeBuilder {
     std::vector<LeafPoint> points_;
     std::vector<Shuffled> shuffled_;
 };
+
+/// Adds the weights of cells at `cellLevel`, at least `level`, to those of their cells at `level`, by Morton
+/// key.
+void addCells(std::span<const CellSum> cells, unsigned cellLevel, unsigned level, std::vector<double>& sums);
+
+/// The densities of the 8^level cells of an octree level, x fastest: weight over the cell's share of the box.
+std::vector<float> densityVolume(const std::vector<double>& sums, unsigned level);
+
+/// The range of leaves in ascending density, but for those of zero (macro-particles may weigh nothing); empty
+/// where there is no other.
+Range densityRange(std::span<const float> density);
+
+/// Adds particles to even bins of t over [0, 1], of which the last holds t = 1. `particles` are as many as
+/// the leaves' densities; `bins` are resized to as many as the manifest has.
+void addToHistogram(std::span<const float> density, std::span<const std::uint32_t> particles,
+                    const LogDensity& scale, std::vector<std::uint64_t>& bins);
 
 }  // namespace mote::prep

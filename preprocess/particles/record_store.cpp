@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "protocol/scene/system_error.h"
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 
 namespace mote::prep {
 namespace {

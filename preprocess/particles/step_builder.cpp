@@ -7,17 +7,13 @@
 #include <algorithm>
 #include <atomic>
 
-#include "preprocess/particles/cell_count.h"
-#include "preprocess/particles/density_volume.h"
+#include "preprocess/job.h"
+#include "preprocess/particles/cell_plan.h"
 #include "preprocess/particles/particle_exchange.h"
 #include "preprocess/particles/range_builder.h"
 
 namespace mote::prep {
 namespace {
-
-Error cancelledError() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 template <class T>
 void appendTo(std::vector<T>& to, const std::vector<T>& from) {

@@ -7,9 +7,10 @@
 #include <algorithm>
 #include <optional>
 
+#include "preprocess/job.h"
 #include "preprocess/particles/point_output.h"
 #include "protocol/scene/json.h"
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 
 namespace mote::prep {
 namespace {
@@ -122,7 +123,7 @@ class Output {
         std::vector<Result<std::vector<std::uint64_t>>> hashed(parts, std::vector<std::uint64_t>{});
         tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
             if (output_.cancelled()) {
-                hashed[part] = Error{ErrorCode::cancelled, "", "cancelled"};
+                hashed[part] = cancelledError();
                 return;
             }
             const std::uint64_t from = begin + part * together;

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 

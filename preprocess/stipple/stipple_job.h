@@ -1,20 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // The stipple job: a dataset of kind "stipple" from nothing but a number of points and a seed (the plane), or
-// from a mesh besides. Called from one thread. The same request gives the same bytes on any number of
-// threads.
+// from a mesh besides. The plane's points start at random, one in each of as many equal boxes, made even by
+// Lloyd's method with over-relaxation. Called from one thread. The same request gives the same bytes on any
+// number of threads.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec2.hpp>
+#include <vector>
 
-#include "preprocess/job_resources.h"
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/stipple/thinning.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+/// Points on the unit square, neighbours in the list near each other. At least one.
+std::vector<glm::dvec2> stratifiedPoints(std::uint32_t points, std::uint64_t seed);
+
+/// One step of Lloyd's method on the periodic square, each point going `relaxation` times the way to its
+/// cell's centroid. The same on any number of threads.
+std::vector<glm::dvec2> relaxOnce(const std::vector<glm::dvec2>& points, double relaxation);
+
+/// stratifiedPoints, relaxed until they are as even as after 50 steps of Lloyd's method or more. Reports
+/// progress from 0 to `share`. Errors: cancelled.
+Result<std::vector<glm::dvec2>> evenPoints(std::uint32_t points, std::uint64_t seed, double share,
+                                           Progress& progress);
 
 /// What can be said of a request before its mesh is looked at. Errors: invalidArgument with the field's
 /// path.

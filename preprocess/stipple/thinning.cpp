@@ -2,11 +2,10 @@
 #include "preprocess/stipple/thinning.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
-#include "preprocess/stipple/area_queue.h"
 #include "preprocess/stipple/periodic_triangulation.h"
-#include "preprocess/stipple/recorded_moves.h"
 
 namespace mote::prep {
 namespace {
@@ -61,7 +60,7 @@ class Thinning {
         const auto all = static_cast<std::uint32_t>(hierarchy_.size());
         for (std::uint32_t rank = 0; rank < all; ++rank) {
             if (rank % 256 == 0) {
-                if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+                if (progress.cancelled()) return cancelledError();
                 progress.report(begin + (1.0 - begin) * rank / all, "thinning out");
             }
             const auto point = queue_.smallest();
@@ -148,12 +147,72 @@ class Thinning {
 
 }  // namespace
 
+AreaQueue::AreaQueue(std::vector<double> areas)
+    : areas_(std::move(areas)), heap_(areas_.size()), slot_(areas_.size()) {
+    std::iota(heap_.begin(), heap_.end(), 0U);
+    std::iota(slot_.begin(), slot_.end(), 0U);
+    for (std::size_t slot = heap_.size() / 2; slot-- > 0;) sink(slot);
+}
+
+void AreaQueue::removeSmallest() {
+    const auto last = heap_.back();
+    heap_.pop_back();
+    if (heap_.empty()) return;
+    put(0, last);
+    sink(0);
+}
+
+void AreaQueue::update(std::uint32_t point, double area) {
+    const bool smaller = area < areas_[point];
+    areas_[point] = area;
+    if (smaller) {
+        rise(slot_[point]);
+    } else {
+        sink(slot_[point]);
+    }
+}
+
+void AreaQueue::rise(std::size_t slot) {
+    const auto point = heap_[slot];
+    while (slot > 0 && before(point, heap_[(slot - 1) / 2])) {
+        put(slot, heap_[(slot - 1) / 2]);
+        slot = (slot - 1) / 2;
+    }
+    put(slot, point);
+}
+
+void AreaQueue::sink(std::size_t slot) {
+    const auto point = heap_[slot];
+    for (std::size_t child = 2 * slot + 1; child < heap_.size(); child = 2 * slot + 1) {
+        if (child + 1 < heap_.size() && before(heap_[child + 1], heap_[child])) ++child;
+        if (!before(heap_[child], point)) break;
+        put(slot, heap_[child]);
+        slot = child;
+    }
+    put(slot, point);
+}
+
 Result<storage::StippleHierarchy> thinPlane(const std::vector<glm::dvec2>& points,
                                             const ThinningOptions& options, double begin,
                                             Progress& progress) {
     Thinning thinning(points, options);
     MOTE_RETURN_IF_ERROR(thinning.run(begin, progress));
     return std::move(thinning).take();
+}
+
+void storeMoves(const RecordedMoves& moves, storage::StippleHierarchy& hierarchy) {
+    auto& h = hierarchy;
+    h.movesBegin.assign(h.size() + 1, 0);
+    for (const auto& move : moves) ++h.movesBegin[move.point + 1];
+    for (std::size_t i = 0; i < h.size(); ++i) h.movesBegin[i + 1] += h.movesBegin[i];
+    auto next = h.movesBegin;
+    h.moveNeighbour.resize(moves.size());
+    h.movePosition.resize(moves.size());
+    for (const auto& move : moves) {
+        const auto at = next[move.point]++;
+        h.moveNeighbour[at] = move.neighbour;
+        h.movePosition[at] = move.position;
+    }
 }
 
 }  // namespace mote::prep

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The run itself, with the options that only tests turn: a channel's plan carried out on any number of
-// particles, chunk after chunk. Called from one thread; works on all that oneTBB grants.
+// A synthetic beam run in which a halo really forms: a mismatched 6D waterbag in a periodic FODO channel with
+// space charge by the particle-core model. Written as openPMD 1.1 HDF5 in chunks, reproducible from its seed.
+// Called from one thread; works on all that oneTBB grants.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/synth/channel_plan.h"
+#include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -22,5 +24,10 @@ struct BeamRun {
 /// Writes the run to `output`. Errors: as synthesizeBeam.
 Status writeBeamRun(const ChannelPlan& plan, const BeamRun& run, const std::filesystem::path& output,
                     Progress& progress);
+
+/// Writes the run to `output`, which appears by one rename. Errors: invalidArgument, alreadyExists,
+/// permissionDenied, resourceExhausted (disk full), cancelled.
+Status synthesizeBeam(const proto::SynthBeamJob& job, const std::filesystem::path& output,
+                      Progress& progress);
 
 }  // namespace mote::prep

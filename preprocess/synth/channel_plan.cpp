@@ -72,8 +72,7 @@ class Planner {
 
 Result<ChannelPlan> planChannel(const BeamDesign& design, std::uint32_t steps) {
     const EnvelopeModel model(design);
-    const auto matched = model.matched();
-    if (!matched) return matched.error();
+    MOTE_ASSIGN_OR_RETURN(const auto matched, model.matched());
 
     ChannelPlan plan;
     plan.design = design;
@@ -81,13 +80,13 @@ Result<ChannelPlan> planChannel(const BeamDesign& design, std::uint32_t steps) {
     plan.emittance = model.emittance();
     plan.slices = sliceCount(steps);
     plan.sliceLength = model.channel().periodLength() * channelPeriods / static_cast<double>(plan.slices);
-    plan.matched = *matched;
+    plan.matched = matched;
     for (std::size_t plane = 0; plane < 3; ++plane) {
         plan.zeroCurrentAdvance[plane] = model.channel().phaseAdvance(plane);
     }
-    plan.depressedAdvance = model.depressedAdvance(*matched);
+    plan.depressedAdvance = model.depressedAdvance(matched);
 
-    Envelope core = *matched;
+    Envelope core = matched;
     for (std::size_t plane = 0; plane < 3; ++plane) {
         core.axes[plane] *= design.mismatch[plane];
         core.slopes[plane] *= design.mismatch[plane];

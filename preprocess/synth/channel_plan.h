@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "preprocess/synth/core_field.h"
 #include "preprocess/synth/envelope.h"
 #include "preprocess/synth/fodo_channel.h"
 

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/volume/byte_stream.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 #include "preprocess/readers/text/byte_source.h"
@@ -92,6 +96,174 @@ class InflatedStream : public ForwardStream {
     std::unique_ptr<Inflater> inflater_;
 };
 
+constexpr std::size_t bufferBytes = 256 * 1024;
+constexpr int padding = 64, blank = 65, wrong = 66;
+
+constexpr std::array<std::uint8_t, 256> makeTable() {
+    std::array<std::uint8_t, 256> table{};
+    table.fill(wrong);
+    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    for (std::size_t i = 0; i < digits.size(); ++i) {
+        table[static_cast<std::uint8_t>(digits[i])] = static_cast<std::uint8_t>(i);
+    }
+    for (const char c : std::string_view(" \t\r\n")) table[static_cast<std::uint8_t>(c)] = blank;
+    table['='] = padding;
+    return table;
+}
+constexpr auto meanings = makeTable();
+
+class Base64Stream : public ForwardStream {
+  public:
+    explicit Base64Stream(ByteStreamPtr text) : text_(std::move(text)), buffer_(bufferBytes) {}
+    std::string name() const override { return text_->name(); }
+    std::uint64_t mostBytes() const override { return (text_->mostBytes() / 4 + 1) * 3; }
+
+  protected:
+    Result<std::size_t> next(std::span<char> bytes) override {
+        std::size_t done = 0;
+        while (done < bytes.size()) {
+            if (used_ == ready_) {
+                MOTE_ASSIGN_OR_RETURN(const auto more, nextGroup());
+                if (!more) break;
+                continue;
+            }
+            bytes[done++] = group_[used_++];
+        }
+        return done;
+    }
+
+    Status restart() override {
+        begin_ = end_ = used_ = ready_ = 0;
+        return text_->seek(0);
+    }
+
+  private:
+    /// Decodes four characters to one, two or three bytes. False at the end of the text.
+    Result<bool> nextGroup() {
+        std::uint32_t bits = 0;
+        std::size_t digits = 0, pads = 0;
+        while (digits + pads < 4) {
+            if (begin_ == end_) {
+                MOTE_ASSIGN_OR_RETURN(const auto got, text_->read(buffer_));
+                begin_ = 0;
+                end_ = got;
+            }
+            if (begin_ == end_ || buffer_[begin_] == '<') {
+                if (digits + pads == 0) return false;
+                return corrupt("ends in the middle of its base64 text");
+            }
+            const std::uint8_t meaning = meanings[static_cast<std::uint8_t>(buffer_[begin_++])];
+            if (meaning == blank) continue;
+            if (meaning == wrong || (meaning == padding ? digits < 2 : pads > 0)) {
+                return corrupt("has a character in its base64 text that means nothing there");
+            }
+            bits = bits << 6 | (meaning == padding ? 0u : meaning);
+            ++(meaning == padding ? pads : digits);
+        }
+        group_ = {static_cast<char>(bits >> 16), static_cast<char>(bits >> 8), static_cast<char>(bits)};
+        used_ = 0;
+        ready_ = digits - 1;
+        return true;
+    }
+
+    Error corrupt(std::string message) const { return {ErrorCode::corrupt, name(), std::move(message)}; }
+
+    ByteStreamPtr text_;
+    std::vector<char> buffer_;
+    std::size_t begin_ = 0, end_ = 0;   // of the text that is not yet decoded
+    std::array<char, 3> group_{};       // what the last four characters stand for
+    std::size_t used_ = 0, ready_ = 0;  // bytes of it: handed out, there in all
+};
+
+class BlockStream : public ByteStream {
+  public:
+    BlockStream(ByteStreamPtr data, ZlibBlocks blocks, std::unique_ptr<Inflater> inflater)
+        : data_(std::move(data)), blocks_(std::move(blocks)), inflater_(std::move(inflater)) {
+        begins_.reserve(blocks_.compressed.size());
+        std::uint64_t begin = 0;
+        for (const std::uint64_t size : blocks_.compressed) {
+            begins_.push_back(begin);
+            begin += size;
+        }
+    }
+
+    std::string name() const override { return data_->name(); }
+    bool sequential() const override { return data_->sequential(); }
+    std::optional<std::uint64_t> size() const override { return blocks_.bytes; }
+    std::uint64_t mostBytes() const override { return blocks_.bytes; }
+
+    Result<std::size_t> read(std::span<char> bytes) override {
+        std::size_t done = 0;
+        while (done < bytes.size() && at_ < blocks_.bytes) {
+            const std::uint64_t within = at_ % blocks_.blockBytes;
+            if (within == 0) MOTE_RETURN_IF_ERROR(enter(at_ / blocks_.blockBytes));
+            const auto left = std::min(
+                {std::uint64_t{bytes.size() - done}, blocks_.blockBytes - within, blocks_.bytes - at_});
+            MOTE_ASSIGN_OR_RETURN(const auto got,
+                                  inflate(bytes.subspan(done, static_cast<std::size_t>(left))));
+            if (got == 0) {
+                return Error{ErrorCode::corrupt, name(),
+                             fmt::format("block {} holds less than it should", at_ / blocks_.blockBytes)};
+            }
+            done += got;
+            at_ += got;
+            if (at_ % blocks_.blockBytes == 0 || at_ == blocks_.bytes) MOTE_RETURN_IF_ERROR(checkEnd());
+        }
+        return done;
+    }
+
+    Status seek(std::uint64_t offset) override {
+        if (offset == at_ && entered_) return success();
+        at_ = std::min(offset, blocks_.bytes);
+        if (at_ == blocks_.bytes) return success();
+        std::uint64_t within = at_ % blocks_.blockBytes;
+        MOTE_RETURN_IF_ERROR(enter(at_ / blocks_.blockBytes));
+        std::vector<char> skipped(static_cast<std::size_t>(std::min<std::uint64_t>(within, skipBytes)));
+        while (within > 0) {
+            MOTE_ASSIGN_OR_RETURN(
+                const auto got,
+                inflate(std::span(skipped).first(std::min<std::size_t>(skipped.size(), within))));
+            if (got == 0) return Error{ErrorCode::corrupt, name(), "a block holds less than it should"};
+            within -= got;
+        }
+        return success();
+    }
+
+  private:
+    Status enter(std::uint64_t block) {
+        const auto index = static_cast<std::size_t>(block);
+        MOTE_RETURN_IF_ERROR(data_->seek(begins_[index]));
+        left_ = blocks_.compressed[index];
+        entered_ = true;
+        return inflater_->reset();
+    }
+
+    /// The checksum stands at the block's end.
+    Status checkEnd() {
+        std::array<char, 1> one{};
+        MOTE_ASSIGN_OR_RETURN(const auto got, inflate(one));
+        if (got == 0) return success();
+        return Error{ErrorCode::corrupt, name(), "a block holds more than it should"};
+    }
+
+    /// No byte behind the block is taken, so that the next one is not one to go back to.
+    Result<std::size_t> inflate(std::span<char> bytes) {
+        return inflater_->read(bytes, [this](std::span<char> input) {
+            auto got = data_->read(
+                input.first(static_cast<std::size_t>(std::min<std::uint64_t>(input.size(), left_))));
+            if (got) left_ -= *got;
+            return got;
+        });
+    }
+
+    ByteStreamPtr data_;
+    ZlibBlocks blocks_;
+    std::unique_ptr<Inflater> inflater_;
+    std::vector<std::uint64_t> begins_;  // of the blocks in data_
+    std::uint64_t at_ = 0, left_ = 0;    // left_: of the block's compressed bytes
+    bool entered_ = false;
+};
+
 }  // namespace
 
 std::uint64_t mostInflated(std::uint64_t bytes) {
@@ -115,18 +287,16 @@ Status ForwardStream::seek(std::uint64_t offset) {
         static_cast<std::size_t>(std::min<std::uint64_t>(offset - position_, skipBytes)));
     while (position_ < offset) {
         const auto left = std::min<std::uint64_t>(offset - position_, skipped.size());
-        const auto got = read(std::span(skipped).first(static_cast<std::size_t>(left)));
-        if (!got) return got.error();
-        if (*got == 0) break;
+        MOTE_ASSIGN_OR_RETURN(const auto got, read(std::span(skipped).first(static_cast<std::size_t>(left))));
+        if (got == 0) break;
     }
     return success();
 }
 
 Result<ByteStreamPtr> fileStream(const std::filesystem::path& path) {
-    auto source = ByteSource::open(path);
-    if (!source) return source.error();
-    if ((*source)->compressed()) return ByteStreamPtr(new GzipFile(std::move(source).value()));
-    return ByteStreamPtr(new PlainFile(std::move(source).value()));
+    MOTE_ASSIGN_OR_RETURN(auto source, ByteSource::open(path));
+    if (source->compressed()) return ByteStreamPtr(new GzipFile(std::move(source)));
+    return ByteStreamPtr(new PlainFile(std::move(source)));
 }
 
 Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,
@@ -138,18 +308,37 @@ Result<ByteStreamPtr> partStream(ByteStreamPtr whole, std::uint64_t begin,
 }
 
 Result<ByteStreamPtr> inflatedStream(ByteStreamPtr compressed, Inflater::Form form) {
-    auto inflater = Inflater::make(form, compressed->name());
-    if (!inflater) return inflater.error();
-    return ByteStreamPtr(new InflatedStream(std::move(compressed), std::move(inflater).value()));
+    MOTE_ASSIGN_OR_RETURN(auto inflater, Inflater::make(form, compressed->name()));
+    return ByteStreamPtr(new InflatedStream(std::move(compressed), std::move(inflater)));
 }
 
 Result<std::string> readHead(ByteStream& stream, std::size_t limit) {
     std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(stream.mostBytes(), limit)), '\0');
     MOTE_RETURN_IF_ERROR(stream.seek(0));
-    const auto got = stream.read(head);
-    if (!got) return got.error();
-    head.resize(*got);
+    MOTE_ASSIGN_OR_RETURN(const auto got, stream.read(head));
+    head.resize(got);
     return head;
+}
+
+ByteStreamPtr base64Stream(ByteStreamPtr text) {
+    return std::make_unique<Base64Stream>(std::move(text));
+}
+
+Result<ByteStreamPtr> zlibBlockStream(ByteStreamPtr data, ZlibBlocks blocks) {
+    std::uint64_t compressed = 0;
+    const std::uint64_t most = data->mostBytes();
+    for (const std::uint64_t size : blocks.compressed) {
+        if (size > most || compressed > most - size) {
+            return Error{ErrorCode::corrupt, data->name(), "its compressed blocks do not fit into the file"};
+        }
+        compressed += size;
+    }
+    if (blocks.bytes > mostInflated(compressed)) {
+        return Error{ErrorCode::corrupt, data->name(),
+                     fmt::format("{} bytes cannot come out of {} compressed ones", blocks.bytes, compressed)};
+    }
+    MOTE_ASSIGN_OR_RETURN(auto inflater, Inflater::make(Inflater::Form::zlib, data->name()));
+    return ByteStreamPtr(new BlockStream(std::move(data), std::move(blocks), std::move(inflater)));
 }
 
 }  // namespace mote::prep

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // ByteStream: the bytes of a volume, whatever they are wrapped in: files, parts of files, compressed data,
-// text. Streams are put into one another; each owns the one it reads. One owner, one thread at a time.
+// base64 (RFC 4648), VTK's blocks, each compressed for itself. Streams are put into one another; each owns
+// the one it reads. One owner, one thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +12,9 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
-#include "preprocess/readers/text/inflater.h"
+#include "preprocess/readers/text/byte_source.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -68,5 +70,20 @@ std::uint64_t mostInflated(std::uint64_t bytes);
 
 /// Its first bytes, at most `limit` of them; the stream stands behind them. Errors as of read.
 Result<std::string> readHead(ByteStream& stream, std::size_t limit);
+
+/// The bytes that `text` stands for, to its end or to a '<'; blanks and line ends are stepped over. Groups
+/// that end with '=' may stand anywhere: VTK writes several texts one after the other. Reading: corrupt where
+/// a character means nothing.
+ByteStreamPtr base64Stream(ByteStreamPtr text);
+
+struct ZlibBlocks {
+    std::uint64_t blockBytes = 0;           ///< of each block, decompressed, but for the last one
+    std::uint64_t bytes = 0;                ///< decompressed, in all
+    std::vector<std::uint64_t> compressed;  ///< bytes of each block, one after the other
+};
+
+/// What comes out of the blocks in `data`, which begins with the first one. Errors: corrupt (more than the
+/// data can hold), internal.
+Result<ByteStreamPtr> zlibBlockStream(ByteStreamPtr data, ZlibBlocks blocks);
 
 }  // namespace mote::prep

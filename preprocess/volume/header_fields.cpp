@@ -6,15 +6,211 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <system_error>
 
 #include "preprocess/readers/text/number.h"
+#include "preprocess/volume/volume_shape.h"
 
 namespace mote::prep {
 namespace {
 
+namespace fs = std::filesystem;
+
+constexpr std::size_t mostFiles = VolumeShape::maxDimension;
+
+Error tooMany(const std::string& where) {
+    return {ErrorCode::corrupt, where, fmt::format("names more than {} data files", mostFiles)};
+}
+
+/// "slice%03d.raw" and 7: "slice007.raw". "" where it has no place for a number.
+std::string numbered(std::string_view pattern, std::uint64_t number) {
+    const std::size_t percent = pattern.find('%');
+    const std::size_t letter = pattern.find_first_not_of("0123456789", percent + 1);
+    if (percent == std::string_view::npos || letter == std::string_view::npos) return "";
+    if ((pattern[letter] != 'd' && pattern[letter] != 'u') || letter - percent > 3) return "";
+    std::string_view width = pattern.substr(percent + 1, letter - percent - 1);
+    const bool zeros = width.starts_with('0');
+    const auto wide = static_cast<std::size_t>(parseId(width).value_or(0));
+    std::string digits = std::to_string(number);
+    if (digits.size() < wide) digits.insert(0, wide - digits.size(), zeros ? '0' : ' ');
+    return fmt::format("{}{}{}", pattern.substr(0, percent), digits, pattern.substr(letter + 1));
+}
+
+Result<std::vector<std::string>> numberedNames(const std::array<std::string_view, 4>& words,
+                                               const std::string& where) {
+    const auto first = parseId(words[1]), last = parseId(words[2]), step = parseId(words[3]);
+    if (!first || !last || !step || *step == 0 || *last < *first || numbered(words[0], 0).empty()) {
+        return Error{ErrorCode::corrupt, where,
+                     fmt::format("\"{:.40} ...\" is no pattern of data files and their numbers", words[0])};
+    }
+    if ((*last - *first) / *step >= mostFiles) return tooMany(where);
+    std::vector<std::string> names;
+    for (std::uint64_t i = 0; i <= (*last - *first) / *step; ++i) {
+        names.push_back(numbered(words[0], *first + i * *step));
+    }
+    return names;
+}
+
+Result<std::vector<std::string>> listedNames(std::string_view list, const std::string& where) {
+    std::vector<std::string> names;
+    while (!list.empty()) {
+        const std::size_t end = std::min(list.find('\n'), list.size());
+        const std::string_view name = trim(list.substr(0, end));
+        if (!name.empty()) names.emplace_back(name);
+        list.remove_prefix(std::min(end + 1, list.size()));
+        if (names.size() > mostFiles) return tooMany(where);
+    }
+    if (names.empty()) return Error{ErrorCode::corrupt, where, "lists no data file"};
+    return names;
+}
+
+/// The path that `name` stands for, where the header may name it.
+Result<fs::path> permitted(const fs::path& header, const std::string& name) {
+    const std::string where = header.filename().string();
+    std::error_code code;
+    const fs::path folder =
+        fs::weakly_canonical(header.parent_path().empty() ? "." : header.parent_path(), code);
+    if (code) return Error{ErrorCode::notFound, where, "cannot be found: " + code.message()};
+    const fs::path file = fs::weakly_canonical(folder / name.c_str(), code);
+    const auto [inFolder, inFile] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+    if (!code && inFolder == folder.end()) return file;
+    return Error{ErrorCode::permissionDenied, where,
+                 "names a data file outside of its own folder; move the file there"};
+}
+
+Result<ByteStreamPtr> openNamed(const fs::path& header, const std::string& name) {
+    MOTE_ASSIGN_OR_RETURN(const auto path, permitted(header, name));
+    auto file = fileStream(path);
+    if (file) return file;
+    const Error& error = file.error();
+    return Error{error.code, fmt::format("{}: data file {}", header.filename().string(), error.where),
+                 error.message};
+}
+
+/// Files of the same number of bytes, of which one at a time is open.
+class FileSeries : public ByteStream {
+  public:
+    FileSeries(fs::path header, std::vector<std::string> names, std::uint64_t bytes, Unwrap unwrap)
+        : header_(std::move(header)),
+          names_(std::move(names)),
+          bytesOfFile_(bytes / names_.size()),
+          unwrap_(std::move(unwrap)) {}
+
+    std::string name() const override { return file_ ? file_->name() : header_.filename().string(); }
+    bool sequential() const override { return file_->sequential(); }
+    std::optional<std::uint64_t> size() const override { return mostBytes(); }
+    std::uint64_t mostBytes() const override { return bytesOfFile_ * names_.size(); }
+
+    Result<std::size_t> read(std::span<char> bytes) override {
+        std::size_t done = 0;
+        while (done < bytes.size() && at_ < mostBytes()) {
+            MOTE_RETURN_IF_ERROR(open(static_cast<std::size_t>(at_ / bytesOfFile_)));
+            const auto left = std::min<std::uint64_t>(bytes.size() - done, bytesOfFile_ - at_ % bytesOfFile_);
+            MOTE_ASSIGN_OR_RETURN(const auto got,
+                                  file_->read(bytes.subspan(done, static_cast<std::size_t>(left))));
+            if (got == 0) return wrongLength("less");
+            done += got;
+            at_ += got;
+            if (at_ % bytesOfFile_ == 0) MOTE_RETURN_IF_ERROR(checkEnd());
+        }
+        return done;
+    }
+
+    Status seek(std::uint64_t offset) override {
+        at_ = std::min(offset, mostBytes());
+        if (at_ == mostBytes()) return success();
+        MOTE_RETURN_IF_ERROR(open(static_cast<std::size_t>(at_ / bytesOfFile_)));
+        return file_->seek(at_ % bytesOfFile_);
+    }
+
+    /// Holds each file's length against what it should have.
+    Status check() {
+        for (std::size_t i = 0; i < names_.size(); ++i) {
+            MOTE_RETURN_IF_ERROR(open(i));
+            const auto size = file_->size();
+            if (size ? *size != bytesOfFile_ : file_->mostBytes() < bytesOfFile_) {
+                return wrongLength(fmt::format("{}{}", size ? "" : "at most ", file_->mostBytes()));
+            }
+        }
+        return seek(0);
+    }
+
+  private:
+    Status checkEnd() {
+        std::array<char, 1> one{};
+        MOTE_ASSIGN_OR_RETURN(const auto got, file_->read(one));
+        return got == 0 ? success() : Status(wrongLength("more"));
+    }
+
+    Error wrongLength(const std::string& held) const {
+        return {ErrorCode::corrupt, name(),
+                fmt::format("its share of the volume in {} is {} bytes, and it holds {}",
+                            header_.filename().string(), bytesOfFile_, held)};
+    }
+
+    Status open(std::size_t index) {
+        if (file_ && index == index_) return success();
+        MOTE_ASSIGN_OR_RETURN(auto plain, openNamed(header_, names_[index]));
+        MOTE_ASSIGN_OR_RETURN(auto file, unwrap_(std::move(plain), bytesOfFile_));
+        file_ = std::move(file);
+        index_ = index;
+        return success();
+    }
+
+    fs::path header_;
+    std::vector<std::string> names_;
+    std::uint64_t bytesOfFile_;  ///< of what comes out of it
+    Unwrap unwrap_;
+    ByteStreamPtr file_;  ///< names_[index_]
+    std::size_t index_ = 0;
+    std::uint64_t at_ = 0;
+};
+
 constexpr std::size_t maxNumbers = 64;
 
 }  // namespace
+
+Result<std::vector<std::string>> dataFileNames(std::string_view field, std::string_view list,
+                                               const std::string& where) {
+    if (field.starts_with("LIST")) return listedNames(list, where);
+    std::array<std::string_view, 4> words;
+    const std::size_t count = splitFields(field, ' ', words);
+    // A fifth word says how many axes a file has; its length says so, too.
+    if ((count == 4 || count == 5) && words[0].find('%') != std::string_view::npos) {
+        return numberedNames(words, where);
+    }
+    return std::vector<std::string>{std::string(field)};
+}
+
+Result<ByteStreamPtr> dataStream(DataFiles files, std::uint64_t bytes, const Unwrap& unwrap) {
+    const std::size_t count = files.names.size();
+    if (count < 2) {
+        auto file = count == 0 ? partStream(std::move(files.headerFile), files.headerBytes)
+                               : openNamed(files.header, files.names.front());
+        return file ? unwrap(std::move(file).value(), bytes) : std::move(file);
+    }
+    if (bytes % count != 0) {
+        return Error{ErrorCode::corrupt, files.header.filename().string(),
+                     fmt::format("names {} data files, which cannot hold {} bytes evenly", count, bytes)};
+    }
+    auto series =
+        std::make_unique<FileSeries>(std::move(files.header), std::move(files.names), bytes, unwrap);
+    MOTE_RETURN_IF_ERROR(series->check());
+    return ByteStreamPtr(std::move(series));
+}
+
+Result<ByteStreamPtr> skipHeader(ByteStreamPtr file, std::optional<std::uint64_t> skip,
+                                 std::uint64_t needed) {
+    if (!skip) {
+        const auto size = file->size();
+        if (!size) {
+            return Error{ErrorCode::unsupported, file->name(),
+                         "is compressed, and its data should begin at a place counted from its end"};
+        }
+        skip = *size - std::min(*size, needed);
+    }
+    return partStream(std::move(file), *skip);
+}
 
 std::string HeaderFields::plain(std::string_view name) {
     std::string plain;
@@ -61,10 +257,9 @@ Result<std::vector<double>> HeaderFields::numbers(std::string_view name, std::si
 }
 
 Result<std::vector<std::uint64_t>> HeaderFields::wholeNumbers(std::string_view name) const {
-    const auto all = numbers(name);
-    if (!all) return all.error();
+    MOTE_ASSIGN_OR_RETURN(const auto all, numbers(name));
     std::vector<std::uint64_t> whole;
-    for (const double number : *all) {
+    for (const double number : all) {
         if (!(number >= 0.0 && number < 0x1p53 && number == std::floor(number))) {
             return corrupt(name, fmt::format("says {}, which is no count", number));
         }
@@ -74,10 +269,9 @@ Result<std::vector<std::uint64_t>> HeaderFields::wholeNumbers(std::string_view n
 }
 
 Result<std::uint64_t> HeaderFields::wholeNumber(std::string_view name, std::uint64_t otherwise) const {
-    const auto all = wholeNumbers(name);
-    if (!all) return all.error();
-    if (all->size() > 1) return corrupt(name, fmt::format("has {} numbers in place of one", all->size()));
-    return all->empty() ? otherwise : all->front();
+    MOTE_ASSIGN_OR_RETURN(const auto all, wholeNumbers(name));
+    if (all.size() > 1) return corrupt(name, fmt::format("has {} numbers in place of one", all.size()));
+    return all.empty() ? otherwise : all.front();
 }
 
 Result<ScalarType> HeaderFields::type(std::string_view name, std::span<const ScalarTypeName> names) const {

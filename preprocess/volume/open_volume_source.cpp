@@ -5,20 +5,15 @@
 #include <glm/geometric.hpp>
 #include <string_view>
 
+#include "preprocess/job.h"
 #include "preprocess/volume/byte_stream.h"
-#include "preprocess/volume/metaimage_header.h"
-#include "preprocess/volume/metaimage_volume.h"
-#include "preprocess/volume/nifti_header.h"
-#include "preprocess/volume/nifti_volume.h"
-#include "preprocess/volume/nrrd_header.h"
-#include "preprocess/volume/nrrd_volume.h"
-#include "preprocess/volume/picture_files.h"
-#include "preprocess/volume/picture_stack.h"
-#include "preprocess/volume/raw_volume.h"
-#include "preprocess/volume/vdb_volume.h"
+#include "preprocess/volume/metaimage.h"
+#include "preprocess/volume/nifti.h"
+#include "preprocess/volume/nrrd.h"
+#include "preprocess/volume/stream_volume.h"
+#include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_source.h"
-#include "preprocess/volume/vti_header.h"
-#include "preprocess/volume/vti_volume.h"
+#include "preprocess/volume/vti.h"
 
 namespace mote::prep {
 namespace {
@@ -81,15 +76,13 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
     if (!options.format().empty() && options.format() != "auto") return std::string_view(options.format());
     if (options.dimensions_size() > 0) return std::string_view("raw");
     if (namesPictures(input)) return std::string_view("pictures");
-    auto file = fileStream(input);
-    if (!file) return file.error();
-    const auto head = readHead(**file, headBytes);
-    if (!head) return head.error();
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
+    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, headBytes));
     for (const Format& format : formats) {
-        if (format.begins(*head)) return format.name;
+        if (format.begins(head)) return format.name;
     }
     return Error{
-        ErrorCode::unsupported, (*file)->name(),
+        ErrorCode::unsupported, file->name(),
         "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, PNG or TIFF file; a raw one needs its dimensions and "
         "type"};
 }
@@ -121,10 +114,9 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
     if (options.origin_size() != 0 && options.origin_size() != 3) {
         return wrongOption("origin", "needs three numbers");
     }
-    if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
-    const auto format = formatOf(options, input);
-    if (!format) return format.error();
-    auto source = openAs(*format, options, input, progress);
+    if (progress.cancelled()) return cancelledError();
+    MOTE_ASSIGN_OR_RETURN(const auto format, formatOf(options, input));
+    auto source = openAs(format, options, input, progress);
     if (!source) return quotable(source.error());
     VolumeShape shape = (*source)->shape();
     MOTE_RETURN_IF_ERROR(place(shape, options));

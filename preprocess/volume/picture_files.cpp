@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/picture_files.h"
+#include "preprocess/volume/volume_formats.h"
 
 #include <fmt/format.h>
 #include <fnmatch.h>

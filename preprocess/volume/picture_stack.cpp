@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/picture_stack.h"
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -9,8 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "preprocess/image/picture_format.h"
-#include "preprocess/volume/picture_files.h"
+#include "preprocess/image/read_picture.h"
+#include "preprocess/volume/volume_formats.h"
 
 namespace mote::prep {
 namespace {
@@ -72,9 +71,8 @@ class PictureStack : public VolumeSource {
         MOTE_RETURN_IF_ERROR(readType());
         std::uint64_t slices = files_.size();
         if (files_.size() == 1) {
-            const auto pages = countPages();
-            if (!pages) return pages.error();
-            slices = *pages;
+            MOTE_ASSIGN_OR_RETURN(const auto pages, countPages());
+            slices = pages;
             paged_ = true;
         }
         if (slices == 1) {
@@ -123,12 +121,11 @@ class PictureStack : public VolumeSource {
                                                   : Status(unreadable(file(z), input_->geterror()));
         }
         const fs::path& path = file(z);
-        const auto format = pictureFormat(path);
-        if (!format) return format.error();
-        if (*format != "png"sv && *format != "tiff"sv) {
+        MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path));
+        if (format != "png"sv && format != "tiff"sv) {
             return Error{ErrorCode::unsupported, name(z), "is no PNG or TIFF picture"};
         }
-        input_ = OIIO::ImageInput::create(*format);
+        input_ = OIIO::ImageInput::create(format);
         if (!input_) return unreadable(path, OIIO::geterror());
         OIIO::ImageSpec spec, wishes;
         wishes.attribute("oiio:UnassociatedAlpha", 1);  // numbers as they are stored
@@ -262,9 +259,8 @@ bool beginsAsPicture(std::string_view bytes) {
 Result<std::unique_ptr<VolumeSource>> openPictureStack(const fs::path& input, Progress& progress) {
     std::vector<fs::path> files{input};
     if (namesPictures(input)) {
-        auto found = pictureFiles(input);
-        if (!found) return found.error();
-        files = std::move(found).value();
+        MOTE_ASSIGN_OR_RETURN(auto found, pictureFiles(input));
+        files = std::move(found);
     }
     auto stack = std::make_unique<PictureStack>(std::move(files), progress);
     MOTE_RETURN_IF_ERROR(guarded(input, [&] { return stack->open(); }));

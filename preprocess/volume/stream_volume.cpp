@@ -6,11 +6,104 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "preprocess/readers/text/number.h"
 
 namespace mote::prep {
 namespace {
 
 constexpr std::size_t blockBytes = 1u << 20;
+
+constexpr std::size_t bufferBytes = 256 * 1024;
+constexpr std::size_t longestWord = 128;
+
+bool separates(char c) {
+    return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == ',';
+}
+
+class NumberStream : public ForwardStream {
+  public:
+    explicit NumberStream(ByteStreamPtr text) : text_(std::move(text)), buffer_(bufferBytes) {}
+    std::string name() const override { return text_->name(); }
+    /// A number takes two characters at least, but for the last one.
+    std::uint64_t mostBytes() const override {
+        const std::uint64_t numbers = text_->mostBytes() / 2 + 1;
+        return numbers > std::numeric_limits<std::uint64_t>::max() / sizeof(double)
+                   ? std::numeric_limits<std::uint64_t>::max()
+                   : numbers * sizeof(double);
+    }
+
+  protected:
+    Result<std::size_t> next(std::span<char> bytes) override {
+        std::size_t done = 0;
+        while (done < bytes.size()) {
+            if (used_ == sizeof(double)) {
+                MOTE_ASSIGN_OR_RETURN(const auto more, nextNumber());
+                if (!more) break;
+                used_ = 0;
+            }
+            const std::size_t count = std::min(bytes.size() - done, sizeof(double) - used_);
+            std::memcpy(bytes.data() + done, reinterpret_cast<const char*>(&number_) + used_, count);
+            used_ += count;
+            done += count;
+        }
+        return done;
+    }
+
+    Status restart() override {
+        begin_ = end_ = 0;
+        used_ = sizeof(double);
+        atEnd_ = false;
+        return text_->seek(0);
+    }
+
+  private:
+    /// Reads on until the buffer's first word is whole. False where there is none.
+    Result<bool> nextNumber() {
+        while (true) {
+            while (begin_ < end_ && separates(buffer_[begin_])) ++begin_;
+            std::size_t stop = begin_;
+            while (stop < end_ && !separates(buffer_[stop]) && buffer_[stop] != '<') ++stop;
+            const bool whole = stop < end_ || atEnd_;
+            if (whole && stop == begin_) return false;
+            if (whole || stop - begin_ > longestWord) return parse(stop);
+            MOTE_RETURN_IF_ERROR(fill());
+        }
+    }
+
+    Result<bool> parse(std::size_t stop) {
+        const std::string_view word(buffer_.data() + begin_, stop - begin_);
+        const auto number = parseNumber(word);
+        if (!number) {
+            return Error{ErrorCode::corrupt, name(),
+                         fmt::format("has \"{}\" where a value should stand", word.substr(0, 20))};
+        }
+        number_ = *number;
+        begin_ = stop;
+        return true;
+    }
+
+    Status fill() {
+        std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+                  buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
+        end_ -= begin_;
+        begin_ = 0;
+        MOTE_ASSIGN_OR_RETURN(const auto got, text_->read(std::span(buffer_).subspan(end_)));
+        end_ += got;
+        atEnd_ = got == 0;
+        return success();
+    }
+
+    ByteStreamPtr text_;
+    std::vector<char> buffer_;
+    std::size_t begin_ = 0, end_ = 0;  // of the text that is not yet parsed
+    bool atEnd_ = false;
+    double number_ = 0.0;
+    std::size_t used_ = sizeof(double);  // bytes of it that were handed out
+};
 
 }  // namespace
 
@@ -54,9 +147,8 @@ Status StreamVolume::checkLength() const {
 /// What comes out of a compressed stream behind its last number says that the dimensions are wrong.
 Status StreamVolume::checkEnd() {
     std::array<char, 1> one{};
-    const auto got = stream_->read(one);
-    if (!got) return got.error();
-    return *got == 0 ? success() : Status(contradiction("more"));
+    MOTE_ASSIGN_OR_RETURN(const auto got, stream_->read(one));
+    return got == 0 ? success() : Status(contradiction("more"));
 }
 
 Status StreamVolume::read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) {
@@ -67,13 +159,42 @@ Status StreamVolume::read(std::uint32_t z0, std::uint32_t z1, std::span<float> v
     while (!values.empty()) {
         const std::size_t count = std::min(values.size(), block_.size() / width);
         const std::span<char> bytes = std::span(block_).first(count * width);
-        const auto got = stream_->read(bytes);
-        if (!got) return got.error();
-        if (*got < bytes.size()) return contradiction("less");
+        MOTE_ASSIGN_OR_RETURN(const auto got, stream_->read(bytes));
+        if (got < bytes.size()) return contradiction("less");
         decodeSamples(bytes, samples_, values.first(count));
         values = values.subspan(count);
     }
     return z1 == shape_.nz && ending_ == Ending::end ? checkEnd() : success();
+}
+
+ByteStreamPtr numberStream(ByteStreamPtr text) {
+    return std::make_unique<NumberStream>(std::move(text));
+}
+
+Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& options,
+                                              const std::filesystem::path& path) {
+    if (options.dimensions_size() != 3) {
+        return Error{ErrorCode::invalidArgument, "dimensions", "a raw volume needs three of them"};
+    }
+    SampleFormat samples;
+    samples.bigEndian = options.big_endian();
+    const std::string typeName = options.type().empty() ? "u8" : options.type();
+    const auto type = scalarType(typeName);
+    if (!type) {
+        return Error{ErrorCode::invalidArgument, "type",
+                     fmt::format("\"{:.20}\" is none of u8, i8, u16, i16, u32, i32, f32 and f64", typeName)};
+    }
+    samples.type = *type;
+    VolumeShape shape;
+    shape.type = *type;
+    if (const auto status = setDimensions(shape, options.dimensions(0), options.dimensions(1),
+                                          options.dimensions(2), "dimensions");
+        !status) {
+        return Error{ErrorCode::invalidArgument, status.error().where, status.error().message};
+    }
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
+    MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file), options.header_bytes()));
+    return StreamVolume::make("raw", std::move(shape), samples, std::move(data));
 }
 
 }  // namespace mote::prep

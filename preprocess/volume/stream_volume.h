@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StreamVolume: a VolumeSource whose numbers lie one after the other in a ByteStream, x fastest. One owner,
-// one thread at a time.
+// StreamVolume: a VolumeSource whose numbers lie one after the other in a ByteStream, x fastest; and two that
+// need no more: numbers as text, and raw volumes, which the job's options describe. One owner, one thread at
+// a time.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,5 +45,14 @@ class StreamVolume : public VolumeSource {
     Ending ending_;
     std::vector<char> block_;
 };
+
+/// Eight bytes, the machine's own double, for each number of `text`; between them stand blanks, line ends or
+/// commas. They end with the text or, in XML, at a '<'. Reading: corrupt where a word is no number.
+ByteStreamPtr numberStream(ByteStreamPtr text);
+
+/// The file may be gzipped. Errors: invalidArgument (options that are missing or wrong), corrupt (another
+/// length than the options say), those of fileStream.
+Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& options,
+                                              const std::filesystem::path& path);
 
 }  // namespace mote::prep

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/volume/vdb_volume.h"
+#include "preprocess/volume/volume_formats.h"
 
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
@@ -7,6 +7,8 @@
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,12 +17,43 @@
 #include <stdexcept>
 
 #include "preprocess/volume/byte_stream.h"
-#include "preprocess/volume/data_limit.h"
 
 namespace mote::prep {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Bytes of data that the process has mapped; 0 where that is not known.
+std::uint64_t mappedData() {
+    std::ifstream file("/proc/self/statm");
+    std::uint64_t size = 0, resident = 0, shared = 0, text = 0, library = 0, data = 0;
+    file >> size >> resident >> shared >> text >> library >> data;
+    return file ? data * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) : 0;
+}
+
+/// While it lives, the process gets no more than some memory beyond what it has: an allocation that would
+/// need it throws std::bad_alloc. For a library that believes every length in a file. The limit is the
+/// process's own (RLIMIT_DATA): one at a time, while no other thread needs much.
+class DataLimit {
+  public:
+    /// `more` in bytes. Where the system does not say what the process has, nothing is limited.
+    explicit DataLimit(std::uint64_t more) {
+        const auto now = mappedData();
+        if (now == 0 || ::getrlimit(RLIMIT_DATA, &before_) != 0) return;
+        rlimit limit = before_;
+        limit.rlim_cur = std::min<rlim_t>(before_.rlim_cur, now + more);
+        set_ = ::setrlimit(RLIMIT_DATA, &limit) == 0;
+    }
+    ~DataLimit() {
+        if (set_) ::setrlimit(RLIMIT_DATA, &before_);
+    }
+    DataLimit(const DataLimit&) = delete;
+    DataLimit& operator=(const DataLimit&) = delete;
+
+  private:
+    rlimit before_{};
+    bool set_ = false;
+};
 
 // Its voxels are held between reads; a thinner window reads the grid's nodes more often.
 constexpr std::uint64_t windowBytes = 1u << 28;
@@ -107,9 +140,8 @@ class VdbVolume : public VolumeSource {
     Status open(const std::string& field) {
         return guarded([&]() -> Status {
             GridReader reader(path_);
-            const auto index = choose(reader, field);
-            if (!index) return index.error();
-            index_ = *index;
+            MOTE_ASSIGN_OR_RETURN(const auto index, choose(reader, field));
+            index_ = index;
             grid_ = printableText(reader.descriptor().gridName());
             if (reader.descriptor().isInstance()) return unsupported("shares its voxels with another one");
             return setShape(*reader.grid());
@@ -246,8 +278,7 @@ bool beginsAsVdb(std::string_view bytes) {
 }
 
 Result<std::unique_ptr<VolumeSource>> openVdb(const fs::path& path, const std::string& field) {
-    const auto file = fileStream(path);  // says in our words what is wrong with it
-    if (!file) return file.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, fileStream(path));  // says in our words what is wrong with it
     openvdb::initialize();
     auto volume = std::make_unique<VdbVolume>(path);
     MOTE_RETURN_IF_ERROR(volume->open(field));

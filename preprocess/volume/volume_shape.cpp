@@ -4,12 +4,44 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "preprocess/readers/text/number.h"
+#include "protocol/scene/mote_check.h"
+
 namespace mote::prep {
 namespace {
+
+struct TypeName {
+    std::string_view name;
+    std::size_t bytes;
+};
+/// Names and sizes by ScalarType.
+constexpr std::array<TypeName, 8> types{
+    {{"u8", 1}, {"i8", 1}, {"u16", 2}, {"i16", 2}, {"u32", 4}, {"i32", 4}, {"f32", 4}, {"f64", 8}}};
+
+template <class Number, bool swapped>
+void decode(const char* from, const SampleFormat& format, std::span<float> values) {
+    if (format.slope == 1.0 && format.intercept == 0.0) {
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            values[i] = static_cast<float>(loadNumber<Number>(from + i * sizeof(Number), swapped));
+        }
+        return;
+    }
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto number = static_cast<double>(loadNumber<Number>(from + i * sizeof(Number), swapped));
+        values[i] = static_cast<float>(format.slope * number + format.intercept);
+    }
+}
+
+template <class Number>
+void decode(const char* from, const SampleFormat& format, std::span<float> values) {
+    return format.bigEndian && sizeof(Number) > 1 ? decode<Number, true>(from, format, values)
+                                                  : decode<Number, false>(from, format, values);
+}
 
 constexpr std::size_t maxUnit = 16;
 // Axes of length 1 that span less than this volume lie in one plane, but for rounding.
@@ -17,6 +49,43 @@ constexpr double leastVolume = 1e-6;
 constexpr double leastLength = 1e-30, greatestLength = 1e30;  // lest products of lengths overflow
 
 }  // namespace
+
+std::string_view name(ScalarType type) {
+    return types[static_cast<std::size_t>(type)].name;
+}
+
+std::size_t bytesOf(ScalarType type) {
+    return types[static_cast<std::size_t>(type)].bytes;
+}
+
+std::optional<ScalarType> scalarType(std::string_view name) {
+    const auto found =
+        std::find_if(types.begin(), types.end(), [&](const TypeName& type) { return type.name == name; });
+    if (found == types.end()) return std::nullopt;
+    return static_cast<ScalarType>(found - types.begin());
+}
+
+void decodeSamples(std::span<const char> bytes, const SampleFormat& format, std::span<float> values) {
+    MOTE_CHECK(bytes.size() == values.size() * bytesOf(format.type));
+    switch (format.type) {
+        case ScalarType::u8:
+            return decode<std::uint8_t>(bytes.data(), format, values);
+        case ScalarType::i8:
+            return decode<std::int8_t>(bytes.data(), format, values);
+        case ScalarType::u16:
+            return decode<std::uint16_t>(bytes.data(), format, values);
+        case ScalarType::i16:
+            return decode<std::int16_t>(bytes.data(), format, values);
+        case ScalarType::u32:
+            return decode<std::uint32_t>(bytes.data(), format, values);
+        case ScalarType::i32:
+            return decode<std::int32_t>(bytes.data(), format, values);
+        case ScalarType::f32:
+            return decode<float>(bytes.data(), format, values);
+        case ScalarType::f64:
+            return decode<double>(bytes.data(), format, values);
+    }
+}
 
 Status setDimensions(VolumeShape& shape, std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      const std::string& where) {

@@ -11,7 +11,7 @@
 #include <span>
 #include <string>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/volume/volume_shape.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"

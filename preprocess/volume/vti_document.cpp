@@ -35,11 +35,10 @@ class Parser {
         MOTE_RETURN_IF_ERROR(file_.seek(0));
         std::vector<char> chunk(chunkBytes);
         for (bool last = false; !last && !done_;) {
-            if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
-            const auto got = file_.read(chunk);
-            if (!got) return got.error();
-            last = *got < chunk.size();
-            MOTE_RETURN_IF_ERROR(feed(std::span(chunk).first(*got), last));
+            if (progress.cancelled()) return cancelledError();
+            MOTE_ASSIGN_OR_RETURN(const auto got, file_.read(chunk));
+            last = got < chunk.size();
+            MOTE_RETURN_IF_ERROR(feed(std::span(chunk).first(got), last));
         }
         return success();
     }

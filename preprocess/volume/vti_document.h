@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/header_fields.h"
 #include "protocol/scene/error.h"

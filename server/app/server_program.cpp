@@ -27,7 +27,7 @@
 #include "server/render/ranks/ranked_device.h"
 #include "server/render/ranks/ranks.h"
 #include "server/session/token.h"
-#include "storage/blocks/mapping_guard.h"
+#include "storage/blocks/mapped_file.h"
 
 namespace mote::server {
 namespace {

@@ -10,7 +10,7 @@
 #include "protocol/scene/dataset.h"
 #include "storage/image/image_file.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote::server {
 namespace {

@@ -18,7 +18,6 @@
 #include "storage/blocks/block_budget.h"
 #include "storage/catalogue.h"
 #include "storage/particles/mapped_step.h"
-#include "storage/particles/step_need.h"
 
 namespace mote::server {
 

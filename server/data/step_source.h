@@ -12,7 +12,6 @@
 #include "server/data/loadable.h"
 #include "storage/catalogue.h"
 #include "storage/particles/particle_step.h"
-#include "storage/particles/step_need.h"
 
 namespace mote::server {
 

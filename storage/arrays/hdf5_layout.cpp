@@ -3,16 +3,39 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <hdf5.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 #include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/particles/hdf5_id.h"
 
 namespace mote::storage {
 namespace {
+
+/// An identifier of the HDF5 library with the call that closes it. Move-only; one thread.
+class Hdf5Id {
+  public:
+    using Close = herr_t (*)(hid_t);
+
+    Hdf5Id(hid_t id, Close closing) : id_(id), close_(closing) {}
+    Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+    Hdf5Id& operator=(Hdf5Id&&) = delete;
+    ~Hdf5Id() {
+        if (id_ >= 0) close_(id_);
+    }
+
+    hid_t get() const { return id_; }
+    bool valid() const { return id_ >= 0; }
+    /// Closes now; whether that went well.
+    bool close() { return close_(std::exchange(id_, -1)) >= 0; }
+
+  private:
+    hid_t id_;
+    Close close_;
+};
 
 /// Makes the file with room for everything, before HDF5 sees it.
 Status reserve(const std::filesystem::path& path, const FileLayout& layout) {

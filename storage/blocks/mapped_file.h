@@ -2,7 +2,7 @@
 //
 // MappedFile: a regular file's bytes, mapped read-only, unmapped when it goes. Move-only; the bytes may be
 // read from any thread. Published files never change; of one that does while it is mapped, damage() tells
-// (mapping_guard.h), so that nothing that was read of it is used.
+// (MappingGuard), so that nothing that was read of it is used.
 #pragma once
 
 #include <sys/stat.h>
@@ -16,10 +16,49 @@
 #include <utility>
 
 #include "protocol/scene/error.h"
-#include "storage/blocks/mapping_guard.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::storage {
+
+/// Once, by main, before the first mapping is read. SIGBUS at other addresses goes to the handler before
+/// ours.
+void catchMappingFaults();
+
+/// A mapping of a file whose pages may vanish. Who touches a page beyond the end of a file that
+/// was truncated meanwhile, or one that its disk cannot read, gets SIGBUS. In a process that called
+/// catchMappingFaults(), such a page of a guarded mapping becomes zeros instead, with all after it, and the
+/// guard knows: what was read since is worth nothing, and whoever reads asks fault() before it uses or shows
+/// what it made.
+///
+/// A signal handler has no argument, so the guarded ranges stand in one table of the process, which the
+/// handler reads without locks. Move-only; fault() on any thread.
+class MappingGuard {
+  public:
+    static constexpr std::size_t most = 4096;  ///< guarded mappings of a process
+
+    /// `bytes` is a whole mapping, from a page's begin, that outlives the guard; not empty. Errors:
+    /// resourceExhausted.
+    static Result<MappingGuard> make(std::span<const std::byte> bytes);
+
+    MappingGuard() = default;
+    MappingGuard(MappingGuard&& other) noexcept : slot_(std::exchange(other.slot_, none)) {}
+    MappingGuard& operator=(MappingGuard&& other) noexcept {
+        std::swap(slot_, other.slot_);
+        return *this;
+    }
+    ~MappingGuard();
+
+    /// The least offset, in bytes, of a page that was touched and could not be read; nothing as long as all
+    /// is well.
+    std::optional<std::uint64_t> fault() const;
+
+  private:
+    static constexpr std::size_t none = SIZE_MAX;
+
+    explicit MappingGuard(std::size_t slot) : slot_(slot) {}
+
+    std::size_t slot_ = none;
+};
 
 class MappedFile {
   public:

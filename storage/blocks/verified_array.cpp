@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "storage/arrays/array_layout.h"
+#include "storage/arrays/hdf5_layout.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"
 

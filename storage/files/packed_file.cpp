@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "storage/files/read_file.h"
+#include "storage/files/dataset_file.h"
 
 namespace mote::storage {
 namespace {

@@ -96,12 +96,12 @@ Result<HybridStep> HybridStep::open(const std::filesystem::path& directory, cons
     }
     const auto& hybrid = manifest.hybrid();
     const std::filesystem::path name = entry->file();
-    auto file = name.extension() == packedSuffix
-                    ? ArrayFile::openPacked(directory, manifest, name.stem().stem().string(),
-                                            mostBytes(hybrid, *entry))
-                    : ArrayFile::open(directory, manifest, name.stem().string());
-    if (!file.ok()) return file.error();
-    HybridStep opened(*std::move(file));
+    MOTE_ASSIGN_OR_RETURN(auto file,
+                          name.extension() == packedSuffix
+                              ? ArrayFile::openPacked(directory, manifest, name.stem().stem().string(),
+                                                      mostBytes(hybrid, *entry))
+                              : ArrayFile::open(directory, manifest, name.stem().string()));
+    HybridStep opened(std::move(file));
     opened.lowSize_ = gridSize(hybrid.low_size());
     opened.points_.grid = gridSize(hybrid.error_size());
     MOTE_RETURN_IF_ERROR(opened.readLow(hybrid.value_bits()));

@@ -8,8 +8,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <limits>
 #include <sstream>
+#include <tuple>
+#include <utility>
 
+#include "storage/hybrid/residual_file.h"
+#include "storage/storage_error.h"
 #include "storage/vdb/vdb_file.h"
 
 namespace mote::storage {
@@ -17,6 +22,167 @@ namespace {
 
 using Mask = openvdb::util::NodeMask<3>;
 static_assert(Mask::SIZE == residualBrickSamples);
+
+using Scratches = std::span<const std::unique_ptr<ScratchFile>>;
+static_assert(vdbLeafSide == residualBrickSide && vdbNodeSide == residualNodeBricks * residualBrickSide);
+
+/// Nodes of a top node, a side, and the masks of what lies in each.
+constexpr std::uint32_t topNodes = vdbTopSide / vdbNodeSide;
+using NodeMask = openvdb::util::NodeMask<4>;
+using TopMask = openvdb::util::NodeMask<5>;
+static_assert(NodeMask::DIM == residualNodeBricks && TopMask::DIM == topNodes);
+
+GridSize topOf(const GridSize& node) {
+    return {node[0] / topNodes, node[1] / topNodes, node[2] / topNodes};
+}
+
+std::uint32_t placeInTop(const GridSize& node) {
+    return (node[0] % topNodes * topNodes + node[1] % topNodes) * topNodes + node[2] % topNodes;
+}
+
+auto orderInFile(const ResidualPart& part) {
+    return std::tuple(topOf(part.node), placeInTop(part.node), part.scratch, part.offset);
+}
+
+template <class T>
+void put(std::ostream& out, const T& value) {
+    out.write(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+/// A node's masks and the values that it has itself: none.
+template <class Mask>
+void putOwn(std::ostream& out, const Mask& children, bool halves) {
+    children.save(out);
+    const Mask none;
+    none.save(out);
+    std::vector<float> values(Mask::SIZE, 0.0F);
+    openvdb::io::writeCompressedValues(out, values.data(), Mask::SIZE, none, children, halves);
+}
+
+/// The bricks of a node, from all of its parts, in the order of the file.
+class NodeBricks {
+  public:
+    struct Brick {
+        std::uint32_t place;
+        std::span<const char> bytes;
+    };
+    NodeBricks(std::span<const ResidualPart> parts, Scratches scratches) {
+        bytes_.reserve(parts.size());
+        for (const auto& part : parts) read(part, *scratches[part.scratch]);
+        std::sort(bricks_.begin(), bricks_.end(),
+                  [](const Brick& a, const Brick& b) { return a.place < b.place; });
+    }
+    const std::vector<Brick>& bricks() const { return bricks_; }
+
+  private:
+    void read(const ResidualPart& part, const ScratchFile& scratch) {
+        auto& bytes = bytes_.emplace_back(part.bytes);
+        const auto got = scratch.read(part.offset, std::as_writable_bytes(std::span(bytes)));
+        if (!got.ok()) throw StorageError(got.error());
+        std::vector<EncodedBrick> heads(part.bricks);
+        const auto headBytes = std::as_writable_bytes(std::span(heads));
+        std::copy_n(std::as_bytes(std::span(bytes)).begin(), headBytes.size(), headBytes.begin());
+        auto rest = std::span<const char>(bytes).subspan(headBytes.size());
+        for (const auto& head : heads) {
+            bricks_.push_back({head.place, rest.first(head.bytes)});
+            rest = rest.subspan(head.bytes);
+        }
+    }
+
+    std::vector<std::vector<char>> bytes_;
+    std::vector<Brick> bricks_;
+};
+
+/// Writes the tree of all parts, which is not in memory, in the order of OpenVDB's own trees
+/// (tree/RootNode.h, InternalNode.h, LeafNode.h, version 10).
+class PartsTree {
+  public:
+    PartsTree(std::vector<ResidualPart> parts, Scratches scratches, bool halves)
+        : parts_(std::move(parts)), scratches_(scratches), halves_(halves) {
+        std::sort(parts_.begin(), parts_.end(),
+                  [](const auto& a, const auto& b) { return orderInFile(a) < orderInFile(b); });
+    }
+
+    void writeTopology(std::ostream& out) const {
+        put(out, std::int32_t{1});  // buffers a leaf
+        put(out, background_);
+        openvdb::io::setGridBackgroundValuePtr(out, &background_);
+        std::uint32_t tops = 0;
+        eachTop([&](std::span<const ResidualPart>) { ++tops; });
+        put(out, std::uint32_t{0});  // tiles
+        put(out, tops);
+        eachTop([&](std::span<const ResidualPart> top) { putTop(out, top); });
+    }
+
+    void writeValues(std::ostream& out) const {
+        eachNode(parts_, [&](std::span<const ResidualPart> parts) {
+            const NodeBricks node(parts, scratches_);
+            for (const auto& brick : node.bricks()) {
+                out.write(brick.bytes.data(), static_cast<std::streamsize>(brick.bytes.size()));
+            }
+        });
+    }
+
+  private:
+    using Parts = std::span<const ResidualPart>;
+
+    template <class Key, class Visit>
+    static void eachRun(Parts parts, const Key& key, const Visit& visit) {
+        while (!parts.empty()) {
+            std::size_t count = 1;
+            while (count < parts.size() && key(parts[count]) == key(parts[0])) ++count;
+            visit(parts.first(count));
+            parts = parts.subspan(count);
+        }
+    }
+    template <class Visit>
+    void eachTop(const Visit& visit) const {
+        eachRun(
+            parts_, [](const ResidualPart& part) { return topOf(part.node); }, visit);
+    }
+    template <class Visit>
+    static void eachNode(Parts parts, const Visit& visit) {
+        eachRun(
+            parts, [](const ResidualPart& part) { return part.node; }, visit);
+    }
+
+    void putTop(std::ostream& out, Parts top) const {
+        for (const auto index : topOf(top[0].node)) put(out, static_cast<std::int32_t>(index * vdbTopSide));
+        TopMask children;
+        eachNode(top, [&](Parts node) { children.setOn(placeInTop(node[0].node)); });
+        putOwn(out, children, halves_);
+        eachNode(top, [&](Parts node) { putNode(out, NodeBricks(node, scratches_)); });
+    }
+
+    void putNode(std::ostream& out, const NodeBricks& node) const {
+        NodeMask children;
+        for (const auto& brick : node.bricks()) children.setOn(brick.place);
+        putOwn(out, children, halves_);
+        for (const auto& brick : node.bricks()) out.write(brick.bytes.data(), residualBrickSamples / 8);
+    }
+
+    std::vector<ResidualPart> parts_;
+    Scratches scratches_;
+    bool halves_;
+    float background_ = 0.0F;
+};
+
+/// Without parts, an empty box as OpenVDB has it: from the greatest number to the least.
+void noteSamples(std::span<const ResidualPart> parts, const FloatGrid& grid) {
+    using Limits = std::numeric_limits<int>;
+    std::int64_t samples = 0;
+    FloatGrid::Indices first, last;
+    first.fill(Limits::max());
+    last.fill(Limits::min());
+    for (const auto& part : parts) {
+        samples += static_cast<std::int64_t>(part.samples);
+        for (std::size_t a = 0; a < 3; ++a) {
+            first[a] = std::min(first[a], static_cast<int>(part.begin[a]));
+            last[a] = std::max(last[a], static_cast<int>(part.end[a]) - 1);
+        }
+    }
+    grid.noteSamples(first, last, samples);
+}
 
 }  // namespace
 
@@ -88,6 +254,18 @@ Result<std::optional<ResidualPart>> ResidualEncoder::store(ScratchFile& scratch)
     part.offset = at;
     part.bytes = all.size();
     return std::optional(part);
+}
+
+Status writeResidual(const std::filesystem::path& path, const ResidualCoding& coding,
+                     const std::vector<ResidualPart>& parts, Scratches scratches) {
+    const PartsTree tree(parts, scratches, coding.halves);
+    const FloatGrid grid(
+        residualGridName, coding.errorToWorld,
+        {[&](auto& out) { tree.writeTopology(out); }, [&](auto& out) { tree.writeValues(out); }});
+    grid.setHalves(coding.halves);
+    grid.note(residualStepName, coding.step);
+    noteSamples(parts, grid);
+    return writeVdbFile(path, {grid}, VdbValues::plain);
 }
 
 }  // namespace mote::storage

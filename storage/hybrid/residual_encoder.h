@@ -3,9 +3,13 @@
 // ResidualEncoder: bricks of a residual as they will lie in its OpenVDB file, a part of them at a time. Parts
 // of one residual may be made by several threads and processes; residual_writer.h joins them. OpenVDB stays
 // behind this header. One owner, one thread.
+//
+// A residual's file (docs/FORMAT.md) from its encoded parts. Holds one node of the tree at a time, and of
+// all others where they are.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/mat4x4.hpp>
 #include <memory>
 #include <optional>
@@ -13,7 +17,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
-#include "storage/files/scratch_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {
@@ -77,5 +81,11 @@ class ResidualEncoder {
     std::vector<char> bytes_;
     std::unique_ptr<Stream> stream_;
 };
+
+/// Makes `path` from parts in any order; part.scratch is an index into `scratches`. The same bricks give the
+/// same bytes, whatever their parts. Errors: as writeVdbFile and ScratchFile::read.
+Status writeResidual(const std::filesystem::path& path, const ResidualCoding& coding,
+                     const std::vector<ResidualPart>& parts,
+                     std::span<const std::unique_ptr<ScratchFile>> scratches);
 
 }  // namespace mote::storage

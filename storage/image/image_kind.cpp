@@ -3,7 +3,6 @@
 
 #include "storage/dataset_kind.h"
 #include "storage/image/image_file.h"
-#include "storage/image/image_limits.h"
 #include "storage/verify.h"
 
 namespace mote::storage {

@@ -14,7 +14,6 @@
 #include "storage/blocks/verified_array.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_layout.h"
-#include "storage/particles/step_need.h"
 #include "storage/step_origin.h"
 
 namespace mote::storage {

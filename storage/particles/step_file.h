@@ -4,19 +4,24 @@
 // HDF5 lays it out and writes what describes it. The arrays then go to their places without HDF5, by whoever
 // has a part of them: a full disk is an errno and not a library in disorder, and no process needs another's
 // HDF5. Move-only; write() and hashBlocks() may be called from any thread.
+//
+// Writes a whole step file, NAME.h5, and its digest, NAME.digest, from arrays in memory; who has them in
+// pieces takes StepFile. The same content gives the same bytes. One call at a time in a process: HDF5 is not
+// thread-safe.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "storage/arrays/array_layout.h"
+#include "storage/arrays/hdf5_layout.h"
 #include "storage/files/file_descriptor.h"
-#include "storage/particles/step_content.h"
+#include "storage/particles/step_layout.h"
 
 namespace mote::storage {
 
@@ -60,5 +65,12 @@ class StepFile {
     FileDescriptor file_;
     Places places_;
 };
+
+/// `directory`/`name`.h5 and .digest, both new. Errors: resourceExhausted (disk full), permissionDenied,
+/// alreadyExists, internal; the directory may then hold parts of them.
+Status writeStep(const std::filesystem::path& directory, const std::string& name, const StepContent& content);
+
+/// "step-000012"
+std::string stepName(std::uint32_t step);
 
 }  // namespace mote::storage

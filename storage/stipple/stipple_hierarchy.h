@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// StippleHierarchy: a point set that thins out evenly (a dynamic Voronoi hierarchy, section 2.2 of
-// the dissertation, docs/STIPPLES.md). Points are removed one by one; at each removal some of those that stay
-// move a little, and these moves are kept. A value; whoever makes or reads it owns it.
+// StippleHierarchy: a point set that thins out evenly (a dynamic Voronoi hierarchy, section 2.2 of the
+// dissertation, docs/STIPPLES.md). Points are removed one by one; at each removal some of those that stay
+// move a little, and these moves are kept. A value; whoever makes or reads it owns it. On disk it is
+// hierarchy.h5 and hierarchy.digest (docs/FORMAT.md); writing has one thread at a time in a process (HDF5),
+// reading any.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
+#include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::storage {
@@ -35,5 +39,16 @@ struct StippleHierarchy {
 /// Whether the arrays agree with each other and hold what they must: ranks a permutation, moves in order,
 /// neighbours in range, numbers finite. Errors: corrupt, with the array's name ("/points/rank").
 Status checkHierarchy(const StippleHierarchy& hierarchy);
+
+inline constexpr const char* hierarchyName = "hierarchy";
+
+/// Makes both files in `directory`; the hierarchy must be consistent. Errors: as writeArrayFile.
+Status writeHierarchy(const std::filesystem::path& directory, const StippleHierarchy& hierarchy);
+
+/// Reads all of it, every byte held to its digest, and checks it (checkHierarchy) and that it has the
+/// manifest's points and moves. Errors: notFound, corrupt (with file and array), invalidArgument (a dataset
+/// of another kind).
+Result<StippleHierarchy> readHierarchy(const std::filesystem::path& directory,
+                                       const proto::Manifest& manifest);
 
 }  // namespace mote::storage

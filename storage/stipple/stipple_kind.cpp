@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "storage/dataset_kind.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "storage/verify.h"
 
 namespace mote::storage {

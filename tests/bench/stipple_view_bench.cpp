@@ -18,7 +18,7 @@
 #include "server/render/layers/stipple/surface_dots.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 
 namespace mote {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 
 namespace mote::test {
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "preprocess/readers/impact/impact_deck.h"
-#include "preprocess/readers/impact/reference_track.h"
 #include "preprocess/readers/particle_source.h"
 #include "tests/fuzz/memory_file.h"
 

@@ -36,7 +36,7 @@ ADDITIONS = {
     "a kind of dataset": (
         r"\bimageKind\b|\bImageManifest\b|image/image_kind|Kind\{\"image\"",
         ("storage/image/", "preprocess/image/"),
-        {"protocol/mote.proto", "protocol/scene/dataset.cpp", "storage/dataset_kind.h", "storage/CMakeLists.txt"},
+        {"protocol/mote.proto", "protocol/scene/dataset.cpp", "storage/dataset_kind.h"},
     ),
     "a kind of job": (
         r"\bimageJob\b|\bImageJob\b|\bkImage\b|command_image|add_subdirectory\(image\)",

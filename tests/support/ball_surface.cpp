@@ -8,7 +8,7 @@
 
 #include "storage/dataset_writer.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "storage/storage_error.h"
 
 namespace mote::test {

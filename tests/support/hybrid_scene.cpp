@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "server/render/layers/hybrid/brick_maker.h"
-#include "storage/hybrid/grid_axis.h"
+#include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/normal_table.h"
 
 namespace mote::test {

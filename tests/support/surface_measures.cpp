@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "preprocess/stipple/surface/surface_start.h"
+#include "preprocess/stipple/surface/surface_job.h"
 
 namespace mote::test {
 

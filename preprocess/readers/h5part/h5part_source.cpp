@@ -1,14 +1,159 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/h5part/h5part_source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
-#include "preprocess/readers/h5part/h5part_step.h"
+#include "preprocess/readers/hdf5/h5_attribute.h"
+#include "preprocess/readers/hdf5/h5_column.h"
 #include "preprocess/readers/openpmd/layout.h"
+#include "preprocess/readers/particle_source.h"
 
 namespace mote::prep {
 namespace {
+
+/// The columns of one step of an H5Part file. Owned by the source; one thread at a time.
+///
+/// H5Part itself names no units. OPAL writes them as attributes of the file (xUnit "m", pxUnit "#beta#gamma")
+/// and of the step (MASS in GeV, TIME in s); where there are none, m, eV/c, s and C are taken.
+class H5PartStep {
+  public:
+    /// The group at `path`; `mass` in eV/c^2, 0: as the file says. Errors: corrupt (columns of different
+    /// lengths), unsupported, invalidArgument (units that need a mass), notFound (no column of a particle).
+    static Result<H5PartStep> open(const H5File& file, const std::string& path, double mass);
+
+    std::uint64_t rows() const { return rows_; }
+    bool has(Column column) const { return columns_[static_cast<std::size_t>(column)].has_value(); }
+    double mass() const { return mass_; }  ///< eV/c^2; 0: unknown
+    double time() const { return time_; }  ///< s
+    bool unitsGiven() const { return unitsGiven_; }
+
+    /// As ParticleSource::read.
+    Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                ParticleChunk& chunk);
+
+  private:
+    Status readMeaning(const H5File& file, const H5Object& step);
+    Status openColumn(const H5File& file, const H5Object& step, std::size_t column, const char* name);
+    Result<double> unitOf(const H5File& file, const H5Object& step, std::size_t column, const char* name);
+
+    std::uint64_t rows_ = 0;
+    double mass_ = 0.0, time_ = 0.0;
+    bool unitsGiven_ = false;
+    std::array<std::optional<H5Column>, columnCount> columns_;
+    std::array<double, columnCount> factors_{};
+};
+
+constexpr double gigaelectronvolt = 1e9;
+
+struct Name {
+    Column column;
+    const char* name;
+};
+
+// The first name that a step has is taken.
+constexpr Name columnNames[] = {{Column::x, "x"},           {Column::y, "y"},    {Column::z, "z"},
+                                {Column::t, "t"},           {Column::t, "time"}, {Column::px, "px"},
+                                {Column::py, "py"},         {Column::pz, "pz"},  {Column::weight, "q"},
+                                {Column::weight, "weight"}, {Column::id, "id"}};
+
+Result<H5PartStep> H5PartStep::open(const H5File& file, const std::string& path, double mass) {
+    MOTE_ASSIGN_OR_RETURN(const auto group, file.require(file.root(), path));
+    H5PartStep step;
+    step.mass_ = mass;
+    MOTE_RETURN_IF_ERROR(step.readMeaning(file, group));
+    for (const Name& name : columnNames) {
+        const auto column = static_cast<std::size_t>(name.column);
+        if (!step.columns_[column]) MOTE_RETURN_IF_ERROR(step.openColumn(file, group, column, name.name));
+    }
+    bool first = true;
+    for (const auto& column : step.columns_) {
+        if (!column) continue;
+        if (first) step.rows_ = column->rows();
+        first = false;
+        if (column->rows() != step.rows_) {
+            return Error{ErrorCode::corrupt, column->object().where,
+                         "has " + std::to_string(column->rows()) + " values where other columns have " +
+                             std::to_string(step.rows_)};
+        }
+    }
+    if (first)
+        return Error{ErrorCode::notFound, group.where, "holds none of the columns x, y, z, px, py, pz"};
+    return step;
+}
+
+Status H5PartStep::readMeaning(const H5File& file, const H5Object& step) {
+    for (const H5Object* object : {&step, &file.root()}) {
+        MOTE_ASSIGN_OR_RETURN(const auto mass, numberAttribute(*object, "MASS"));
+        if (mass_ == 0.0 && mass && *mass > 0.0 && std::isfinite(*mass)) mass_ = *mass * gigaelectronvolt;
+    }
+    for (const char* name : {"TIME", "Time", "time"}) {
+        MOTE_ASSIGN_OR_RETURN(const auto time, numberAttribute(step, name));
+        if (!time || !std::isfinite(*time)) continue;
+        time_ = *time;
+        break;
+    }
+    return success();
+}
+
+Status H5PartStep::openColumn(const H5File& file, const H5Object& step, std::size_t column,
+                              const char* name) {
+    MOTE_ASSIGN_OR_RETURN(auto found, file.find(step, name));
+    if (!found.has_value() || found->group) return success();
+    MOTE_ASSIGN_OR_RETURN(auto opened, H5Column::open(file, std::move(*found)));
+    MOTE_ASSIGN_OR_RETURN(const auto factor, unitOf(file, step, column, name));
+    columns_[column] = std::move(opened);
+    factors_[column] = factor;
+    return success();
+}
+
+/// The unit that an attribute of the step or of the file gives to a column.
+Result<double> H5PartStep::unitOf(const H5File& file, const H5Object& step, std::size_t column,
+                                  const char* name) {
+    const std::string attribute = std::string(name) + "Unit";
+    for (const H5Object* object : {&step, &file.root()}) {
+        MOTE_ASSIGN_OR_RETURN(const auto unit, textAttribute(*object, attribute.c_str()));
+        if (!unit || unit->empty()) continue;
+        unitsGiven_ = true;
+        if (static_cast<Column>(column) == Column::id) return 1.0;
+        MOTE_ASSIGN_OR_RETURN(const auto meaning, fieldMeaning(std::string(name) + " [" + *unit + "]", mass_,
+                                                               object->where + "@" + attribute));
+        return meaning ? meaning->factor : 1.0;
+    }
+    return 1.0;
+}
+
+Status H5PartStep::read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                        ParticleChunk& chunk) {
+    chunk.begin = begin;
+    chunk.size = count;
+    chunk.lost.assign(count, 0);
+    for (const Column column : wanted) {
+        const auto& source = columns_[static_cast<std::size_t>(column)];
+        if (column == Column::id) {
+            chunk.id.resize(count);
+            for (std::size_t i = 0; i < count && !source; ++i) chunk.id[i] = begin + i;
+            if (source) MOTE_RETURN_IF_ERROR(source->read(begin, count, chunk.id.data()));
+            continue;
+        }
+        chunk[column].assign(count, 1.0);
+        if (!source && column == Column::weight) continue;
+        if (!source)
+            return Error{ErrorCode::invalidArgument, "", "a column that the run does not have was asked for"};
+        MOTE_RETURN_IF_ERROR(source->read(begin, count, chunk[column].data()));
+        const double factor = factors_[static_cast<std::size_t>(column)];
+        for (double& value : chunk[column])
+            value = column == Column::weight ? std::abs(value * factor) : value * factor;
+    }
+    return success();
+}
 
 constexpr std::string_view stepPattern = "Step#%T";
 
@@ -44,37 +189,34 @@ class H5PartSource : public ParticleSource {
 };
 
 Status H5PartSource::addFile(const std::filesystem::path& path, Progress& progress) {
-    const auto file = H5File::open(path);
-    if (!file) return file.error();
-    const auto names = file->children(file->root());
-    if (!names) return names.error();
+    MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
+    MOTE_ASSIGN_OR_RETURN(const auto names, file.children(file.root()));
     bool any = false;
-    for (const std::string& name : *names) {
+    for (const std::string& name : names) {
         const auto number = matchIteration(stepPattern, name);
         if (!number) continue;
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(addStep(*file, path, "/" + name, *number));
+        MOTE_RETURN_IF_ERROR(addStep(file, path, "/" + name, *number));
         any = true;
     }
     if (any) return success();
-    return Error{ErrorCode::notFound, file->name(), "has no group Step#0, Step#1, ..."};
+    return Error{ErrorCode::notFound, file.name(), "has no group Step#0, Step#1, ..."};
 }
 
 Status H5PartSource::addStep(const H5File& file, const std::filesystem::path& path, const std::string& group,
                              std::int64_t number) {
-    const auto step = H5PartStep::open(file, group, wantedMass_);
-    if (!step) return step.error();
-    steps_.push_back({file.name(), number, step->time(), step->rows()});
+    MOTE_ASSIGN_OR_RETURN(const auto step, H5PartStep::open(file, group, wantedMass_));
+    steps_.push_back({file.name(), number, step.time(), step.rows()});
     places_.push_back({path, group});
-    if (mass_ == 0.0) mass_ = step->mass();
-    unitsGiven_ = unitsGiven_ && step->unitsGiven();
-    if (step->rows() == 0 && anyParticles_) return success();
+    if (mass_ == 0.0) mass_ = step.mass();
+    unitsGiven_ = unitsGiven_ && step.unitsGiven();
+    if (step.rows() == 0 && anyParticles_) return success();
     for (std::size_t i = 0; i < columnCount; ++i) {
-        const bool here = step->has(static_cast<Column>(i));
+        const bool here = step.has(static_cast<Column>(i));
         has_[i] = anyParticles_ ? has_[i] && here : here;
     }
-    anyParticles_ = anyParticles_ || step->rows() > 0;
+    anyParticles_ = anyParticles_ || step.rows() > 0;
     return success();
 }
 
@@ -101,14 +243,12 @@ Status H5PartSource::read(std::size_t step, std::uint64_t begin, std::size_t cou
     if (openStep_ != step) {
         openStep_ = static_cast<std::size_t>(-1);
         open_.reset();
-        const auto file = H5File::open(places_[step].file);
-        if (!file) return file.error();
-        auto opened = H5PartStep::open(*file, places_[step].group, wantedMass_);
-        if (!opened) return opened.error();
-        if (opened->rows() != steps_[step].particles) {
+        MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(places_[step].file));
+        MOTE_ASSIGN_OR_RETURN(auto opened, H5PartStep::open(file, places_[step].group, wantedMass_));
+        if (opened.rows() != steps_[step].particles) {
             return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
         }
-        open_ = std::move(*opened);
+        open_ = std::move(opened);
         openStep_ = step;
     }
     return open_->read(begin, count, wanted, chunk);

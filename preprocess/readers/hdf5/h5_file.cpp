@@ -133,17 +133,15 @@ Result<std::optional<H5Object>> H5File::find(const H5Object& from, std::string_v
             return corrupt(where, "the link cannot be read; the file is damaged");
         }
         if (info.type == H5L_TYPE_SOFT) {
-            auto target = softTarget(parent, name, info.u.val_size, where);
-            if (!target) return target.error();
-            pushFront(components, *target);
-            if (target->starts_with('/')) {
+            MOTE_ASSIGN_OR_RETURN(auto target, softTarget(parent, name, info.u.val_size, where));
+            pushFront(components, target);
+            if (target.starts_with('/')) {
                 found =
                     H5Object{H5Handle(H5Gopen2(file_.get(), "/", H5P_DEFAULT), H5Gclose), root_.where, true};
             }
         } else if (info.type == H5L_TYPE_HARD) {
-            auto next = openHard(parent, name, where);
-            if (!next) return next.error();
-            found = std::move(*next);
+            MOTE_ASSIGN_OR_RETURN(auto next, openHard(parent, name, where));
+            found = std::move(next);
         } else {
             return unsupported(where,
                                "is a link that leads out of the file, and such links are not followed");
@@ -153,14 +151,13 @@ Result<std::optional<H5Object>> H5File::find(const H5Object& from, std::string_v
 }
 
 Result<H5Object> H5File::require(const H5Object& from, std::string_view path) const {
-    auto found = find(from, path);
-    if (!found) return found.error();
-    if (!found->has_value()) {
+    MOTE_ASSIGN_OR_RETURN(auto found, find(from, path));
+    if (!found.has_value()) {
         const std::string where =
             path.starts_with('/') ? name_ + ":" + std::string(path) : join(from.where, path);
         return Error{ErrorCode::notFound, where, "is missing"};
     }
-    return std::move(**found);
+    return std::move(*found);
 }
 
 Result<std::vector<std::string>> H5File::children(const H5Object& group) const {

@@ -5,17 +5,56 @@
 // time.
 #pragma once
 
+#include <hdf5.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "preprocess/readers/hdf5/h5_handle.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+/// HDF5's messages on stderr, off for this thread: what goes wrong becomes an Error of ours.
+inline void silenceHdf5() {
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+/// An HDF5 identifier, closed when it goes. One owner, one thread at a time.
+class H5Handle {
+  public:
+    using Close = herr_t (*)(hid_t);
+
+    H5Handle() = default;
+    /// Takes `id`, negative where HDF5 refused to make it.
+    H5Handle(hid_t id, Close close) : id_(id), close_(close) {}
+    ~H5Handle() { reset(); }
+    H5Handle(H5Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+    H5Handle& operator=(H5Handle&& other) noexcept {
+        if (this != &other) {
+            reset();
+            id_ = std::exchange(other.id_, -1);
+            close_ = other.close_;
+        }
+        return *this;
+    }
+
+    bool ok() const { return id_ >= 0; }
+    hid_t get() const { return id_; }
+
+  private:
+    void reset() {
+        if (id_ >= 0) close_(id_);
+        id_ = -1;
+    }
+
+    hid_t id_ = -1;
+    Close close_ = nullptr;
+};
 
 /// An open group or dataset. It keeps its file open.
 struct H5Object {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/readers/impact/impact_deck.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 #include <system_error>
 #include <vector>
 
-#include "preprocess/readers/text/line_reader.h"
 #include "preprocess/readers/text/number.h"
+#include "preprocess/readers/text/row_file.h"
 
 namespace mote::prep {
 namespace {
@@ -70,9 +71,8 @@ Result<std::vector<double>> DeckReader::values(std::size_t count, const char* wh
     std::vector<double> result;
     while (result.size() < count) {
         std::string_view text;
-        const auto more = nextLine(text);
-        if (!more) return more.error();
-        if (!*more) return Error{ErrorCode::corrupt, where(), std::string("the deck ends before ") + what};
+        MOTE_ASSIGN_OR_RETURN(const auto more, nextLine(text));
+        if (!more) return Error{ErrorCode::corrupt, where(), std::string("the deck ends before ") + what};
         const std::size_t before = result.size();
         if (append(text, count, result)) break;
         if (result.size() == before) {
@@ -86,22 +86,21 @@ Result<std::vector<double>> DeckReader::values(std::size_t count, const char* wh
 
 Result<std::optional<std::vector<double>>> DeckReader::line() {
     std::string_view text;
-    const auto more = nextLine(text);
-    if (!more) return more.error();
-    if (!*more) return std::optional<std::vector<double>>();
+    MOTE_ASSIGN_OR_RETURN(const auto more, nextLine(text));
+    if (!more) return std::optional<std::vector<double>>();
     std::vector<double> values;
     append(text, maxValues, values);
     return std::optional<std::vector<double>>(std::move(values));
 }
 
 Status readReference(DeckReader& reader, ImpactDeck& deck) {
-    const auto values = reader.values(6, "the line of current, energy, mass, charge, frequency and phase");
-    if (!values) return values.error();
-    deck.current = (*values)[0];
-    deck.kineticEnergy = (*values)[1];
-    deck.mass = (*values)[2];
-    deck.charge = (*values)[3];
-    deck.frequency = (*values)[4];
+    MOTE_ASSIGN_OR_RETURN(const auto values,
+                          reader.values(6, "the line of current, energy, mass, charge, frequency and phase"));
+    deck.current = values[0];
+    deck.kineticEnergy = values[1];
+    deck.mass = values[2];
+    deck.charge = values[3];
+    deck.frequency = values[4];
     const bool sane = deck.mass > 0.0 && std::isfinite(deck.mass) && deck.kineticEnergy >= 0.0 &&
                       std::isfinite(deck.kineticEnergy) && deck.frequency > 0.0 &&
                       std::isfinite(deck.frequency);
@@ -112,21 +111,18 @@ Status readReference(DeckReader& reader, ImpactDeck& deck) {
 
 Status skip(DeckReader& reader, std::initializer_list<std::size_t> reads) {
     for (const std::size_t count : reads) {
-        const auto values = reader.values(count, "the line of the reference particle");
-        if (!values) return values.error();
+        MOTE_ASSIGN_OR_RETURN(const auto values, reader.values(count, "the line of the reference particle"));
     }
     return success();
 }
 
 Status readImpactZ(DeckReader& reader, ImpactDeck& deck) {
     MOTE_RETURN_IF_ERROR(skip(reader, {2}));
-    const auto sizes = reader.values(2, "the number of particles");
-    if (!sizes) return sizes.error();
-    deck.particles = (*sizes)[1];
+    MOTE_ASSIGN_OR_RETURN(const auto sizes, reader.values(2, "the number of particles"));
+    deck.particles = sizes[1];
     MOTE_RETURN_IF_ERROR(skip(reader, {7}));
-    const auto start = reader.values(4, "the number of charge states");
-    if (!start) return start.error();
-    const double states = (*start)[3];
+    MOTE_ASSIGN_OR_RETURN(const auto start, reader.values(4, "the number of charge states"));
+    const double states = start[3];
     if (!(states >= 1.0 && states <= static_cast<double>(maxChargeStates))) {
         return Error{ErrorCode::corrupt, reader.where(), "has an impossible number of charge states"};
     }
@@ -136,9 +132,8 @@ Status readImpactZ(DeckReader& reader, ImpactDeck& deck) {
 
 Status readImpactT(DeckReader& reader, ImpactDeck& deck) {
     MOTE_RETURN_IF_ERROR(skip(reader, {2, 3}));
-    const auto sizes = reader.values(2, "the number of particles");
-    if (!sizes) return sizes.error();
-    deck.particles = (*sizes)[1];
+    MOTE_ASSIGN_OR_RETURN(const auto sizes, reader.values(2, "the number of particles"));
+    deck.particles = sizes[1];
     return skip(reader, {7, 4, 7, 7, 7});
 }
 
@@ -146,10 +141,9 @@ Status readImpactT(DeckReader& reader, ImpactDeck& deck) {
 Status readDumps(DeckReader& reader, ImpactDeck& deck) {
     double path = 0.0;
     while (true) {
-        const auto element = reader.line();
-        if (!element) return element.error();
-        if (!*element || (*element)->size() < 4) return success();
-        const double length = (**element)[0], file = (**element)[2], type = (**element)[3];
+        MOTE_ASSIGN_OR_RETURN(const auto element, reader.line());
+        if (!element || element->size() < 4) return success();
+        const double length = (*element)[0], file = (*element)[2], type = (*element)[3];
         if (type == haltElement) return success();
         if (type == dumpElement && file == std::floor(file) && std::abs(file) < 1e9) {
             deck.dumps[static_cast<std::int64_t>(file)] = path;
@@ -157,6 +151,8 @@ Status readDumps(DeckReader& reader, ImpactDeck& deck) {
         if (type >= 0 && std::isfinite(length)) path += length;
     }
 }
+
+constexpr std::size_t maxPoints = 20'000'000;
 
 }  // namespace
 
@@ -174,14 +170,54 @@ std::optional<std::filesystem::path> ImpactDeck::beside(const std::filesystem::p
 }
 
 Result<ImpactDeck> ImpactDeck::read(const std::filesystem::path& path, Code code) {
-    auto lines = LineReader::open(path);
-    if (!lines) return lines.error();
-    DeckReader reader(std::move(*lines));
+    MOTE_ASSIGN_OR_RETURN(auto lines, LineReader::open(path));
+    DeckReader reader(std::move(lines));
     ImpactDeck deck;
     MOTE_RETURN_IF_ERROR(code == Code::impactZ ? readImpactZ(reader, deck) : readImpactT(reader, deck));
     MOTE_RETURN_IF_ERROR(readReference(reader, deck));
     if (code == Code::impactZ) MOTE_RETURN_IF_ERROR(readDumps(reader, deck));
     return deck;
+}
+
+ReferenceTrack::Point ReferenceTrack::at(double path) const {
+    const auto after =
+        std::upper_bound(points.begin(), points.end(), path,
+                         [](double wanted, const Point& point) { return wanted < point.path; });
+    if (after == points.begin()) return points.front();
+    const Point& left = *std::prev(after);
+    if (after == points.end()) return left;
+    const double part = (path - left.path) / (after->path - left.path);
+    return {path, left.phase + part * (after->phase - left.phase),
+            left.gamma + part * (after->gamma - left.gamma)};
+}
+
+Result<ReferenceTrack> ReferenceTrack::read(const std::filesystem::path& path) {
+    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
+    ReferenceTrack track;
+    for (std::string_view line;;) {
+        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
+        if (!more) break;
+        if (!isRow(line)) continue;
+        std::array<std::string_view, 3> fields;
+        const std::size_t count = splitFields(line, ' ', fields);
+        std::array<double, 3> values{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            const auto value = i < count ? parseNumber(fields[i]) : std::nullopt;
+            if (!value || !std::isfinite(*value) || (i == 2 && *value < 1.0)) {
+                return Error{ErrorCode::corrupt,
+                             reader.name() + ": line " + std::to_string(reader.lineNumber()),
+                             "does not begin with path, phase and gamma"};
+            }
+            values[i] = *value;
+        }
+        if (!track.points.empty() && values[0] < track.points.back().path) track.points.clear();
+        if (track.points.size() >= maxPoints) {
+            return Error{ErrorCode::resourceExhausted, reader.name(), "has more than 20 million lines"};
+        }
+        track.points.push_back({values[0], values[1], values[2]});
+    }
+    if (track.points.empty()) return Error{ErrorCode::corrupt, reader.name(), "holds no reference particle"};
+    return track;
 }
 
 }  // namespace mote::prep

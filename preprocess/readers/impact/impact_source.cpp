@@ -1,17 +1,108 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/impact/impact_source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 
+#include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
-#include "preprocess/readers/impact/impact_columns.h"
+#include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/impact/number_table.h"
-#include "preprocess/readers/impact/reference_track.h"
-#include "preprocess/readers/units.h"
+#include "preprocess/readers/particle_source.h"
 
 namespace mote::prep {
 namespace {
+
+/// How a row of an IMPACT particle file becomes a particle.
+struct ImpactColumns {
+    using Row = std::array<double, NumberTable::maxColumns>;
+
+    ImpactDeck::Code code = ImpactDeck::Code::impactZ;
+    double mass = 0.0;              ///< eV/c^2
+    double angularFrequency = 0.0;  ///< rad/s, of the scaling (IMPACT-Z)
+    double gamma = 1.0;             ///< of the reference particle at this step (IMPACT-Z)
+    double weight = 1.0;            ///< of every particle, where the file has no column for it
+    std::size_t columns = 0;        ///< of the file
+
+    bool hasWeightColumn() const { return columns >= 8; }
+    bool hasIdColumn() const { return columns >= 9; }
+
+    /// The columns of the file that a column of the run needs, one bit each.
+    std::uint32_t needed(Column column) const;
+    /// A column of the run, but id, from a row of the file. Not a number where it has no value: a particle
+    /// whose energy does not carry its transverse momentum.
+    double value(Column column, const Row& row) const;
+};
+
+// Columns of a file, from 0.
+constexpr std::size_t xColumn = 0, pxColumn = 1, yColumn = 2, pyColumn = 3, longitudinal = 4,
+                      energyColumn = 5, chargeColumn = 7, idColumn = 8;
+
+constexpr std::uint32_t bit(std::size_t column) {
+    return 1u << column;
+}
+
+/// IMPACT-Z writes -(gamma - gamma of the reference particle).
+double longitudinalMomentum(double gamma, double gbx, double gby) {
+    return std::sqrt((gamma - 1.0) * (gamma + 1.0) - gbx * gbx - gby * gby);
+}
+
+std::uint32_t ImpactColumns::needed(Column column) const {
+    const bool z = code == ImpactDeck::Code::impactZ;
+    switch (column) {
+        case Column::x:
+            return bit(xColumn);
+        case Column::px:
+            return bit(pxColumn);
+        case Column::y:
+            return bit(yColumn);
+        case Column::py:
+            return bit(pyColumn);
+        case Column::z:
+        case Column::t:
+            return bit(longitudinal);
+        case Column::pz:
+            return bit(energyColumn) | (z ? bit(pxColumn) | bit(pyColumn) : 0);
+        case Column::weight:
+            return hasWeightColumn() ? bit(chargeColumn) : 0;
+        case Column::id:
+            return hasIdColumn() ? bit(idColumn) : 0;
+    }
+    return 0;
+}
+
+double ImpactColumns::value(Column column, const Row& row) const {
+    const bool z = code == ImpactDeck::Code::impactZ;
+    const double length = z ? speedOfLight / angularFrequency : 1.0;
+    switch (column) {
+        case Column::x:
+            return row[xColumn] * length;
+        case Column::y:
+            return row[yColumn] * length;
+        case Column::px:
+            return row[pxColumn] * mass;
+        case Column::py:
+            return row[pyColumn] * mass;
+        case Column::z: {
+            if (!z) return row[longitudinal];
+            // A particle that arrives later (a greater phase) lies behind.
+            const double beta = std::sqrt((gamma - 1.0) * (gamma + 1.0)) / gamma;
+            return -row[longitudinal] * beta * length;
+        }
+        case Column::t:
+            return row[longitudinal] / angularFrequency;
+        case Column::pz:
+            if (!z) return row[energyColumn] * mass;
+            return longitudinalMomentum(gamma - row[energyColumn], row[pxColumn], row[pyColumn]) * mass;
+        case Column::weight:
+            return hasWeightColumn() ? std::abs(row[chargeColumn]) : weight;
+        case Column::id:
+            break;
+    }
+    return 0.0;
+}
 
 constexpr std::size_t fewestColumns = 6;
 
@@ -115,31 +206,29 @@ Status ImpactSource::readTrack(const std::filesystem::path& beside) {
     if (options_.has_kinetic_energy()) return success();
     const auto path = fileBeside(beside, "fort.18");
     if (!path || !deck_ || deck_->dumps.empty()) return success();
-    auto track = ReferenceTrack::read(*path);
-    if (!track) return track.error();
+    MOTE_ASSIGN_OR_RETURN(auto track, ReferenceTrack::read(*path));
     progress_.note("the reference particle's energy and time at each step are those of " +
                    path->filename().string() + ", at the place of the step in the deck");
-    track_ = std::move(*track);
+    track_ = std::move(track);
     return success();
 }
 
 Status ImpactSource::addFile(const std::filesystem::path& path) {
-    auto table = NumberTable::open(path, fewestColumns, progress_);
-    if (!table) return table.error();
+    MOTE_ASSIGN_OR_RETURN(auto table, NumberTable::open(path, fewestColumns, progress_));
     ImpactColumns columns = units_;
-    columns.columns = table->columns();
+    columns.columns = table.columns();
     SourceStep step{path.filename().string(),
-                    fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, table->rows()};
-    if (const auto declared = table->shape().declared; declared && *declared != table->rows()) {
+                    fileNumber(path).value_or(static_cast<std::int64_t>(steps_.size())), 0.0, table.rows()};
+    if (const auto declared = table.shape().declared; declared && *declared != table.rows()) {
         progress_.note(step.file + " says that it has " + std::to_string(*declared) + " particles and has " +
-                       std::to_string(table->rows()));
+                       std::to_string(table.rows()));
     }
     if (impactZ()) setReference(step.iteration, columns, step);
     if (!std::isfinite(columns.gamma) || columns.gamma < 1.0) {
         return Error{ErrorCode::invalidArgument, "impact.kinetic_energy", "needs a number of at least 0"};
     }
     steps_.push_back(std::move(step));
-    dumps_.push_back({std::move(*table), columns});
+    dumps_.push_back({std::move(table), columns});
     return success();
 }
 

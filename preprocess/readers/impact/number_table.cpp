@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "preprocess/readers/text/line_reader.h"
 #include "preprocess/readers/text/number.h"
+#include "preprocess/readers/text/row_file.h"
 
 namespace mote::prep {
 namespace {
@@ -23,14 +23,12 @@ bool allNumbers(const Fields& fields, std::size_t count) {
 }  // namespace
 
 Result<NumberTable::Shape> NumberTable::probe(const std::filesystem::path& path) {
-    auto reader = LineReader::open(path);
-    if (!reader) return reader.error();
+    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
     Shape shape;
     int rows = 0;
-    for (std::string_view line; rows < 2 && reader->lineNumber() < maxProbedLines;) {
-        const auto more = reader->next(line);
-        if (!more) return more.error();
-        if (!*more) break;
+    for (std::string_view line; rows < 2 && reader.lineNumber() < maxProbedLines;) {
+        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
+        if (!more) break;
         if (!isRow(line)) continue;
         Fields fields;
         const std::size_t count = splitFields(line, ' ', fields);
@@ -49,25 +47,22 @@ Result<NumberTable::Shape> NumberTable::probe(const std::filesystem::path& path)
 
 Result<NumberTable> NumberTable::open(const std::filesystem::path& path, std::size_t columns,
                                       Progress& progress) {
-    const auto shape = probe(path);
-    if (!shape) return shape.error();
-    if (shape->columns != 0 && shape->columns < columns) {
+    MOTE_ASSIGN_OR_RETURN(const auto shape, probe(path));
+    if (shape.columns != 0 && shape.columns < columns) {
         return Error{ErrorCode::corrupt, path.filename().string(),
-                     "has " + std::to_string(shape->columns) + " columns where at least " +
+                     "has " + std::to_string(shape.columns) + " columns where at least " +
                          std::to_string(columns) + " were expected"};
     }
-    auto file = RowFile::open(path, shape->declared ? 1 : 0, progress);
-    if (!file) return file.error();
-    NumberTable table(std::move(*file));
-    table.shape_ = *shape;
+    MOTE_ASSIGN_OR_RETURN(auto file, RowFile::open(path, shape.declared ? 1 : 0, progress));
+    NumberTable table(std::move(file));
+    table.shape_ = shape;
     return table;
 }
 
 Status NumberTable::next(std::uint32_t needed, std::array<double, maxColumns>& values) {
-    const auto line = file_.next();
-    if (!line) return line.error();
+    MOTE_ASSIGN_OR_RETURN(const auto line, file_.next());
     Fields fields;
-    const std::size_t count = splitFields(*line, ' ', fields);
+    const std::size_t count = splitFields(line, ' ', fields);
     if (count < shape_.columns) {
         return Error{ErrorCode::corrupt, file_.where(),
                      "has " + std::to_string(count) + " columns where the first row has " +

@@ -11,7 +11,7 @@
 #include <span>
 #include <string>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/readers/text/row_file.h"
 #include "protocol/scene/error.h"
 

@@ -47,18 +47,15 @@ Result<std::vector<OpenpmdIteration>> numberedIterations(const H5File& file, std
     component = component.substr(0, component.find('/'));
 
     std::vector<OpenpmdIteration> iterations;
-    auto group = file.find(file.root(), join(folder, ""));
-    if (!group) return group.error();
-    if (!group->has_value()) return iterations;
-    const auto names = file.children(**group);
-    if (!names) return names.error();
-    for (const std::string& name : *names) {
+    MOTE_ASSIGN_OR_RETURN(auto group, file.find(file.root(), join(folder, "")));
+    if (!group.has_value()) return iterations;
+    MOTE_ASSIGN_OR_RETURN(const auto names, file.children(*group));
+    for (const std::string& name : names) {
         const auto number = matchIteration(component, name);
         if (!number) continue;
         std::string path = join(join(folder, name), rest);
-        const auto found = file.find(file.root(), path);
-        if (!found) return found.error();
-        if (!found->has_value() || !(*found)->group) continue;
+        MOTE_ASSIGN_OR_RETURN(const auto found, file.find(file.root(), path));
+        if (!found.has_value() || !found->group) continue;
         iterations.push_back({*number, std::move(path), true});
     }
     std::stable_sort(iterations.begin(), iterations.end(),
@@ -69,9 +66,8 @@ Result<std::vector<OpenpmdIteration>> numberedIterations(const H5File& file, std
 /// True for a group that holds particle records.
 Result<bool> holdsRecords(const H5File& file, const H5Object& group) {
     for (const char* record : {"position", "momentum"}) {
-        const auto found = file.find(group, record);
-        if (!found) return found.error();
-        if (found->has_value() && (*found)->group) return true;
+        MOTE_ASSIGN_OR_RETURN(const auto found, file.find(group, record));
+        if (found.has_value() && found->group) return true;
     }
     return false;
 }
@@ -102,28 +98,23 @@ bool looksLikeOpenpmd(const H5File& file) {
 
 Result<OpenpmdLayout> readOpenpmdLayout(const H5File& file) {
     OpenpmdLayout layout;
-    const auto version = textAttribute(file.root(), "openPMD");
-    if (!version) return version.error();
-    layout.version = version->value_or("1.0.0");
+    MOTE_ASSIGN_OR_RETURN(const auto version, textAttribute(file.root(), "openPMD"));
+    layout.version = version.value_or("1.0.0");
     if (!layout.version.starts_with("1.") && !layout.version.starts_with("2.")) {
         return Error{ErrorCode::unsupported, file.name(),
                      "is of openPMD version '" + layout.version + "'; versions 1.0 to 2.0 are read"};
     }
-    const auto base = textAttribute(file.root(), "basePath");
-    if (!base) return base.error();
-    const std::string basePath = base->value_or("/data/%T/");
-    auto particles = textAttribute(file.root(), "particlesPath");
-    if (!particles) return particles.error();
-    layout.particlesPath = std::move(*particles);
+    MOTE_ASSIGN_OR_RETURN(const auto base, textAttribute(file.root(), "basePath"));
+    const std::string basePath = base.value_or("/data/%T/");
+    MOTE_ASSIGN_OR_RETURN(auto particles, textAttribute(file.root(), "particlesPath"));
+    layout.particlesPath = std::move(particles);
 
     if (findPlaceholder(basePath)) {
-        auto iterations = numberedIterations(file, basePath);
-        if (!iterations) return iterations.error();
-        layout.iterations = std::move(*iterations);
+        MOTE_ASSIGN_OR_RETURN(auto iterations, numberedIterations(file, basePath));
+        layout.iterations = std::move(iterations);
     } else {
-        const auto group = file.find(file.root(), join("/", inner(basePath)));
-        if (!group) return group.error();
-        if (group->has_value()) layout.iterations.push_back({0, join("/", inner(basePath)), false});
+        MOTE_ASSIGN_OR_RETURN(const auto group, file.find(file.root(), join("/", inner(basePath))));
+        if (group.has_value()) layout.iterations.push_back({0, join("/", inner(basePath)), false});
     }
     if (layout.iterations.empty()) {
         return Error{ErrorCode::notFound, file.name() + ":" + basePath, "the file has no iterations there"};
@@ -142,18 +133,14 @@ Result<std::vector<OpenpmdSpeciesPath>> listSpecies(const H5File& file, const Op
     }
     if (!group) return group.error();
     if (!group->has_value() || !(*group)->group) return species;
-    const auto direct = holdsRecords(file, **group);
-    if (!direct) return direct.error();
-    if (*direct) return std::vector<OpenpmdSpeciesPath>{{"", path}};
-    const auto names = file.children(**group);
-    if (!names) return names.error();
-    for (const std::string& name : *names) {
-        const auto child = file.find(**group, name);
-        if (!child) return child.error();
-        if (!child->has_value() || !(*child)->group) continue;
-        const auto particles = holdsRecords(file, **child);
-        if (!particles) return particles.error();
-        if (*particles) species.push_back({name, join(path, name)});
+    MOTE_ASSIGN_OR_RETURN(const auto direct, holdsRecords(file, **group));
+    if (direct) return std::vector<OpenpmdSpeciesPath>{{"", path}};
+    MOTE_ASSIGN_OR_RETURN(const auto names, file.children(**group));
+    for (const std::string& name : names) {
+        MOTE_ASSIGN_OR_RETURN(const auto child, file.find(**group, name));
+        if (!child.has_value() || !child->group) continue;
+        MOTE_ASSIGN_OR_RETURN(const auto particles, holdsRecords(file, *child));
+        if (particles) species.push_back({name, join(path, name)});
     }
     return species;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/readers/openpmd/source.h"
+#include "preprocess/readers/particle_formats.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,36 +61,31 @@ class OpenpmdSource : public ParticleSource {
 };
 
 Status OpenpmdSource::addFile(const std::filesystem::path& path) {
-    const auto file = H5File::open(path);
-    if (!file) return file.error();
-    const auto layout = readOpenpmdLayout(*file);
-    if (!layout) return layout.error();
-    for (const OpenpmdIteration& iteration : layout->iterations) {
+    MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
+    MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
+    for (const OpenpmdIteration& iteration : layout.iterations) {
         if (progress_.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(addIteration(*file, path, *layout, iteration));
+        MOTE_RETURN_IF_ERROR(addIteration(file, path, layout, iteration));
     }
     return success();
 }
 
 Status OpenpmdSource::addIteration(const H5File& file, const std::filesystem::path& path,
                                    const OpenpmdLayout& layout, const OpenpmdIteration& iteration) {
-    const auto all = listSpecies(file, layout, iteration);
-    if (!all) return all.error();
-    auto chosen = choose(file, iteration, *all);
-    if (!chosen) return chosen.error();
+    MOTE_ASSIGN_OR_RETURN(const auto all, listSpecies(file, layout, iteration));
+    MOTE_ASSIGN_OR_RETURN(auto chosen, choose(file, iteration, all));
     SourceStep step;
     step.file = file.name();
     step.iteration = iteration.numbered ? iteration.number : fileNumber(path).value_or(0);
-    if (*chosen) {
-        const auto species = OpenpmdSpecies::open(file, **chosen, iteration.path);
-        if (!species) return species.error();
-        addSpecies(*species, step);
+    if (chosen) {
+        MOTE_ASSIGN_OR_RETURN(const auto species, OpenpmdSpecies::open(file, *chosen, iteration.path));
+        addSpecies(species, step);
     } else {
         noteOnce("some iterations hold no such particles; they are empty steps");
     }
     steps_.push_back(std::move(step));
-    places_.push_back({path, iteration.path, std::move(*chosen)});
+    places_.push_back({path, iteration.path, std::move(chosen)});
     return success();
 }
 
@@ -100,14 +95,12 @@ Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
     if (all.empty()) return std::optional<std::string>();
     if (all.size() == 1 && (wantedSpecies_.empty() || wantedSpecies_ == all[0].name)) return {all[0].path};
     if (all.size() == 1 && all[0].name.empty()) {
-        const auto group = file.require(file.root(), all[0].path);
-        if (!group) return group.error();
-        const auto type = textAttribute(*group, "speciesType");
-        if (!type) return type.error();
-        if (type->value_or("") == wantedSpecies_) return {all[0].path};
-        return Error{ErrorCode::notFound, group->where,
+        MOTE_ASSIGN_OR_RETURN(const auto group, file.require(file.root(), all[0].path));
+        MOTE_ASSIGN_OR_RETURN(const auto type, textAttribute(group, "speciesType"));
+        if (type.value_or("") == wantedSpecies_) return {all[0].path};
+        return Error{ErrorCode::notFound, group.where,
                      "holds no species '" + wantedSpecies_ + "' but one without a name" +
-                         (*type ? " of type '" + **type + "'" : std::string()) + "; leave --species out"};
+                         (type ? " of type '" + *type + "'" : std::string()) + "; leave --species out"};
     }
     std::string names;
     for (const OpenpmdSpeciesPath& species : all) {
@@ -170,14 +163,12 @@ Status OpenpmdSource::openStep(std::size_t step) {
     open_.reset();
     const Place& place = places_[step];
     if (place.species) {
-        const auto file = H5File::open(place.file);
-        if (!file) return file.error();
-        auto species = OpenpmdSpecies::open(*file, *place.species, place.iteration);
-        if (!species) return species.error();
-        if (species->rows() != steps_[step].particles) {
+        MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(place.file));
+        MOTE_ASSIGN_OR_RETURN(auto species, OpenpmdSpecies::open(file, *place.species, place.iteration));
+        if (species.rows() != steps_[step].particles) {
             return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
         }
-        open_ = std::move(*species);
+        open_ = std::move(species);
     }
     openStep_ = step;
     return success();

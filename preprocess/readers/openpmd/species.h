@@ -12,7 +12,6 @@
 
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/openpmd/component.h"
-#include "preprocess/readers/openpmd/reference_particle.h"
 #include "preprocess/readers/particle_source.h"
 
 namespace mote::prep {

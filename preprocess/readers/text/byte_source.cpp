@@ -5,12 +5,90 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <limits>
 
 #include "protocol/scene/system_error.h"
 
 namespace mote::prep {
+namespace {
+
+constexpr std::size_t inputBytes = 256 * 1024;
+constexpr std::uint64_t maxProduced = 1ull << 40;
+// zlib's way to say: the greatest window, and a gzip header (16), or either header (32).
+constexpr int gzipWindow = 15 + 16, anyWindow = 15 + 32;
+
+}  // namespace
+
+Result<std::unique_ptr<Inflater>> Inflater::make(Form form, std::string name) {
+    std::unique_ptr<Inflater> inflater(new Inflater(form, std::move(name)));
+    inflater->input_.resize(inputBytes);
+    if (inflateInit2(&inflater->stream_, form == Form::gzip ? gzipWindow : anyWindow) != Z_OK) {
+        return Error{ErrorCode::internal, inflater->name_, "zlib cannot be set up"};
+    }
+    return inflater;
+}
+
+Inflater::~Inflater() {
+    inflateEnd(&stream_);
+}
+
+Status Inflater::fill(const Refill& refill) {
+    MOTE_ASSIGN_OR_RETURN(const auto got, refill(input_));
+    stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
+    stream_.avail_in = static_cast<uInt>(got);
+    return success();
+}
+
+/// A gzip file may be several ones in a row. Anything else behind the last one is padding.
+Status Inflater::endOfMember(const Refill& refill) {
+    if (form_ == Form::zlib) {
+        atEnd_ = true;
+        return success();
+    }
+    if (stream_.avail_in == 0) MOTE_RETURN_IF_ERROR(fill(refill));
+    atEnd_ = stream_.avail_in == 0 || *stream_.next_in != 0x1f;
+    if (!atEnd_) inflateReset(&stream_);
+    return success();
+}
+
+Result<std::size_t> Inflater::read(std::span<char> bytes, const Refill& refill) {
+    const std::size_t wanted = std::min<std::size_t>(bytes.size(), std::numeric_limits<uInt>::max());
+    stream_.next_out = reinterpret_cast<Bytef*>(bytes.data());
+    stream_.avail_out = static_cast<uInt>(wanted);
+    while (stream_.avail_out > 0 && !atEnd_) {
+        if (stream_.avail_in == 0) {
+            MOTE_RETURN_IF_ERROR(fill(refill));
+            if (stream_.avail_in == 0) {
+                return Error{ErrorCode::corrupt, name_,
+                             std::string("its ") + formName() + " data is cut short"};
+            }
+        }
+        const int code = inflate(&stream_, Z_NO_FLUSH);
+        if (code == Z_STREAM_END) {
+            MOTE_RETURN_IF_ERROR(endOfMember(refill));
+        } else if (code != Z_OK) {
+            return Error{ErrorCode::corrupt, name_, std::string("its ") + formName() + " data is damaged"};
+        }
+    }
+    const std::size_t got = wanted - stream_.avail_out;
+    produced_ += got;
+    if (produced_ > maxProduced) {
+        return Error{ErrorCode::resourceExhausted, name_, "decompresses to more than 1 TiB"};
+    }
+    return got;
+}
+
+Status Inflater::reset() {
+    produced_ = 0;
+    atEnd_ = false;
+    stream_.avail_in = 0;
+    if (inflateReset(&stream_) != Z_OK) return Error{ErrorCode::internal, name_, "zlib cannot be set up"};
+    return success();
+}
+
 Result<std::unique_ptr<ByteSource>> ByteSource::open(const std::filesystem::path& path) {
     std::unique_ptr<ByteSource> source(new ByteSource());
     source->name_ = path.filename().string();
@@ -24,12 +102,10 @@ Result<std::unique_ptr<ByteSource>> ByteSource::open(const std::filesystem::path
     }
     source->fileBytes_ = static_cast<std::uint64_t>(state.st_size);
     std::array<char, 2> magic{};
-    const auto got = source->readFile(magic);
-    if (!got) return got.error();
-    if (*got == 2 && magic[0] == '\x1f' && magic[1] == '\x8b') {
-        auto inflater = Inflater::make(Inflater::Form::gzip, source->name_);
-        if (!inflater) return inflater.error();
-        source->inflater_ = std::move(inflater).value();
+    MOTE_ASSIGN_OR_RETURN(const auto got, source->readFile(magic));
+    if (got == 2 && magic[0] == '\x1f' && magic[1] == '\x8b') {
+        MOTE_ASSIGN_OR_RETURN(auto inflater, Inflater::make(Inflater::Form::gzip, source->name_));
+        source->inflater_ = std::move(inflater);
     }
     MOTE_RETURN_IF_ERROR(source->seek(0));
     return source;

@@ -4,16 +4,55 @@
 // thread at a time.
 #pragma once
 
+#include <zlib.h>
+
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
-#include "preprocess/readers/text/inflater.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
+
+/// Gzip or zlib data decompressed as they come, through one buffer whatever their size. One owner,
+/// one thread at a time.
+class Inflater {
+  public:
+    /// gzip: what follows a member is another one, or padding. zlib: a stream as of RFC 1950, nothing behind
+    /// it is looked at; gzip data are taken too.
+    enum class Form : std::uint8_t { gzip, zlib };
+    /// Fills as much of the bytes as there is of compressed data; 0 at their end.
+    using Refill = std::function<Result<std::size_t>(std::span<char>)>;
+
+    /// `name` is the file's, for errors. Errors: internal.
+    static Result<std::unique_ptr<Inflater>> make(Form form, std::string name);
+    ~Inflater();
+    Inflater(const Inflater&) = delete;
+    Inflater& operator=(const Inflater&) = delete;
+
+    /// Fills as much of `bytes` as there is; 0 at the end. Errors: corrupt (damaged or cut data),
+    /// resourceExhausted (more than 1 TiB comes out), those of `refill`.
+    Result<std::size_t> read(std::span<char> bytes, const Refill& refill);
+    /// Forgets what it has: the next bytes of `refill` are the beginning of compressed data.
+    Status reset();
+
+  private:
+    Inflater(Form form, std::string name) : form_(form), name_(std::move(name)) {}
+    const char* formName() const { return form_ == Form::gzip ? "gzip" : "zlib"; }
+    Status fill(const Refill& refill);
+    Status endOfMember(const Refill& refill);
+
+    Form form_;
+    std::string name_;
+    z_stream stream_{};
+    std::vector<char> input_;
+    std::uint64_t produced_ = 0;
+    bool atEnd_ = false;
+};
 
 class ByteSource {
   public:

@@ -1,14 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Numbers and fields in foreign text. Functions without state; they take no memory.
+// Numbers out of foreign files: from text, or from bytes of either order wherever they lie. Functions without
+// state; they take no memory.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string_view>
 
 namespace mote::prep {
+
+static_assert(std::endian::native == std::endian::little,
+              "numbers of files are turned into little-endian ones");
+
+/// Reads sizeof(Number) bytes.
+template <class Number>
+Number loadNumber(const char* from, bool bigEndian) {
+    std::array<char, sizeof(Number)> bytes;
+    std::memcpy(bytes.data(), from, sizeof(Number));
+    if (bigEndian) std::reverse(bytes.begin(), bytes.end());
+    return std::bit_cast<Number>(bytes);
+}
 
 /// The whole of `text` as a number, in any form that C, Fortran or Python print: "1.5e-3", "+1.5D-03",
 /// "0.123-104" (an exponent of three digits leaves no place for its letter), "NaN", "Infinity". Too great

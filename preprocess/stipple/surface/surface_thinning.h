@@ -6,7 +6,7 @@
 // threads work; the result is the same on any number of them.
 #pragma once
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 #include "preprocess/stipple/surface/surface_cell.h"
 #include "preprocess/stipple/thinning.h"
 #include "protocol/scene/error.h"

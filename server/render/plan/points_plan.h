@@ -15,7 +15,6 @@
 #include "server/render/plan/point_selection.h"
 #include "server/render/plan/preview_selection.h"
 #include "storage/particles/particle_step.h"
-#include "storage/particles/step_need.h"
 
 namespace mote::render {
 

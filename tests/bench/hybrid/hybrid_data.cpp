@@ -13,7 +13,7 @@
 
 #include "preprocess/volume/volume_source.h"
 #include "protocol/cli/command.h"
-#include "storage/hybrid/grid_axis.h"
+#include "storage/hybrid/hybrid_limits.h"
 #include "tests/bench/hybrid/bubble.h"
 
 namespace {

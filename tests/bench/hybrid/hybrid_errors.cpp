@@ -11,8 +11,8 @@
 #include "preprocess/volume/volume_source.h"
 #include "protocol/cli/command.h"
 #include "storage/hybrid/check_hybrid.h"
-#include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/residual_file.h"
 #include "storage/manifest.h"
 

@@ -16,11 +16,10 @@
 #include "protocol/scene/json.h"
 #include "server/render/plan/octree_cell.h"
 #include "storage/dataset_writer.h"
-#include "storage/files/write_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "storage/particles/step_file.h"
-#include "storage/particles/step_writer.h"
 #include "storage/storage_error.h"
 #include "tests/bench/memory/synthetic_tree.h"
 

@@ -7,8 +7,8 @@
 #include <chrono>
 #include <random>
 
-#include "preprocess/progress.h"
-#include "preprocess/stipple/plane_start.h"
+#include "preprocess/job.h"
+#include "preprocess/stipple/stipple_job.h"
 #include "preprocess/stipple/thinning.h"
 #include "protocol/cli/command.h"
 #include "tests/bench/stipple_quality/plane_levels.h"

@@ -22,7 +22,7 @@
 #include "server/render/layers/stipple/photograph_tone.h"
 #include "server/render/layers/stipple/tone.h"
 #include "storage/manifest.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "tests/bench/stipple_tone/reference_stipples.h"
 #include "tests/bench/stipple_tone/tone_measure.h"
 #include "tests/unit/particles/quiet_progress.h"

@@ -15,7 +15,7 @@
 #include "server/render/layers/stipple/replay.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "tests/support/surface_measures.h"
 
 namespace mote::test {

@@ -6,7 +6,7 @@
 #include <condition_variable>
 #include <filesystem>
 
-#include "storage/blocks/mapping_guard.h"
+#include "storage/blocks/mapped_file.h"
 #include "storage/manifest.h"
 #include "storage/storage_error.h"
 #include "tests/support/temp_dir.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "storage/hybrid/grid_axis.h"
+#include "storage/hybrid/hybrid_limits.h"
 #include "storage/manifest.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/hybrid/small_hybrid.h"

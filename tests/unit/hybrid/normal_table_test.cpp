@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "storage/hybrid/grid_axis.h"
+#include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {
 namespace {

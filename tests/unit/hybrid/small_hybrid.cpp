@@ -10,8 +10,8 @@
 
 #include "storage/dataset_writer.h"
 #include "storage/hybrid/hybrid_file.h"
+#include "storage/hybrid/residual_encoder.h"
 #include "storage/hybrid/residual_file.h"
-#include "storage/hybrid/residual_writer.h"
 #include "storage/manifest.h"
 
 namespace mote::test {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
-#include "storage/hybrid/hybrid_points.h"
+#include "storage/hybrid/hybrid_file.h"
 #include "storage/hybrid/residual_encoder.h"
 
 namespace mote::test {

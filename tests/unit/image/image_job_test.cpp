@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "preprocess/image/read_picture.h"
-#include "storage/files/read_file.h"
+#include "storage/files/dataset_file.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/verify.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/image/upright.h"
+#include "preprocess/image/read_picture.h"
 
 #include <gtest/gtest.h>
 

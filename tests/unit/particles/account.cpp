@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/step_reader.h"
-#include "preprocess/particles/step_selection.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"
 #include "tests/unit/particles/load_step.h"

@@ -9,8 +9,7 @@
 #include <random>
 #include <tuple>
 
-#include "preprocess/particles/density_volume.h"
-#include "preprocess/particles/morton.h"
+#include "preprocess/particles/cell_plan.h"
 #include "preprocess/particles/range_builder.h"
 #include "storage/particles/octree_check.h"
 

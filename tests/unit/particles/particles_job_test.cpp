@@ -9,7 +9,7 @@
 #include <limits>
 #include <set>
 
-#include "preprocess/particles/morton.h"
+#include "preprocess/particles/cell_plan.h"
 #include "protocol/scene/json.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/particles/preview.h"
+#include "preprocess/particles/point_output.h"
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>

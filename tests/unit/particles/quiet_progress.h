@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 
 namespace mote::test {
 

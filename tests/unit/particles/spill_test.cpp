@@ -3,7 +3,7 @@
 // The job where its particles do not fit the memory that it may take.
 #include <gmock/gmock.h>
 
-#include "preprocess/particles/memory_plan.h"
+#include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/record_store.h"
 #include "storage/verify.h"
 #include "tests/support/temp_dir.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/particles/two_stages.h"
+#include "preprocess/on_threads.h"
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>

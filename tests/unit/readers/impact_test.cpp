@@ -6,9 +6,8 @@
 
 #include <cmath>
 
+#include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/impact/impact_deck.h"
-#include "preprocess/readers/impact/reference_track.h"
-#include "preprocess/readers/units.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/source_test.h"
 

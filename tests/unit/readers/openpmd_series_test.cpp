@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "preprocess/readers/units.h"
+#include "preprocess/readers/field_meaning.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/h5_test_file.h"
 #include "tests/unit/readers/openpmd_test_file.h"

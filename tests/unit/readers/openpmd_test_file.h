@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "preprocess/readers/units.h"
+#include "preprocess/readers/field_meaning.h"
 #include "tests/unit/readers/h5_test_file.h"
 
 namespace mote::test {

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <set>
 
-#include "preprocess/readers/units.h"
+#include "preprocess/readers/field_meaning.h"
 #include "tests/unit/readers/source_test.h"
 
 namespace mote::test {

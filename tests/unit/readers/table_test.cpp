@@ -7,11 +7,10 @@
 #include <cstring>
 #include <limits>
 
+#include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/npy/npy_header.h"
-#include "preprocess/readers/text/line_reader.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
-#include "preprocess/readers/units.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/source_test.h"
 

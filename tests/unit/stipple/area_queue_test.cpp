@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/stipple/area_queue.h"
+#include "preprocess/stipple/thinning.h"
 
 #include <gtest/gtest.h>
 

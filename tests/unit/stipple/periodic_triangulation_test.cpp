@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
-#include "preprocess/stipple/plane_start.h"
+#include "preprocess/stipple/stipple_job.h"
 #include "tests/support/plane_measures.h"
 
 namespace mote::prep {

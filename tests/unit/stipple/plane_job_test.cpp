@@ -3,7 +3,7 @@
 
 #include "preprocess/stipple/stipple_job.h"
 #include "storage/manifest.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "storage/verify.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/stipple/test_progress.h"

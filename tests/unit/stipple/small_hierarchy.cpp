@@ -6,7 +6,7 @@
 #include <random>
 
 #include "storage/dataset_writer.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "storage/storage_error.h"
 
 namespace mote::test {

@@ -8,7 +8,7 @@
 
 #include <mutex>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 
 namespace mote::test {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "preprocess/stipple/plane_start.h"
+#include "preprocess/stipple/stipple_job.h"
 #include "server/render/layers/stipple/replay.h"
 #include "tests/support/plane_measures.h"
 #include "tests/unit/stipple/test_progress.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "storage/blocks/mapping_guard.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -2,7 +2,7 @@
 #include "tests/unit/storage/tiny_dataset.h"
 
 #include "storage/dataset_writer.h"
-#include "storage/particles/step_writer.h"
+#include "storage/particles/step_file.h"
 #include "storage/storage_error.h"
 
 namespace mote::test {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
-#include "storage/particles/step_content.h"
+#include "storage/particles/step_layout.h"
 
 namespace mote::test {
 

@@ -5,7 +5,7 @@
 
 #include <numeric>
 
-#include "storage/blocks/mapping_guard.h"
+#include "storage/blocks/mapped_file.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_layout.h"

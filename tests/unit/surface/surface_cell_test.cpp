@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "preprocess/stipple/surface/surface_start.h"
+#include "preprocess/stipple/surface/surface_job.h"
 #include "tests/unit/particles/quiet_progress.h"
 #include "tests/unit/surface/test_surfaces.h"
 

@@ -9,7 +9,7 @@
 
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/stipple/hierarchy_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "storage/verify.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/particles/quiet_progress.h"

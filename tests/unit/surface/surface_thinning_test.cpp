@@ -7,7 +7,7 @@
 
 #include <numeric>
 
-#include "preprocess/stipple/surface/surface_start.h"
+#include "preprocess/stipple/surface/surface_job.h"
 #include "server/render/layers/stipple/replay.h"
 #include "tests/support/surface_measures.h"
 #include "tests/unit/particles/quiet_progress.h"

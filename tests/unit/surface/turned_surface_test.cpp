@@ -8,7 +8,7 @@
 #include <map>
 #include <numbers>
 
-#include "preprocess/stipple/surface/surface_start.h"
+#include "preprocess/stipple/surface/surface_job.h"
 #include "preprocess/stipple/surface/surface_thinning.h"
 #include "server/render/layers/stipple/surface_dots.h"
 #include "tests/support/view_text.h"

@@ -2,7 +2,7 @@
 //
 // The core's field against what determines it: Gauss's law inside and outside, continuity at the edge, 1/r^2
 // far away; and the kick polynomial against the exact field.
-#include "preprocess/synth/core_field.h"
+#include "preprocess/synth/envelope.h"
 
 #include <gtest/gtest.h>
 

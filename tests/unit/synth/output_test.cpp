@@ -9,7 +9,6 @@
 #include <fstream>
 #include <limits>
 
-#include "preprocess/synth/beam.h"
 #include "preprocess/synth/beam_run.h"
 #include "preprocess/synth/openpmd_writer.h"
 #include "recording_progress.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "preprocess/progress.h"
+#include "preprocess/job.h"
 
 namespace mote::test {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "preprocess/readers/hdf5/h5_handle.h"
+#include "preprocess/readers/hdf5/h5_file.h"
 
 namespace mote::test {
 

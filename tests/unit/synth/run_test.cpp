@@ -10,7 +10,6 @@
 #include <iterator>
 #include <numeric>
 
-#include "preprocess/synth/beam.h"
 #include "preprocess/synth/beam_run.h"
 #include "recording_progress.h"
 #include "run_file.h"

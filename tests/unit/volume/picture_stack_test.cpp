@@ -9,7 +9,7 @@
 
 #include <fstream>
 
-#include "preprocess/volume/picture_files.h"
+#include "preprocess/volume/volume_formats.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::test {

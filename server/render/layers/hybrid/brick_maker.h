@@ -14,7 +14,6 @@
 
 #include "protocol/scene/error.h"
 #include "server/render/plan/grid_field.h"
-#include "storage/hybrid/grid_axis.h"
 #include "storage/hybrid/hybrid_limits.h"
 #include "storage/hybrid/normal_table.h"
 

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The subcommands about a dataset that is there: info, verify and export.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "preprocess/command_line.h"
+#include "preprocess/console.h"
+#include "preprocess/export_vdb.h"
+#include "protocol/scene/json.h"
+#include "storage/dataset_kind.h"
+#include "storage/manifest.h"
+#include "storage/verify.h"
+
+namespace mote::prep {
+namespace {
+
+/// A subcommand's arguments, of which all have the first.
+struct Options {
+    std::string dataset;
+    std::string file;
+    std::uint32_t step = 0;
+};
+
+int info(const CommandLine& line, const Options& options) {
+    const auto manifest = storage::readManifest(options.dataset);
+    if (!manifest.ok()) return fail(line, manifest.error());
+    if (line.json) {
+        fmt::print("{}", toJson(*manifest));
+    } else {
+        fmt::print("title    {}\nkind     {}\nwriter   {}\n{}", manifest->title(), manifest->kind(),
+                   manifest->writer(), storage::findKind(*manifest)->describe(*manifest));
+    }
+    return 0;
+}
+
+void printJson(const std::string& directory, const std::vector<Error>& errors) {
+    std::vector<JsonObject> list;
+    for (const auto& error : errors) {
+        list.emplace_back()
+            .add("code", name(error.code))
+            .add("where", error.where)
+            .add("message", error.message);
+    }
+    JsonObject object;
+    object.add("dataset", directory).add("whole", errors.empty()).add("errors", list);
+    fmt::print("{}\n", object.text());
+}
+
+int verify(const CommandLine& line, const Options& options) {
+    const auto errors = [&] {
+        ConsoleProgress progress(line.signal, {line.quiet, -1});
+        return storage::verifyDataset(
+            options.dataset, [&] { return progress.cancelled(); },
+            [&](double done) { progress.report(done, "verifying"); });
+    }();
+    if (errors.size() == 1 && errors.front().code == ErrorCode::cancelled) return fail(line, errors.front());
+    for (const auto& error : errors) fmt::print(stderr, "mote-prep: {}\n", error.toString());
+    if (line.json) printJson(options.dataset, errors);
+    if (errors.empty() && !line.json && !line.quiet) fmt::print("{}: whole\n", options.dataset);
+    return errors.empty() ? 0 : 1;
+}
+
+int exportStep(const CommandLine& line, const Options& options) {
+    const auto manifest = storage::readManifest(options.dataset);
+    if (!manifest.ok()) return fail(line, manifest.error());
+    const auto made = exportVdb(options.dataset, *manifest, options.step, options.file);
+    if (!made.ok()) return fail(line, made.error());
+    if (line.json) {
+        JsonObject object;
+        fmt::print("{}\n", object.add("output", options.file).add("step", options.step).text());
+    } else if (!line.quiet) {
+        fmt::print("{}: {} of step {}\n", options.file, *made, options.step);
+    }
+    return 0;
+}
+
+/// Adds what all have: the dataset, the flags, `examples`, and that the command runs `run`.
+void addDatasetCommand(const cli::Command& command, CommandLine& line,
+                       const std::shared_ptr<Options>& options, const char* examples,
+                       int (*run)(const CommandLine&, const Options&)) {
+    command.option("DATASET", options->dataset, "NAME.mote").required();
+    addOutputFlags(command, line);
+    command.footer(examples);
+    command.callback(
+        [options, &line, run] { line.command = [options, &line, run] { return run(line, *options); }; });
+}
+
+}  // namespace
+
+void addInfoCommand(const cli::Command& program, CommandLine& line) {
+    addDatasetCommand(
+        program.subcommand("info", "Say what a dataset holds"), line, std::make_shared<Options>(),
+        "Examples:\n  mote-prep info beam.mote\n  mote-prep info beam.mote --json | jq .particles.axes",
+        info);
+}
+
+void addVerifyCommand(const cli::Command& program, CommandLine& line) {
+    addDatasetCommand(program.subcommand("verify", "Check every byte of a dataset"), line,
+                      std::make_shared<Options>(), "Example:\n  mote-prep verify beam.mote && echo whole",
+                      verify);
+}
+
+void addExportCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("export", "Write a step's volume for other tools");
+    const auto options = std::make_shared<Options>();
+    command.option("--vdb", options->file, "The OpenVDB file to make, which must not exist")
+        .required()
+        .valueName("FILE");
+    command.option("--step", options->step, "Index of the step").showDefault().valueName("N");
+    addDatasetCommand(
+        command, line, options,
+        "Example:\n  mote-prep export beam.mote --step 3 --vdb beam-3.vdb\n\nOf particles: a grid "
+        "\"density\". Of a hybrid volume: the low-resolution \"volume\" and the \"residual\" to add "
+        "to it.",
+        exportStep);
+}
+
+}  // namespace mote::prep

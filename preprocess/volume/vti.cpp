@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/volume/vti.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/mat3x3.hpp>
+#include <vector>
+
+#include "preprocess/readers/text/number.h"
+#include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/stream_volume.h"
+#include "preprocess/volume/vti_document.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::array<ScalarTypeName, 8> typeNames{{{"Int8", ScalarType::i8},
+                                                   {"UInt8", ScalarType::u8},
+                                                   {"Int16", ScalarType::i16},
+                                                   {"UInt16", ScalarType::u16},
+                                                   {"Int32", ScalarType::i32},
+                                                   {"UInt32", ScalarType::u32},
+                                                   {"Float32", ScalarType::f32},
+                                                   {"Float64", ScalarType::f64}}};
+
+class HeaderReader {
+  public:
+    HeaderReader(const VtiDocument& document, const VtiArray& array, VtiHeader& header)
+        : document_(document), array_(array), header_(header) {}
+
+    Status read() {
+        MOTE_RETURN_IF_ERROR(readFile());
+        MOTE_RETURN_IF_ERROR(readExtent());
+        return readArray();
+    }
+
+  private:
+    Status readFile() {
+        const HeaderFields& file = document_.vtkFile;
+        if (file.text("type") != "ImageData") return file.unsupported("type", "is not ImageData");
+        const auto order = file.text("byte_order");
+        if (order != "LittleEndian" && order != "BigEndian") {
+            return file.corrupt("byte_order", "is neither LittleEndian nor BigEndian");
+        }
+        header_.bigEndian = order == "BigEndian";
+        const auto sizes = file.text("header_type");
+        if (!sizes.empty() && sizes != "UInt32" && sizes != "UInt64") {
+            return file.corrupt("header_type", "is neither UInt32 nor UInt64");
+        }
+        header_.wideSizes = sizes == "UInt64";
+        const auto compressor = file.text("compressor");
+        header_.compressed = compressor == "vtkZLibDataCompressor";
+        if (header_.compressed || compressor.empty()) return success();
+        return file.unsupported(
+            "compressor", fmt::format("\"{:.40}\" is not read, only vtkZLibDataCompressor", compressor));
+    }
+
+    /// Samples lie on points, or in the middle of cells; an axis of one point has one cell, without
+    /// thickness.
+    Status readExtent() {
+        const HeaderFields& piece = document_.piece;
+        MOTE_ASSIGN_OR_RETURN(const auto extent, piece.numbers("Extent", 6));
+        MOTE_ASSIGN_OR_RETURN(const auto whole, document_.imageData.numbers("WholeExtent", 6));
+        if (extent != whole) return piece.unsupported("Extent", "is only a part of WholeExtent");
+        std::array<std::uint64_t, 3> sizes;
+        glm::dvec3 first;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double from = extent[2 * i], steps = extent[2 * i + 1] - from;
+            if (!(std::abs(from) < 0x1p31 && steps >= 0 && steps < 0x1p31 && steps == std::floor(steps))) {
+                return piece.corrupt("Extent", fmt::format("says {} to {}", from, extent[2 * i + 1]));
+            }
+            const bool cells = array_.ofCells && steps > 0;
+            sizes[i] = static_cast<std::uint64_t>(steps) + (cells ? 0 : 1);
+            first[static_cast<int>(i)] = from + (cells ? 0.5 : 0.0);
+        }
+        MOTE_RETURN_IF_ERROR(
+            setDimensions(header_.shape, sizes[0], sizes[1], sizes[2], piece.where("Extent")));
+        return readPlacement(first);
+    }
+
+    /// `first`: indices of the first sample.
+    Status readPlacement(const glm::dvec3& first) {
+        const HeaderFields& image = document_.imageData;
+        glm::dmat3 steps(1.0);
+        if (image.has("Direction")) {
+            MOTE_ASSIGN_OR_RETURN(const auto rows, image.numbers("Direction", 9));
+            for (int i = 0; i < 9; ++i) steps[i % 3][i / 3] = rows[static_cast<std::size_t>(i)];
+        }
+        glm::dvec3 origin(0.0);
+        if (image.has("Origin")) {
+            MOTE_ASSIGN_OR_RETURN(const auto said, image.numbers("Origin", 3));
+            origin = {said[0], said[1], said[2]};
+        }
+        if (image.has("Spacing")) {
+            MOTE_ASSIGN_OR_RETURN(const auto said, image.numbers("Spacing", 3));
+            for (int i = 0; i < 3; ++i) steps[i] *= said[static_cast<std::size_t>(i)];
+        }
+        return setPlacement(header_.shape, steps, origin + steps * first,
+                            image.where("Spacing and Direction"));
+    }
+
+    Status readArray() {
+        const HeaderFields& array = array_.attributes;
+        if (!array_.isScalar()) {
+            return array.unsupported("NumberOfComponents", "is not 1; vectors are not drawn");
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto type, array.type("type", typeNames));
+        header_.shape.type = type;
+        const auto format = array.text("format");
+        if (format == "appended") return readAppended();
+        if (format != "ascii" && format != "binary" && !format.empty()) {
+            return array.corrupt("format", "is none of ascii, binary and appended");
+        }
+        header_.encoding = format == "binary" ? VtiHeader::Encoding::base64 : VtiHeader::Encoding::ascii;
+        header_.dataAt = array_.contentAt;
+        return success();
+    }
+
+    Status readAppended() {
+        const HeaderFields& appended = document_.appended;
+        if (document_.appendedAt == 0) {
+            return array_.attributes.corrupt("format", "is appended, and nothing is");
+        }
+        const auto encoding = appended.text("encoding");
+        if (encoding != "raw" && encoding != "base64") {
+            return appended.corrupt("encoding", "is neither raw nor base64");
+        }
+        header_.encoding = encoding == "raw" ? VtiHeader::Encoding::raw : VtiHeader::Encoding::base64;
+        MOTE_ASSIGN_OR_RETURN(const auto offset, array_.attributes.wholeNumber("offset", 0));
+        header_.dataAt = document_.appendedAt + offset;
+        return success();
+    }
+
+    const VtiDocument& document_;
+    const VtiArray& array_;
+    VtiHeader& header_;
+};
+
+/// Appended data begin behind an underscore.
+Result<std::uint64_t> behindUnderscore(ByteStream& file, std::uint64_t at) {
+    MOTE_RETURN_IF_ERROR(file.seek(at));
+    std::string blanks(256, '\0');
+    MOTE_ASSIGN_OR_RETURN(const auto got, file.read(blanks));
+    blanks.resize(got);
+    const std::size_t mark = blanks.find_first_not_of(" \t\r\n");
+    if (mark == std::string::npos || blanks[mark] != '_') {
+        return Error{ErrorCode::corrupt, file.name() + ": AppendedData", "does not begin with _"};
+    }
+    return at + mark + 1;
+}
+
+constexpr std::uint64_t mostBlocks = 1u << 24;  // 512 GiB in the blocks of 32 KiB that VTK writes
+
+/// The sizes that stand before binary values.
+class Sizes {
+  public:
+    Sizes(ByteStream& stream, const VtiHeader& header)
+        : stream_(stream), big_(header.bigEndian), width_(header.wideSizes ? 8 : 4) {}
+
+    /// The next `count` of them. Errors: corrupt (the data end before).
+    Result<std::vector<std::uint64_t>> next(std::uint64_t count) {
+        std::vector<std::uint64_t> sizes;
+        std::string bytes;
+        // Piece by piece: memory is taken for those that are there, not for those that are declared.
+        while (sizes.size() < count) {
+            bytes.resize(static_cast<std::size_t>(std::min(count - sizes.size(), piece)) * width_);
+            MOTE_ASSIGN_OR_RETURN(const auto got, stream_.read(bytes));
+            if (got < bytes.size()) {
+                return Error{ErrorCode::corrupt, stream_.name(), "ends within its array's sizes"};
+            }
+            bytes_ += bytes.size();
+            for (std::size_t at = 0; at < bytes.size(); at += width_) {
+                sizes.push_back(width_ == 8 ? loadNumber<std::uint64_t>(&bytes[at], big_)
+                                            : loadNumber<std::uint32_t>(&bytes[at], big_));
+            }
+        }
+        return sizes;
+    }
+
+    std::uint64_t bytes() const { return bytes_; }  ///< read so far
+
+  private:
+    static constexpr std::uint64_t piece = 1u << 14;
+
+    ByteStream& stream_;
+    bool big_;
+    std::size_t width_;
+    std::uint64_t bytes_ = 0;
+};
+
+Error contradiction(const ByteStream& stream, std::uint64_t said, std::uint64_t needed) {
+    return {ErrorCode::corrupt, stream.name(),
+            fmt::format("its array says {} bytes, and its extent needs {}", said, needed)};
+}
+
+/// One size, then the values.
+Result<ByteStreamPtr> plainValues(ByteStreamPtr stream, const VtiHeader& header, std::uint64_t needed) {
+    Sizes sizes(*stream, header);
+    MOTE_ASSIGN_OR_RETURN(const auto said, sizes.next(1));
+    if (said.front() != needed) return contradiction(*stream, said.front(), needed);
+    return partStream(std::move(stream), sizes.bytes(), needed);
+}
+
+/// How many blocks, their bytes, those of the last one where it is shorter (else 0), the compressed bytes of
+/// each; then the blocks.
+Result<ByteStreamPtr> compressedValues(ByteStreamPtr stream, const VtiHeader& header, std::uint64_t needed) {
+    Sizes sizes(*stream, header);
+    MOTE_ASSIGN_OR_RETURN(const auto counts, sizes.next(3));
+    const std::uint64_t count = counts[0], full = counts[1], last = counts[2];
+    const bool whole = full > 0 && last == needed % full;
+    if (!whole || count != needed / full + (last > 0 ? 1 : 0) || count > mostBlocks) {
+        return Error{
+            ErrorCode::corrupt, stream->name(),
+            fmt::format(
+                "its array says {} blocks of {} bytes, the last one of {}, and its extent needs {} bytes",
+                count, full, last, needed)};
+    }
+    MOTE_ASSIGN_OR_RETURN(auto compressed, sizes.next(count));
+    MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(stream), sizes.bytes()));
+    return zlibBlockStream(std::move(data), {full, needed, std::move(compressed)});
+}
+
+Result<ByteStreamPtr> values(ByteStreamPtr file, const VtiHeader& header, std::uint64_t needed) {
+    auto stream = partStream(std::move(file), header.dataAt);
+    if (!stream) return stream.error();
+    if (header.encoding == VtiHeader::Encoding::ascii) return numberStream(std::move(stream).value());
+    if (header.encoding == VtiHeader::Encoding::base64) stream = base64Stream(std::move(stream).value());
+    return header.compressed ? compressedValues(std::move(stream).value(), header, needed)
+                             : plainValues(std::move(stream).value(), header, needed);
+}
+
+}  // namespace
+
+bool VtiHeader::begins(std::string_view bytes) {
+    return bytes.find("<VTKFile") != std::string_view::npos;
+}
+
+Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, const Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(auto document, VtiDocument::parse(file, field, progress));
+    const VtiArray* const array = document.chosen(field);
+    if (array == nullptr) {
+        return Error{ErrorCode::notFound, file.name(),
+                     field.empty() ? "has no array with one value for each point or cell"
+                                   : fmt::format("has no array of the name \"{:.40}\"", field)};
+    }
+    if (document.appendedAt > 0) {
+        MOTE_ASSIGN_OR_RETURN(const auto at, behindUnderscore(file, document.appendedAt));
+        document.appendedAt = at;
+    }
+    VtiHeader header;
+    MOTE_RETURN_IF_ERROR(HeaderReader(document, *array, header).read());
+    return header;
+}
+
+Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path, std::string_view field,
+                                              const Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
+    MOTE_ASSIGN_OR_RETURN(auto header, VtiHeader::parse(*file, field, progress));
+    const bool ascii = header.encoding == VtiHeader::Encoding::ascii;
+    SampleFormat samples;
+    samples.type = ascii ? ScalarType::f64 : header.shape.type;
+    samples.bigEndian = header.bigEndian && !ascii;
+    const std::uint64_t needed = header.shape.voxels() * bytesOf(samples.type);
+    MOTE_ASSIGN_OR_RETURN(auto data, values(std::move(file), header, needed));
+    return StreamVolume::make("vti", std::move(header.shape), samples, std::move(data));
+}
+
+}  // namespace mote::prep

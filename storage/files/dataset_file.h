@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The files of a dataset while it is read and made: regular files only, no links, no more bytes than
+// expected; whole writes, syncs, the one rename by which an output appears, and scratch files. Functions
+// without state, any thread.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "protocol/scene/error.h"
+#include "storage/files/file_descriptor.h"
+
+namespace mote::storage {
+
+/// A file of pieces that a job puts aside while it does not know yet where they will lie, in the
+/// folder of the dataset that it makes. Gone with its owner; where the process is killed, with the folder.
+/// append() and read() may be called from any thread.
+class ScratchFile {
+  public:
+    /// A new one, removed in the end. Errors: alreadyExists, permissionDenied, resourceExhausted.
+    static Result<std::unique_ptr<ScratchFile>> create(const std::filesystem::path& path);
+    /// Another process' own, to read. Errors: notFound, permissionDenied.
+    static Result<std::unique_ptr<ScratchFile>> open(const std::filesystem::path& path);
+
+    ScratchFile(const ScratchFile&) = delete;
+    ScratchFile& operator=(const ScratchFile&) = delete;
+    ~ScratchFile();
+
+    /// Returns where the bytes lie. Errors: resourceExhausted (disk full), internal.
+    Result<std::uint64_t> append(std::span<const std::byte> bytes);
+    /// Errors: internal, also where the file ends.
+    Status read(std::uint64_t at, std::span<std::byte> bytes) const;
+    /// So that processes of other machines can read it. Errors: resourceExhausted, internal.
+    Status sync() const;
+
+  private:
+    ScratchFile(std::filesystem::path path, FileDescriptor file, bool own)
+        : path_(std::move(path)), file_(std::move(file)), own_(own) {}
+
+    std::filesystem::path path_;
+    FileDescriptor file_;
+    bool own_;
+    std::atomic<std::uint64_t> end_{0};
+};
+
+/// Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's place).
+Result<FileDescriptor> openRegular(const std::filesystem::path& path);
+
+/// The whole file. Errors: as openRegular, resourceExhausted (larger than `limit`), internal.
+Result<std::string> readWhole(const std::filesystem::path& path, std::size_t limit);
+
+/// Writes and syncs a file that must not exist yet. Errors: alreadyExists, permissionDenied, notFound (its
+/// folder), resourceExhausted (disk full). The file is removed after an error.
+Status writeNewFile(const std::filesystem::path& path, std::string_view text);
+
+/// All of `bytes` at `offset` of an open file called `name`. Errors: resourceExhausted (disk full), internal.
+Status writeAt(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes,
+               const std::filesystem::path& name);
+
+/// Fills `bytes` from `offset` of an open file called `name`. Errors: internal, also where the file ends.
+Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
+              const std::filesystem::path& name);
+
+/// Asks the kernel to put a file, or a folder's entries, on the disk. Errors: notFound, resourceExhausted,
+/// internal.
+Status syncPath(const std::filesystem::path& path);
+
+/// Gives `from` the name `to`, which must not exist (nothing is ever replaced), and syncs the folder. Errors:
+/// alreadyExists, permissionDenied, internal.
+Status publishByRename(const std::filesystem::path& from, const std::filesystem::path& to);
+
+}  // namespace mote::storage
