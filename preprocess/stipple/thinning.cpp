@@ -52,19 +52,19 @@ class Thinning {
             hierarchy_.deathArea.push_back(static_cast<float>(queue_.area(i)));
         }
         hierarchy_.normals.assign(points.size(), {0.0F, 0.0F, 1.0F});
-        hierarchy_.rank.resize(points.size());
+        hierarchy_.removal.resize(points.size());
         hierarchy_.locked.assign(points.size(), 0);
     }
 
     Status run(double begin, Progress& progress) {
         const auto all = static_cast<std::uint32_t>(hierarchy_.size());
-        for (std::uint32_t rank = 0; rank < all; ++rank) {
-            if (rank % 256 == 0) {
+        for (std::uint32_t removal = 0; removal < all; ++removal) {
+            if (removal % 256 == 0) {
                 if (progress.cancelled()) return cancelledError();
-                progress.report(begin + (1.0 - begin) * rank / all, "thinning out");
+                progress.report(begin + (1.0 - begin) * removal / all, "thinning out");
             }
             const auto point = queue_.smallest();
-            hierarchy_.rank[point] = rank;
+            hierarchy_.removal[point] = removal;
             queue_.removeSmallest();
             if (!queue_.empty()) remove(point);
         }

@@ -27,7 +27,7 @@ Status checkSizes(const StippleHierarchy& h) {
         return corrupt(array, fmt::format("has {} entries, not {}", size, expected));
     };
     MOTE_RETURN_IF_ERROR(same("/points/normal", h.normals.size(), points));
-    MOTE_RETURN_IF_ERROR(same("/points/rank", h.rank.size(), points));
+    MOTE_RETURN_IF_ERROR(same("/points/rank", h.removal.size(), points));
     MOTE_RETURN_IF_ERROR(same("/points/death_area", h.deathArea.size(), points));
     MOTE_RETURN_IF_ERROR(same("/points/locked", h.locked.size(), points));
     MOTE_RETURN_IF_ERROR(same("/points/moves_begin", h.movesBegin.size(), points + 1));
@@ -46,12 +46,12 @@ Status checkFinite(const char* array, const std::vector<glm::vec3>& values) {
 Status checkPoints(const StippleHierarchy& h) {
     std::vector<bool> seen(h.size());
     for (std::size_t i = 0; i < h.size(); ++i) {
-        const auto rank = h.rank[i];
-        if (rank >= h.size() || seen[rank]) {
+        const auto removal = h.removal[i];
+        if (removal >= h.size() || seen[removal]) {
             return corrupt("/points/rank",
                            fmt::format("is no permutation: entry {} is out of range or there twice", i));
         }
-        seen[rank] = true;
+        seen[removal] = true;
         if (!(h.deathArea[i] >= 0.0F) || !std::isfinite(h.deathArea[i])) {
             return corrupt("/points/death_area", fmt::format("entry {} is no area", i));
         }
@@ -67,12 +67,12 @@ Status checkMovesOf(const StippleHierarchy& h, std::size_t point) {
         if (neighbour >= h.size()) {
             return corrupt("/moves/neighbour", fmt::format("entry {} is not one of the points", m));
         }
-        const std::int64_t rank = h.rank[neighbour];
-        if (rank <= last || rank >= h.rank[point]) {
+        const std::int64_t removal = h.removal[neighbour];
+        if (removal <= last || removal >= h.removal[point]) {
             return corrupt("/moves/neighbour",
                            fmt::format("entry {} is not in the order of removal of point {}", m, point));
         }
-        last = rank;
+        last = removal;
     }
     return success();
 }
@@ -107,7 +107,7 @@ Status read(const ArrayFile& file, const char* name, const std::vector<std::uint
 Status readArrays(const ArrayFile& file, std::uint64_t points, std::uint64_t moves, StippleHierarchy& h) {
     MOTE_RETURN_IF_ERROR(read<float>(file, "/points/position", {points, 3}, h.positions));
     MOTE_RETURN_IF_ERROR(read<float>(file, "/points/normal", {points, 3}, h.normals));
-    MOTE_RETURN_IF_ERROR(read<std::uint32_t>(file, "/points/rank", {points}, h.rank));
+    MOTE_RETURN_IF_ERROR(read<std::uint32_t>(file, "/points/rank", {points}, h.removal));
     MOTE_RETURN_IF_ERROR(read<float>(file, "/points/death_area", {points}, h.deathArea));
     MOTE_RETURN_IF_ERROR(read<std::uint8_t>(file, "/points/locked", {points}, h.locked));
     MOTE_RETURN_IF_ERROR(read<std::uint64_t>(file, "/points/moves_begin", {points + 1}, h.movesBegin));
@@ -119,7 +119,7 @@ Status readArrays(const ArrayFile& file, std::uint64_t points, std::uint64_t mov
 
 std::uint64_t StippleHierarchy::bytes() const {
     const auto of = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
-    return of(positions) + of(normals) + of(rank) + of(deathArea) + of(locked) + of(movesBegin) +
+    return of(positions) + of(normals) + of(removal) + of(deathArea) + of(locked) + of(movesBegin) +
            of(moveNeighbour) + of(movePosition);
 }
 
@@ -139,7 +139,7 @@ Status writeHierarchy(const std::filesystem::path& directory, const StippleHiera
         {"/points", "/moves"},
         {arrayContent("/points/position", {points, 3}, numbers(h.positions)),
          arrayContent("/points/normal", {points, 3}, numbers(h.normals)),
-         arrayContent("/points/rank", {points}, std::span(h.rank)),
+         arrayContent("/points/rank", {points}, std::span(h.removal)),
          arrayContent("/points/death_area", {points}, std::span(h.deathArea)),
          arrayContent("/points/locked", {points}, std::span(h.locked)),
          arrayContent("/points/moves_begin", {points + 1}, std::span(h.movesBegin)),

@@ -22,12 +22,12 @@ namespace mote::storage {
 struct StippleHierarchy {
     std::vector<glm::vec3> positions;  ///< [P] before any removal; world units, the plane: unit square, z = 0
     std::vector<glm::vec3> normals;    ///< [P] of the surface there, unit length; the plane: 0, 0, 1
-    std::vector<std::uint32_t> rank;   ///< [P] 0 is removed first
-    std::vector<float> deathArea;      ///< [P] the largest cell that the point ever had, square world units
-    std::vector<std::uint8_t> locked;  ///< [P] 1: could not move at some removal
+    std::vector<std::uint32_t> removal;  ///< [P] place in the order of removal, 0 the first; "/points/rank"
+    std::vector<float> deathArea;        ///< [P] the largest cell that the point ever had, square world units
+    std::vector<std::uint8_t> locked;    ///< [P] 1: could not move at some removal
 
     /// [P + 1] the moves of point p are movesBegin[p] to movesBegin[p + 1], in the order in which they were
-    /// made: by ascending rank of the neighbour, which is below the point's own.
+    /// made: by ascending removal of the neighbour, which is below the point's own.
     std::vector<std::uint64_t> movesBegin;
     std::vector<std::uint32_t> moveNeighbour;  ///< [M] the point whose removal caused the move
     std::vector<glm::vec3> movePosition;       ///< [M] where the point then lies; the plane: not wrapped
@@ -36,7 +36,7 @@ struct StippleHierarchy {
     std::uint64_t bytes() const;  ///< that it takes in memory
 };
 
-/// Whether the arrays agree with each other and hold what they must: ranks a permutation, moves in order,
+/// Whether the arrays agree with each other and hold what they must: removals a permutation, moves in order,
 /// neighbours in range, numbers finite. Errors: corrupt, with the array's name ("/points/rank").
 Status checkHierarchy(const StippleHierarchy& hierarchy);
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks the tree against its own rules: who may include whom, what a source starts with, how long it may be.
+"""Checks the tree against its own rules: who may include whom, what a source starts with, how long it may be; and
+that what the documents name in it is there.
 
     check_style.py ROOT
 
@@ -60,6 +61,7 @@ NEVER_IN = [
      ("protocol/", "client/")),
 ]
 
+NAMED = re.compile("`((?:" + "|".join(FOLDERS) + r"|deploy)/[\w/.-]+)`")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 
 
@@ -131,6 +133,14 @@ def check_file(path, text):
         yield from check_includes(path, lines)
 
 
+def check_names(root, text):
+    """Paths of the tree that a document names and that are not there; KIND stands for any."""
+    for number, line in enumerate(text.splitlines(), 1):
+        for name in NAMED.findall(line):
+            if "KIND" not in name and not (root / name).exists() and not list(root.glob(name + ".*")):
+                yield number, f"there is no `{name}`"
+
+
 def check_tree(root):
     """Violations of the whole tree as "FILE:LINE: sentence", and the number of files that were looked at."""
     violations, files = [], 0
@@ -142,6 +152,9 @@ def check_tree(root):
             path = file.relative_to(root).as_posix()
             text = file.read_text(encoding="utf-8", errors="replace")
             violations += [f"{path}:{line}: {what}" for line, what in check_file(path, text)]
+    for file in sorted([*root.glob("*.md"), *(root / "docs").glob("*.md")]):
+        text = file.read_text(encoding="utf-8")
+        violations += [f"{file.relative_to(root)}:{line}: {what}" for line, what in check_names(root, text)]
     return violations, files
 
 

@@ -51,7 +51,7 @@ storage::StippleHierarchy hierarchyOf(std::vector<glm::vec3> positions, std::vec
     const auto count = static_cast<std::uint32_t>(positions.size());
     hierarchy.positions = std::move(positions);
     hierarchy.normals = std::move(normals);
-    for (std::uint32_t i = 0; i < count; ++i) hierarchy.rank.push_back(count - 1 - i);
+    for (std::uint32_t i = 0; i < count; ++i) hierarchy.removal.push_back(count - 1 - i);
     hierarchy.deathArea.assign(count, 1.0F);
     hierarchy.locked.assign(count, 1);
     hierarchy.movesBegin.assign(count + 1, 0);

@@ -11,7 +11,7 @@
 
 namespace mote::test {
 
-/// The unit ball with so many points on it, even at every rank: of any n that are left, each ring of the
+/// The unit ball with so many points on it, even at every removal: of any n that are left, each ring of the
 /// ball has its share to within a few. Points never move.
 render::StippleSurface ballSurface(std::uint32_t points);
 

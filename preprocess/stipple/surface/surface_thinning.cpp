@@ -152,7 +152,7 @@ class Thinning {
         hierarchy_.positions.reserve(count);
         for (const auto& point : set_.points) hierarchy_.positions.emplace_back(point.position);
         hierarchy_.normals = set_.normals;
-        hierarchy_.rank.resize(count);
+        hierarchy_.removal.resize(count);
         hierarchy_.deathArea.resize(count);
         hierarchy_.locked.resize(count);
         tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(count), 256),
@@ -250,7 +250,7 @@ class Thinning {
     }
 
     void apply(const Removal& removal) {
-        hierarchy_.rank[removal.point] = rank_++;
+        hierarchy_.removal[removal.point] = removal_++;
         left_[removal.point] = false;
         set_.grid.remove(removal.point, set_.points[removal.point].position);
         for (const auto& [mover, to, normal] : removal.movers) {
@@ -283,7 +283,7 @@ class Thinning {
     std::vector<bool> left_;
     std::vector<std::uint32_t> claimed_;  ///< by point, the round in which a removal concerned it
     std::uint32_t round_ = 0;
-    std::uint32_t rank_ = 0;
+    std::uint32_t removal_ = 0;
     std::size_t filled_ = 0;  ///< points in the grid when it was made
     tbb::enumerable_thread_specific<Scratch> scratches_;
     RemovalQueue queue_;

@@ -45,7 +45,7 @@ double longestMove(const storage::StippleHierarchy& h, std::uint32_t but) {
     for (std::size_t point = 0; point < h.size(); ++point) {
         auto last = h.positions[point];
         for (auto m = h.movesBegin[point]; m < h.movesBegin[point + 1]; ++m) {
-            const auto left = static_cast<double>(h.size() - h.rank[h.moveNeighbour[m]] - 1);
+            const auto left = static_cast<double>(h.size() - h.removal[h.moveNeighbour[m]] - 1);
             const auto step = h.movePosition[m] - last;
             last = h.movePosition[m];
             if (left < but) continue;

@@ -41,12 +41,12 @@ Result<Surface> load(const fs::path& directory) {
 }
 
 void printMoves(const storage::StippleHierarchy& h, double area) {
-    // Against the spacing at which the point's neighbour was removed: as many points as its rank leaves.
+    // Against the spacing at which the point's neighbour was removed: as many points as its removal leaves.
     double longest = 0.0;
     for (std::size_t p = 0; p < h.size(); ++p) {
         auto from = h.positions[p];
         for (auto m = h.movesBegin[p]; m < h.movesBegin[p + 1]; ++m) {
-            const auto left = h.size() - h.rank[h.moveNeighbour[m]];
+            const auto left = h.size() - h.removal[h.moveNeighbour[m]];
             const double spacing = std::sqrt(2.0 / std::sqrt(3.0) * area / static_cast<double>(left));
             const auto to = h.movePosition[m];
             longest = std::max(longest, static_cast<double>(glm::distance(from, to)) / spacing);

@@ -32,7 +32,7 @@ Result<StippleHierarchy> readFrom(const fs::path& dataset) {
 void expectEqual(const StippleHierarchy& a, const StippleHierarchy& b) {
     EXPECT_EQ(a.positions, b.positions);
     EXPECT_EQ(a.normals, b.normals);
-    EXPECT_EQ(a.rank, b.rank);
+    EXPECT_EQ(a.removal, b.removal);
     EXPECT_EQ(a.deathArea, b.deathArea);
     EXPECT_EQ(a.locked, b.locked);
     EXPECT_EQ(a.movesBegin, b.movesBegin);
@@ -89,8 +89,8 @@ TEST(HierarchyFile, SameContentSameBytes) {
 TEST(HierarchyFile, RefusesContentThatContradictsItself) {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
     constexpr float infinity = std::numeric_limits<float>::infinity();
-    expectRefused([](auto& h) { h.rank[1] = 4; }, "/points/rank", "no permutation");
-    expectRefused([](auto& h) { h.rank[1] = 5; }, "/points/rank", "no permutation");
+    expectRefused([](auto& h) { h.removal[1] = 4; }, "/points/rank", "no permutation");
+    expectRefused([](auto& h) { h.removal[1] = 5; }, "/points/rank", "no permutation");
     expectRefused([](auto& h) { h.positions[2].y = nan; }, "/points/position", "entry 2");
     expectRefused([](auto& h) { h.normals[4].z = infinity; }, "/points/normal", "entry 4");
     expectRefused([](auto& h) { h.movePosition[0].x = nan; }, "/moves/position", "entry 0");

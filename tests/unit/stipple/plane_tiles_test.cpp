@@ -26,22 +26,22 @@ StippleHierarchy randomHierarchy(std::uint32_t points) {
     StippleHierarchy h;
     for (std::uint32_t i = 0; i < points; ++i) h.positions.push_back({unit(random), unit(random), 0.0F});
     h.normals.assign(points, {0, 0, 1});
-    h.rank.resize(points);
-    std::iota(h.rank.begin(), h.rank.end(), 0U);
-    std::shuffle(h.rank.begin(), h.rank.end(), random);
+    h.removal.resize(points);
+    std::iota(h.removal.begin(), h.removal.end(), 0U);
+    std::shuffle(h.removal.begin(), h.removal.end(), random);
     h.deathArea.assign(points, 1.0F);
     h.locked.assign(points, 0);
     h.movesBegin = {0};
     for (std::uint32_t i = 0; i < points; ++i) {
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> earlier;  // rank, point
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> earlier;  // removal, point
         for (std::uint32_t j = 0; j < points; ++j) {
             auto apart = h.positions[i] - h.positions[j];
             apart -= glm::vec3(std::round(apart.x), std::round(apart.y), 0.0F);
-            if (std::hypot(apart.x, apart.y) < 0.12F && h.rank[j] < h.rank[i])
-                earlier.emplace_back(h.rank[j], j);
+            if (std::hypot(apart.x, apart.y) < 0.12F && h.removal[j] < h.removal[i])
+                earlier.emplace_back(h.removal[j], j);
         }
         std::sort(earlier.begin(), earlier.end());
-        for (const auto& [rank, point] : earlier) {
+        for (const auto& [removal, point] : earlier) {
             h.moveNeighbour.push_back(point);
             h.movePosition.push_back(h.positions[i] +
                                      0.05F * glm::vec3(unit(random) - 0.5F, unit(random) - 0.5F, 0));

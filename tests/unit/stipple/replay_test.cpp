@@ -24,7 +24,7 @@ TEST(StippleReplay, AUniformShareDrawsThatManyPointsInTheOrderOfRemoval) {
         // Who is drawn is removed after everybody who is not.
         for (std::size_t i = 0; i < 5; ++i) {
             for (std::size_t j = 0; j < 5; ++j) {
-                EXPECT_TRUE(drawn[i] == 0 || drawn[j] != 0 || replay.rank(i) > replay.rank(j));
+                EXPECT_TRUE(drawn[i] == 0 || drawn[j] != 0 || replay.removal(i) > replay.removal(j));
             }
         }
         return std::accumulate(drawn.begin(), drawn.end(), 0);
@@ -84,19 +84,20 @@ storage::StippleHierarchy wild() {
         return length * glm::vec3(normal(random), normal(random), normal(random));
     };
     storage::StippleHierarchy h;
-    h.rank.resize(points);
-    std::iota(h.rank.begin(), h.rank.end(), 0U);
-    std::shuffle(h.rank.begin(), h.rank.end(), random);
+    h.removal.resize(points);
+    std::iota(h.removal.begin(), h.removal.end(), 0U);
+    std::shuffle(h.removal.begin(), h.removal.end(), random);
     std::vector<std::uint32_t> order(points);
-    for (std::uint32_t i = 0; i < points; ++i) order[h.rank[i]] = i;
+    for (std::uint32_t i = 0; i < points; ++i) order[h.removal[i]] = i;
     h.movesBegin.push_back(0);
     for (std::uint32_t i = 0; i < points; ++i) {
         auto at = h.positions.emplace_back(vector(1.0F));
         h.normals.push_back(vector(1.0F));
-        for (std::uint32_t rank = random() % 4000; rank < h.rank[i]; rank += 1 + random() % 4000) {
-            const float distance = 1.0F / std::sqrt(static_cast<float>(points - rank));
+        for (std::uint32_t removal = random() % 4000; removal < h.removal[i];
+             removal += 1 + random() % 4000) {
+            const float distance = 1.0F / std::sqrt(static_cast<float>(points - removal));
             at += vector(random() % 50 == 0 ? 100.0F * distance : distance);
-            h.moveNeighbour.push_back(order[rank]);
+            h.moveNeighbour.push_back(order[removal]);
             h.movePosition.push_back(at);
         }
         h.movesBegin.push_back(h.moveNeighbour.size());
@@ -113,25 +114,25 @@ TEST(PackedMoves, KeepNeighboursExactlyAndPlacesClosely) {
     for (std::size_t i = 0; i < h.size(); ++i) {
         auto walk = packed.walk(i, h.positions[i]);
         for (auto m = h.movesBegin[i]; m < h.movesBegin[i + 1]; ++m) {
-            const auto rank = walk.next();
-            ASSERT_TRUE(rank);
-            ASSERT_EQ(*rank, h.rank[h.moveNeighbour[m]]);
+            const auto removal = walk.next();
+            ASSERT_TRUE(removal);
+            ASSERT_EQ(*removal, h.removal[h.moveNeighbour[m]]);
             walk.make();
             // Sums of floats of order 10 besides.
-            const float error = packed.error(static_cast<std::uint32_t>(h.size()) - *rank) + 1e-5F;
+            const float error = packed.error(static_cast<std::uint32_t>(h.size()) - *removal) + 1e-5F;
             for (int d = 0; d < 3; ++d) ASSERT_NEAR(walk.position()[d], h.movePosition[m][d], error);
         }
         ASSERT_FALSE(walk.next());
     }
 }
 
-/// P points without geometry; each moves when each of the eight before it in rank goes.
+/// P points without geometry; each moves when each of the eight before it in removal goes.
 storage::StippleHierarchy chain(std::uint32_t points) {
     storage::StippleHierarchy h;
     h.movesBegin.push_back(0);
     for (std::uint32_t i = 0; i < points; ++i) {
         h.positions.push_back({static_cast<float>(i), 0, 0});
-        h.rank.push_back(i);
+        h.removal.push_back(i);
         for (std::uint32_t n = i < 8 ? 0 : i - 8; n < i; ++n) {
             h.moveNeighbour.push_back(n);
             h.movePosition.push_back({static_cast<float>(i), static_cast<float>(n), 1});

@@ -22,7 +22,7 @@ storage::StippleHierarchy smallHierarchy() {
     storage::StippleHierarchy h;
     for (int i = 0; i < 5; ++i) h.positions.push_back({0.1F + 0.2F * static_cast<float>(i), 0.0F, 0.0F});
     h.normals.assign(5, {0.0F, 0.0F, 1.0F});
-    h.rank = {1, 3, 0, 4, 2};
+    h.removal = {1, 3, 0, 4, 2};
     h.deathArea = {0.25F, 0.5F, 0.2F, 1.0F, 0.33F};
     h.locked.assign(5, 0);
     h.movesBegin = {0, 0, 3, 3, 5, 5};
@@ -44,9 +44,9 @@ storage::StippleHierarchy jitteredGrid(int side) {
         }
     }
     h.normals.assign(h.size(), {0.0F, 0.0F, 1.0F});
-    h.rank.resize(h.size());
-    std::iota(h.rank.begin(), h.rank.end(), 0U);
-    std::shuffle(h.rank.begin(), h.rank.end(), random);
+    h.removal.resize(h.size());
+    std::iota(h.removal.begin(), h.removal.end(), 0U);
+    std::shuffle(h.removal.begin(), h.removal.end(), random);
     h.deathArea.assign(h.size(), 1.0F);
     h.locked.assign(h.size(), 0);
     h.movesBegin.assign(h.size() + 1, 0);

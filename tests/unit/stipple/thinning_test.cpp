@@ -78,7 +78,7 @@ TEST(Thinning, AStaticHierarchyIsNotEven) {
 glm::dvec2 positionAfter(const storage::StippleHierarchy& h, std::uint32_t point, std::uint32_t removed) {
     auto at = h.positions[point];
     for (auto m = h.movesBegin[point]; m < h.movesBegin[point + 1]; ++m) {
-        if (h.rank[h.moveNeighbour[m]] < removed) at = h.movePosition[m];
+        if (h.removal[h.moveNeighbour[m]] < removed) at = h.movePosition[m];
     }
     return {at.x, at.y};
 }
@@ -89,7 +89,7 @@ TEST(Thinning, RemovesTheSmallestCellAndKnowsTheLargest) {
     const auto h = hierarchyOf(points, 9);
     ASSERT_TRUE(storage::checkHierarchy(h).ok());
     std::vector<std::uint32_t> order(points);
-    for (std::uint32_t i = 0; i < points; ++i) order[h.rank[i]] = i;
+    for (std::uint32_t i = 0; i < points; ++i) order[h.removal[i]] = i;
     std::vector<double> largest(points, 0.0);
     for (std::uint32_t removed = 0; removed < points; ++removed) {
         std::vector<glm::dvec2> positions;
@@ -118,7 +118,7 @@ TEST(Thinning, MovesAreShortAndFew) {
     for (std::uint32_t i = 0; i < points; ++i) {
         auto last = h.positions[i];
         for (auto m = h.movesBegin[i]; m < h.movesBegin[i + 1]; ++m) {
-            const double left = points - h.rank[h.moveNeighbour[m]];
+            const double left = points - h.removal[h.moveNeighbour[m]];
             const glm::vec3 step = h.movePosition[m] - last;
             last = h.movePosition[m];
             // The bar, in mean distances of the points that are left.

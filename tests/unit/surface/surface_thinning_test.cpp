@@ -108,7 +108,7 @@ TEST(SurfaceThinning, AnyNumberOfThreadsMakesTheSame) {
     tbb::task_arena four(4);
     const auto a = one.execute([&] { return build(ring, 3000); });
     const auto b = four.execute([&] { return build(ring, 3000); });
-    EXPECT_EQ(a.rank, b.rank);
+    EXPECT_EQ(a.removal, b.removal);
     EXPECT_EQ(a.movePosition, b.movePosition);
     EXPECT_EQ(a.deathArea, b.deathArea);
     const auto c = build(ring, 3000, 2);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t blockPoints = 4096;
 
-// How a move is written after its rank: not at all, in one byte a coordinate, or as floats.
+// How a move is written after its neighbour's removal: not at all, in one byte a coordinate, or as floats.
 constexpr std::uint32_t stays = 0;
 constexpr std::uint32_t steps = 1;
 constexpr std::uint32_t jumps = 2;
@@ -50,8 +50,8 @@ PackedMoves::PackedMoves(const storage::StippleHierarchy& hierarchy)
     bytes_.shrink_to_fit();
 }
 
-float PackedMoves::unitAt(std::uint32_t rank) const {
-    return unit_[static_cast<std::size_t>(std::bit_width(points_ - rank))];
+float PackedMoves::unitAt(std::uint32_t removal) const {
+    return unit_[static_cast<std::size_t>(std::bit_width(points_ - removal))];
 }
 
 float PackedMoves::error(std::uint32_t left) const {
@@ -64,7 +64,8 @@ void PackedMoves::findUnits(const storage::StippleHierarchy& h) {
     for (std::size_t point = 0; point < h.size(); ++point) {
         auto last = h.positions[point];
         for (auto m = h.movesBegin[point]; m < h.movesBegin[point + 1]; ++m) {
-            const auto bits = static_cast<std::size_t>(std::bit_width(points_ - h.rank[h.moveNeighbour[m]]));
+            const auto bits =
+                static_cast<std::size_t>(std::bit_width(points_ - h.removal[h.moveNeighbour[m]]));
             const auto step = h.movePosition[m] - last;
             last = h.movePosition[m];
             squares[bits] += step.x * step.x + step.y * step.y + step.z * step.z;
@@ -79,16 +80,16 @@ void PackedMoves::findUnits(const storage::StippleHierarchy& h) {
 
 void PackedMoves::pack(const storage::StippleHierarchy& h, std::size_t point) {
     auto at = h.positions[point];
-    std::uint64_t next = 0;  // the least rank that may follow
+    std::uint64_t next = 0;  // the least removal that may follow
     for (auto m = h.movesBegin[point]; m < h.movesBegin[point + 1]; ++m) {
-        const auto rank = h.rank[h.moveNeighbour[m]];
+        const auto removal = h.removal[h.moveNeighbour[m]];
         const auto& goal = h.movePosition[m];
-        const float unit = unitAt(rank);
+        const float unit = unitAt(removal);
         const float units = unit > 0.0F ? greatest(goal - at) / unit : 0.0F;
         // A comparison with what overflowed is a jump, too.
         const auto kind = units < leastUnits ? stays : units <= 127.0F ? steps : jumps;
-        writeNumber((rank - next) << 2 | kind, bytes_);
-        next = std::uint64_t{rank} + 1;
+        writeNumber((removal - next) << 2 | kind, bytes_);
+        next = std::uint64_t{removal} + 1;
         if (kind == steps) {
             for (int d = 0; d < dimensions_; ++d) {
                 const auto number = static_cast<std::int8_t>(std::lround((goal[d] - at[d]) / unit));
@@ -122,13 +123,13 @@ std::optional<std::uint32_t> PackedMoves::Walk::next() {
         if (byte < 128) break;
     }
     kind_ = static_cast<std::uint32_t>(number & 3);
-    rank_ += 1 + static_cast<std::uint32_t>(number >> 2);
-    return rank_;
+    removal_ += 1 + static_cast<std::uint32_t>(number >> 2);
+    return removal_;
 }
 
 void PackedMoves::Walk::make() {
     if (kind_ == steps) {
-        const float unit = moves_->unitAt(rank_);
+        const float unit = moves_->unitAt(removal_);
         for (int d = 0; d < moves_->dimensions_; ++d) {
             position_[d] += static_cast<float>(static_cast<std::int8_t>(*at_++)) * unit;
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PackedMoves: the moves of a stipple hierarchy in a few bytes each. A move is the step from one rank of a
+// PackedMoves: the moves of a stipple hierarchy in a few bytes each. A move is the step from one removal of a
 // neighbour to the next, and a vector in units of a small part of the moves at that density; a vector is
 // measured from where the ones before it led as they are stored, so errors do not add up. Immutable once
 // made; any thread.
@@ -23,7 +23,7 @@ class PackedMoves {
     /// The moves of one point, in their order.
     class Walk {
       public:
-        /// The rank of the next move's neighbour; nothing at the end.
+        /// The removal of the next move's neighbour; nothing at the end.
         std::optional<std::uint32_t> next();
         /// Makes that move. Every move is made or is the last to be looked at.
         void make();
@@ -35,7 +35,7 @@ class PackedMoves {
         const PackedMoves* moves_ = nullptr;
         const std::uint8_t* at_ = nullptr;
         const std::uint8_t* end_ = nullptr;
-        std::uint32_t rank_ = ~std::uint32_t{0};
+        std::uint32_t removal_ = ~std::uint32_t{0};
         std::uint32_t kind_ = 0;
         glm::vec3 position_{0};
     };
@@ -52,7 +52,7 @@ class PackedMoves {
   private:
     void findUnits(const storage::StippleHierarchy& hierarchy);
     void pack(const storage::StippleHierarchy& hierarchy, std::size_t point);
-    float unitAt(std::uint32_t rank) const;
+    float unitAt(std::uint32_t removal) const;
 
     std::uint32_t points_ = 0;
     int dimensions_ = 3;            ///< 2 where all z are 0

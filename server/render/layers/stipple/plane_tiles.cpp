@@ -58,7 +58,7 @@ PlaneTiles::PlaneTiles(std::shared_ptr<const storage::StippleHierarchy> hierarch
     const auto all = static_cast<double>(h.size());
     for (std::size_t i = 0; i < h.size(); ++i) {
         candidates_[next[cellOf(i)]++] = {h.positions[i].x, h.positions[i].y,
-                                          static_cast<float>((all - 0.5 - h.rank[i]) / all),
+                                          static_cast<float>((all - 0.5 - h.removal[i]) / all),
                                           static_cast<std::uint32_t>(i)};
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PlaneTiles: a hierarchy of the periodic unit square, repeated over a picture. Selection by rank against the
-// wanted density around each point's first position, and replay by prefix across the seams (dissertation
+// PlaneTiles: a hierarchy of the periodic unit square, repeated over a picture. Selection by removal against
+// the wanted density around each point's first position, and replay by prefix across the seams (dissertation
 // 2.2.3.3, docs/STIPPLES.md). Made once for a hierarchy; immutable, shared by pictures; deterministic on any
 // number of threads.
 #pragma once
@@ -81,7 +81,7 @@ class PlaneTiles {
     /// A point's first position and when it is removed, in the order of cells of a grid.
     struct Candidate {
         float x, y;  ///< in the unit square
-        float left;  ///< (points - 1/2 - rank) / points: the share below which it is not drawn
+        float left;  ///< (points - 1/2 - removal) / points: the share below which it is not drawn
         std::uint32_t point;
     };
 

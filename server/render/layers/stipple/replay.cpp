@@ -17,19 +17,19 @@ constexpr std::size_t grain = 4096;  // points: below some ten microseconds a ta
 StippleReplay::StippleReplay(const storage::StippleHierarchy& hierarchy)
     : positions_(hierarchy.positions),
       normals_(hierarchy.normals),
-      rank_(hierarchy.rank),
-      pointOfRank_(hierarchy.size()),
+      removal_(hierarchy.removal),
+      pointOfRemoval_(hierarchy.size()),
       moves_(hierarchy) {
     if (std::all_of(normals_.begin(), normals_.end(), [&](const auto& n) { return n == normals_[0]; })) {
         normals_.resize(1);
         normals_.shrink_to_fit();
     }
-    for (std::uint32_t point = 0; point < size(); ++point) pointOfRank_[rank_[point]] = point;
+    for (std::uint32_t point = 0; point < size(); ++point) pointOfRemoval_[removal_[point]] = point;
 }
 
 std::size_t StippleReplay::bytes() const {
     return (positions_.capacity() + normals_.capacity()) * sizeof(glm::vec3) +
-           (rank_.capacity() + pointOfRank_.capacity()) * sizeof(std::uint32_t) + moves_.bytes();
+           (removal_.capacity() + pointOfRemoval_.capacity()) * sizeof(std::uint32_t) + moves_.bytes();
 }
 
 std::vector<std::uint8_t> StippleReplay::select(std::span<const float> shares) const {
@@ -43,7 +43,8 @@ std::vector<std::uint8_t> StippleReplay::select(std::span<const float> shares) c
 
 glm::vec3 StippleReplay::placed(std::size_t point, std::span<const std::uint8_t> drawn) const {
     auto walk = moves_.walk(point, positions_[point]);
-    for (auto rank = walk.next(); rank && drawn[pointOfRank_[*rank]] == 0; rank = walk.next()) walk.make();
+    for (auto removal = walk.next(); removal && drawn[pointOfRemoval_[*removal]] == 0; removal = walk.next())
+        walk.make();
     return walk.position();
 }
 

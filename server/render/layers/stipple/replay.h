@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // StippleReplay: a stipple hierarchy as it is drawn from: which points a wanted density asks for, and where
-// these then lie (docs/STIPPLES.md; dissertation 2.2.3, with our selection by rank and replay by prefix).
+// these then lie (docs/STIPPLES.md; dissertation 2.2.3, with our selection by removal and replay by prefix).
 // Made once for a dataset, immutable, shared by pictures; every function is pure, uses all threads of the
 // calling arena and gives the same result on any number of them.
 #pragma once
@@ -33,7 +33,7 @@ class StippleReplay {
     /// The surface's normal there, unit length.
     const glm::vec3& normal(std::size_t point) const { return normals_[normals_.size() == 1 ? 0 : point]; }
     /// 0 is removed first.
-    std::uint32_t rank(std::size_t point) const { return rank_[point]; }
+    std::uint32_t removal(std::size_t point) const { return removal_[point]; }
     /// Bytes that it takes.
     std::size_t bytes() const;
     /// How the moves are kept, and how exactly.
@@ -44,7 +44,7 @@ class StippleReplay {
     /// and above all, NaN none; a uniform share draws round(share size()) points.
     bool selects(std::size_t point, float share) const {
         const auto all = static_cast<double>(size());
-        return all - 0.5 - rank_[point] < share * all;
+        return all - 0.5 - removal_[point] < share * all;
     }
 
     /// A 1 for each point that is drawn, from its wanted share. `shares` has size() entries.
@@ -59,9 +59,9 @@ class StippleReplay {
 
   private:
     std::vector<glm::vec3> positions_;
-    std::vector<glm::vec3> normals_;   ///< one where all are alike
-    std::vector<std::uint32_t> rank_;  ///< by point
-    std::vector<std::uint32_t> pointOfRank_;
+    std::vector<glm::vec3> normals_;      ///< one where all are alike
+    std::vector<std::uint32_t> removal_;  ///< by point
+    std::vector<std::uint32_t> pointOfRemoval_;
     PackedMoves moves_;
 };
 
