@@ -170,4 +170,36 @@ int fail(const CommandLine& line, const Error& error) {
     return error.code == ErrorCode::invalidArgument ? 2 : 1;
 }
 
+void addVolumeOptions(const cli::Command& command, VolumeOptions& options) {
+    command.option("--format", options.format, "A volume's format; told by its content unless given")
+        .valueName("NAME");
+    command.option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
+        .values(3)
+        .valueName("NX NY NZ");
+    command.option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f32 or f64")
+        .valueName("TYPE");
+    command.flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
+    command.option("--header-bytes", options.headerBytes, "Raw: before the first value").valueName("N");
+    command.option("--spacing", options.spacing, "Of voxels, instead of what the file says")
+        .values(3)
+        .valueName("SX SY SZ");
+    command.option("--origin", options.origin, "World position of the first voxel's centre")
+        .values(3)
+        .valueName("X Y Z");
+    command.option("--field", options.field, "VTI array or OpenVDB grid").valueName("NAME");
+}
+
+proto::VolumeSourceOptions VolumeOptions::message() const {
+    proto::VolumeSourceOptions source;
+    source.set_format(format == "auto" ? "" : format);
+    source.mutable_dimensions()->Assign(dimensions.begin(), dimensions.end());
+    source.set_type(type);
+    source.set_big_endian(bigEndian);
+    source.set_header_bytes(headerBytes);
+    source.mutable_spacing()->Assign(spacing.begin(), spacing.end());
+    source.mutable_origin()->Assign(origin.begin(), origin.end());
+    source.set_field(field);
+    return source;
+}
+
 }  // namespace mote::prep

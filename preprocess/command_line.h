@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "preprocess/console.h"
 #include "preprocess/job.h"
@@ -36,6 +37,18 @@ void addJobCommand(const cli::Command& program, CommandLine& line);
 void addOutputFlags(const cli::Command& command, CommandLine& line);
 /// --threads and --memory.
 void addResourceOptions(const cli::Command& command, JobResources& resources);
+
+/// How a volume is to be read, as the command line says it.
+struct VolumeOptions {
+    std::string format, type, field;
+    std::vector<std::uint32_t> dimensions;
+    std::vector<double> spacing, origin;
+    bool bigEndian = false;
+    std::uint64_t headerBytes = 0;
+
+    proto::VolumeSourceOptions message() const;
+};
+void addVolumeOptions(const cli::Command& command, VolumeOptions& options);
 
 /// What a command that makes a dataset is told.
 struct DatasetOptions {

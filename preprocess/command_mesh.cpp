@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "preprocess/job_kinds.h"
 #include "preprocess/mesh/mesh_job.h"
@@ -7,18 +9,41 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Example:
+constexpr const char* examples = R"(Examples:
   mote-prep mesh skull.obj --out plots/skull.mote
+  mote-prep mesh chest.nrrd --isovalue 220 --clip -100 -100 0 100 100 150 --out plots/bones.mote
 
-MESH is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. What is wrong with it and can be put
+INPUT is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzipped. What is wrong with it and can be put
 right (vertices at one place, triangles without area, numbers that are not finite) is counted and said.)";
 
+/// Options as the command line gives them.
+struct Options : DatasetOptions {
+    std::optional<double> isovalue;
+    std::vector<double> clip;
+    VolumeOptions source;
+};
+
+void complete(const Options& options, proto::MeshJob& job) {
+    job.set_input(options.input);
+    if (options.isovalue) job.set_isovalue(*options.isovalue);
+    job.mutable_clip()->Assign(options.clip.begin(), options.clip.end());
+    const auto source = options.source.message();
+    if (source.ByteSizeLong() > 0) *job.mutable_source() = source;
+}
+
 void addCommand(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("mesh", "Make a dataset of a triangle mesh");
-    const auto options = std::make_shared<DatasetOptions>();
-    command.option("MESH", options->input, "The mesh, a file").required();
+    const auto command =
+        program.subcommand("mesh", "Make a dataset of a triangle mesh, or of a surface in a volume");
+    const auto options = std::make_shared<Options>();
+    command.option("INPUT", options->input, "The mesh or volume, a file").required();
+    command.option("--isovalue", options->isovalue, "The surface on which a volume has this value")
+        .valueName("V");
+    command.option("--clip", options->clip, "Keep of that surface what lies in a box, world units")
+        .values(6)
+        .valueName("X0 Y0 Z0 X1 Y1 Z1");
+    addVolumeOptions(command, options->source);
     addDatasetOptions(command, line, options,
-                      [options](auto& request) { request.mutable_mesh()->set_input(options->input); });
+                      [options](auto& request) { complete(*options, *request.mutable_mesh()); });
     command.footer(examples);
 }
 

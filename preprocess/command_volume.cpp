@@ -24,27 +24,12 @@ struct Options : DatasetOptions {
     std::optional<std::uint32_t> low, errorGrid, pointBytes, valueBits;
     std::optional<double> threshold;
     std::optional<std::uint64_t> maxPoints;
-    std::string format, type, field;
-    std::vector<std::uint32_t> dimensions;
-    std::vector<double> spacing, origin;
-    bool bigEndian = false;
-    std::uint64_t headerBytes = 0;
+    VolumeOptions source;
 };
-
-void setSource(const Options& options, proto::VolumeSourceOptions& source) {
-    source.set_format(options.format == "auto" ? "" : options.format);
-    source.mutable_dimensions()->Assign(options.dimensions.begin(), options.dimensions.end());
-    source.set_type(options.type);
-    source.set_big_endian(options.bigEndian);
-    source.set_header_bytes(options.headerBytes);
-    source.mutable_spacing()->Assign(options.spacing.begin(), options.spacing.end());
-    source.mutable_origin()->Assign(options.origin.begin(), options.origin.end());
-    source.set_field(options.field);
-}
 
 void complete(const Options& options, proto::VolumeJob& job) {
     for (const auto& input : options.inputs) job.add_inputs(input);
-    setSource(options, *job.mutable_source());
+    *job.mutable_source() = options.source.message();
     if (options.low) job.set_low(*options.low);
     if (options.errorGrid) job.set_error_grid(*options.errorGrid);
     if (options.threshold) job.set_threshold(*options.threshold);
@@ -53,26 +38,6 @@ void complete(const Options& options, proto::VolumeJob& job) {
     job.set_representation(options.representation);
     if (options.pointBytes) job.set_point_bytes(*options.pointBytes);
     if (options.valueBits) job.set_value_bits(*options.valueBits);
-}
-
-void addSourceOptions(const cli::Command& command, Options& options) {
-    command.option("INPUT", options.inputs, "A volume; several: one a step of a time series").required();
-    command.option("--format", options.format, "The inputs' format; told by their content unless given")
-        .valueName("NAME");
-    command.option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
-        .values(3)
-        .valueName("NX NY NZ");
-    command.option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f32 or f64")
-        .valueName("TYPE");
-    command.flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
-    command.option("--header-bytes", options.headerBytes, "Raw: before the first value").valueName("N");
-    command.option("--spacing", options.spacing, "Of voxels, instead of what the file says")
-        .values(3)
-        .valueName("SX SY SZ");
-    command.option("--origin", options.origin, "World position of the first voxel's centre")
-        .values(3)
-        .valueName("X Y Z");
-    command.option("--field", options.field, "VTI array or OpenVDB grid").valueName("NAME");
 }
 
 void addResultOptions(const cli::Command& command, Options& options) {
@@ -101,7 +66,8 @@ void addResultOptions(const cli::Command& command, Options& options) {
 void addCommand(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("volume", "Make a hybrid volume of a scalar volume");
     const auto options = std::make_shared<Options>();
-    addSourceOptions(command, *options);
+    command.option("INPUT", options->inputs, "A volume; several: one a step of a time series").required();
+    addVolumeOptions(command, options->source);
     addResultOptions(command, *options);
     addDatasetOptions(command, line, options,
                       [options](auto& request) { complete(*options, *request.mutable_volume()); });

@@ -2,8 +2,10 @@
 #include "preprocess/mesh/mesh_job.h"
 
 #include "preprocess/job.h"
+#include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
+#include "preprocess/mesh/weld_mesh.h"
 #include "storage/dataset_writer.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
@@ -27,6 +29,25 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
     return manifest;
 }
 
+/// What the job takes of memory for each triangle of an isosurface, its topology included.
+constexpr std::uint64_t bytesPerTriangle = 256;
+
+Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& input, std::uint64_t memory,
+                                 Progress& progress) {
+    MeshCounts counts;
+    if (!job.has_isovalue()) {
+        MOTE_ASSIGN_OR_RETURN(auto read, readMesh(input, meshFileLimit(memory), progress));
+        if (const auto repairs = describeRepairs(read.counts); !repairs.empty()) progress.note(repairs);
+        return std::move(read.mesh);
+    }
+    MOTE_ASSIGN_OR_RETURN(const auto source, openVolumeSource(job.source(), input, progress));
+    IsosurfaceOptions options{.value = job.isovalue(), .mostTriangles = memory / bytesPerTriangle};
+    const auto& clip = job.clip();
+    if (!clip.empty()) options.clip = Bounds{{clip[0], clip[1], clip[2]}, {clip[3], clip[4], clip[5]}};
+    MOTE_ASSIGN_OR_RETURN(auto surface, isosurface(*source, options, progress));
+    return weldMesh(std::move(surface), counts);
+}
+
 }  // namespace
 
 std::uint64_t meshFileLimit(std::uint64_t memory) {
@@ -37,11 +58,11 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
                                    const fs::path& output, const JobResources& resources,
                                    Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
-    progress.report(0.0, "reading the mesh");
-    MOTE_ASSIGN_OR_RETURN(auto read, readMesh(input, meshFileLimit(memoryFor(resources.memory)), progress));
-    if (const auto repairs = describeRepairs(read.counts); !repairs.empty()) progress.note(repairs);
+    progress.report(0.0, "reading");
+    MOTE_ASSIGN_OR_RETURN(const auto surface,
+                          readSurface(request.mesh(), input, memoryFor(resources.memory), progress));
     progress.report(0.5, "finding edges and normals");
-    const auto mesh = makeSurfaceMesh(read.mesh);
+    const auto mesh = makeSurfaceMesh(surface);
     if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
     progress.report(0.8, "writing");
     MOTE_RETURN_IF_ERROR(storage::writeMesh(writer.directory(), mesh));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The mesh job: from a foreign file to a dataset of kind "mesh". Called from one thread. The same file gives
-// the same bytes.
+// The mesh job: from a foreign mesh, or a surface of a volume, to a dataset of kind "mesh". Called from one
+// thread. The same file gives the same bytes.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@ namespace mote::prep {
 std::uint64_t meshFileLimit(std::uint64_t memory);
 
 /// Makes `output`, which appears by one rename, from `input`. Returns its manifest. Errors: those of readMesh
-/// (read_mesh.h), alreadyExists, permissionDenied, resourceExhausted (memory, disk), cancelled.
+/// (read_mesh.h) or of isosurface and openVolumeSource, alreadyExists, permissionDenied, resourceExhausted
+/// (memory, disk), cancelled.
 Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const std::filesystem::path& input,
                                    const std::filesystem::path& output, const JobResources& resources,
                                    Progress& progress);

@@ -115,6 +115,22 @@ Status checkStipple(const Request& request) {
     return checkFinite(job.relaxation(), "relaxation");
 }
 
+Status checkMesh(const Request& request) {
+    const auto& job = request.mesh();
+    MOTE_RETURN_IF_ERROR(checkFinite(job.isovalue(), "isovalue"));
+    if (!job.has_isovalue() && (job.has_source() || job.clip_size() > 0))
+        return bad("isovalue",
+                   "is missing: only of a volume there is anything to clip, or another way to read");
+    if (job.clip_size() == 0) return success();
+    if (job.clip_size() != 6) return bad("clip", fmt::format("needs six numbers, not {}", job.clip_size()));
+    for (int i = 0; i < 3; ++i) {
+        if (std::isfinite(job.clip(i)) && std::isfinite(job.clip(i + 3)) && job.clip(i) < job.clip(i + 3))
+            continue;
+        return bad("clip", "needs finite numbers, the least below the greatest");
+    }
+    return success();
+}
+
 Status checkVolume(const Request& request) {
     const auto& job = request.volume();
     MOTE_RETURN_IF_ERROR(checkFinite(job.threshold(), "threshold"));
@@ -168,7 +184,7 @@ constexpr std::array kinds{
     Kind{Request::kParticles, particlesInputs, checkParticles},
     Kind{Request::kSynthBeam, noInputs, checkSynthBeam, ".h5"},
     Kind{Request::kStipple, stippleInputs, checkStipple},
-    Kind{Request::kMesh, meshInputs, checkNothing},
+    Kind{Request::kMesh, meshInputs, checkMesh},
     Kind{Request::kImage, imageInputs, checkNothing},
     Kind{Request::kVolume, volumeInputs, checkVolume},
 };

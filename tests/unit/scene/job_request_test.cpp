@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <string>
 
 namespace mote {
@@ -67,6 +68,24 @@ TEST(JobRequest, PlacesAreThoseOfJson) {
     EXPECT_EQ(parseJobRequest(message).error().where, "image.input");
     message.mutable_image()->set_input("data/a.png");
     EXPECT_EQ(parseJobRequest(message).error().where, "output") << "a dataset ends with .mote";
+}
+
+TEST(JobRequest, OnlyASurfaceOfAVolumeIsClipped) {
+    proto::JobRequest message;
+    message.set_output("data/a.mote");
+    auto& mesh = *message.mutable_mesh();
+    mesh.set_input("data/chest.nrrd");
+    for (const double side : {0.0, 0.0, 0.0, 1.0, 1.0, 1.0}) mesh.add_clip(side);
+    EXPECT_EQ(parseJobRequest(message).error().where, "mesh.isovalue");
+    mesh.set_isovalue(220.0);
+    EXPECT_TRUE(parseJobRequest(message).ok());
+    mesh.set_clip(3, 0.0);
+    EXPECT_EQ(parseJobRequest(message).error().where, "mesh.clip");
+    mesh.mutable_clip()->RemoveLast();
+    EXPECT_EQ(parseJobRequest(message).error().where, "mesh.clip");
+    mesh.clear_clip();
+    mesh.set_isovalue(std::numeric_limits<double>::quiet_NaN());
+    EXPECT_EQ(parseJobRequest(message).error().where, "mesh.isovalue");
 }
 
 }  // namespace
