@@ -5,6 +5,7 @@
 
 #include "preprocess/job_kinds.h"
 #include "preprocess/mesh/mesh_job.h"
+#include "protocol/scene/job_request.h"
 
 namespace mote::prep {
 namespace {
@@ -48,6 +49,7 @@ void addCommand(const cli::Command& program, CommandLine& line) {
 }
 
 Result<proto::Manifest> run(const Job& job) {
+    MOTE_RETURN_IF_ERROR(checkMeshJob(job.request.mesh()), "mesh");
     return runMeshJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
 }
 

@@ -64,7 +64,11 @@ double crossing(float from, float to, double value) {
 class SurfaceNet {
   public:
     SurfaceNet(const VolumeShape& shape, const IsosurfaceOptions& options)
-        : options_(options), shape_(shape), nx_(shape.nx), ny_(shape.ny) {
+        : options_(options),
+          shape_(shape),
+          nx_(shape.nx),
+          ny_(shape.ny),
+          mostTriangles_(std::min<std::uint64_t>(options.mostTriangles, UINT32_MAX / 4)) {
         for (auto& slice : slices_) slice.resize(shape.voxelsOfSlice());
         for (auto& inside : inside_) inside.resize(shape.voxelsOfSlice());
         for (auto& layer : vertices_) layer.resize(shape.voxelsOfSlice(), none);
@@ -77,32 +81,37 @@ class SurfaceNet {
     /// Takes the slice, the z-th.
     Status add(std::uint32_t z) {
         for (std::size_t i = 0; i < slices_[1].size(); ++i) {
-            const float value = slices_[1][i];
+            float& value = slices_[1][i];
+            if (!std::isfinite(value)) value = std::numeric_limits<float>::quiet_NaN();
             inside_[1][i] = value >= options_.value ? 1 : 0;  // not where it is no number
-            if (!std::isfinite(value)) continue;
+            if (std::isnan(value)) continue;
             low_ = std::min(low_, value);
             high_ = std::max(high_, value);
         }
         if (z > 0) addLayer(z - 1);
         std::swap(slices_[0], slices_[1]);
         std::swap(inside_[0], inside_[1]);
-        if (mesh_.triangles.size() <= options_.mostTriangles) return success();
-        return Error{
-            ErrorCode::resourceExhausted, "isovalue",
-            fmt::format("its surface has more than {} triangles, for which the job's memory does not do: "
-                        "clip it, or give more",
-                        options_.mostTriangles)};
+        if (!full()) return success();
+        return Error{ErrorCode::resourceExhausted, "isovalue",
+                     fmt::format("its surface has more than {} triangles, for which the job's memory does "
+                                 "not do: clip it, or give more",
+                                 mostTriangles_)};
     }
     Result<TriangleMesh> take() {
         if (!mesh_.triangles.empty()) return std::move(mesh_);
-        const bool within = low_ < options_.value && options_.value <= high_;
-        return Error{ErrorCode::invalidArgument, "isovalue",
-                     within ? "the clip box leaves nothing of its surface"
-                            : fmt::format("there is no surface at {}: values go from {} to {}",
-                                          options_.value, low_, high_)};
+        return Error{ErrorCode::invalidArgument, "isovalue", whyEmpty()};
     }
 
   private:
+    std::string whyEmpty() const {
+        if (low_ > high_) return "the volume has no values that are numbers";
+        if (!(low_ < options_.value && options_.value <= high_))
+            return fmt::format("there is no surface at {}: values go from {} to {}", options_.value, low_,
+                               high_);
+        return options_.clip ? "the clip box leaves nothing of its surface"
+                             : "its surface only touches the volume's sides";
+    }
+    bool full() const { return mesh_.triangles.size() > mostTriangles_; }
     std::size_t sample(std::uint32_t x, std::uint32_t y) const { return std::size_t{y} * nx_ + x; }
 
     /// The cells between the two slices, and the quadrilaterals around edges that have all their cells now.
@@ -114,7 +123,7 @@ class SurfaceNet {
                 if (crossed(x, y)) vertices_[1][sample(x, y)] = addVertex(x, y, z);
             }
         }
-        for (std::uint32_t y = 0; y + 1 < ny_; ++y)
+        for (std::uint32_t y = 0; y + 1 < ny_ && !full(); ++y)
             for (std::uint32_t x = 0; x + 1 < nx_; ++x) addFaces(x, y, z);
     }
     bool crossed(std::uint32_t x, std::uint32_t y) const {
@@ -198,6 +207,7 @@ class SurfaceNet {
     const IsosurfaceOptions& options_;
     const VolumeShape& shape_;
     const std::uint32_t nx_, ny_;
+    const std::uint64_t mostTriangles_;
     bool mirrored_;
     std::array<std::vector<float>, 2> slices_;            // below and above a layer of cells
     std::array<std::vector<std::uint8_t>, 2> inside_;     // of their samples

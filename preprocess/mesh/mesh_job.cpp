@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/mesh/mesh_job.h"
 
+#include <fmt/format.h>
+
 #include "preprocess/job.h"
 #include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/read_mesh.h"
@@ -31,6 +33,8 @@ proto::Manifest describe(const proto::JobRequest& request, const fs::path& input
 
 /// What the job takes of memory for each triangle of an isosurface, its topology included.
 constexpr std::uint64_t bytesPerTriangle = 256;
+/// And for each sample of a slice, of which two are held, with what is known of their cells.
+constexpr std::uint64_t bytesPerSample = 18;
 
 Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& input, std::uint64_t memory,
                                  Progress& progress) {
@@ -41,11 +45,19 @@ Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& inpu
         return std::move(read.mesh);
     }
     MOTE_ASSIGN_OR_RETURN(const auto source, openVolumeSource(job.source(), input, progress));
+    const auto slices = source->shape().voxelsOfSlice() * bytesPerSample;
+    if (slices > memory) {
+        return Error{
+            ErrorCode::resourceExhausted, "isovalue",
+            fmt::format("two slices of the volume take {} MB, more than the job may", slices >> 20U)};
+    }
     IsosurfaceOptions options{.value = job.isovalue(), .mostTriangles = memory / bytesPerTriangle};
     const auto& clip = job.clip();
     if (!clip.empty()) options.clip = Bounds{{clip[0], clip[1], clip[2]}, {clip[3], clip[4], clip[5]}};
     MOTE_ASSIGN_OR_RETURN(auto surface, isosurface(*source, options, progress));
-    return weldMesh(std::move(surface), counts);
+    auto welded = weldMesh(std::move(surface), counts);
+    if (!welded.triangles.empty()) return welded;
+    return Error{ErrorCode::invalidArgument, "isovalue", "its surface has no area"};
 }
 
 }  // namespace

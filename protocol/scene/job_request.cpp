@@ -116,19 +116,7 @@ Status checkStipple(const Request& request) {
 }
 
 Status checkMesh(const Request& request) {
-    const auto& job = request.mesh();
-    MOTE_RETURN_IF_ERROR(checkFinite(job.isovalue(), "isovalue"));
-    if (!job.has_isovalue() && (job.has_source() || job.clip_size() > 0))
-        return bad("isovalue",
-                   "is missing: only of a volume there is anything to clip, or another way to read");
-    if (job.clip_size() == 0) return success();
-    if (job.clip_size() != 6) return bad("clip", fmt::format("needs six numbers, not {}", job.clip_size()));
-    for (int i = 0; i < 3; ++i) {
-        if (std::isfinite(job.clip(i)) && std::isfinite(job.clip(i + 3)) && job.clip(i) < job.clip(i + 3))
-            continue;
-        return bad("clip", "needs finite numbers, the least below the greatest");
-    }
-    return success();
+    return checkMeshJob(request.mesh());
 }
 
 Status checkVolume(const Request& request) {
@@ -219,6 +207,21 @@ Status checkOutput(const std::string& output, std::string_view ending) {
 }
 
 }  // namespace
+
+Status checkMeshJob(const proto::MeshJob& job) {
+    MOTE_RETURN_IF_ERROR(checkFinite(job.isovalue(), "isovalue"));
+    if (!job.has_isovalue() && (job.has_source() || job.clip_size() > 0))
+        return bad("isovalue",
+                   "is missing: only of a volume there is anything to clip, or another way to read");
+    if (job.clip_size() == 0) return success();
+    if (job.clip_size() != 6) return bad("clip", fmt::format("needs six numbers, not {}", job.clip_size()));
+    for (int i = 0; i < 3; ++i) {
+        if (std::isfinite(job.clip(i)) && std::isfinite(job.clip(i + 3)) && job.clip(i) < job.clip(i + 3))
+            continue;
+        return bad("clip", "needs finite numbers, the least below the greatest");
+    }
+    return success();
+}
 
 std::vector<JobInput> jobInputs(const Request& message) {
     auto inputs = kindOf(message).inputs(message);

@@ -29,6 +29,9 @@ struct JobRequest {
 /// in JSON. A kind of job that this program does not know has neither inputs nor anything to check.
 Result<JobRequest> parseJobRequest(const proto::JobRequest& message);
 
+/// What parseJobRequest() holds a mesh job to, for who has the job alone. Errors: places within the job.
+Status checkMeshJob(const proto::MeshJob& job);
+
 /// The files that a request names as inputs, of a request that nobody has checked.
 std::vector<JobInput> jobInputs(const proto::JobRequest& message);
 

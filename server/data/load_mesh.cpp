@@ -17,8 +17,10 @@ constexpr std::uint64_t perVertex = 6 * 4 + 2 * 3 * 4;
 constexpr std::uint64_t perTriangle = 2 * 3 * 4 + 256;
 constexpr std::uint64_t perEdge = 4 * 4;
 
-Result<Loadable<render::MeshSurface>::Value> read(const storage::Catalogue::Entry& entry) {
+Result<Loadable<render::MeshSurface>::Value> read(const storage::Catalogue::Entry& entry,
+                                                  const AnyLoadable::Cancelled& cancelled) {
     MOTE_ASSIGN_OR_RETURN(auto mesh, storage::readMesh(entry.directory, *entry.manifest));
+    if (cancelled()) return Error{ErrorCode::cancelled, "dataset", "the mesh is no longer wanted"};
     return std::make_shared<const render::MeshSurface>(std::move(mesh), datasetBounds(*entry.manifest));
 }
 
@@ -33,7 +35,7 @@ Result<Loadable<render::MeshSurface>> meshSurface(const storage::Catalogue::Entr
     const auto bytes = mesh.vertices() * perVertex + mesh.triangles() * perTriangle + mesh.edges() * perEdge;
     return Loadable<render::MeshSurface>(
         entry, [bytes](std::uint32_t) { return bytes; },
-        [entry](std::uint32_t, const AnyLoadable::Cancelled&) { return read(entry); });
+        [entry](std::uint32_t, const AnyLoadable::Cancelled& cancelled) { return read(entry, cancelled); });
 }
 
 }  // namespace mote::server

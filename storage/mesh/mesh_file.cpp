@@ -2,7 +2,9 @@
 #include "storage/mesh/mesh_file.h"
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <utility>
 
 #include "storage/arrays/array_file.h"
 
@@ -31,6 +33,27 @@ Status readRows(const ArrayFile& file, const char* name, std::uint64_t count, st
     return success();
 }
 
+/// Least and greatest coordinates of its vertices.
+std::pair<glm::vec3, glm::vec3> boundsOf(const SurfaceMesh& mesh) {
+    glm::vec3 least(mesh.positions.empty() ? glm::vec3(0.0F) : mesh.positions.front());
+    glm::vec3 greatest(least);
+    for (const auto& position : mesh.positions) {
+        least = glm::min(least, position);
+        greatest = glm::max(greatest, position);
+    }
+    return {least, greatest};
+}
+
+bool boundsAreTold(const SurfaceMesh& mesh, const proto::MeshManifest& manifest) {
+    const auto [least, greatest] = boundsOf(mesh);
+    bool same = manifest.bounds_min_size() == 3 && manifest.bounds_max_size() == 3;
+    for (int axis = 0; same && axis < 3; ++axis) {
+        same = manifest.bounds_min(axis) == static_cast<double>(least[axis]) &&
+               manifest.bounds_max(axis) == static_cast<double>(greatest[axis]);
+    }
+    return same;
+}
+
 }  // namespace
 
 Status writeMesh(const std::filesystem::path& directory, const SurfaceMesh& mesh) {
@@ -51,12 +74,7 @@ proto::MeshManifest describeMesh(const SurfaceMesh& mesh) {
     manifest.set_vertices(mesh.positions.size());
     manifest.set_triangles(mesh.triangles.size());
     manifest.set_edges(mesh.edges.size());
-    glm::vec3 least(mesh.positions.empty() ? glm::vec3(0.0F) : mesh.positions.front());
-    glm::vec3 greatest(least);
-    for (const auto& position : mesh.positions) {
-        least = glm::min(least, position);
-        greatest = glm::max(greatest, position);
-    }
+    const auto [least, greatest] = boundsOf(mesh);
     for (int axis = 0; axis < 3; ++axis) {
         manifest.add_bounds_min(least[axis]);
         manifest.add_bounds_max(greatest[axis]);
@@ -85,6 +103,10 @@ Result<SurfaceMesh> readMesh(const std::filesystem::path& directory, const proto
     MOTE_RETURN_IF_ERROR(readRows<std::uint32_t>(file, "/mesh/edge", described.edges(), mesh.edges));
     MOTE_RETURN_IF_ERROR(file.check());
     const auto checked = checkSurfaceMesh(mesh);
+    if (checked.ok() && !boundsAreTold(mesh, described)) {
+        return Error{ErrorCode::corrupt, (directory / "manifest.json").string(),
+                     "mesh.boundsMin and boundsMax are not those of the vertices"};
+    }
     if (checked.ok()) return mesh;
     return Error{checked.error().code, file.where(checked.error().where), checked.error().message};
 }

@@ -22,8 +22,8 @@ Status writeMesh(const std::filesystem::path& directory, const SurfaceMesh& mesh
 proto::MeshManifest describeMesh(const SurfaceMesh& mesh);
 
 /// Reads all of it, every byte held to its digest, and checks it (checkSurfaceMesh) and that it has the
-/// manifest's vertices and triangles. Errors: notFound, corrupt (with file and array), invalidArgument (a
-/// dataset without a mesh).
+/// manifest's vertices, triangles and bounds. Errors: notFound, corrupt (with file and array),
+/// invalidArgument (a dataset without a mesh).
 Result<SurfaceMesh> readMesh(const std::filesystem::path& directory, const proto::Manifest& manifest);
 
 }  // namespace mote::storage

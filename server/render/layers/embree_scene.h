@@ -5,6 +5,7 @@
 #pragma once
 
 #include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
 
 #include <atomic>
 #include <cstdint>
@@ -14,8 +15,8 @@ namespace mote::render {
 
 struct EmbreeScene {
     std::atomic<std::int64_t> bytes{0};  // outlives the device, which counts into it
-    // One thread builds: pictures of other sessions go on meanwhile.
-    RTCDevice device = rtcNewDevice("threads=1");
+    // Not of one thread: as long as such a device lives, TBB has no more for anything.
+    RTCDevice device = rtcNewDevice(nullptr);
     RTCScene scene = nullptr;
 
     /// Throws std::bad_alloc.
@@ -48,7 +49,8 @@ struct EmbreeScene {
     /// Builds what was added. Throws std::bad_alloc where memory runs out, or ran out before.
     void build(RTCGeometry geometry) {
         rtcCommitGeometry(geometry);
-        rtcCommitScene(scene);
+        // One thread builds: pictures of other sessions go on meanwhile.
+        tbb::task_arena(1).execute([this] { rtcJoinCommitScene(scene); });
         if (rtcGetDeviceError(device) != RTC_ERROR_NONE) throw std::bad_alloc();
     }
 };

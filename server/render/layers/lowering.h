@@ -4,6 +4,7 @@
 // make_frame_plan.h; one thread.
 #pragma once
 
+#include <functional>
 #include <stop_token>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct Lowering {
     std::uint32_t slabs;               ///< that each layer is cut into
     std::stop_token stop;              ///< what is lowered after a request is of no use
     std::vector<DepthRange> depths{};  ///< where something lies
+    /// What takes long and reads nothing: done after all else, and not for a picture that waits for data.
+    std::vector<std::function<void()>> last{};
 
     /// Something lies in a box of eye space.
     void addBox(const Bounds& inEye);

@@ -87,7 +87,9 @@ struct LayerLowering {
     void operator()(const StippleStyle&) const {}
     void operator()(const MeshStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());
-        lowerMesh(layer(), style, *scene.meshes[index], out);
+        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], &out = out] {
+            lowerMesh(layer, style, surface, out);
+        });
     }
 };
 
@@ -135,6 +137,9 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                       .stop = stop};
     for (std::size_t i = 0; i < view.layers.size(); ++i)
         std::visit(LayerLowering{scene, i, lowering}, view.layers[i].style);
+    for (const auto& lower : lowering.last) {
+        if (!plan.exact || !plan.waits()) lower();
+    }
     std::stable_partition(plan.fields.begin(), plan.fields.end(),
                           [](const FieldPlan& field) { return field.density() != nullptr; });
     plan.dots = dotsOf(scene, plan);

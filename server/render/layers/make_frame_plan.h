@@ -13,8 +13,8 @@
 
 namespace mote::render {
 
-/// Where `stop` is requested meanwhile, the plan may lack something. Throws storage::StorageError where the
-/// octree's bytes are damaged.
+/// Where `stop` is requested meanwhile, the plan may lack something; an exact one that waits lacks surfaces.
+/// Throws storage::StorageError where the octree's bytes are damaged.
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCache& selections,
                         DeviceAbilities device, Reading reading = Reading::all,
                         const std::stop_token& stop = {});

@@ -143,7 +143,9 @@ TEST(Isosurface, OfNoiseIsClosedWithin) {
 
 TEST(Isosurface, SamplesThatAreNoNumbersLieOutside) {
     FieldSource source(8, [](const glm::dvec3& p) {
-        return p == glm::dvec3(4.0) ? 1.0 : std::numeric_limits<double>::quiet_NaN();
+        return p == glm::dvec3(4.0) ? 1.0
+               : p.x < 4.0          ? std::numeric_limits<double>::quiet_NaN()
+                                    : std::numeric_limits<double>::infinity();
     });
     const auto mesh = surfaceOf(source, {.value = 0.5});
     ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
@@ -170,6 +172,10 @@ TEST(Isosurface, SaysWhereThereIsNoneOrTooMuch) {
     EXPECT_THAT(none.error().message, HasSubstr("values go from"));
     EXPECT_EQ(surfaceOf(source, {.value = 20.0, .mostTriangles = 100}).error().code,
               ErrorCode::resourceExhausted);
+    FieldSource nothing(4, [](const glm::dvec3&) { return std::numeric_limits<double>::quiet_NaN(); });
+    EXPECT_THAT(surfaceOf(nothing, {.value = 1.0}).error().message, HasSubstr("no values that are numbers"));
+    FieldSource corner(3, [](const glm::dvec3& p) { return p == glm::dvec3(0.0) ? 1.0 : 0.0; });
+    EXPECT_THAT(surfaceOf(corner, {.value = 0.5}).error().message, HasSubstr("touches the volume's sides"));
     source.editShape().nz = 1;
     EXPECT_EQ(surfaceOf(source, {.value = 20.0}).error().code, ErrorCode::invalidArgument);
 }
@@ -194,6 +200,11 @@ TEST(Isosurface, BecomesADatasetByAJob) {
     const auto mesh = storage::readMesh(folder / "ball.mote", *made);
     ASSERT_TRUE(mesh.ok()) << mesh.error().toString();
     EXPECT_GT(mesh->triangles.size(), 500U);
+    job.set_isovalue(200.0);  // at the samples of the ball, where a surface of one sample has no area
+    EXPECT_TRUE(runMeshJob(request, folder / "ball.raw", folder / "c.mote", {}, progress).ok());
+    const auto small =
+        runMeshJob(request, folder / "ball.raw", folder / "b.mote", {.memory = 1000}, progress);
+    EXPECT_EQ(small.error().code, ErrorCode::resourceExhausted);
     job.set_isovalue(201.0);
     EXPECT_EQ(runMeshJob(request, folder / "ball.raw", folder / "b.mote", {}, progress).error().where,
               "isovalue");

@@ -5,7 +5,9 @@
 #include "server/render/layers/mesh/mesh_rays.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 
 #include "tests/support/generated_mesh.h"
@@ -71,43 +73,61 @@ TEST(MeshRays, WithinASmallestPartOfATriangleItTellsPlacesApart) {
     EXPECT_TRUE(met.empty());
 }
 
-/// Of every form and size: a packet's rays meet first what each meets first alone, and they meet no less than
-/// by trying in a box that is all there is.
-TEST(MeshRays, FirstIsTheFirstOfAllAndTheTreeLeavesNothingOut) {
+/// Every triangle tried, in order.
+std::vector<std::uint32_t> met(const storage::SurfaceMesh& mesh, const MeshRay& ray) {
+    std::vector<std::pair<double, std::uint32_t>> all;
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        if (const auto one = meet(mesh, i, ray)) all.emplace_back(one->at, i);
+    }
+    std::sort(all.begin(), all.end());
+    std::vector<std::uint32_t> triangles;
+    for (const auto& [at, triangle] : all) triangles.push_back(triangle);
+    return triangles;
+}
+
+/// Of every form and size, from near and far: the tree leaves no triangle out, and a packet's rays meet first
+/// what each meets first alone.
+TEST(MeshRays, TheTreeLeavesNothingOut) {
     test::Random random(5);
     std::size_t meetings = 0;
     for (const auto form : test::meshForms()) {
         for (std::uint32_t number = 0; number < 4; ++number) {
             const auto surface = test::meshOf(std::string(form), number, 0);
             const auto& mesh = surface->rays();
-            const Bounds& box = surface->bounds();
+            const double size = glm::length(surface->bounds().size());
             for (int i = 0; i < 20; ++i) {
                 Rays rays;
-                const auto from = box.center() + 2.0 * glm::length(box.size()) * random.direction();
-                for (auto& ray : rays) {
-                    const auto aim = box.center() + 0.4 * glm::length(box.size()) * random.direction();
-                    ray = rayAlong(mesh, from, aim - from);
-                }
+                const auto center = surface->bounds().center();
+                const auto from = center + random.oneOf({0.1, 2.0, 1e3, 1e6}) * size * random.direction();
+                for (auto& ray : rays)
+                    ray = rayAlong(mesh, from, center + 0.4 * size * random.direction() - from);
                 Meetings first;
                 mesh.first(rays, first);
                 for (std::size_t k = 0; k < rays.size(); ++k) {
+                    const auto wanted = met(surface->mesh(), rays[k]);
                     std::vector<MeshMeeting> all;
                     mesh.all(rays[k], all);
-                    meetings += all.size();
-                    EXPECT_EQ(mesh.blocked(rays[k]), !all.empty());
-                    EXPECT_EQ(first[k].triangle, all.empty() ? MeshMeeting::none : all[0].triangle);
-                    for (const auto& one : all) {
-                        MeshRay only = rays[k];
-                        only.enter = only.leave = one.at;
-                        std::vector<MeshMeeting> again;
-                        mesh.all(only, again);
-                        EXPECT_FALSE(again.empty()) << form << ' ' << number;
-                    }
+                    ASSERT_EQ(all.size(), wanted.size()) << form << ' ' << number;
+                    for (std::size_t m = 0; m < all.size(); ++m) EXPECT_EQ(all[m].triangle, wanted[m]);
+                    EXPECT_EQ(first[k].triangle, wanted.empty() ? MeshMeeting::none : wanted[0]);
+                    EXPECT_EQ(mesh.blocked(rays[k]), !wanted.empty());
+                    meetings += wanted.size();
                 }
             }
         }
     }
     EXPECT_GT(meetings, 2000U);
+}
+
+/// As long as an Embree device of one thread lives, TBB has one thread for everything.
+TEST(MeshRays, LeaveAllThreadsToOthers) {
+    const auto threads = [] {
+        return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    };
+    const auto before = threads();
+    const auto grid = flatGrid(1);
+    const MeshRays mesh(grid, {glm::dvec3(0.0), {1.0, 1.0, 0.0}});
+    EXPECT_EQ(threads(), before);
 }
 
 TEST(MeshRays, AnEmptyRayMeetsNothing) {

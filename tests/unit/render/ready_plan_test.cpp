@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/render/layers/make_frame_plan.h"
+#include "tests/support/generated_mesh.h"
 #include "tests/support/view_text.h"
 
 namespace mote::render {
@@ -52,11 +53,13 @@ class DistantStep final : public storage::ParticleStep {
     std::vector<float> volume_{1.0F};
 };
 
-FramePlan planOf(std::uint64_t previewReady, double share, const char* layer) {
+FramePlan planOf(std::uint64_t previewReady, double share, const char* layer,
+                 std::shared_ptr<const MeshSurface> mesh = nullptr) {
     Scene scene{test::viewOf(std::string("{'width': 200, 'height': 100, 'camera': {'eye': [0, 0, 4], "
                                          "'target': [0, 0, 0]}, 'layers': [") +
                              layer + "]}"),
                 {std::make_shared<DistantStep>(previewReady)}};
+    if (mesh) scene.meshes = {std::move(mesh)}, scene.steps.insert(scene.steps.begin(), nullptr);
     SelectionCache selections;
     return makeFramePlan(scene, {.pointFraction = share}, selections, {.preview = true},
                          Reading::notForPoints);
@@ -87,6 +90,14 @@ TEST(ReadyPlan, TheShareGrowsWithWhatIsReadyAndStopsAtWhatWasAskedFor) {
     const auto enough = planOf(0, 1e-3, "{'particles': {}}");
     EXPECT_EQ(enough.points[0].share, 1e-3);
     EXPECT_FALSE(enough.waits());
+}
+
+TEST(ReadyPlan, ASurfaceIsNotLookedForWhereThePictureWaits) {
+    const char* layers = "{'mesh': {}}, {'particles': {}}";
+    const auto mesh = test::meshOf("sphere", 0, 0);
+    EXPECT_TRUE(planOf(0, 1.0, layers, mesh).fragments.empty());
+    EXPECT_EQ(planOf(0, 1e-3, layers, mesh).fragments.size(), 1U) << "nothing is missing";
+    EXPECT_EQ(planOf(0, 0.5, layers, mesh).fragments.size(), 1U) << "a picture in motion is drawn as it is";
 }
 
 TEST(ReadyPlan, OpacityMakesUpForTheShare) {

@@ -4,6 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <array>
+#include <atomic>
+#include <new>
 #include <utility>
 
 #include "server/render/layers/mesh/mesh_sight.h"
@@ -13,6 +15,8 @@ namespace mote::render {
 namespace {
 
 constexpr std::uint32_t bandRows = 4;
+/// Fragments of a layer, and meetings of a pixel, at most: 2 GB and 48 MB.
+constexpr std::size_t mostFragments = std::size_t{1} << 26, mostMeetings = std::size_t{1} << 20;
 /// Places in a pixel from its centre at which a surface is seen at rest (docs/PICTURE.md), in sixteenths of
 /// it; in motion it is seen at its centre.
 constexpr std::array<std::array<int, 2>, PixelFragments::mostSamples> places{
@@ -28,9 +32,9 @@ class Band {
           samples_(exact ? PixelFragments::mostSamples : 1),
           pixels_(MeshRays::packet / samples_, PixelFragments(samples_, style.opacity, gap)) {}
 
-    void drawRow(const PixelRect& rect, std::uint32_t row) {
+    void drawRow(const PixelRect& rect, std::uint32_t row, const std::stop_token& stop) {
         const auto step = static_cast<std::uint32_t>(pixels_.size());
-        for (std::uint32_t column = rect.left; column < rect.right; column += step)
+        for (std::uint32_t column = rect.left; column < rect.right && !stop.stop_requested(); column += step)
             drawPacket(column, std::min(rect.right - column, step), row);
     }
     Fragments take() { return std::exchange(fragments_, {}); }
@@ -61,6 +65,7 @@ class Band {
     void meetAll() {
         for (std::uint32_t i = 0; i < MeshRays::packet; ++i) {
             mesh_.all(inLayer_[i], met_);
+            if (met_.size() > mostMeetings) throw std::bad_alloc();
             for (const auto& met : met_) add(i, met);
         }
     }
@@ -89,12 +94,14 @@ void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& su
     if (!(style.opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;
     const double gap = (sight.farDepth() - sight.nearDepth()) / out.slabs;
     std::vector<Fragments> bands((rect.bottom - rect.top + bandRows - 1) / bandRows);
+    std::atomic<std::size_t> count{0};
     tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t i) {
-        if (out.stop.stop_requested()) return;
         Band band(sight, surface.rays(), style, plan.exact, gap);
         const auto top = rect.top + static_cast<std::uint32_t>(i) * bandRows;
-        for (auto row = top; row < std::min(top + bandRows, rect.bottom); ++row) band.drawRow(rect, row);
+        for (auto row = top; row < std::min(top + bandRows, rect.bottom); ++row)
+            band.drawRow(rect, row, out.stop);
         bands[i] = band.take();
+        if (count += bands[i].size(); count > mostFragments) throw std::bad_alloc();
     });
     auto all = std::make_shared<Fragments>();
     for (const auto& band : bands) all->insert(all->end(), band.begin(), band.end());

@@ -38,6 +38,8 @@ bool passesLeft(double side, const glm::vec3& from, const glm::vec3& to) {
     return std::tie(from.x, from.y, from.z) < std::tie(to.x, to.y, to.z);
 }
 
+}  // namespace
+
 /// By the volumes that the ray spans with the edges (Pluecker).
 std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t triangle,
                                 const MeshRay& ray) {
@@ -58,8 +60,6 @@ std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t 
     if (!(at >= ray.enter && at <= ray.leave)) return std::nullopt;
     return MeshMeeting{triangle, at, sides / sum};
 }
-
-}  // namespace
 
 struct MeshRays::Scene : EmbreeScene {
     const storage::SurfaceMesh& mesh;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,9 @@ struct MeshMeeting {
     double at = 0.0;  ///< directions from the ray's origin
     glm::dvec3 weights{0.0};
 };
+
+/// Whether and where a ray meets a triangle: what decides, whatever finds it.
+std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t triangle, const MeshRay& ray);
 
 class MeshRays {
   public:

@@ -14,7 +14,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Of the bounds' diagonal: rays towards the light start this far off the surface (docs/PICTURE.md).
 constexpr double shadowGap = 1e-4;
-constexpr double shininess = 32.0;
 
 }  // namespace
 
@@ -44,15 +43,16 @@ MeshSight::MeshSight(const FramePlan& plan, const glm::dmat4& transform, const M
     const Bounds inEye = surface.bounds().transformed(toEye_);
     nearDepth_ = std::max(-inEye.max.z, nearest_);
     farDepth_ = std::max(-inEye.min.z, nearest_);
+    start_ = perspective_ ? 0.0 : 0.5 * (nearDepth_ + farDepth_);
 }
 
 SightRay MeshSight::through(double x, double y) const {
     SightRay ray;
     ray.window = glm::dvec2(x - 0.5 * size_.x, 0.5 * size_.y - y) / pixels_;
-    const glm::dvec3 origin = perspective_ ? glm::dvec3(0.0) : glm::dvec3(ray.window, 0.0);
+    const glm::dvec3 origin = perspective_ ? glm::dvec3(0.0) : glm::dvec3(ray.window, -start_);
     const glm::dvec3 perDepth = perspective_ ? glm::dvec3(ray.window, -1.0) : glm::dvec3(0.0, 0.0, -1.0);
     ray.inLayer = {glm::dvec3(fromEye_ * glm::dvec4(origin, 1.0)),
-                   glm::dvec3(fromEye_ * glm::dvec4(perDepth, 0.0)), nearest_, infinity};
+                   glm::dvec3(fromEye_ * glm::dvec4(perDepth, 0.0)), nearest_ - start_, infinity};
     ray.inLayer.clip(surface_.rays().box());
     return ray;
 }
@@ -74,7 +74,7 @@ std::optional<MeshHit> MeshSight::hit(const SightRay& ray, const MeshMeeting& me
         perspective_ ? glm::normalize(glm::dvec3(-ray.window, 1.0)) : glm::dvec3(0.0, 0.0, 1.0);
     const bool dark = style_.light.shadow && glm::dot(normal, light_) > 0.0 &&
                       shadowed(ray.inLayer.origin + met.at * ray.inLayer.direction, side * area);
-    return MeshHit{met.at, shade(normal, towardsEye, dark)};
+    return MeshHit{start_ + met.at, shade(normal, towardsEye, dark)};
 }
 
 /// Within half a line of an edge of the triangle. The line through two corners on the screen is where the
@@ -108,7 +108,9 @@ glm::dvec3 MeshSight::shade(const glm::dvec3& normal, const glm::dvec3& towardsE
     const glm::dvec3 half = light_ + towardsEye;
     const double length = glm::length(half);
     if (!(light.specular > 0.0 && length > 0.0)) return color;
-    return color + light.specular * std::pow(std::max(0.0, glm::dot(normal, half / length)), shininess);
+    double shine = std::max(0.0, glm::dot(normal, half / length));
+    for (int i = 0; i < 5; ++i) shine *= shine;  // to the power of 32, alike on every processor
+    return color + light.specular * shine;
 }
 
 PixelRect MeshSight::touched() const {

@@ -17,7 +17,7 @@
 
 namespace mote::render {
 
-/// A ray through a place of the picture; told by depth.
+/// A ray through a place of the picture; told by depth, from where all of a sight begin.
 struct SightRay {
     glm::dvec2 window{0.0};  ///< where it meets the plane at depth 1 (perspective) or any (orthographic)
     MeshRay inLayer;
@@ -70,6 +70,7 @@ class MeshSight {
     glm::dvec3 lightInLayer_;  // the same, layer space
     double shadowGap_;         // layer space
     double nearDepth_, farDepth_;
+    double start_;  // depth at which rays begin: near the mesh, so that their digits are told from there
 };
 
 }  // namespace mote::render

@@ -27,11 +27,12 @@ void PixelFragments::take(std::uint32_t column, std::uint32_t row, Fragments& fr
             group.light += lost * hit->color;
             group.depth += lost * hit->depth;
         }
-        if (group.lost > 0.0) {
+        const auto opacity = static_cast<float>(std::min(group.lost / all, 1.0));
+        if (opacity > 0.0F) {
             fragments.push_back({.column = column,
                                  .row = row,
                                  .depth = group.depth / group.lost,
-                                 .opacity = static_cast<float>(std::min(group.lost / all, 1.0)),
+                                 .opacity = opacity,
                                  .color = glm::vec3(group.light / group.lost)});
         }
         all -= group.lost;
