@@ -13,7 +13,7 @@ namespace {
 
 using Request = proto::JobRequest;
 
-constexpr std::size_t largestRequest = 64 * 1024;  // bytes of the whole message
+constexpr std::size_t largestRequest = std::size_t{64} * 1024;  // bytes of the whole message
 constexpr std::size_t longestTitle = 256;          // bytes
 constexpr std::size_t longestWord = 64;            // bytes of an axis, a format, a range
 constexpr std::size_t longestSpecies = 256;        // bytes
@@ -194,6 +194,7 @@ std::string fieldOf(const Request& request) {
 
 Error missingKind() {
     std::vector<std::string> names;
+    names.reserve(static_cast<std::size_t>(choices().field_count()));
     for (int i = 0; i < choices().field_count(); ++i) names.push_back(choices().field(i)->json_name());
     return bad("kind", fmt::format("is missing: give one of {}", fmt::join(names, ", ")));
 }

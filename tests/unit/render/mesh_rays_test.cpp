@@ -81,6 +81,7 @@ std::vector<std::uint32_t> met(const storage::SurfaceMesh& mesh, const MeshRay& 
     }
     std::sort(all.begin(), all.end());
     std::vector<std::uint32_t> triangles;
+    triangles.reserve(all.size());
     for (const auto& [at, triangle] : all) triangles.push_back(triangle);
     return triangles;
 }

@@ -47,7 +47,8 @@ class Band {
             inLayer_[i] = {};
             if (i >= count * samples_) continue;
             const auto [x, y] = samples_ == 1 ? std::array{0, 0} : places[i % samples_];
-            rays_[i] = sight_.through(column + i / samples_ + 0.5 + x / 16.0, row + 0.5 + y / 16.0);
+            const std::uint32_t pixel = column + i / samples_;
+            rays_[i] = sight_.through(pixel + 0.5 + x / 16.0, row + 0.5 + y / 16.0);
             inLayer_[i] = rays_[i].inLayer;
             any = any || !inLayer_[i].empty();
         }
