@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 namespace mote {
@@ -23,6 +24,16 @@ inline glm::dvec3 srgbToLinear(const glm::dvec3& encoded) {
 
 inline glm::dvec3 linearToSrgb(const glm::dvec3& linear) {
     return {linearToSrgb(linear.x), linearToSrgb(linear.y), linearToSrgb(linear.z)};
+}
+
+/// How bright a linear colour is (Rec. 709).
+inline double luminance(const glm::dvec3& color) {
+    return glm::dot(color, glm::dvec3(0.2126, 0.7152, 0.0722));
+}
+
+/// Whether dark ink shows on it. Middle grey on the screen, 0.5 encoded, is 0.21 of the light.
+inline bool isLight(const glm::dvec3& color) {
+    return luminance(color) > 0.21;
 }
 
 }  // namespace mote

@@ -2,7 +2,6 @@
 #include "protocol/scene/stipple_style.h"
 
 #include <array>
-#include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
 
@@ -11,16 +10,6 @@
 
 namespace mote {
 namespace {
-
-/// How bright a linear colour is (Rec. 709).
-double luminance(const glm::dvec3& color) {
-    return glm::dot(color, glm::dvec3(0.2126, 0.7152, 0.0722));
-}
-
-/// Middle grey on the screen, 0.5 encoded, is 0.21 of the light.
-bool isLight(const glm::dvec3& color) {
-    return luminance(color) > 0.21;
-}
 
 Result<DotValue> parseValue(const std::string& name) {
     constexpr std::array<std::pair<std::string_view, DotValue>, 6> values{{{"", DotValue::none},

@@ -67,12 +67,14 @@ Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& backgrou
             return withStyle(layer, parseHybridStyle(message.hybrid()), "hybrid");
         case proto::Layer::kStipple:
             return withStyle(layer, parseStippleStyle(message.stipple(), background), "stipple");
+        case proto::Layer::kInk:
+            return withStyle(layer, parseInkStyle(message.ink(), background), "ink");
         case proto::Layer::kMesh:
             return withStyle(layer, parseMeshStyle(message.mesh()), "mesh");
         default:
             return invalid("",
                            "a layer holds exactly one kind; this version draws \"particles\", \"hybrid\", "
-                           "\"stipple\" and \"mesh\"");
+                           "\"stipple\", \"ink\" and \"mesh\"");
     }
 }
 

@@ -16,6 +16,7 @@
 #include "protocol/scene/camera.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/hybrid_style.h"
+#include "protocol/scene/ink_style.h"
 #include "protocol/scene/mesh_style.h"
 #include "protocol/scene/particles_style.h"
 #include "protocol/scene/stipple_style.h"
@@ -26,13 +27,14 @@ struct Layer {
     std::string dataset;        ///< "ROOT/NAME"
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
-    std::variant<ParticlesStyle, HybridStyle, StippleStyle, MeshStyle> style;
+    std::variant<ParticlesStyle, HybridStyle, StippleStyle, MeshStyle, InkStyle> style;
 
     /// Null where it is of another kind.
     const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
     ParticlesStyle* particles() { return std::get_if<ParticlesStyle>(&style); }
     const HybridStyle* hybrid() const { return std::get_if<HybridStyle>(&style); }
     const StippleStyle* stipple() const { return std::get_if<StippleStyle>(&style); }
+    const InkStyle* ink() const { return std::get_if<InkStyle>(&style); }
     const MeshStyle* mesh() const { return std::get_if<MeshStyle>(&style); }
 
     bool operator==(const Layer&) const = default;

@@ -39,6 +39,7 @@ using LayerPart =
 Result<LayerPart> partOf(const ParticlesStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
+Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 
 /// What a camera should show of a layer, in layer space. Nothing where it lies on the screen, or has a
@@ -46,6 +47,7 @@ Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 Result<std::optional<Bounds>> boundsOf(const ParticlesStyle& style, const Layer& layer, StepSource& data);
 Result<std::optional<Bounds>> boundsOf(const HybridStyle& style, const Layer& layer, StepSource& data);
 Result<std::optional<Bounds>> boundsOf(const StippleStyle& style, const Layer& layer, StepSource& data);
+Result<std::optional<Bounds>> boundsOf(const InkStyle& style, const Layer& layer, StepSource& data);
 Result<std::optional<Bounds>> boundsOf(const MeshStyle& style, const Layer& layer, StepSource& data);
 
 /// The plane hierarchy of a layer that stipples a picture; null where it is on its way. Errors: as partOf.

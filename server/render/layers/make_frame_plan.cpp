@@ -9,6 +9,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/layers/hybrid/lower_hybrid.h"
+#include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/lowering.h"
 #include "server/render/layers/mesh/lower_mesh.h"
 #include "server/render/layers/particles/lower_particles.h"
@@ -85,6 +86,12 @@ struct LayerLowering {
         lowerHybrid(layer(), index, style, scene.hybrids[index], out);
     }
     void operator()(const StippleStyle&) const {}
+    void operator()(const InkStyle& style) const {
+        MOTE_CHECK(index < scene.meshes.size());
+        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], &out = out] {
+            lowerInk(layer, style, surface, out);
+        });
+    }
     void operator()(const MeshStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());
         out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], &out = out] {

@@ -16,6 +16,7 @@
 #include "server/render/plan/field_plan.h"
 #include "server/render/plan/fragment.h"
 #include "server/render/plan/points_plan.h"
+#include "server/render/plan/stroke.h"
 
 namespace mote::render {
 
@@ -36,6 +37,8 @@ struct FramePlan {
     std::shared_ptr<const Dots> dots = {};  ///< in pixels of the plan; null: none
     /// What is seen of surfaces, one list each; not null, not empty.
     std::vector<std::shared_ptr<const Fragments>> fragments = {};
+    /// What pens draw, in pixels of the plan, one list each; not null, not empty.
+    std::vector<std::shared_ptr<const Strokes>> strokes = {};
 
     /// Whether anything stands at a depth of its own in a pixel: a dot or a fragment.
     bool anyDots() const { return (dots != nullptr && !dots->empty()) || !fragments.empty(); }
