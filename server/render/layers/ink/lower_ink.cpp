@@ -1,8 +1,79 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/lower_ink.h"
 
-namespace mote::render {
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
-void lowerInk(const Layer&, const InkStyle&, const MeshSurface&, Lowering&) {}
+#include "server/render/ink/drawing.h"
+#include "server/render/layers/ink/line_view.h"
+#include "server/render/layers/ink/mesh_lines.h"
+#include "server/render/layers/ink/mesh_modalities.h"
+
+namespace mote::render {
+namespace {
+
+// Pixels between places of a line at which what hides it is sought, at rest and in motion.
+constexpr double exactSampling = 0.5, quickSampling = 2.0;
+
+bool needsLines(const InkStyle& style) {
+    switch (style.show) {
+        case InkPicture::drawing:
+            return style.silhouettes.mode != SilhouetteMode::none;
+        case InkPicture::edges:
+        case InkPicture::complexity:
+        case InkPicture::lighten:
+        case InkPicture::darken:
+            return true;
+        default:
+            return false;
+    }
+}
+
+/// The 3D stage.
+InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const Lowering& out) {
+    InkScene scene{modalitiesOf(surface, layer.transform, style, out.plan, out.stop), {}};
+    if (!needsLines(style)) return scene;
+    const LineView view(out.plan, layer.transform);
+    const auto edges = linesOf(surface, view, style.silhouettes.crease, out.stop);
+    const double sampling = out.plan.exact ? exactSampling : quickSampling;
+    const auto pieces = visible(surface, view, edges, sampling, out.stop);
+    scene.lines = chained(surface, view, pieces, scene.modalities.extent, out.stop);
+    return scene;
+}
+
+/// A picture as a surface at the depths of what it shows; what shows nothing lies behind that.
+Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modalities, double farthest) {
+    Fragments fragments;
+    fragments.reserve(shown.values.size());
+    for (std::uint32_t row = 0; row < shown.height; ++row) {
+        for (std::uint32_t column = 0; column < shown.width; ++column) {
+            const float depth = modalities.depth.at(column, row);
+            fragments.push_back({.column = column,
+                                 .row = row,
+                                 .depth = std::isfinite(depth) ? static_cast<double>(depth) : farthest,
+                                 .opacity = 1.0F,
+                                 .color = shown.at(column, row)});
+        }
+    }
+    return fragments;
+}
+
+}  // namespace
+
+void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, Lowering& out) {
+    const auto scene = sceneOf(layer, style, surface, out);
+    if (out.stop.stop_requested()) return;
+    auto drawing = drawInk(scene, style, out.pixels, out.plan.exact, out.stop);
+    const Bounds inEye = surface.bounds().transformed(out.plan.camera.worldToEye() * layer.transform);
+    const double farthest = std::max(-inEye.min.z, nearLimit(out.plan.camera));
+    if (!drawing.shown.values.empty()) {
+        out.plan.fragments.push_back(
+            std::make_shared<const Fragments>(fragmentsOf(drawing.shown, scene.modalities, farthest)));
+        out.addDots(-inEye.max.z, farthest);
+    }
+    if (drawing.strokes.empty()) return;
+    out.plan.strokes.push_back(std::make_shared<const Strokes>(std::move(drawing.strokes)));
+}
 
 }  // namespace mote::render

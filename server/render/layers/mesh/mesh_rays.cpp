@@ -24,6 +24,7 @@ struct Query {
     std::span<const MeshRay> rays;  // by the id of Embree's ray
     MeshMeeting* first = nullptr;   // of each ray; or:
     std::vector<MeshMeeting>* all = nullptr;
+    std::array<std::uint32_t, 2> ignored{MeshMeeting::none, MeshMeeting::none};
 };
 
 double diagonalOf(const Bounds& bounds) {
@@ -137,6 +138,7 @@ void MeshRays::Scene::intersect(const RTCIntersectFunctionNArguments* asked) {
     const auto& self = *static_cast<const Scene*>(asked->geometryUserPtr);
     const auto& query = *reinterpret_cast<const Query*>(asked->context);
     RTCRayN* const rays = RTCRayHitN_RayN(asked->rayhit, asked->N);
+    if (asked->primID == query.ignored[0] || asked->primID == query.ignored[1]) return;
     for (unsigned i = 0; i < asked->N; ++i) {
         if (asked->valid[i] == 0) continue;
         const unsigned id = RTCRayN_id(rays, asked->N, i);
@@ -221,6 +223,18 @@ void MeshRays::all(const MeshRay& ray, std::vector<MeshMeeting>& met) const {
     const auto same = [](const MeshMeeting& a, const MeshMeeting& b) { return a.triangle == b.triangle; };
     std::sort(met.begin(), met.end(), before);
     met.erase(std::unique(met.begin(), met.end(), same), met.end());
+}
+
+MeshMeeting MeshRays::firstBut(const MeshRay& ray, const std::array<std::uint32_t, 2>& ignored) const {
+    MeshMeeting met;
+    if (ray.empty()) return met;
+    Query query({&ray, 1});
+    query.first = &met;
+    query.ignored = ignored;
+    RTCRayHit way{.ray = scene_->toEmbree(ray, 0), .hit = {}};
+    way.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_->scene, &query.context, &way);
+    return met;
 }
 
 bool MeshRays::blocked(const MeshRay& ray) const {

@@ -60,6 +60,8 @@ class MeshRays {
     void first(std::span<const MeshRay, packet> rays, std::span<MeshMeeting, packet> met) const;
     /// All that a ray meets, in order, each triangle once.
     void all(const MeshRay& ray, std::vector<MeshMeeting>& met) const;
+    /// What a ray meets first but for two triangles.
+    MeshMeeting firstBut(const MeshRay& ray, const std::array<std::uint32_t, 2>& ignored) const;
     /// Whether it meets anything.
     bool blocked(const MeshRay& ray) const;
 

@@ -74,7 +74,7 @@ std::optional<MeshHit> MeshSight::hit(const SightRay& ray, const MeshMeeting& me
         perspective_ ? glm::normalize(glm::dvec3(-ray.window, 1.0)) : glm::dvec3(0.0, 0.0, 1.0);
     const bool dark = style_.light.shadow && glm::dot(normal, light_) > 0.0 &&
                       shadowed(ray.inLayer.origin + met.at * ray.inLayer.direction, side * area);
-    return MeshHit{start_ + met.at, shade(normal, towardsEye, dark)};
+    return MeshHit{start_ + met.at, shade(normal, towardsEye, dark), normal};
 }
 
 /// Within half a line of an edge of the triangle. The line through two corners on the screen is where the

@@ -26,7 +26,8 @@ struct SightRay {
 /// A surface where a ray meets it.
 struct MeshHit {
     double depth;
-    glm::dvec3 color;  ///< linear RGB
+    glm::dvec3 color;   ///< linear RGB
+    glm::dvec3 normal;  ///< eye space, unit, on the side that is seen
 };
 
 /// Pixels of a picture: columns [left, right), rows [top, bottom).

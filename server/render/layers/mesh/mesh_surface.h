@@ -12,10 +12,10 @@ namespace mote::render {
 
 class MeshSurface {
   public:
-    /// `mesh`: a checked one; its edges are not kept. `bounds`: of its vertices. Throws std::bad_alloc.
+    /// `mesh`: a checked one. `bounds`: of its vertices. Throws std::bad_alloc.
     MeshSurface(storage::SurfaceMesh mesh, const Bounds& bounds);
 
-    /// In layer space, without edges.
+    /// In layer space.
     const storage::SurfaceMesh& mesh() const { return mesh_; }
     const Bounds& bounds() const { return bounds_; }
     const MeshRays& rays() const { return rays_; }

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ink/choose_lines.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "server/render/ink/tone.h"
+
+namespace mote::render {
+namespace {
+
+/// By so much all lines are darker than the target where some are left out, share of the paper.
+constexpr double tooDark = 0.02;
+
+/// What is drawn or left out as one: segments of a line from `begin` to `end`.
+struct Piece {
+    std::uint32_t line = 0, begin = 0, end = 0;
+    float importance = 0.0F;
+    bool drawn = false;
+};
+
+/// Ink in a cell of a grid.
+struct Drop {
+    std::uint32_t column, row;
+    double cover;
+};
+
+double lengthOf(const InkLine& line, std::size_t segment) {
+    return glm::distance(line.points[segment].at, line.points[segment + 1].at);
+}
+
+std::vector<Piece> piecesOf(const std::vector<InkLine>& lines, double longest) {
+    std::vector<Piece> pieces;
+    for (std::uint32_t i = 0; i < lines.size(); ++i) {
+        const auto segments = static_cast<std::uint32_t>(lines[i].points.size()) - 1;
+        Piece piece{.line = i};
+        double length = 0.0, steps = 0.0;
+        for (std::uint32_t k = 0; k < segments; ++k) {
+            const double more = lengthOf(lines[i], k);
+            length += more;
+            steps += more * lines[i].points[k].step;
+            if (length < longest && k + 1 < segments) continue;
+            piece.end = k + 1;
+            piece.importance = length > 0.0 ? static_cast<float>(steps / length) : 0.0F;
+            pieces.push_back(piece);
+            piece.begin = piece.end;
+            length = steps = 0.0;
+        }
+    }
+    return pieces;
+}
+
+/// A drop of ink as the eye blurs it.
+class Blot {
+  public:
+    explicit Blot(double deviation) : reach_(static_cast<int>(std::ceil(3.0 * deviation))) {
+        double sum = 0.0;
+        for (int i = -reach_; i <= reach_; ++i) {
+            weights_.push_back(std::exp(-0.5 * i * i / (deviation * deviation)));
+            sum += weights_.back();
+        }
+        for (auto& weight : weights_) weight /= sum;
+    }
+    /// take(cell, weight) for all cells of a grid around one.
+    template <class Take>
+    void each(const ToneGrid& grid, const Drop& drop, const Take& take) const {
+        const auto column = static_cast<int>(drop.column), row = static_cast<int>(drop.row);
+        const int left = std::max(0, column - reach_), top = std::max(0, row - reach_);
+        const int right = std::min(static_cast<int>(grid.width) - 1, column + reach_);
+        const int bottom = std::min(static_cast<int>(grid.height) - 1, row + reach_);
+        for (int y = top; y <= bottom; ++y) {
+            const double across = drop.cover * weights_[static_cast<std::size_t>(y - row + reach_)];
+            const std::size_t first = grid.index(0, static_cast<std::uint32_t>(y));
+            for (int x = left; x <= right; ++x)
+                take(first + static_cast<std::size_t>(x),
+                     across * weights_[static_cast<std::size_t>(x - column + reach_)]);
+        }
+    }
+
+  private:
+    int reach_;
+    std::vector<double> weights_;
+};
+
+template <class Take>
+void eachDrop(const InkLine& line, std::size_t begin, std::size_t end, const ToneCells& cells, double width,
+              const Take& take) {
+    const double pixels = cells.pixels;
+    for (std::size_t i = begin; i < end; ++i) {
+        eachSquare(line.points[i].at / pixels, line.points[i + 1].at / pixels, cells.columns, cells.rows,
+                   [&](std::uint32_t column, std::uint32_t row, double length) {
+                       take(Drop{column, row, length * width / pixels});
+                   });
+    }
+}
+
+/// Tries pieces one after another: each is drawn where the squared error of the tone grows less by it.
+class Trial {
+  public:
+    Trial(const std::vector<InkLine>& lines, const LineTarget& target)
+        : lines_(lines),
+          cells_(target.cells),
+          width_(target.width),
+          blot_(cells_.blur),
+          drawn_(cells_.columns, cells_.rows),
+          wanted_(cells_.columns, cells_.rows),
+          weight_(cells_.columns, cells_.rows),
+          change_(cells_.columns, cells_.rows) {
+        for (std::size_t i = 0; i < wanted_.values.size(); ++i) {
+            const double cover = std::clamp(static_cast<double>(target.target.values[i]), 0.0, mostCover);
+            wanted_.values[i] = static_cast<float>(densityOf(cover));
+            // Near the target a change of density changes the tone by so much.
+            weight_.values[i] = static_cast<float>((1.0 - cover) * (1.0 - cover));
+        }
+    }
+
+    void draw(Piece& piece) {
+        piece.drawn = true;
+        spread(piece);
+        for (const auto cell : touched_) drawn_.values[cell] += std::exchange(change_.values[cell], 0.0F);
+        touched_.clear();
+    }
+    void tryOne(Piece& piece) {
+        spread(piece);
+        double error = 0.0;
+        for (const auto cell : touched_) {
+            const double more = static_cast<double>(change_.values[cell]);
+            const double off =
+                static_cast<double>(drawn_.values[cell]) - static_cast<double>(wanted_.values[cell]);
+            error += static_cast<double>(weight_.values[cell]) * more * (2.0 * off + more);
+        }
+        piece.drawn = error < 0.0;
+        for (const auto cell : touched_) {
+            const float more = std::exchange(change_.values[cell], 0.0F);
+            if (piece.drawn) drawn_.values[cell] += more;
+        }
+        touched_.clear();
+    }
+    /// Whether it lies where all lines would be too dark.
+    bool crowded(const Piece& piece, const ToneGrid& all) const {
+        const auto& middle = lines_[piece.line].points[(piece.begin + piece.end) / 2].at;
+        const double cover = coverOf(static_cast<double>(toneAt(all, cells_, middle)));
+        return cover > coverOf(static_cast<double>(toneAt(wanted_, cells_, middle))) + tooDark;
+    }
+    ToneGrid take() { return std::move(drawn_); }
+
+  private:
+    /// What the piece would add, in change_.
+    void spread(const Piece& piece) {
+        eachDrop(lines_[piece.line], piece.begin, piece.end, cells_, width_, [&](const Drop& drop) {
+            blot_.each(change_, drop, [&](std::size_t cell, double more) {
+                if (change_.values[cell] == 0.0F) touched_.push_back(cell);
+                change_.values[cell] += static_cast<float>(more);
+            });
+        });
+    }
+
+    const std::vector<InkLine>& lines_;
+    const ToneCells& cells_;
+    const double width_;
+    const Blot blot_;
+    ToneGrid drawn_, wanted_, weight_, change_;
+    std::vector<std::size_t> touched_;
+};
+
+void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const SilhouetteStyle& style,
+            const LineTarget& target, Trial& trial, const std::stop_token& stop) {
+    const ToneGrid all = densityOf(lines, target.cells, target.width);
+    std::vector<Piece*> tried;
+    for (auto& piece : pieces) {
+        if (static_cast<double>(piece.importance) >= style.importance || !trial.crowded(piece, all))
+            trial.draw(piece);
+        else
+            tried.push_back(&piece);
+    }
+    std::stable_sort(tried.begin(), tried.end(),
+                     [](const Piece* a, const Piece* b) { return a->importance > b->importance; });
+    for (Piece* const piece : tried) {
+        if (!stop.stop_requested()) trial.tryOne(*piece);
+    }
+}
+
+/// What is drawn of lines; pieces that follow one another are one.
+std::vector<InkLine> drawnOf(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces) {
+    std::vector<InkLine> drawn;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        if (!pieces[i].drawn) continue;
+        const InkLine& line = lines[pieces[i].line];
+        const std::size_t begin = pieces[i].begin;
+        while (i + 1 < pieces.size() && pieces[i + 1].drawn && pieces[i + 1].line == pieces[i].line) ++i;
+        drawn.push_back({line.kind,
+                         {line.points.begin() + static_cast<std::ptrdiff_t>(begin),
+                          line.points.begin() + static_cast<std::ptrdiff_t>(pieces[i].end) + 1}});
+    }
+    return drawn;
+}
+
+}  // namespace
+
+ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, double width) {
+    ToneGrid grid(cells.columns, cells.rows);
+    for (const auto& line : lines) {
+        eachDrop(line, 0, line.points.size() - 1, cells, width,
+                 [&](const Drop& drop) { grid.at(drop.column, drop.row) += static_cast<float>(drop.cover); });
+    }
+    return blurred(grid, cells.blur);
+}
+
+ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
+                        const LineTarget& target, const std::stop_token& stop) {
+    if (style.mode == SilhouetteMode::none) return {{}, ToneGrid(target.cells.columns, target.cells.rows)};
+    if (style.mode == SilhouetteMode::all) return {lines, densityOf(lines, target.cells, target.width)};
+    auto pieces = piecesOf(lines, target.longest);
+    Trial trial(lines, target);
+    if (style.mode == SilhouetteMode::adjusted) {
+        adjust(pieces, lines, style, target, trial, stop);
+    } else {
+        for (auto& piece : pieces) {
+            if (static_cast<double>(piece.importance) >= style.importance) trial.draw(piece);
+        }
+    }
+    return {drawnOf(lines, pieces), trial.take()};
+}
+
+}  // namespace mote::render

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Which lines of a scene a pen draws (the dissertation's section 2.3.5.3): those that part what lies far
+// apart, and of the others, where all of them would be too dark, those that bring the tone nearest to its
+// target. Pure.
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "protocol/scene/ink_style.h"
+#include "server/render/ink/ink_line.h"
+#include "server/render/ink/tone_grid.h"
+
+namespace mote::render {
+
+/// What the choice is made by, on one grid of cells.
+struct LineTarget {
+    const ToneCells& cells;
+    const ToneGrid& target;  ///< share of the paper that ink should cover, blurred
+    double width;            ///< of lines, pixels
+    double longest;          ///< of what is drawn or left out as one, pixels
+};
+
+struct ChosenLines {
+    std::vector<InkLine> lines;  ///< pieces of those that there were, in their order
+    ToneGrid density;            ///< of theirs, blurred (tone.h)
+};
+
+/// The density of lines, blurred.
+ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, double width);
+
+/// By the style's mode and importance.
+ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
+                        const LineTarget& target, const std::stop_token& stop);
+
+}  // namespace mote::render

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ink/drawing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "server/render/ink/choose_lines.h"
+#include "server/render/ink/complexity.h"
+#include "server/render/ink/hatch.h"
+#include "server/render/ink/pen.h"
+#include "server/render/ink/segments.h"
+#include "server/render/ink/show.h"
+#include "server/render/ink/tone.h"
+
+namespace mote::render {
+namespace {
+
+constexpr double pieceShare = 2.0;  // of the reading distance: what is drawn or left out as one
+constexpr double hatchBlur = 1.5;   // strokes' spacings over which the tone of hatches is even
+constexpr double sideShare = 0.5;   // of the reading distance: tones beside a line are taken so far off
+constexpr double contrast = 0.25;   // of tones that part two sides without a line, share of the paper
+
+/// How much of each pixel ink is to cover.
+Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
+    Raster<float> wanted = modalities.grey;
+    if (inkIsDark) {
+        for (auto& value : wanted.values) value = 1.0F - value;
+    }
+    return wanted;
+}
+
+/// One drawing's stages.
+class DrawingMaker {
+  public:
+    DrawingMaker(const InkScene& scene, const InkStyle& style, double pixels, bool whole,
+                 const std::stop_token& stop)
+        : scene_(scene),
+          style_(style),
+          pixels_(pixels),
+          whole_(whole),
+          stop_(stop),
+          reading_(std::max(1.0, style.reading * pixels)),
+          cells_(scene.modalities.grey.width, scene.modalities.grey.height, reading_),
+          wanted_(wantedOf(scene.modalities, style.inkIsDark)),
+          target_(blurred(meansOf(wanted_, cells_), cells_.blur)) {}
+
+    Drawing make() {
+        Drawing drawing;
+        drawing.strokes.color = style_.color;
+        if (style_.show != InkPicture::drawing) {
+            drawing.shown = shown();
+            return drawing;
+        }
+        const auto chosen = choose();
+        Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
+        for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
+        for (const auto& stroke : hatched(chosen.density)) pen.draw(stroke, style_.hatch.width * pixels_);
+        return drawing;
+    }
+
+  private:
+    LineTarget lineTarget() const {
+        return {cells_, target_, style_.silhouettes.width * pixels_, pieceShare * reading_};
+    }
+    ChosenLines choose() const {
+        if (!style_.silhouettes.omit)
+            return chooseLines(scene_.lines, style_.silhouettes, lineTarget(), stop_);
+        return chooseLines(needed(), style_.silhouettes, lineTarget(), stop_);
+    }
+    /// Lines without those between tones that differ enough.
+    std::vector<InkLine> needed() const {
+        std::vector<InkLine> lines;
+        for (const auto& line : scene_.lines) {
+            InkLine part{line.kind, {line.points.front()}};
+            for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
+                if (parted(line.points[i].at, line.points[i + 1].at)) {
+                    if (part.points.size() > 1) lines.push_back(part);
+                    part.points.clear();
+                }
+                part.points.push_back(line.points[i + 1]);
+            }
+            if (part.points.size() > 1) lines.push_back(part);
+        }
+        return lines;
+    }
+    bool parted(const glm::dvec2& from, const glm::dvec2& to) const {
+        const glm::dvec2 way = to - from;
+        const double length = glm::length(way);
+        if (!(length > 0.0)) return false;
+        const glm::dvec2 off = sideShare * reading_ / length * glm::dvec2(-way.y, way.x);
+        const glm::dvec2 one = 0.5 * (from + to) + off, other = 0.5 * (from + to) - off;
+        return std::abs(wanted_.near(one.x, one.y) - wanted_.near(other.x, other.y)) >=
+               static_cast<float>(contrast);
+    }
+
+    std::vector<HatchStroke> hatched(const ToneGrid& drawn) const {
+        const auto& hatchStyle = style_.hatch;
+        if (hatchStyle.strength == 0.0) return {};
+        const HatchOptions options{.spacing = std::max(1.0, hatchStyle.spacing * pixels_),
+                                   .width = hatchStyle.width * pixels_,
+                                   .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
+        const auto segments = this->segments();
+        const auto density = missing(drawn, options.spacing);
+        return hatch({segments.label, segments.count, scene_.modalities.angle, density}, options, stop_);
+    }
+    Segments segments() const {
+        SegmentOptions options;
+        options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
+        return segmentsOf(scene_.modalities, whole_ ? style_.hatch.segments : Segmentation::growing, options,
+                          stop_);
+    }
+    /// The density that lines leave to be hatched.
+    Raster<float> missing(const ToneGrid& drawn, double spacing) const {
+        const auto& modalities = scene_.modalities;
+        auto density = blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing);
+        for (std::uint32_t row = 0; row < density.height; ++row) {
+            for (std::uint32_t column = 0; column < density.width; ++column) {
+                float& value = density.at(column, row);
+                const double inked = static_cast<double>(toneAt(drawn, cells_, {column + 0.5, row + 0.5}));
+                value = static_cast<float>(style_.hatch.strength *
+                                           (densityOf(static_cast<double>(value)) - inked));
+            }
+        }
+        return density;
+    }
+
+    Raster<float> complexity() const {
+        const auto& modalities = scene_.modalities;
+        const auto cover = coverOf(scene_.lines, modalities.grey.width, modalities.grey.height,
+                                   style_.silhouettes.width * pixels_);
+        return blurredWithin(cover, modalities.depth, modalities.extent, reading_);
+    }
+    Raster<glm::vec3> shown() const {
+        const auto& modalities = scene_.modalities;
+        const std::uint32_t width = modalities.grey.width, height = modalities.grey.height;
+        const double lineWidth = style_.silhouettes.width * pixels_;
+        switch (style_.show) {
+            case InkPicture::depth:
+                return depthPicture(modalities);
+            case InkPicture::angle:
+                return anglePicture(modalities);
+            case InkPicture::edges:
+                return paperPicture(coverOf(scene_.lines, width, height, lineWidth));
+            case InkPicture::complexity:
+                return greyPicture(complexity());
+            case InkPicture::segments:
+                return labelPicture(segments().label);
+            case InkPicture::target:
+                return paperPicture(spread(target_, cells_, width, height));
+            case InkPicture::lighten:
+                return greyPicture(spread(tooDark(1.0), cells_, width, height));
+            case InkPicture::darken:
+                return greyPicture(spread(tooDark(-1.0), cells_, width, height));
+            default:
+                return greyPicture(modalities.grey);
+        }
+    }
+    /// By how much all lines are darker than the target, or lighter.
+    ToneGrid tooDark(double side) const {
+        auto grid = densityOf(scene_.lines, cells_, style_.silhouettes.width * pixels_);
+        for (std::size_t i = 0; i < grid.values.size(); ++i) {
+            const double off =
+                coverOf(static_cast<double>(grid.values[i])) - static_cast<double>(target_.values[i]);
+            grid.values[i] = static_cast<float>(std::clamp(side * off, 0.0, 1.0));
+        }
+        return grid;
+    }
+
+    const InkScene& scene_;
+    const InkStyle& style_;
+    const double pixels_;
+    const bool whole_;
+    const std::stop_token& stop_;
+    const double reading_;  // pixels of the scene
+    const ToneCells cells_;
+    const Raster<float> wanted_;
+    const ToneGrid target_;
+};
+
+}  // namespace
+
+Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, bool whole,
+                const std::stop_token& stop) {
+    return DrawingMaker(scene, style, pixels, whole, stop).make();
+}
+
+}  // namespace mote::render

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// InkLine: a visible line of a scene on the screen: a piece of its silhouettes, borders or creases, before it
+// is known whether a pen draws it. A value.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <vector>
+
+namespace mote::render {
+
+/// Where the surface turns away from the eye; where it ends; where it bends sharply.
+enum class LineKind { silhouette, border, crease };
+
+struct LinePoint {
+    glm::dvec2 at{0.0};  ///< pixels from the picture's upper left corner
+    double depth = 0.0;  ///< along the line of sight, world units
+    /// How much farther away lies what is beside the line than the line itself, from here to the next point:
+    /// of the scene's extent in depth (Modalities::extent), at most 1; 1 beside nothing.
+    double step = 0.0;
+};
+
+struct InkLine {
+    LineKind kind = LineKind::silhouette;
+    std::vector<LinePoint> points;  ///< at least two
+};
+
+}  // namespace mote::render

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ink/pen.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <utility>
+
+namespace mote::render {
+namespace {
+
+constexpr double depthEvery = 24.0;   // pixels along a hatch between the places where its depth is taken
+constexpr double nearer = 1e-3;       // of the extent: ink lies so much in front of the surface
+constexpr double handEvery = 5.0;     // pixels between places of a stroke that a hand moves
+constexpr double wave = 24.0;         // pixels between the places where a hand leaves its way anew
+constexpr double mostTapered = 20.0;  // pixels at each end
+constexpr double thinnest = 0.25;     // of the width, at the end
+
+/// A number from 0 to 1 that belongs to a stroke and a place on it, and changes with no other stroke.
+double noise(std::uint64_t stroke, std::uint64_t place) {
+    std::uint64_t mixed = stroke + 0x9E3779B97F4A7C15U * (place + 1);
+    mixed = (mixed ^ (mixed >> 30U)) * 0xBF58476D1CE4E5B9U;
+    mixed = (mixed ^ (mixed >> 27U)) * 0x94D049BB133111EBU;
+    return static_cast<double>((mixed ^ (mixed >> 31U)) >> 11U) * 0x1p-53;
+}
+
+/// Where it begins tells a stroke from others, by whole pixels: a little motion does not change its hand.
+std::uint64_t seedOf(const glm::dvec2& place) {
+    const auto whole = [](double at) {
+        return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(at)));
+    };
+    return whole(place.x) * 0x100000001B3U ^ whole(place.y);
+}
+
+}  // namespace
+
+void Pen::draw(const InkLine& line, double width) {
+    points_.clear();
+    for (const auto& point : line.points) points_.push_back({point.at, point.depth, width});
+    put();
+}
+
+void Pen::draw(const HatchStroke& stroke, double width) {
+    points_.clear();
+    const double length = glm::distance(stroke.from, stroke.to);
+    const auto parts = static_cast<std::size_t>(std::ceil(length / depthEvery)) + 1;
+    double depth = HUGE_VAL;
+    for (std::size_t i = 0; i <= parts; ++i) {
+        const glm::dvec2 at =
+            stroke.from + static_cast<double>(i) / static_cast<double>(parts) * (stroke.to - stroke.from);
+        const float here = modalities_.depth.near(at.x, at.y);
+        if (std::isfinite(here)) depth = static_cast<double>(here);
+        points_.push_back({at, depth, width});
+    }
+    // Its first places may lie just beside what is seen.
+    for (auto point = points_.rbegin(); point != points_.rend(); ++point) {
+        if (!std::isfinite(point->depth)) point->depth = depth;
+        depth = point->depth;
+    }
+    if (std::isfinite(depth)) put();
+}
+
+void Pen::put() {
+    if (hand_.waver > 0.0 || hand_.taper) subdivide();
+    if (hand_.waver > 0.0) waver();
+    if (hand_.taper) taper();
+    const auto begin = static_cast<std::uint32_t>(strokes_.points.size());
+    for (const auto& point : points_) {
+        strokes_.points.push_back({static_cast<float>(point.at.x), static_cast<float>(point.at.y),
+                                   static_cast<float>(point.width),
+                                   point.depth - nearer * modalities_.extent});
+    }
+    strokes_.lines.push_back({begin, static_cast<std::uint32_t>(strokes_.points.size())});
+}
+
+/// A hand needs places to change at.
+void Pen::subdivide() {
+    std::vector<Point> all{points_.front()};
+    for (std::size_t i = 1; i < points_.size(); ++i) {
+        const Point &from = points_[i - 1], &to = points_[i];
+        const double parts = std::clamp(std::ceil(glm::distance(from.at, to.at) / handEvery), 1.0, 4096.0);
+        for (double part = 1.0; part <= parts; ++part) {
+            const double share = part / parts;
+            all.push_back({glm::mix(from.at, to.at, share), std::lerp(from.depth, to.depth, share),
+                           std::lerp(from.width, to.width, share)});
+        }
+    }
+    points_ = std::move(all);
+}
+
+/// Off the way by noise that is even between places a wave apart.
+void Pen::waver() {
+    const std::uint64_t seed = seedOf(points_.front().at);
+    double along = 0.0;
+    std::vector<Point> moved;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        const glm::dvec2 way =
+            points_[std::min(i + 1, points_.size() - 1)].at - points_[i > 0 ? i - 1 : 0].at;
+        const double length = glm::length(way);
+        const auto place = static_cast<std::uint64_t>(along / wave);
+        const double share = along / wave - static_cast<double>(place),
+                     even = share * share * (3.0 - 2.0 * share);
+        const double off = std::lerp(noise(seed, place), noise(seed, place + 1), even) - 0.5;
+        Point point = points_[i];
+        // Even noise on [-1/2, 1/2] has a standard deviation of 1 / sqrt(12).
+        if (length > 0.0)
+            point.at += std::sqrt(12.0) * hand_.waver * off / length * glm::dvec2(-way.y, way.x);
+        moved.push_back(point);
+        if (i + 1 < points_.size()) along += glm::distance(points_[i].at, points_[i + 1].at);
+    }
+    points_ = std::move(moved);
+}
+
+void Pen::taper() {
+    double length = 0.0;
+    for (std::size_t i = 0; i + 1 < points_.size(); ++i)
+        length += glm::distance(points_[i].at, points_[i + 1].at);
+    const double tapered = std::min(mostTapered, 0.5 * length);
+    if (!(tapered > 0.0)) return;
+    double along = 0.0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+        const double fromEnd = std::min(along, length - along);
+        points_[i].width *= std::lerp(thinnest, 1.0, std::clamp(fromEnd / tapered, 0.0, 1.0));
+        if (i + 1 < points_.size()) along += glm::distance(points_[i].at, points_[i + 1].at);
+    }
+}
+
+}  // namespace mote::render

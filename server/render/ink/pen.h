@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Pen: lines and hatches become strokes, with the hand that draws them. Appends to a list of strokes, whose
+// owner owns it; one thread.
+#pragma once
+
+#include <vector>
+
+#include "server/render/ink/hatch.h"
+#include "server/render/ink/ink_line.h"
+#include "server/render/ink/modalities.h"
+#include "server/render/plan/stroke.h"
+
+namespace mote::render {
+
+struct Hand {
+    double waver = 0.0;  ///< standard deviation off the way, pixels
+    bool taper = false;  ///< strokes grow thin towards their ends
+};
+
+class Pen {
+  public:
+    Pen(const Modalities& modalities, const Hand& hand, Strokes& strokes)
+        : modalities_(modalities), hand_(hand), strokes_(strokes) {}
+
+    void draw(const InkLine& line, double width);
+    /// A hatch lies at the depths of what is seen along it.
+    void draw(const HatchStroke& stroke, double width);
+
+  private:
+    struct Point {
+        glm::dvec2 at;
+        double depth, width;
+    };
+    void put();
+    void subdivide();
+    void waver();
+    void taper();
+
+    const Modalities& modalities_;
+    const Hand hand_;
+    Strokes& strokes_;
+    std::vector<Point> points_;  // of the stroke that is drawn
+};
+
+}  // namespace mote::render

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <tuple>
+
+#include "server/render/layers/ink/mesh_lines.h"
+
+namespace mote::render {
+namespace {
+
+constexpr double measured = 8.0;        // pixels of a line that share a depth step
+constexpr double beside = 0.75;         // pixels from a line at which it is measured
+constexpr double straightest = 0.2;     // cosine of the sharpest turn that a line takes
+constexpr std::size_t crowd = 16;       // lines that meet in a place and are still told apart
+constexpr double tolerance = 0.125;     // pixels that a line may be off its points
+constexpr double alikeSteps = 0.02;     // of depth, extents
+constexpr std::size_t longestRun = 32;  // points of which none is needed
+
+constexpr std::uint32_t nowhere = UINT32_MAX;
+
+/// A piece on the screen.
+struct Link {
+    LineKind kind = LineKind::silhouette;
+    std::vector<LinePoint> points;
+    std::array<std::uint32_t, 2> places{nowhere, nowhere};  // at its ends, where a vertex is
+    std::array<std::uint32_t, 2> next{nowhere, nowhere};    // the link that follows there
+    bool taken = false;
+
+    const glm::dvec2& end(std::size_t side) const { return side == 0 ? points.front().at : points.back().at; }
+    /// Away from the end, along the link.
+    glm::dvec2 inward(std::size_t side) const {
+        const auto& other = side == 0 ? points[1].at : points[points.size() - 2].at;
+        const glm::dvec2 way = other - end(side);
+        const double length = glm::length(way);
+        return length > 0.0 ? way / length : glm::dvec2(0.0);
+    }
+};
+
+class LinkMaker {
+  public:
+    LinkMaker(const MeshSurface& surface, const LineView& view, double extent)
+        : surface_(surface), view_(view), extent_(extent) {}
+
+    Link make(const EdgeLine& piece) const {
+        const auto& mesh = surface_.mesh();
+        const glm::dvec3 from = view_.toEye(mesh.positions[piece.vertices[0]]);
+        const glm::dvec3 to = view_.toEye(mesh.positions[piece.vertices[1]]);
+        const double first = view_.alongScreen(from, to, piece.piece.begin);
+        const double last = view_.alongScreen(from, to, piece.piece.end);
+        const auto at = [&](double share) {
+            return from + view_.alongLine(from, to, std::clamp(share, 0.0, 1.0)) * (to - from);
+        };
+        const double length = glm::distance(view_.onScreen(at(first)), view_.onScreen(at(last)));
+        const auto parts = static_cast<std::size_t>(std::clamp(std::ceil(length / measured), 1.0, 4096.0));
+        Link link;
+        link.kind = piece.kind;
+        for (std::size_t i = 0; i <= parts; ++i) {
+            const double share = static_cast<double>(i) / static_cast<double>(parts);
+            const glm::dvec3 place = at(first + share * (last - first));
+            link.points.push_back({view_.onScreen(place), -place.z});
+        }
+        for (std::size_t i = 0; i < parts; ++i)
+            link.points[i].step = stepBeside(link.points[i], link.points[i + 1]);
+        link.points.back().step = link.points[parts - 1].step;
+        return link;
+    }
+
+  private:
+    double stepBeside(const LinePoint& from, const LinePoint& to) const {
+        const glm::dvec2 way = to.at - from.at;
+        const double length = glm::length(way);
+        if (!(length > 0.0)) return 0.0;
+        const glm::dvec2 across = beside / length * glm::dvec2(-way.y, way.x);
+        const glm::dvec2 middle = 0.5 * (from.at + to.at);
+        const double depth = 0.5 * (from.depth + to.depth);
+        const double farthest = std::max(depthAt(middle + across), depthAt(middle - across));
+        return std::clamp((farthest - depth) / extent_, 0.0, 1.0);
+    }
+    double depthAt(const glm::dvec2& place) const {
+        auto ray = view_.through(place);
+        ray.clip(surface_.rays().box());
+        const auto met = surface_.rays().firstBut(ray, {MeshMeeting::none, MeshMeeting::none});
+        return met.triangle == MeshMeeting::none ? HUGE_VAL : met.at;
+    }
+
+    const MeshSurface& surface_;
+    const LineView& view_;
+    const double extent_;
+};
+
+using Place = std::tuple<float, float, float>;
+
+Place placeOf(const storage::SurfaceMesh& mesh, std::uint32_t vertex) {
+    const glm::vec3& at = mesh.positions[vertex];
+    return {at.x, at.y, at.z};
+}
+
+/// An end of a link.
+struct LinkEnd {
+    std::uint32_t link;
+    std::uint32_t side;
+};
+
+/// Of links that meet in a place, the straightest pairs follow one another.
+void join(std::vector<Link>& links, const std::vector<LinkEnd>& meeting) {
+    if (meeting.size() < 2 || meeting.size() > crowd) return;
+    std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i < meeting.size(); ++i) {
+        for (std::size_t k = i + 1; k < meeting.size(); ++k) {
+            const Link &a = links[meeting[i].link], &b = links[meeting[k].link];
+            if (a.kind != b.kind || meeting[i].link == meeting[k].link) continue;
+            const double turn = glm::dot(a.inward(meeting[i].side), b.inward(meeting[k].side));
+            if (turn <= -straightest) pairs.emplace_back(turn, i, k);
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    for (const auto& [turn, i, k] : pairs) {
+        auto& one = links[meeting[i].link].next[meeting[i].side];
+        auto& other = links[meeting[k].link].next[meeting[k].side];
+        if (one != nowhere || other != nowhere) continue;
+        one = meeting[k].link;
+        other = meeting[i].link;
+    }
+}
+
+void joinAll(std::vector<Link>& links) {
+    std::vector<std::pair<std::uint32_t, LinkEnd>> ends;
+    for (std::uint32_t i = 0; i < links.size(); ++i) {
+        for (std::uint32_t side = 0; side < 2; ++side) {
+            if (links[i].places[side] != nowhere) ends.push_back({links[i].places[side], {i, side}});
+        }
+    }
+    std::stable_sort(ends.begin(), ends.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<LinkEnd> meeting;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        meeting.push_back(ends[i].second);
+        if (i + 1 < ends.size() && ends[i + 1].first == ends[i].first) continue;
+        join(links, meeting);
+        meeting.clear();
+    }
+}
+
+/// Appends a link's points, from one of its ends to the other.
+void append(const Link& link, std::size_t side, std::vector<LinePoint>& points) {
+    std::vector<LinePoint> more = link.points;
+    if (side == 1) {
+        std::reverse(more.begin(), more.end());
+        for (std::size_t i = 0; i + 1 < more.size(); ++i) more[i].step = more[i + 1].step;
+    }
+    if (!points.empty()) points.pop_back();
+    points.insert(points.end(), more.begin(), more.end());
+}
+
+/// From one end of a link on, as far as links follow.
+InkLine follow(std::vector<Link>& links, std::uint32_t first, std::size_t side) {
+    InkLine line{links[first].kind, {}};
+    for (std::uint32_t at = first; at != nowhere && !links[at].taken;) {
+        links[at].taken = true;
+        append(links[at], side, line.points);
+        const std::uint32_t next = links[at].next[1 - side];
+        if (next != nowhere) {
+            const auto place = links[at].places[1 - side];
+            side = links[next].places[0] == place && links[next].next[0] == at ? 0 : 1;
+        }
+        at = next;
+    }
+    return line;
+}
+
+double offLine(const LinePoint& point, const LinePoint& from, const LinePoint& to) {
+    const glm::dvec2 way = to.at - from.at, off = point.at - from.at;
+    const double square = glm::dot(way, way);
+    const double share = square > 0.0 ? std::clamp(glm::dot(off, way) / square, 0.0, 1.0) : 0.0;
+    return glm::distance(point.at, from.at + share * way);
+}
+
+/// Without points that lie on the way between others.
+void simplify(std::vector<LinePoint>& points) {
+    std::vector<LinePoint> kept{points.front()};
+    std::size_t anchor = 0;
+    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+        bool needed =
+            i + 1 - anchor > longestRun || std::abs(points[i].step - points[anchor].step) > alikeSteps;
+        for (std::size_t k = anchor + 1; !needed && k <= i; ++k)
+            needed = offLine(points[k], points[anchor], points[i + 1]) > tolerance;
+        if (!needed) continue;
+        kept.push_back(points[i]);
+        anchor = i;
+    }
+    kept.push_back(points.back());
+    points = std::move(kept);
+}
+
+/// Vertices in one place have one number.
+void numberPlaces(const storage::SurfaceMesh& mesh, const std::vector<EdgeLine>& pieces,
+                  std::vector<Link>& links) {
+    std::vector<std::tuple<Place, std::uint32_t, std::uint32_t>> ends;
+    for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+        const Span& span = pieces[i].piece;
+        if (span.begin == 0.0) ends.emplace_back(placeOf(mesh, pieces[i].vertices[0]), i, 0);
+        if (span.end == 1.0) ends.emplace_back(placeOf(mesh, pieces[i].vertices[1]), i, 1);
+    }
+    std::sort(ends.begin(), ends.end());
+    std::uint32_t number = 0;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        const auto& [place, link, side] = ends[i];
+        if (i > 0 && std::get<0>(ends[i - 1]) != place) ++number;
+        links[link].places[side] = number;
+    }
+}
+
+}  // namespace
+
+std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
+                             const std::vector<EdgeLine>& pieces, double extent,
+                             const std::stop_token& stop) {
+    std::vector<Link> links(pieces.size());
+    const LinkMaker maker(surface, view, extent);
+    tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
+        if (!stop.stop_requested()) links[i] = maker.make(pieces[i]);
+    });
+    if (stop.stop_requested()) return {};
+    numberPlaces(surface.mesh(), pieces, links);
+    joinAll(links);
+    std::vector<InkLine> lines;
+    const auto take = [&](std::uint32_t i, std::size_t side) {
+        lines.push_back(follow(links, i, side));
+        simplify(lines.back().points);
+    };
+    for (std::uint32_t i = 0; i < links.size(); ++i) {
+        for (std::size_t side = 0; side < 2; ++side) {
+            if (!links[i].taken && links[i].next[side] == nowhere) take(i, side);
+        }
+    }
+    for (std::uint32_t i = 0; i < links.size(); ++i) {
+        if (!links[i].taken) take(i, 0);  // closed
+    }
+    return lines;
+}
+
+}  // namespace mote::render

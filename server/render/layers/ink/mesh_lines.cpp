@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/ink/mesh_lines.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+namespace mote::render {
+namespace {
+
+constexpr double margin = 64.0;            // pixels beside the picture in which lines are still looked for
+constexpr std::size_t edgesATime = 1024;   // that a thread takes
+constexpr double smallestStep = 1.0 / 64;  // pixels; of what is hidden, at least so much is passed by
+// Of the bounds' diagonal: what lies so little nearer than a line does not hide it.
+constexpr double gapShare = 1e-7;
+
+struct Ends {
+    glm::dvec3 from, to;
+};
+
+Ends endsOf(const storage::SurfaceMesh& mesh, const EdgeLine& edge, const LineView& view) {
+    return {view.toEye(mesh.positions[edge.vertices[0]]), view.toEye(mesh.positions[edge.vertices[1]])};
+}
+
+glm::dvec3 area(const storage::SurfaceMesh& mesh, std::uint32_t triangle) {
+    const auto [i, j, k] = mesh.triangles[triangle];
+    const glm::dvec3 a(mesh.positions[i]);
+    return glm::cross(glm::dvec3(mesh.positions[j]) - a, glm::dvec3(mesh.positions[k]) - a);
+}
+
+/// On which side of each triangle the eye is: 1, -1, or 0.
+std::vector<std::int8_t> facings(const storage::SurfaceMesh& mesh, const LineView& view) {
+    std::vector<std::int8_t> sides(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, sides.size(), [&](std::size_t i) {
+        const auto [a, b, c] = mesh.triangles[i];
+        const double side = view.facing(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+        sides[i] = static_cast<std::int8_t>((side > 0.0) - (side < 0.0));
+    });
+    return sides;
+}
+
+/// Runs of a list on many threads, each making a list; those in order.
+template <class T, class Make>
+std::vector<T> inOrder(std::size_t count, const std::stop_token& stop, const Make& make) {
+    std::vector<std::vector<T>> made((count + edgesATime - 1) / edgesATime);
+    tbb::parallel_for(std::size_t{0}, made.size(), [&](std::size_t run) {
+        if (stop.stop_requested()) return;
+        const std::size_t first = run * edgesATime;
+        make(first, std::min(first + edgesATime, count), made[run]);
+    });
+    std::vector<T> all;
+    for (const auto& run : made) all.insert(all.end(), run.begin(), run.end());
+    return all;
+}
+
+class LineFinder {
+  public:
+    LineFinder(const storage::SurfaceMesh& mesh, const LineView& view, double crease)
+        : mesh_(mesh),
+          view_(view),
+          creases_(crease < 180.0),
+          leastCosine_(std::cos(crease * std::numbers::pi / 180.0)),
+          sides_(facings(mesh, view)) {}
+
+    void find(std::size_t first, std::size_t last, std::vector<EdgeLine>& lines) const {
+        for (std::size_t i = first; i < last; ++i) {
+            const auto& edge = mesh_.edges[i];
+            EdgeLine line{.vertices = edge.vertices, .triangles = edge.triangles};
+            if (!isLine(edge, line.kind)) continue;
+            const auto [from, to] = endsOf(mesh_, line, view_);
+            line.piece = view_.inPicture(from, to, margin);
+            if (!line.piece.empty()) lines.push_back(line);
+        }
+    }
+
+  private:
+    bool isLine(const storage::MeshEdge& edge, LineKind& kind) const {
+        const auto [one, other] = edge.triangles;
+        if (one == storage::MeshEdge::none || other == storage::MeshEdge::none) {
+            kind = LineKind::border;
+            return true;
+        }
+        // Where one is seen edge-on it counts with those that are seen.
+        if ((sides_[one] < 0) != (sides_[other] < 0)) {
+            kind = LineKind::silhouette;
+            return true;
+        }
+        kind = LineKind::crease;
+        return creases_ && bends(one, other);
+    }
+    bool bends(std::uint32_t one, std::uint32_t other) const {
+        const glm::dvec3 a = area(mesh_, one), b = area(mesh_, other);
+        const double lengths = glm::length(a) * glm::length(b);
+        return lengths > 0.0 && glm::dot(a, b) <= leastCosine_ * lengths;
+    }
+
+    const storage::SurfaceMesh& mesh_;
+    const LineView& view_;
+    const bool creases_;
+    const double leastCosine_;
+    std::vector<std::int8_t> sides_;
+};
+
+/// What is seen of one edge after another; one thread's.
+class PieceFinder {
+  public:
+    PieceFinder(const MeshSurface& surface, const LineView& view, double sampling)
+        : surface_(surface),
+          view_(view),
+          sampling_(sampling),
+          gap_(gapShare * glm::length(surface.bounds().size())) {}
+
+    void find(const EdgeLine& edge, std::vector<EdgeLine>& pieces) {
+        const auto [from, to] = endsOf(surface_.mesh(), edge, view_);
+        hidden_.clear();
+        passAlong(edge, {from, to});
+        std::sort(hidden_.begin(), hidden_.end(),
+                  [](const Span& a, const Span& b) { return a.begin < b.begin; });
+        EdgeLine piece = edge;
+        double begin = edge.piece.begin;
+        for (const Span& span : hidden_) {
+            piece.piece = {begin, span.begin};
+            if (span.begin > begin) pieces.push_back(piece);
+            begin = std::max(begin, span.end);
+        }
+        piece.piece = {begin, edge.piece.end};
+        if (begin < edge.piece.end) pieces.push_back(piece);
+    }
+
+  private:
+    /// From place to place, past what hides it.
+    void passAlong(const EdgeLine& edge, const Ends& ends) {
+        const auto [from, to] = ends;
+        const double length = glm::distance(view_.onScreen(from + edge.piece.begin * (to - from)),
+                                            view_.onScreen(from + edge.piece.end * (to - from)));
+        const double first = view_.alongScreen(from, to, edge.piece.begin);
+        const double last = view_.alongScreen(from, to, edge.piece.end);
+        const double pixel = length > 0.0 ? (last - first) / length : 1.0;
+        const double step = (last - first) / std::max(1.0, std::ceil(length / sampling_));
+        for (double place = first + 0.5 * step; place < last;) {
+            const double along = view_.alongLine(from, to, place);
+            Span span = hiddenAt(along);
+            if (span.empty()) span = soughtAt(edge, ends, along);
+            if (span.empty()) {
+                place += step;
+                continue;
+            }
+            const double end = std::max(view_.alongScreen(from, to, span.end), place + smallestStep * pixel);
+            place = end + std::min(0.5 * step, 0.5 * std::max(last - end, smallestStep * pixel));
+        }
+    }
+    Span hiddenAt(double along) const {
+        for (const Span& span : hidden_) {
+            if (span.begin <= along && along <= span.end) return span;
+        }
+        return {};
+    }
+    Span soughtAt(const EdgeLine& edge, const Ends& ends, double along) {
+        auto ray = view_.towardsEye(ends.from + along * (ends.to - ends.from), gap_);
+        ray.clip(surface_.rays().box());
+        const auto met = surface_.rays().firstBut(ray, edge.triangles);
+        if (met.triangle == MeshMeeting::none) return {};
+        const auto& mesh = surface_.mesh();
+        const auto [i, j, k] = mesh.triangles[met.triangle];
+        Span span = view_.hidden(
+            ends.from, ends.to,
+            {view_.toEye(mesh.positions[i]), view_.toEye(mesh.positions[j]), view_.toEye(mesh.positions[k])});
+        if (span.empty()) span = {along, along};
+        span = {std::min(span.begin, along), std::max(span.end, along)};
+        hidden_.push_back(span);
+        return span;
+    }
+
+    const MeshSurface& surface_;
+    const LineView& view_;
+    const double sampling_, gap_;
+    std::vector<Span> hidden_;  // of the edge
+};
+
+}  // namespace
+
+std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, double crease,
+                              const std::stop_token& stop) {
+    const LineFinder finder(surface.mesh(), view, crease);
+    return inOrder<EdgeLine>(
+        surface.mesh().edges.size(), stop,
+        [&](std::size_t first, std::size_t last, auto& lines) { finder.find(first, last, lines); });
+}
+
+std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
+                              const std::vector<EdgeLine>& edges, double sampling,
+                              const std::stop_token& stop) {
+    return inOrder<EdgeLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
+        PieceFinder finder(surface, view, sampling);
+        for (std::size_t i = first; i < last && !stop.stop_requested(); ++i) finder.find(edges[i], pieces);
+    });
+}
+
+}  // namespace mote::render
