@@ -33,6 +33,21 @@ std::pair<double, double> finiteDepths(const Dots& dots) {
     return low > high ? std::pair(1.0, 1.0) : std::pair(low, high);
 }
 
+/// Least and greatest of all depths.
+std::pair<double, double> depthsOf(const Strokes& strokes) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    const auto add = [&](double depth) {
+        low = std::min(low, depth);
+        high = std::max(high, depth);
+    };
+    for (const auto& line : strokes.lines) {
+        for (auto i = line.begin; i < line.end; ++i) add(strokes.points[i].depth);
+    }
+    for (const auto& area : strokes.areas) add(area.depth);
+    return {low, high};
+}
+
 /// Dots of a scene for a plan of fewer pixels, without those nearer than what is seen.
 std::shared_ptr<const Dots> dotsOf(const Scene& scene, const FramePlan& plan) {
     if (scene.dots == nullptr || scene.dots->empty()) return {};
@@ -152,6 +167,10 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
     plan.dots = dotsOf(scene, plan);
     if (plan.dots && !plan.dots->empty()) {
         const auto [first, last] = finiteDepths(*plan.dots);
+        lowering.addDots(first, last);
+    }
+    for (const auto& strokes : plan.strokes) {
+        const auto [first, last] = depthsOf(*strokes);
         lowering.addDots(first, last);
     }
     cutDepths(plan, std::move(lowering.depths));

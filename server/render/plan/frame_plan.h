@@ -40,8 +40,10 @@ struct FramePlan {
     /// What pens draw, in pixels of the plan, one list each; not null, not empty.
     std::vector<std::shared_ptr<const Strokes>> strokes = {};
 
-    /// Whether anything stands at a depth of its own in a pixel: a dot or a fragment.
-    bool anyDots() const { return (dots != nullptr && !dots->empty()) || !fragments.empty(); }
+    /// Whether anything stands at a depth of its own in a pixel: a dot, a fragment, a stroke.
+    bool anyDots() const {
+        return (dots != nullptr && !dots->empty()) || !fragments.empty() || !strokes.empty();
+    }
     /// How many fields are of densities.
     std::size_t densities() const {
         return static_cast<std::size_t>(

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "server/render/plan/stroke_fragments.h"
+
 namespace mote::render {
 namespace {
 
@@ -36,6 +38,10 @@ std::vector<ScreenDot> screenDots(const FramePlan& plan) {
     };
     if (plan.dots) append(*plan.dots);
     for (const auto& fragments : plan.fragments) append(*fragments);
+    for (const auto& strokes : plan.strokes) {
+        for (const auto& part : strokeFragments(*strokes, plan.width, plan.height, nearLimit(plan.camera)))
+            append(part);
+    }
     tbb::parallel_sort(order);
     std::vector<ScreenDot> sorted;
     sorted.reserve(dots.size());

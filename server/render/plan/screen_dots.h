@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ScreenDots are the dots of a plan as devices take them: their depths told in slabs. Pure functions, shared
-// by all devices.
+// ScreenDots are the dots of a plan as devices take them, and what they take as dots, which is all that
+// stands at a depth of its own: their depths told in slabs. Pure functions, shared by all devices.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -18,7 +18,8 @@ struct ScreenDot {
     glm::vec3 color{0.0F};     ///< linear RGB
 };
 
-/// The plan's dots front to back; those of equal depth in their order.
+/// The plan's dots, fragments and strokes front to back; those of equal depth in this order, and in their
+/// own. Uses all threads of the calling arena. Throws std::bad_alloc.
 std::vector<ScreenDot> screenDots(const FramePlan& plan);
 
 }  // namespace mote::render

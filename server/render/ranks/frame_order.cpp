@@ -92,6 +92,20 @@ void passShared(Way& way, Shared& shared) {
     }
 }
 
+template <class Way, class Shared>
+void passStrokes(Way& way, Shared& shared) {
+    const auto pass = [&way](auto& strokes) {
+        way(strokes.points, strokes.lines, strokes.outlines, strokes.areas, strokes.color);
+    };
+    if constexpr (Way::reads) {
+        Strokes strokes;
+        pass(strokes);
+        shared = std::make_shared<const Strokes>(std::move(strokes));
+    } else {
+        pass(*shared);
+    }
+}
+
 template <class Way, class Points>
 void passPoints(Way& way, Points& points) {
     MOTE_CHECK(points.preview == nullptr);
@@ -128,6 +142,7 @@ void passPlan(Way& way, Plan& plan) {
              [&](auto& field) { passField(way, field); });
     passShared(way, plan.dots);
     passEach(way, plan.fragments, {}, [&](auto& fragments) { passShared(way, fragments); });
+    passEach(way, plan.strokes, {}, [&](auto& strokes) { passStrokes(way, strokes); });
 }
 
 template <class Way, class Order>

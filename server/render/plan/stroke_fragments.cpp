@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/stroke_fragments.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include "server/render/plan/stroke_bands.h"
+
+namespace mote::render {
+namespace {
+
+/// Fragments of a list at most: 2 GB.
+constexpr std::size_t mostFragments = std::size_t{1} << 26;
+/// Lines through a row of pixels along which areas are told (docs/PICTURE.md).
+constexpr std::uint32_t rowLines = 16;
+
+/// What a wide line covers of a pixel, its middle that far from a place of half that width.
+float coverage(double distance, double half) {
+    return static_cast<float>(
+        std::min(std::min(half, distance + 0.5) - std::max(-half, distance - 0.5), 1.0));
+}
+
+/// Draws a band of rows; of one thread, which draws many.
+class BandPainter {
+  public:
+    BandPainter(const Strokes& strokes, std::uint32_t width, double nearDepth)
+        : strokes_(strokes),
+          width_(width),
+          nearDepth_(nearDepth),
+          nearest_(std::size_t{StrokeBands::rows} * width),
+          shares_(std::size_t{StrokeBands::rows} * width) {}
+
+    void begin(std::uint32_t top, std::uint32_t bottom) {
+        top_ = top;
+        bottom_ = bottom;
+        fragments_.clear();
+    }
+    void drawLine(const Stroke& line, double reach);
+    void drawArea(const InkArea& area);
+    const Fragments& fragments() const { return fragments_; }
+
+  private:
+    /// The place of a line that is nearest to a pixel's middle.
+    struct Nearest {
+        double distance2 = std::numeric_limits<double>::infinity();  ///< squared; pixels
+        double half = 0.0, depth = 0.0;                              ///< half the line's width
+    };
+    struct Crossing {
+        std::uint32_t line;  ///< from the band's first on
+        double x;
+        auto operator<=>(const Crossing&) const = default;
+    };
+
+    void approach(const StrokePoint& from, const StrokePoint& to, double reach);
+    void approachRow(std::uint32_t row, PixelSpan columns, const StrokePoint& from, const StrokePoint& to,
+                     double reach);
+    void cross(const StrokePoint& from, const StrokePoint& to);
+    void addSpan(std::uint32_t row, double left, double right);
+    void add(std::size_t cell, double depth, float opacity) {
+        if (!(opacity > 0.0F) || depth < nearDepth_) return;
+        fragments_.push_back({.column = static_cast<std::uint32_t>(cell % width_),
+                              .row = top_ + static_cast<std::uint32_t>(cell / width_),
+                              .depth = depth,
+                              .opacity = opacity,
+                              .color = strokes_.color});
+    }
+
+    const Strokes& strokes_;
+    const std::uint32_t width_;
+    const double nearDepth_;
+    std::uint32_t top_ = 0, bottom_ = 0;
+    std::vector<Nearest> nearest_;        // of the band's pixels, row by row
+    std::vector<std::uint32_t> touched_;  // those of them that a line is near
+    std::vector<double> shares_;          // of the band's pixels that an area covers
+    std::vector<Crossing> crossings_;
+    Fragments fragments_;
+};
+
+void BandPainter::drawLine(const Stroke& line, double reach) {
+    const StrokePoint* const points = strokes_.points.data();
+    if (line.end - line.begin == 1) approach(points[line.begin], points[line.begin], reach);
+    for (auto i = line.begin; i + 1 < line.end; ++i) approach(points[i], points[i + 1], reach);
+    for (const auto cell : touched_) {
+        const Nearest& place = nearest_[cell];
+        add(cell, place.depth, coverage(std::sqrt(place.distance2), place.half));
+        nearest_[cell] = {};
+    }
+    touched_.clear();
+}
+
+/// Only the part of a segment that is within reach of a row, up and down, can be so of a pixel in it.
+void BandPainter::approach(const StrokePoint& from, const StrokePoint& to, double reach) {
+    const auto [low, high] = std::minmax({from.y, to.y});
+    const double right = double{to.x} - from.x, down = double{to.y} - from.y;
+    const PixelSpan rows = pixelsBetween(low - reach, high + reach, bottom_);
+    for (auto row = std::max(rows.begin, top_); row < rows.end; ++row) {
+        double first = 0.0, last = 1.0;
+        if (down != 0.0) {
+            const double way = row + 0.5 - from.y;
+            const auto [near, far] = std::minmax({(way - reach) / down, (way + reach) / down});
+            first = std::clamp(near, 0.0, 1.0);
+            last = std::clamp(far, 0.0, 1.0);
+        }
+        const auto [left, end] = std::minmax({from.x + first * right, from.x + last * right});
+        approachRow(row, pixelsBetween(left - reach, end + reach, width_), from, to, reach);
+    }
+}
+
+void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const StrokePoint& from,
+                              const StrokePoint& to, double reach) {
+    const double right = double{to.x} - from.x, down = double{to.y} - from.y;
+    const double length2 = right * right + down * down;
+    const double perLength2 = length2 > 0.0 ? 1.0 / length2 : 0.0;
+    const std::size_t first = std::size_t{row - top_} * width_;
+    const double y = row + 0.5 - from.y;
+    for (auto column = columns.begin; column < columns.end; ++column) {
+        const double x = column + 0.5 - from.x;
+        const double share = std::clamp((x * right + y * down) * perLength2, 0.0, 1.0);
+        const double acrossX = x - share * right, acrossY = y - share * down;
+        const double distance2 = acrossX * acrossX + acrossY * acrossY;
+        Nearest& nearest = nearest_[first + column];
+        if (!(distance2 < reach * reach && distance2 < nearest.distance2)) continue;
+        if (nearest.distance2 == std::numeric_limits<double>::infinity())
+            touched_.push_back(static_cast<std::uint32_t>(first + column));
+        nearest = {distance2, 0.5 * (from.width + share * (double{to.width} - from.width)),
+                   from.depth + share * (to.depth - from.depth)};
+    }
+}
+
+void BandPainter::drawArea(const InkArea& area) {
+    if (area.depth < nearDepth_) return;
+    crossings_.clear();
+    for (auto i = area.begin; i < area.end; ++i) {
+        const auto [begin, end] = strokes_.outlines[i];
+        for (auto j = begin; j < end; ++j)
+            cross(strokes_.points[j], strokes_.points[j + 1 < end ? j + 1 : begin]);
+    }
+    if (crossings_.empty()) return;
+    std::sort(crossings_.begin(), crossings_.end());
+    double left = width_, right = 0.0;
+    // Each line is crossed an even number of times.
+    for (std::size_t i = 0; i + 1 < crossings_.size(); i += 2) {
+        const double from = std::clamp<double>(crossings_[i].x, 0.0, width_);
+        const double to = std::clamp<double>(crossings_[i + 1].x, 0.0, width_);
+        addSpan(crossings_[i].line / rowLines, from, to);
+        left = std::min(left, from);
+        right = std::max(right, to);
+    }
+    const auto end = static_cast<std::size_t>(std::ceil(right));
+    for (auto row = crossings_.front().line / rowLines; row <= crossings_.back().line / rowLines; ++row) {
+        for (auto column = static_cast<std::size_t>(left); column < end; ++column) {
+            double& share = shares_[std::size_t{row} * width_ + column];
+            add(std::size_t{row} * width_ + column, area.depth, static_cast<float>(std::min(share, 1.0)));
+            share = 0.0;
+        }
+    }
+}
+
+/// A line belongs to an edge that begins on it and not to one that ends there, so that it is crossed once
+/// where two edges meet.
+void BandPainter::cross(const StrokePoint& from, const StrokePoint& to) {
+    const auto [low, high] = std::minmax({from.y, to.y});
+    const auto firstLine = [&](double y) {
+        const double line = std::ceil((y - top_) * rowLines - 0.5);
+        return static_cast<std::uint32_t>(std::clamp<double>(line, 0.0, (bottom_ - top_) * rowLines));
+    };
+    const double slope = (double{to.x} - from.x) / (double{to.y} - from.y);
+    for (auto line = firstLine(low), end = firstLine(high); line < end; ++line)
+        crossings_.push_back({line, from.x + (top_ + (line + 0.5) / rowLines - from.y) * slope});
+}
+
+void BandPainter::addSpan(std::uint32_t row, double left, double right) {
+    if (!(left < right)) return;
+    double* const shares = shares_.data() + std::size_t{row} * width_;
+    const auto first = static_cast<std::uint32_t>(left), last = static_cast<std::uint32_t>(right);
+    if (first == last) {
+        shares[first] += (right - left) / rowLines;
+        return;
+    }
+    shares[first] += (first + 1 - left) / rowLines;
+    for (auto column = first + 1; column < last; ++column) shares[column] += 1.0 / rowLines;
+    if (last < width_) shares[last] += (right - last) / rowLines;
+}
+
+}  // namespace
+
+std::vector<Fragments> strokeFragments(const Strokes& strokes, std::uint32_t width, std::uint32_t height,
+                                       double nearDepth) {
+    const StrokeBands bands(strokes, width, height);
+    const auto lines = static_cast<std::uint32_t>(strokes.lines.size());
+    std::vector<Fragments> parts(bands.count());
+    std::atomic<std::size_t> count{0};
+    tbb::enumerable_thread_specific<BandPainter> painters(
+        [&] { return BandPainter(strokes, width, nearDepth); });
+    tbb::parallel_for(0U, bands.count(), [&](std::uint32_t i) {
+        if (bands.of(i).empty()) return;
+        BandPainter& painter = painters.local();
+        painter.begin(i * StrokeBands::rows, std::min((i + 1) * StrokeBands::rows, height));
+        for (const auto item : bands.of(i)) {
+            item < lines ? painter.drawLine(strokes.lines[item], bands.reach(item))
+                         : painter.drawArea(strokes.areas[item - lines]);
+            if (count + painter.fragments().size() > mostFragments) throw std::bad_alloc();
+        }
+        parts[i] = painter.fragments();
+        count += parts[i].size();
+    });
+    return parts;
+}
+
+}  // namespace mote::render
