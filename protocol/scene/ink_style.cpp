@@ -16,7 +16,6 @@ namespace {
 
 // Names in the order of their enumerations.
 constexpr std::array<std::string_view, 4> modes{"none", "all", "important", "adjusted"};
-constexpr std::array<std::string_view, 4> segmentations{"growing", "graph", "cut", "texture"};
 constexpr std::array<std::string_view, 10> pictures{"",           "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
@@ -36,6 +35,7 @@ template <class Message>
 Result<SilhouetteStyle> parseSilhouettes(const Message& message) {
     SilhouetteStyle style;
     MOTE_ASSIGN_OR_RETURN(style.mode, parseName(message.mode(), modes, style.mode, "mode"));
+    if (style.mode == SilhouetteMode::important) style.importance = 0.25;
     const double importance = message.has_importance() ? message.importance() : style.importance;
     MOTE_ASSIGN_OR_RETURN(style.importance, checkRange(importance, 0.0, 1.0, "importance"));
     const double width = message.has_width() ? message.width() : style.width;
@@ -55,17 +55,6 @@ Result<HatchStyle> parseHatch(const Message& message) {
     MOTE_ASSIGN_OR_RETURN(style.spacing, checkRange(spacing, 1.0, 256.0, "spacing"));
     const double width = message.has_width() ? message.width() : style.width;
     MOTE_ASSIGN_OR_RETURN(style.width, checkRange(width, 0.1, 64.0, "width"));
-    MOTE_ASSIGN_OR_RETURN(style.segments,
-                          parseName(message.segments(), segmentations, style.segments, "segments"));
-    return style;
-}
-
-template <class Message>
-Result<SolidStyle> parseSolid(const Message& message) {
-    SolidStyle style;
-    MOTE_ASSIGN_OR_RETURN(style.strength, checkRange(message.strength(), 0.0, 1.0, "strength"));
-    const double complexity = message.has_complexity() ? message.complexity() : style.complexity;
-    MOTE_ASSIGN_OR_RETURN(style.complexity, checkRange(complexity, 0.0, 1.0, "complexity"));
     return style;
 }
 
@@ -82,7 +71,6 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
     InkStyle style;
     MOTE_RETURN_IF_ERROR(take(parseSilhouettes(message.silhouettes()), style.silhouettes, "silhouettes"));
     MOTE_RETURN_IF_ERROR(take(parseHatch(message.hatch()), style.hatch, "hatch"));
-    MOTE_RETURN_IF_ERROR(take(parseSolid(message.ink()), style.solid, "ink"));
     const double reading = message.has_reading() ? message.reading() : style.reading;
     MOTE_ASSIGN_OR_RETURN(style.reading, checkRange(reading, 1.0, 256.0, "reading"));
     MOTE_RETURN_IF_ERROR(take(parseLight(message.light()), style.light, "light"));
@@ -90,7 +78,6 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
     MOTE_ASSIGN_OR_RETURN(style.color, checkColor(message.color(), shows, "color"));
     style.inkIsDark = luminance(style.color) <= luminance(background);
     MOTE_ASSIGN_OR_RETURN(style.show, parseName(message.show(), pictures, style.show, "show"));
-    style.occlusion = message.occlusion();
     MOTE_ASSIGN_OR_RETURN(style.waver, checkRange(message.waver(), 0.0, 16.0, "waver"));
     style.taper = message.taper();
     return style;
@@ -98,10 +85,6 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
 
 std::string_view toString(SilhouetteMode mode) {
     return modes[static_cast<std::size_t>(mode)];
-}
-
-std::string_view toString(Segmentation segmentation) {
-    return segmentations[static_cast<std::size_t>(segmentation)];
 }
 
 std::string_view toString(InkPicture picture) {

@@ -17,32 +17,20 @@ enum class SilhouetteMode { none, all, important, adjusted };
 
 struct SilhouetteStyle {
     SilhouetteMode mode = SilhouetteMode::adjusted;
-    double importance =
-        0.1;             ///< depth step from which on a line is always drawn, diagonals of the mesh's bounds
-    double width = 1.2;  ///< pixels of the view; here and below
-    double crease = 60.0;  ///< degrees by which the surface turns at least where a crease is a line
-    bool omit = false;     ///< lines between tones that differ enough are left out
+    double importance = 1.0;  ///< step above which a line is always drawn, 0 to 1 (LinePoint::step)
+    double width = 1.2;       ///< pixels of the view; here and below
+    double crease = 60.0;     ///< degrees by which the surface turns at least where a crease is a line
+    bool omit = false;        ///< lines between tones that differ enough are left out
 
     bool operator==(const SilhouetteStyle&) const = default;
 };
-
-enum class Segmentation { growing, graph, cut, texture };
 
 struct HatchStyle {
     double strength = 1.0;  ///< share of the missing tone that is hatched
     double spacing = 4.0;   ///< between the strokes of a full layer
     double width = 1.0;
-    Segmentation segments = Segmentation::growing;
 
     bool operator==(const HatchStyle&) const = default;
-};
-
-/// Regions of so many lines that they are inked solid.
-struct SolidStyle {
-    double strength = 0.0;
-    double complexity = 0.35;  ///< share of the paper that all lines would cover
-
-    bool operator==(const SolidStyle&) const = default;
 };
 
 /// What an ink layer shows: its drawing, or a picture that this is made from.
@@ -51,12 +39,10 @@ enum class InkPicture { drawing, grey, depth, angle, edges, complexity, segments
 struct InkStyle {
     SilhouetteStyle silhouettes;
     HatchStyle hatch;
-    SolidStyle solid;
     double reading = 6.0;  ///< standard deviation of what the eye blurs
     Light light;
-    bool occlusion = false;  ///< the light of the surroundings is kept off by the surface itself
-    glm::dvec3 color{0.0};   ///< linear RGB
-    bool inkIsDark = true;   ///< darker than the paper: it stands for what is dark; else for what is light
+    glm::dvec3 color{0.0};  ///< linear RGB
+    bool inkIsDark = true;  ///< darker than the paper: it stands for what is dark; else for what is light
     InkPicture show = InkPicture::drawing;
     double waver = 0.0;
     bool taper = false;
@@ -69,7 +55,6 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
 
 /// Words of the style, as messages have them; "" is the first's.
 std::string_view toString(SilhouetteMode mode);
-std::string_view toString(Segmentation segmentation);
 std::string_view toString(InkPicture picture);
 
 }  // namespace mote

@@ -170,7 +170,7 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     const ToneGrid all = densityOf(lines, target.cells, target.width);
     std::vector<Piece*> tried;
     for (auto& piece : pieces) {
-        if (static_cast<double>(piece.importance) >= style.importance || !trial.crowded(piece, all))
+        if (static_cast<double>(piece.importance) > style.importance || !trial.crowded(piece, all))
             trial.draw(piece);
         else
             tried.push_back(&piece);
@@ -218,7 +218,7 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
         adjust(pieces, lines, style, target, trial, stop);
     } else {
         for (auto& piece : pieces) {
-            if (static_cast<double>(piece.importance) >= style.importance) trial.draw(piece);
+            if (static_cast<double>(piece.importance) > style.importance) trial.draw(piece);
         }
     }
     return {drawnOf(lines, pieces), trial.take()};

@@ -34,12 +34,10 @@ Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
 /// One drawing's stages.
 class DrawingMaker {
   public:
-    DrawingMaker(const InkScene& scene, const InkStyle& style, double pixels, bool whole,
-                 const std::stop_token& stop)
+    DrawingMaker(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop)
         : scene_(scene),
           style_(style),
           pixels_(pixels),
-          whole_(whole),
           stop_(stop),
           reading_(std::max(1.0, style.reading * pixels)),
           cells_(scene.modalities.grey.width, scene.modalities.grey.height, reading_),
@@ -108,8 +106,7 @@ class DrawingMaker {
     Segments segments() const {
         SegmentOptions options;
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
-        return segmentsOf(scene_.modalities, whole_ ? style_.hatch.segments : Segmentation::growing, options,
-                          stop_);
+        return segmentsOf(scene_.modalities, options, stop_);
     }
     /// The density that lines leave to be hatched.
     Raster<float> missing(const ToneGrid& drawn, double spacing) const {
@@ -171,7 +168,6 @@ class DrawingMaker {
     const InkScene& scene_;
     const InkStyle& style_;
     const double pixels_;
-    const bool whole_;
     const std::stop_token& stop_;
     const double reading_;  // pixels of the scene
     const ToneCells cells_;
@@ -181,9 +177,8 @@ class DrawingMaker {
 
 }  // namespace
 
-Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, bool whole,
-                const std::stop_token& stop) {
-    return DrawingMaker(scene, style, pixels, whole, stop).make();
+Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop) {
+    return DrawingMaker(scene, style, pixels, stop).make();
 }
 
 }  // namespace mote::render

@@ -28,9 +28,8 @@ struct Drawing {
     Raster<glm::vec3> shown;
 };
 
-/// `pixels`: of the scene, a pixel of the view, in which the style gives lengths. `whole`: not of a picture
-/// in motion, which does with less. Where `stop` is requested meanwhile the drawing lacks something.
-Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, bool whole,
-                const std::stop_token& stop);
+/// `pixels`: of the scene, a pixel of the view, in which the style gives lengths. Where `stop` is requested
+/// meanwhile the drawing lacks something.
+Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -64,7 +64,7 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
 void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, Lowering& out) {
     const auto scene = sceneOf(layer, style, surface, out);
     if (out.stop.stop_requested()) return;
-    auto drawing = drawInk(scene, style, out.pixels, out.plan.exact, out.stop);
+    auto drawing = drawInk(scene, style, out.pixels, out.stop);
     const Bounds inEye = surface.bounds().transformed(out.plan.camera.worldToEye() * layer.transform);
     const double farthest = std::max(-inEye.min.z, nearLimit(out.plan.camera));
     if (!drawing.shown.values.empty()) {
