@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace mote::render {
@@ -40,11 +39,12 @@ std::span<const StrokePoint> pointsOf(const Strokes& strokes, const Stroke& stro
 
 }  // namespace
 
+// Without calls of ceil and floor: it is asked for every row of every segment.
 PixelSpan pixelsBetween(double low, double high, std::uint32_t side) {
-    const double begin = std::max(std::ceil(low - 0.5), 0.0);
-    const double end = std::min<double>(std::floor(high + 0.5), side);
-    if (!(begin < end)) return {};
-    return {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)};
+    const double first = std::min<double>(side, std::max(0.0, low - 0.5));
+    const auto begin = static_cast<std::uint32_t>(first);
+    const auto end = static_cast<std::uint32_t>(std::min<double>(side, std::max(0.0, high + 0.5)));
+    return {begin < first ? begin + 1 : begin, end};
 }
 
 StrokeBands::StrokeBands(const Strokes& strokes, std::uint32_t width, std::uint32_t height)
