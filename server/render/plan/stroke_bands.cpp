@@ -39,14 +39,6 @@ std::span<const StrokePoint> pointsOf(const Strokes& strokes, const Stroke& stro
 
 }  // namespace
 
-// Without calls of ceil and floor: it is asked for every row of every segment.
-PixelSpan pixelsBetween(double low, double high, std::uint32_t side) {
-    const double first = std::min<double>(side, std::max(0.0, low - 0.5));
-    const auto begin = static_cast<std::uint32_t>(first);
-    const auto end = static_cast<std::uint32_t>(std::min<double>(side, std::max(0.0, high + 0.5)));
-    return {begin < first ? begin + 1 : begin, end};
-}
-
 StrokeBands::StrokeBands(const Strokes& strokes, std::uint32_t width, std::uint32_t height)
     : reach_(strokes.lines.size()), begin_((height + rows - 1) / rows + 1) {
     const std::size_t lines = strokes.lines.size();

@@ -35,6 +35,7 @@ double heldToUnit(double share) {
 struct Segment {
     double x, y, half, depth;           ///< where it begins, half its width there
     double right, down, wider, deeper;  ///< how much all this changes until it ends
+    double perDown = 0.0;               ///< of a level one: 0
     double perLength2;                  ///< of a segment without length: 0, as if it only began
 
     Segment(const StrokePoint& from, const StrokePoint& to)
@@ -46,6 +47,7 @@ struct Segment {
           down(to.y - y),
           wider(0.5 * to.width - half),
           deeper(to.depth - depth) {
+        if (std::abs(down) > 1e-9) perDown = 1.0 / down;
         const double length2 = right * right + down * down;
         perLength2 = length2 > 0.0 ? 1.0 / length2 : 0.0;
     }
@@ -82,6 +84,10 @@ class BandPainter {
     struct Cell {
         std::uint32_t column, row;  ///< from the band's first on
     };
+    struct RowSpan {
+        std::uint32_t row;
+        PixelSpan columns;
+    };
     struct Crossing {
         std::uint32_t line;  ///< from the band's first on
         double x;
@@ -89,7 +95,7 @@ class BandPainter {
     };
 
     void approach(const StrokePoint& from, const StrokePoint& to, double reach);
-    void approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment, double reach2);
+    void approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment);
     void cross(const StrokePoint& from, const StrokePoint& to);
     void addSpan(std::uint32_t row, double left, double right);
     void add(Cell cell, double depth, float opacity) {
@@ -103,7 +109,7 @@ class BandPainter {
     const double nearDepth_;
     std::uint32_t top_ = 0, bottom_ = 0;
     std::vector<Nearest> nearest_;  // of the band's pixels, row by row
-    std::vector<Cell> touched_;     // those of them that a line is near
+    std::vector<RowSpan> spans_;    // where a line may be near; a pixel may be in several
     std::vector<double> shares_;    // of the band's pixels that an area covers
     std::vector<Crossing> crossings_;
     Fragments fragments_;
@@ -113,12 +119,15 @@ void BandPainter::drawLine(const Stroke& line, double reach) {
     const StrokePoint* const points = strokes_.points.data();
     if (line.end - line.begin == 1) approach(points[line.begin], points[line.begin], reach);
     for (auto i = line.begin; i + 1 < line.end; ++i) approach(points[i], points[i + 1], reach);
-    for (const auto cell : touched_) {
-        Nearest& place = nearest_[indexOf(cell)];
-        add(cell, place.depth, coverage(std::sqrt(place.distance2), place.half));
-        place = {};
+    for (const auto& [row, columns] : spans_) {
+        for (auto column = columns.begin; column < columns.end; ++column) {
+            Nearest& place = nearest_[indexOf({column, row})];
+            if (place.distance2 < reach * reach)
+                add({column, row}, place.depth, coverage(std::sqrt(place.distance2), place.half));
+            place.distance2 = unseen;
+        }
     }
-    touched_.clear();
+    spans_.clear();
 }
 
 /// Only the part of a segment that is within reach of a row, up and down, can be so of a pixel in it.
@@ -128,19 +137,23 @@ void BandPainter::approach(const StrokePoint& from, const StrokePoint& to, doubl
     const PixelSpan rows = pixelsBetween(low - reach, high + reach, bottom_);
     for (auto row = std::max(rows.begin, top_); row < rows.end; ++row) {
         double first = 0.0, last = 1.0;
-        if (segment.down != 0.0) {
-            const double way = row + 0.5 - segment.y, far = segment.down < 0.0 ? -reach : reach;
-            first = heldToUnit((way - far) / segment.down);
-            last = heldToUnit((way + far) / segment.down);
+        if (segment.perDown != 0.0) {
+            const double middle = (row + 0.5 - segment.y) * segment.perDown;
+            const double around = reach * std::abs(segment.perDown);
+            first = heldToUnit(middle - around);
+            last = heldToUnit(middle + around);
         }
         const double begin = segment.x + first * segment.right, end = segment.x + last * segment.right;
         approachRow(row - top_,
                     pixelsBetween(std::min(begin, end) - reach, std::max(begin, end) + reach, width_),
-                    segment, reach * reach);
+                    segment);
     }
 }
 
-void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment, double reach2) {
+/// Without branches, which could not be foretold.
+void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment) {
+    if (columns.empty()) return;
+    spans_.push_back({row, columns});
     Nearest* const cells = nearest_.data() + std::size_t{row} * width_;
     const double y = top_ + row + 0.5 - segment.y, yAlong = y * segment.down;
     for (auto column = columns.begin; column < columns.end; ++column) {
@@ -149,9 +162,10 @@ void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const Segmen
         const double acrossX = x - share * segment.right, acrossY = y - share * segment.down;
         const double distance2 = acrossX * acrossX + acrossY * acrossY;
         Nearest& nearest = cells[column];
-        if (!(distance2 < std::min(nearest.distance2, reach2))) continue;
-        if (nearest.distance2 == unseen) touched_.push_back({column, row});
-        nearest = {distance2, segment.half + share * segment.wider, segment.depth + share * segment.deeper};
+        const bool nearer = distance2 < nearest.distance2;
+        nearest.half = nearer ? segment.half + share * segment.wider : nearest.half;
+        nearest.depth = nearer ? segment.depth + share * segment.deeper : nearest.depth;
+        nearest.distance2 = nearer ? distance2 : nearest.distance2;
     }
 }
 
