@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace mote::render {
@@ -39,13 +38,6 @@ std::span<const StrokePoint> pointsOf(const Strokes& strokes, const Stroke& stro
 }
 
 }  // namespace
-
-PixelSpan pixelsBetween(double low, double high, std::uint32_t side) {
-    const double begin = std::max(std::ceil(low - 0.5), 0.0);
-    const double end = std::min<double>(std::floor(high + 0.5), side);
-    if (!(begin < end)) return {};
-    return {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)};
-}
 
 StrokeBands::StrokeBands(const Strokes& strokes, std::uint32_t width, std::uint32_t height)
     : reach_(strokes.lines.size()), begin_((height + rows - 1) / rows + 1) {

@@ -4,6 +4,7 @@
 // picture's fragments; immutable, safe on any number of threads.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,8 +20,14 @@ struct PixelSpan {
     bool empty() const { return begin >= end; }
 };
 
-/// The pixels, of `side` in all, whose middles lie between two places.
-PixelSpan pixelsBetween(double low, double high, std::uint32_t side);
+/// The pixels, of `side` in all, whose middles lie between two places. Inline and without ceil and floor: it
+/// is asked for every row of every segment.
+inline PixelSpan pixelsBetween(double low, double high, std::uint32_t side) {
+    const double first = std::min<double>(side, std::max(0.0, low - 0.5));
+    const auto begin = static_cast<std::uint32_t>(first);
+    const auto end = static_cast<std::uint32_t>(std::min<double>(side, std::max(0.0, high + 0.5)));
+    return {begin < first ? begin + 1 : begin, end};
+}
 
 class StrokeBands {
   public:

@@ -27,6 +27,34 @@ float coverage(double distance, double half) {
         std::min(std::min(half, distance + 0.5) - std::max(-half, distance - 0.5), 1.0));
 }
 
+double heldToUnit(double share) {
+    return std::min(1.0, std::max(0.0, share));
+}
+
+/// A part of a line, from a point to the next.
+struct Segment {
+    double x, y, half, depth;           ///< where it begins, half its width there
+    double right, down, wider, deeper;  ///< how much all this changes until it ends
+    double perDown = 0.0;               ///< of a level one: 0
+    double perLength2;                  ///< of a segment without length: 0, as if it only began
+
+    Segment(const StrokePoint& from, const StrokePoint& to)
+        : x(from.x),
+          y(from.y),
+          half(0.5 * from.width),
+          depth(from.depth),
+          right(to.x - x),
+          down(to.y - y),
+          wider(0.5 * to.width - half),
+          deeper(to.depth - depth) {
+        if (std::abs(down) > 1e-9) perDown = 1.0 / down;
+        const double length2 = right * right + down * down;
+        perLength2 = length2 > 0.0 ? 1.0 / length2 : 0.0;
+    }
+};
+
+constexpr double unseen = std::numeric_limits<double>::infinity();
+
 /// Draws a band of rows; of one thread, which draws many.
 class BandPainter {
   public:
@@ -49,8 +77,16 @@ class BandPainter {
   private:
     /// The place of a line that is nearest to a pixel's middle.
     struct Nearest {
-        double distance2 = std::numeric_limits<double>::infinity();  ///< squared; pixels
-        double half = 0.0, depth = 0.0;                              ///< half the line's width
+        double distance2 = unseen;       ///< squared pixels
+        double half = 0.0, depth = 0.0;  ///< half the line's width
+    };
+    /// A pixel of the band.
+    struct Cell {
+        std::uint32_t column, row;  ///< from the band's first on
+    };
+    struct RowSpan {
+        std::uint32_t row;
+        PixelSpan columns;
     };
     struct Crossing {
         std::uint32_t line;  ///< from the band's first on
@@ -59,26 +95,22 @@ class BandPainter {
     };
 
     void approach(const StrokePoint& from, const StrokePoint& to, double reach);
-    void approachRow(std::uint32_t row, PixelSpan columns, const StrokePoint& from, const StrokePoint& to,
-                     double reach);
+    void approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment);
     void cross(const StrokePoint& from, const StrokePoint& to);
     void addSpan(std::uint32_t row, double left, double right);
-    void add(std::size_t cell, double depth, float opacity) {
-        if (!(opacity > 0.0F) || depth < nearDepth_) return;
-        fragments_.push_back({.column = static_cast<std::uint32_t>(cell % width_),
-                              .row = top_ + static_cast<std::uint32_t>(cell / width_),
-                              .depth = depth,
-                              .opacity = opacity,
-                              .color = strokes_.color});
+    void add(Cell cell, double depth, float opacity) {
+        if (opacity > 0.0F && depth >= nearDepth_)
+            fragments_.push_back({cell.column, top_ + cell.row, depth, opacity, strokes_.color});
     }
+    std::size_t indexOf(Cell cell) const { return std::size_t{cell.row} * width_ + cell.column; }
 
     const Strokes& strokes_;
     const std::uint32_t width_;
     const double nearDepth_;
     std::uint32_t top_ = 0, bottom_ = 0;
-    std::vector<Nearest> nearest_;        // of the band's pixels, row by row
-    std::vector<std::uint32_t> touched_;  // those of them that a line is near
-    std::vector<double> shares_;          // of the band's pixels that an area covers
+    std::vector<Nearest> nearest_;  // of the band's pixels, row by row
+    std::vector<RowSpan> spans_;    // where a line may be near; a pixel may be in several
+    std::vector<double> shares_;    // of the band's pixels that an area covers
     std::vector<Crossing> crossings_;
     Fragments fragments_;
 };
@@ -87,50 +119,53 @@ void BandPainter::drawLine(const Stroke& line, double reach) {
     const StrokePoint* const points = strokes_.points.data();
     if (line.end - line.begin == 1) approach(points[line.begin], points[line.begin], reach);
     for (auto i = line.begin; i + 1 < line.end; ++i) approach(points[i], points[i + 1], reach);
-    for (const auto cell : touched_) {
-        const Nearest& place = nearest_[cell];
-        add(cell, place.depth, coverage(std::sqrt(place.distance2), place.half));
-        nearest_[cell] = {};
+    for (const auto& [row, columns] : spans_) {
+        for (auto column = columns.begin; column < columns.end; ++column) {
+            Nearest& place = nearest_[indexOf({column, row})];
+            if (place.distance2 < reach * reach)
+                add({column, row}, place.depth, coverage(std::sqrt(place.distance2), place.half));
+            place.distance2 = unseen;
+        }
     }
-    touched_.clear();
+    spans_.clear();
 }
 
 /// Only the part of a segment that is within reach of a row, up and down, can be so of a pixel in it.
 void BandPainter::approach(const StrokePoint& from, const StrokePoint& to, double reach) {
+    const Segment segment(from, to);
     const auto [low, high] = std::minmax({from.y, to.y});
-    const double right = double{to.x} - from.x, down = double{to.y} - from.y;
     const PixelSpan rows = pixelsBetween(low - reach, high + reach, bottom_);
     for (auto row = std::max(rows.begin, top_); row < rows.end; ++row) {
         double first = 0.0, last = 1.0;
-        if (down != 0.0) {
-            const double way = row + 0.5 - from.y;
-            const auto [near, far] = std::minmax({(way - reach) / down, (way + reach) / down});
-            first = std::clamp(near, 0.0, 1.0);
-            last = std::clamp(far, 0.0, 1.0);
+        if (segment.perDown != 0.0) {
+            const double middle = (row + 0.5 - segment.y) * segment.perDown;
+            const double around = reach * std::abs(segment.perDown);
+            first = heldToUnit(middle - around);
+            last = heldToUnit(middle + around);
         }
-        const auto [left, end] = std::minmax({from.x + first * right, from.x + last * right});
-        approachRow(row, pixelsBetween(left - reach, end + reach, width_), from, to, reach);
+        const double begin = segment.x + first * segment.right, end = segment.x + last * segment.right;
+        approachRow(row - top_,
+                    pixelsBetween(std::min(begin, end) - reach, std::max(begin, end) + reach, width_),
+                    segment);
     }
 }
 
-void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const StrokePoint& from,
-                              const StrokePoint& to, double reach) {
-    const double right = double{to.x} - from.x, down = double{to.y} - from.y;
-    const double length2 = right * right + down * down;
-    const double perLength2 = length2 > 0.0 ? 1.0 / length2 : 0.0;
-    const std::size_t first = std::size_t{row - top_} * width_;
-    const double y = row + 0.5 - from.y;
+/// Without branches, which could not be foretold.
+void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment) {
+    if (columns.empty()) return;
+    spans_.push_back({row, columns});
+    Nearest* const cells = nearest_.data() + std::size_t{row} * width_;
+    const double y = top_ + row + 0.5 - segment.y, yAlong = y * segment.down;
     for (auto column = columns.begin; column < columns.end; ++column) {
-        const double x = column + 0.5 - from.x;
-        const double share = std::clamp((x * right + y * down) * perLength2, 0.0, 1.0);
-        const double acrossX = x - share * right, acrossY = y - share * down;
+        const double x = column + 0.5 - segment.x;
+        const double share = heldToUnit((x * segment.right + yAlong) * segment.perLength2);
+        const double acrossX = x - share * segment.right, acrossY = y - share * segment.down;
         const double distance2 = acrossX * acrossX + acrossY * acrossY;
-        Nearest& nearest = nearest_[first + column];
-        if (!(distance2 < reach * reach && distance2 < nearest.distance2)) continue;
-        if (nearest.distance2 == std::numeric_limits<double>::infinity())
-            touched_.push_back(static_cast<std::uint32_t>(first + column));
-        nearest = {distance2, 0.5 * (from.width + share * (double{to.width} - from.width)),
-                   from.depth + share * (to.depth - from.depth)};
+        Nearest& nearest = cells[column];
+        const bool nearer = distance2 < nearest.distance2;
+        nearest.half = nearer ? segment.half + share * segment.wider : nearest.half;
+        nearest.depth = nearer ? segment.depth + share * segment.deeper : nearest.depth;
+        nearest.distance2 = nearer ? distance2 : nearest.distance2;
     }
 }
 
@@ -153,11 +188,11 @@ void BandPainter::drawArea(const InkArea& area) {
         left = std::min(left, from);
         right = std::max(right, to);
     }
-    const auto end = static_cast<std::size_t>(std::ceil(right));
+    const auto end = static_cast<std::uint32_t>(std::ceil(right));
     for (auto row = crossings_.front().line / rowLines; row <= crossings_.back().line / rowLines; ++row) {
-        for (auto column = static_cast<std::size_t>(left); column < end; ++column) {
-            double& share = shares_[std::size_t{row} * width_ + column];
-            add(std::size_t{row} * width_ + column, area.depth, static_cast<float>(std::min(share, 1.0)));
+        for (auto column = static_cast<std::uint32_t>(left); column < end; ++column) {
+            double& share = shares_[indexOf({column, row})];
+            add({column, row}, area.depth, static_cast<float>(std::min(share, 1.0)));
             share = 0.0;
         }
     }
