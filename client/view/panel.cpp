@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/view/camera_control.h"
+#include "protocol/scene/dataset.h"
 
 namespace mote::client {
 namespace {
@@ -81,6 +82,22 @@ void drawSteps(ViewModel& model, Playback& playback, PanelActions& actions) {
                        ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
 }
 
+/// Where several kinds of layers draw the dataset.
+void drawKinds(ViewModel& model, const proto::Manifest& manifest, PanelActions& actions) {
+    const auto kinds = layersThatDraw(manifest.kind());
+    if (kinds.size() < 2) return;
+    const auto nameOf = [](proto::Layer::KindCase kind) -> std::string_view {
+        return proto::Layer::descriptor()->FindFieldByNumber(kind)->name();
+    };
+    std::vector<std::string_view> names;
+    for (const auto kind : kinds) names.push_back(nameOf(kind));
+    std::string chosen(nameOf(model.kind()));
+    nameList(actions, "drawn as", chosen, names);
+    model.drawAs(
+        kinds[static_cast<std::size_t>(std::find(names.begin(), names.end(), chosen) - names.begin())],
+        manifest);
+}
+
 void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer) {
     if (!section("Dataset")) return;
     std::vector<std::string_view> names;
@@ -89,6 +106,7 @@ void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer) {
     if (chooseName("plot", chosen, names)) layer.actions.openDataset = chosen;
     if (!layer.server.shown) return;
     if (model.steps() > 1) drawSteps(model, playback, layer.actions);
+    drawKinds(model, layer.server.shown->manifest(), layer.actions);
     layer.step = model.step();
     model.editor().drawFacts(layer);
 }

@@ -46,14 +46,19 @@ proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
 void ViewModel::setDataset(const std::string& name, const proto::Manifest& manifest) {
     mutableLayer().set_dataset(name);
     // What no kind of layer draws is asked for as particles, so that the server says why it cannot.
-    const auto kind = layerThatDraws(manifest.kind());
-    const bool otherKind = setKind(kind == proto::Layer::KIND_NOT_SET ? proto::Layer::kParticles : kind);
+    const auto kinds = layersThatDraw(manifest.kind());
+    const bool same = std::find(kinds.begin(), kinds.end(), layer().kind_case()) != kinds.end();
+    const bool otherKind = !same && setKind(kinds.empty() ? proto::Layer::kParticles : kinds.front());
     steps_ = stepCount(manifest);
     setStep(std::min(step(), static_cast<std::uint32_t>(std::max(steps_, 1)) - 1));
     const Bounds before = std::exchange(bounds_, datasetBounds(manifest));
     // They lie in spaces of their own; but a loaded camera is for the first.
     if (otherKind || (std::exchange(described_, true) && bounds_ != before)) fit();
     editor_->setDataset(manifest);
+}
+
+void ViewModel::drawAs(proto::Layer::KindCase kind, const proto::Manifest& manifest) {
+    if (setKind(kind)) editor_->setDataset(manifest);
 }
 
 bool ViewModel::setKind(proto::Layer::KindCase kind) {

@@ -28,9 +28,14 @@ class ViewModel {
 
     bool hasDataset() const { return !dataset().empty(); }
     const std::string& dataset() const { return layer().dataset(); }
-    /// Shows another dataset, with the same look if it is of the same kind; the step is kept where it has as
+    /// Shows another dataset, with the same look if the same kind of layer draws it; the step is kept where it has as
     /// many. A loaded camera stays.
     void setDataset(const std::string& name, const proto::Manifest& manifest);
+    /// The kind of the first layer.
+    proto::Layer::KindCase kind() const { return layer().kind_case(); }
+    /// Shows the dataset, whose manifest is given, by another kind of layer that draws it, every control at
+    /// its default.
+    void drawAs(proto::Layer::KindCase kind, const proto::Manifest& manifest);
     /// Steps of the dataset; none of one without time.
     int steps() const { return steps_; }
     std::uint32_t step() const { return layer().step(); }

@@ -38,29 +38,35 @@ Bounds meshBox(const proto::Manifest& manifest) {
 
 struct Kind {
     std::string_view name;
-    proto::Layer::KindCase layer;
+    std::span<const proto::Layer::KindCase> layers;
     int (*steps)(const proto::Manifest&);
     Bounds (*bounds)(const proto::Manifest&);
 };
 
+constexpr std::array particleLayers{proto::Layer::kParticles};
+constexpr std::array hybridLayers{proto::Layer::kHybrid};
+constexpr std::array stippleLayers{proto::Layer::kStipple};
+constexpr std::array meshLayers{proto::Layer::kMesh, proto::Layer::kInk};
+constexpr std::span<const proto::Layer::KindCase> noLayers;
+
 constexpr std::array kinds{
-    Kind{"particles", proto::Layer::kParticles, particleSteps, plotBox},
-    Kind{"hybrid", proto::Layer::kHybrid, hybridSteps, hybridBox},
-    Kind{"stipple", proto::Layer::kStipple, noSteps, meshBox},
-    Kind{"mesh", proto::Layer::kMesh, noSteps, meshBox},
-    Kind{"image", proto::Layer::KIND_NOT_SET, noSteps, plotBox},
+    Kind{"particles", particleLayers, particleSteps, plotBox},
+    Kind{"hybrid", hybridLayers, hybridSteps, hybridBox},
+    Kind{"stipple", stippleLayers, noSteps, meshBox},
+    Kind{"mesh", meshLayers, noSteps, meshBox},
+    Kind{"image", noLayers, noSteps, plotBox},
 };
 
 /// One that is not in the table is drawn by no layer.
 Kind findKind(std::string_view name) {
     const auto* const found = std::ranges::find(kinds, name, &Kind::name);
-    return found != kinds.end() ? *found : Kind{name, proto::Layer::KIND_NOT_SET, noSteps, plotBox};
+    return found != kinds.end() ? *found : Kind{name, noLayers, noSteps, plotBox};
 }
 
 }  // namespace
 
-proto::Layer::KindCase layerThatDraws(std::string_view datasetKind) {
-    return findKind(datasetKind).layer;
+std::span<const proto::Layer::KindCase> layersThatDraw(std::string_view datasetKind) {
+    return findKind(datasetKind).layers;
 }
 
 int stepCount(const proto::Manifest& manifest) {

@@ -5,6 +5,7 @@
 // stands in storage/dataset_kind.h. Pure functions; a manifest that nobody has checked does no harm.
 #pragma once
 
+#include <span>
 #include <string_view>
 
 #include "protocol/mote.pb.h"
@@ -12,9 +13,9 @@
 
 namespace mote {
 
-/// The kind of layer that draws datasets of a kind ("particles", ...); KIND_NOT_SET where none does by
-/// itself.
-proto::Layer::KindCase layerThatDraws(std::string_view datasetKind);
+/// The kinds of layers that draw datasets of a kind ("particles", ...), the usual one first; none where none
+/// does by itself.
+std::span<const proto::Layer::KindCase> layersThatDraw(std::string_view datasetKind);
 
 /// Steps of a series; none of a dataset without time.
 int stepCount(const proto::Manifest& manifest);

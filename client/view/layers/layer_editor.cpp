@@ -2,6 +2,7 @@
 #include "client/view/layers/layer_editor.h"
 
 #include "client/view/layers/hybrid_editor.h"
+#include "client/view/layers/ink_editor.h"
 #include "client/view/layers/mesh_editor.h"
 #include "client/view/layers/particles_editor.h"
 #include "client/view/layers/stipple_editor.h"
@@ -24,6 +25,7 @@ constexpr Kind kinds[] = {
     {proto::Layer::kHybrid, make<HybridEditor>},
     {proto::Layer::kStipple, make<StippleEditor>},
     {proto::Layer::kMesh, make<MeshEditor>},
+    {proto::Layer::kInk, make<InkEditor>},
 };
 
 }  // namespace

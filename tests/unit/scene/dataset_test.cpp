@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/dataset.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace mote {
 namespace {
 
 TEST(Dataset, EachKindHasItsLayer) {
-    EXPECT_EQ(layerThatDraws("particles"), proto::Layer::kParticles);
-    EXPECT_EQ(layerThatDraws("hybrid"), proto::Layer::kHybrid);
-    EXPECT_EQ(layerThatDraws("stipple"), proto::Layer::kStipple);
-    EXPECT_EQ(layerThatDraws("image"), proto::Layer::KIND_NOT_SET);
-    EXPECT_EQ(layerThatDraws("of a later version"), proto::Layer::KIND_NOT_SET);
+    using testing::ElementsAre;
+    EXPECT_THAT(layersThatDraw("particles"), ElementsAre(proto::Layer::kParticles));
+    EXPECT_THAT(layersThatDraw("hybrid"), ElementsAre(proto::Layer::kHybrid));
+    EXPECT_THAT(layersThatDraw("stipple"), ElementsAre(proto::Layer::kStipple));
+    EXPECT_THAT(layersThatDraw("mesh"), ElementsAre(proto::Layer::kMesh, proto::Layer::kInk));
+    EXPECT_TRUE(layersThatDraw("image").empty());
+    EXPECT_TRUE(layersThatDraw("of a later version").empty());
 }
 
 TEST(Dataset, OnlyASeriesHasSteps) {

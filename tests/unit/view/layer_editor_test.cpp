@@ -10,7 +10,7 @@ namespace mote::client {
 namespace {
 
 constexpr proto::Layer::KindCase kinds[] = {proto::Layer::kParticles, proto::Layer::kHybrid,
-                                            proto::Layer::kStipple, proto::Layer::kMesh};
+                                            proto::Layer::kStipple, proto::Layer::kMesh, proto::Layer::kInk};
 
 TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
     for (const auto kind : kinds) {
@@ -35,8 +35,9 @@ TEST(LayerEditor, WritesALayerOfItsKindThatTheServerReads) {
 }
 
 TEST(LayerEditor, ThereIsOneForEachKindOfDatasetThatALayerDraws) {
-    for (const char* dataset : {"particles", "hybrid", "stipple", "mesh"})
-        EXPECT_NE(makeLayerEditor(layerThatDraws(dataset)), nullptr) << dataset;
+    for (const char* dataset : {"particles", "hybrid", "stipple", "mesh"}) {
+        for (const auto kind : layersThatDraw(dataset)) EXPECT_NE(makeLayerEditor(kind), nullptr) << dataset;
+    }
     EXPECT_EQ(makeLayerEditor(proto::Layer::KIND_NOT_SET), nullptr);
 }
 

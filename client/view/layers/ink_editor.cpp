@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/layers/ink_editor.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string_view>
+
+#include "client/view/panel_widgets.h"
+#include "client/view/server_state.h"
+#include "protocol/scene/ink_style.h"
+
+namespace mote::client {
+namespace {
+
+constexpr const char* theDrawing = "drawing";
+constexpr std::array<std::string_view, 4> modes{"adjusted", "important", "all", "none"};
+constexpr std::array<std::string_view, 10> pictures{theDrawing,   "grey",     "depth",  "angle",   "edges",
+                                                    "complexity", "segments", "target", "lighten", "darken"};
+
+void drawLines(InkControls& controls, PanelActions& actions) {
+    if (!section("Lines")) return;
+    nameList(actions, "silhouettes", controls.lines, modes);
+    slider(actions, "importance", controls.importance, 0.0F, 1.0F);
+    slider(actions, "width", controls.lineWidth, 0.1F, 8.0F);
+    slider(actions, "creases from", controls.crease, 0.0F, 180.0F, "%.0f degrees");
+    checkbox(actions, "none between contrasts", controls.omit);
+    slider(actions, "reading distance", controls.reading, 1.0F, 64.0F, "%.1f pixels");
+}
+
+void drawHatches(InkControls& controls, PanelActions& actions) {
+    if (!section("Hatching")) return;
+    slider(actions, "strength", controls.hatch, 0.0F, 1.0F);
+    slider(actions, "spacing", controls.spacing, 1.0F, 32.0F, "%.1f pixels");
+    slider(actions, "width##hatch", controls.hatchWidth, 0.1F, 8.0F);
+}
+
+}  // namespace
+
+InkControls::InkControls() {
+    read({});
+}
+
+void InkControls::write(proto::InkStyle& style) const {
+    auto& silhouettes = *style.mutable_silhouettes();
+    silhouettes.set_mode(lines);
+    silhouettes.set_importance(share(importance));
+    silhouettes.set_width(static_cast<double>(lineWidth));
+    silhouettes.set_crease_degrees(static_cast<double>(crease));
+    silhouettes.set_omit(omit);
+    style.mutable_hatch()->set_strength(share(hatch));
+    style.mutable_hatch()->set_spacing(static_cast<double>(spacing));
+    style.mutable_hatch()->set_width(static_cast<double>(hatchWidth));
+    style.set_reading(static_cast<double>(reading));
+    style.set_waver(static_cast<double>(waver));
+    style.set_taper(taper);
+    style.set_show(show == theDrawing ? "" : show);
+    auto& light = *style.mutable_light();
+    assign(light.mutable_direction(), angles.direction());
+    light.set_ambient(share(ambient));
+    light.set_diffuse(1.0 - share(ambient));
+    light.set_shadow(shadow);
+}
+
+void InkControls::read(const proto::InkStyle& message) {
+    const auto style = parseInkStyle(message, glm::dvec3(1.0)).value();
+    lines = toString(style.silhouettes.mode);
+    importance = static_cast<float>(style.silhouettes.importance);
+    lineWidth = static_cast<float>(style.silhouettes.width);
+    crease = static_cast<float>(style.silhouettes.crease);
+    omit = style.silhouettes.omit;
+    hatch = static_cast<float>(style.hatch.strength);
+    spacing = static_cast<float>(style.hatch.spacing);
+    hatchWidth = static_cast<float>(style.hatch.width);
+    reading = static_cast<float>(style.reading);
+    waver = static_cast<float>(style.waver);
+    taper = style.taper;
+    show = style.show == InkPicture::drawing ? theDrawing : toString(style.show);
+    angles = LightAngles::of(style.light.direction);
+    ambient = static_cast<float>(style.light.ambient);
+    shadow = style.light.shadow;
+}
+
+void InkEditor::drawFacts(const LayerPanel& panel) {
+    const auto& mesh = panel.server.shown->manifest().mesh();
+    dim(metric(static_cast<double>(mesh.triangles()), "triangles"));
+}
+
+void InkEditor::draw(const LayerPanel& panel) {
+    PanelActions& actions = panel.actions;
+    drawLines(controls, actions);
+    drawHatches(controls, actions);
+    if (section("Ink")) {
+        nameList(actions, "show", controls.show, pictures);
+        slider(actions, "waver", controls.waver, 0.0F, 8.0F, "%.1f pixels");
+        checkbox(actions, "taper", controls.taper);
+        angleSliders(actions, "light", controls.angles);
+        slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
+        checkbox(actions, "shadow", controls.shadow);
+    }
+    colorBox(actions, "paper", panel.background);
+}
+
+}  // namespace mote::client
