@@ -154,6 +154,30 @@ proto::StippleStyle anyStippleStyle(Random& random) {
     return style;
 }
 
+proto::InkStyle anyInkStyle(Random& random) {
+    proto::InkStyle style;
+    auto& silhouettes = *style.mutable_silhouettes();
+    silhouettes.set_mode(random.oneOf({"", "none", "all", "important", "adjusted"}));
+    if (random.chance(0.5)) silhouettes.set_importance(anyShare(random));
+    if (random.chance(0.5)) silhouettes.set_width(random.between(0.1, random.chance(0.2) ? 64.0 : 4.0));
+    if (random.chance(0.3)) silhouettes.set_crease_degrees(random.between(0.0, 180.0));
+    silhouettes.set_omit(random.chance(0.2));
+    auto& hatch = *style.mutable_hatch();
+    if (random.chance(0.5)) hatch.set_strength(anyShare(random));
+    if (random.chance(0.5)) hatch.set_spacing(random.between(1.0, random.chance(0.2) ? 256.0 : 8.0));
+    if (random.chance(0.5)) hatch.set_width(random.between(0.1, random.chance(0.2) ? 64.0 : 4.0));
+    if (random.chance(0.5)) style.set_reading(random.between(1.0, random.chance(0.2) ? 256.0 : 16.0));
+    if (random.chance(0.5)) setLight(random, true, *style.mutable_light());
+    if (random.chance(0.4)) setAnyColor(random, style.mutable_color());
+    if (random.chance(0.2)) {
+        style.set_show(random.oneOf(
+            {"grey", "depth", "angle", "edges", "complexity", "segments", "target", "lighten", "darken"}));
+    }
+    if (random.chance(0.3)) style.set_waver(random.between(0.0, 16.0));
+    style.set_taper(random.chance(0.3));
+    return style;
+}
+
 proto::MeshStyle anyMeshStyle(Random& random) {
     proto::MeshStyle style;
     if (random.chance(0.6)) setAnyColor(random, style.mutable_color());

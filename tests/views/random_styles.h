@@ -13,6 +13,7 @@ namespace mote::test {
 proto::ParticlesStyle anyParticlesStyle(Random& random);
 proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data);
 proto::StippleStyle anyStippleStyle(Random& random);
+proto::InkStyle anyInkStyle(Random& random);
 proto::MeshStyle anyMeshStyle(Random& random);
 
 }  // namespace mote::test

@@ -24,7 +24,7 @@ std::span<const std::string_view> formsOf(DataKind kind) {
 
 DataKind kindOf(const Layer& layer) {
     if (layer.particles() != nullptr) return DataKind::particles;
-    if (layer.mesh() != nullptr) return DataKind::mesh;
+    if (layer.mesh() != nullptr || layer.ink() != nullptr) return DataKind::mesh;
     return layer.hybrid() != nullptr ? DataKind::hybrid : DataKind::dots;
 }
 

@@ -59,7 +59,10 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
     if (data.kind == DataKind::hybrid)
         *layer.mutable_hybrid() = anyHybridStyle(random, ViewData::traits(data));
     if (data.kind == DataKind::dots) *layer.mutable_stipple() = anyStippleStyle(random);
-    if (data.kind == DataKind::mesh) *layer.mutable_mesh() = anyMeshStyle(random);
+    if (data.kind == DataKind::mesh && random.chance(0.5))
+        *layer.mutable_ink() = anyInkStyle(random);
+    else if (data.kind == DataKind::mesh)
+        *layer.mutable_mesh() = anyMeshStyle(random);
     return layer;
 }
 

@@ -31,14 +31,14 @@ bool needsLines(const InkStyle& style) {
 }
 
 /// The 3D stage.
-InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const Lowering& out) {
-    InkScene scene{modalitiesOf(surface, layer.transform, style, out.plan, out.stop), {}};
+InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
+                 const std::stop_token& stop) {
+    InkScene scene{modalitiesOf(surface, layer.transform, style, plan, stop), {}};
     if (!needsLines(style)) return scene;
-    const LineView view(out.plan, layer.transform);
-    const auto edges = linesOf(surface, view, style.silhouettes.crease, out.stop);
-    const double sampling = out.plan.exact ? exactSampling : quickSampling;
-    const auto pieces = visible(surface, view, edges, sampling, out.stop);
-    scene.lines = chained(surface, view, pieces, scene.modalities.extent, out.stop);
+    const LineView view(plan, layer.transform);
+    const auto edges = linesOf(surface, view, style.silhouettes.crease, stop);
+    const auto pieces = visible(surface, view, edges, plan.exact ? exactSampling : quickSampling, stop);
+    scene.lines = chained(surface, view, pieces, scene.modalities.extent, stop);
     return scene;
 }
 
@@ -61,19 +61,28 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
 
 }  // namespace
 
+InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
+                 double pixels, const std::stop_token& stop) {
+    const auto scene = sceneOf(layer, style, surface, plan, stop);
+    if (stop.stop_requested()) return {};
+    auto drawing = drawInk(scene, style, pixels, stop);
+    const Bounds inEye = surface.bounds().transformed(plan.camera.worldToEye() * layer.transform);
+    InkDrawing made{.strokes = std::move(drawing.strokes),
+                    .nearDepth = -inEye.max.z,
+                    .farDepth = std::max(-inEye.min.z, nearLimit(plan.camera))};
+    if (!drawing.shown.values.empty())
+        made.fragments = fragmentsOf(drawing.shown, scene.modalities, made.farDepth);
+    return made;
+}
+
 void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, Lowering& out) {
-    const auto scene = sceneOf(layer, style, surface, out);
-    if (out.stop.stop_requested()) return;
-    auto drawing = drawInk(scene, style, out.pixels, out.stop);
-    const Bounds inEye = surface.bounds().transformed(out.plan.camera.worldToEye() * layer.transform);
-    const double farthest = std::max(-inEye.min.z, nearLimit(out.plan.camera));
-    if (!drawing.shown.values.empty()) {
-        out.plan.fragments.push_back(
-            std::make_shared<const Fragments>(fragmentsOf(drawing.shown, scene.modalities, farthest)));
-        out.addDots(-inEye.max.z, farthest);
+    auto ink = inkOf(layer, style, surface, out.plan, out.pixels, out.stop);
+    if (!ink.fragments.empty()) {
+        out.plan.fragments.push_back(std::make_shared<const Fragments>(std::move(ink.fragments)));
+        out.addDots(ink.nearDepth, ink.farDepth);
     }
-    if (drawing.strokes.empty()) return;
-    out.plan.strokes.push_back(std::make_shared<const Strokes>(std::move(drawing.strokes)));
+    if (!ink.strokes.empty())
+        out.plan.strokes.push_back(std::make_shared<const Strokes>(std::move(ink.strokes)));
 }
 
 }  // namespace mote::render

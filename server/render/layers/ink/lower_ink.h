@@ -9,7 +9,20 @@
 
 namespace mote::render {
 
-/// Uses all threads of the calling arena; the same strokes on any number of them. Throws std::bad_alloc.
+/// What becomes of a layer: strokes, or the fragments of a picture, in pixels of the plan.
+struct InkDrawing {
+    Strokes strokes;
+    Fragments fragments;
+    double nearDepth = 0.0, farDepth = 0.0;  ///< between which the mesh lies, and all fragments
+};
+
+/// `plan`: its size and its camera are told, and whether it is exact. `pixels`: of the plan, a pixel of the
+/// view. Uses all threads of the calling arena; the same strokes on any number of them. Where `stop` is
+/// requested meanwhile they lack something. Throws std::bad_alloc.
+InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
+                 double pixels, const std::stop_token& stop);
+
+/// As inkOf.
 void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, Lowering& out);
 
 }  // namespace mote::render
