@@ -38,9 +38,10 @@ void declare(const cli::Command& app, RawOptions& raw) {
     server.requireOneOption();
     app.option("--device", raw.device, "Device of the private server: auto, egl or cpu");
     app.option("--out", raw.options.out, "Folder of the pictures; made if it is not there").required();
-    app.option("--format", raw.format,
-               "png (8 bits, sRGB), exr (half floats, linear), jpg (quality 95), or dots as shapes: "
-               "svg, eps or pdf")
+    app.option(
+           "--format", raw.format,
+           "png (8 bits, sRGB), exr (half floats, linear), jpg (quality 95), or dots and strokes as shapes: "
+           "svg, eps or pdf")
         .showDefault();
     const auto sheet = app.group("sheet", "Of svg, eps and pdf");
     sheet.option("--page", raw.page, "Size in mm; 96 pixels an inch unless given").valueName("WIDTHxHEIGHT");

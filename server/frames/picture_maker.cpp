@@ -228,6 +228,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     if (!plan) return {.waits = true};
     // On a page they stay shapes.
     const auto dots = job.task->page ? std::exchange(plan->dots, nullptr) : nullptr;
+    auto strokes = job.task->page ? std::exchange(plan->strokes, {}) : decltype(plan->strokes){};
     const auto planned = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
     auto picture = device_->render(*plan, format, job.stop);
@@ -244,6 +245,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
                      {},
                      stageAfter(job.stage, scene, history),
                      dots,
+                     std::move(strokes),
                      plan->points.empty() && plan->fields.empty() && plan->fragments.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);

@@ -40,7 +40,8 @@ struct MadePicture {
     proto::Frame message;
     Stage next = Stage::done;                            ///< of its view
     std::shared_ptr<const render::Dots> dots = nullptr;  ///< a view's with a page: not in the picture
-    bool onlyDots = false;                               ///< there is nothing else in it but background
+    std::vector<std::shared_ptr<const render::Strokes>> strokes = {};  ///< likewise
+    bool onlyShapes = false;  ///< there is nothing else in it but background
 };
 
 /// What came of a job: a picture, or none, because it was stopped or waits for data.

@@ -42,8 +42,9 @@ PictureHistory historyOf(const RenderSettings& settings) {
 Result<EncodedPicture> encodePage(const MadePicture& made, const ViewTask& task) {
     VectorDrawing drawing{
         made.picture.width, made.picture.height, glm::vec3(task.view.background), std::nullopt, {}};
-    if (!made.onlyDots) drawing.raster = made.picture;
+    if (!made.onlyShapes) drawing.raster = made.picture;
     if (made.dots) drawing.dots = *made.dots;
+    drawing.strokes = made.strokes;
     MOTE_ASSIGN_OR_RETURN(auto document, drawVector(drawing, *task.page));
     return EncodedPicture{proto::Frame::DOCUMENT, false, std::move(document)};
 }

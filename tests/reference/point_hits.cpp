@@ -48,13 +48,16 @@ double nearestDepth(const Camera& camera) {
     return std::max(nearShare * glm::length(camera.target - camera.eye), 0.0);
 }
 
-PointHits::PointHits(const render::Scene& scene) : width_(scene.view.width), height_(scene.view.height) {
+PointHits::PointHits(const render::Scene& scene,
+                     const std::vector<std::shared_ptr<const render::Strokes>>& strokes)
+    : width_(scene.view.width), height_(scene.view.height) {
     ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
         if (scene.view.layers[layer].mesh() != nullptr)
             meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
     }
+    for (const auto& one : strokes) strokes_.emplace_back(scene.view, *one);
     if (scene.dots != nullptr) addDots(scene);
     sort();
 }
@@ -154,6 +157,7 @@ RowHits PointHits::row(std::uint32_t row) const {
         }
     }
     for (const auto& mesh : meshes_) mesh.addRow(row, result.hits_);
+    for (const auto& strokes : strokes_) strokes.addRow(row, result.hits_);
     std::stable_sort(result.hits_.begin(), result.hits_.end(), [](const Hit& a, const Hit& b) {
         return std::tie(a.column, a.depth) < std::tie(b.column, b.depth);
     });

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// PointHits: which points, dots and surfaces touch which pixels, at what depth and opacity (docs/PICTURE.md,
-// "Points", "Dots", "Meshes"). Made once for a picture; immutable, safe on any number of threads.
+// PointHits: which points, dots, surfaces and strokes touch which pixels, at what depth and opacity
+// (docs/PICTURE.md, "Points", "Dots", "Meshes", "Strokes"). Made once for a picture; immutable, safe on any
+// number of threads.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +13,14 @@
 #include "server/render/layers/scene.h"
 #include "tests/reference/hit.h"
 #include "tests/reference/mesh_hits.h"
+#include "tests/reference/stroke_hits.h"
 
 namespace mote::reference {
 
 /// The hits of one row of pixels.
 class RowHits {
   public:
-    /// Front to back; equal depths by layer, surfaces last.
+    /// Front to back; equal depths by layer, then surfaces, strokes last.
     std::span<const Hit> of(std::uint32_t column) const {
         return std::span(hits_).subspan(begin_[column], begin_[column + 1] - begin_[column]);
     }
@@ -31,7 +33,8 @@ class RowHits {
 
 class PointHits {
   public:
-    explicit PointHits(const render::Scene& scene);
+    /// `strokes`: besides the scene's. All must outlive it.
+    PointHits(const render::Scene& scene, const std::vector<std::shared_ptr<const render::Strokes>>& strokes);
 
     RowHits row(std::uint32_t row) const;
     /// One a pixel: see Picture::ambiguous.
@@ -59,6 +62,7 @@ class PointHits {
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;
+    std::vector<StrokeHits> strokes_;
     std::vector<std::uint8_t> ambiguous_;
 };
 

@@ -47,7 +47,7 @@ void clip(LayerRay& ray, const std::vector<HalfSpace>& within) {
 class Renderer {
   public:
     Renderer(const render::Scene& scene, const Options& options)
-        : view_(scene.view), hits_(scene), samplesPerCell_(options.samplesPerCell) {
+        : view_(scene.view), hits_(scene, options.strokes), samplesPerCell_(options.samplesPerCell) {
         for (std::size_t i = 0; i < view_.layers.size(); ++i) {
             const Layer& layer = view_.layers[i];
             if (const ParticlesStyle* const style = layer.particles())

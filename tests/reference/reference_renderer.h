@@ -8,15 +8,19 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <vector>
 
 #include "server/render/layers/scene.h"
+#include "server/render/plan/stroke.h"
 #include "tests/support/image.h"
 
 namespace mote::reference {
 
 struct Options {
     double samplesPerCell = 16.0;  ///< volume samples along a ray, the edge of the finest volume's cell
+    std::vector<std::shared_ptr<const render::Strokes>> strokes =
+        {};  ///< besides the scene's layers; not null
 };
 
 struct Picture {

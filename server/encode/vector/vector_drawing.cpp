@@ -74,6 +74,12 @@ PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page) {
     placed.background = encoded(drawing.background);
     placed.raster = drawing.raster ? &*drawing.raster : nullptr;
     placed.plotter = page.plotter;
+    for (auto list = drawing.strokes.rbegin(); list != drawing.strokes.rend(); ++list) {
+        auto ink = inkOnPage(**list, drawing.width, drawing.height, page.plotter);
+        ink.color = encoded((*list)->color);
+        ink.name = "ink " + hexColor(ink.color);
+        placed.inks.push_back(std::move(ink));
+    }
     const double scale = radiusScale(drawing.dots, page, placed.layout);
     std::map<std::string, std::vector<PageDot>> pens;
     std::vector<PageDot> all;

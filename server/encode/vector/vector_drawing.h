@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// VectorDrawing: a picture of dots for paper: a sheet, what is not dots as an image beneath, and the dots as
-// layers, one for each colour, which is a pen. drawVector makes the bytes of an SVG, EPS or PDF file of it.
-// Pure functions, any thread; the same drawing gives the same bytes.
+// VectorDrawing: a picture of dots and strokes for paper: a sheet, what is neither as an image beneath, the
+// strokes, and the dots as layers, one for each colour, which is a pen. drawVector makes the bytes of an SVG,
+// EPS or PDF file of it. Pure functions, any thread; the same drawing gives the same bytes.
 #pragma once
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/scene/error.h"
 #include "protocol/scene/page.h"
+#include "server/encode/vector/page_ink.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/picture.h"
 
@@ -51,11 +53,14 @@ struct PageLayer {
 };
 
 struct VectorDrawing {
-    std::uint32_t width = 0;                ///< of the picture, pixels
-    std::uint32_t height = 0;               ///< of the picture, pixels
-    glm::vec3 background{1.0F};             ///< linear RGB; white is bare paper
-    std::optional<render::Picture> raster;  ///< srgb8, everything but the dots, its background included
-    render::Dots dots;                      ///< in pixels
+    std::uint32_t width = 0;     ///< of the picture, pixels
+    std::uint32_t height = 0;    ///< of the picture, pixels
+    glm::vec3 background{1.0F};  ///< linear RGB; white is bare paper
+    std::optional<render::Picture>
+        raster;         ///< srgb8, everything but dots and strokes, its background included
+    render::Dots dots;  ///< in pixels
+    /// In pixels, those in front first; not null.
+    std::vector<std::shared_ptr<const render::Strokes>> strokes = {};
 };
 
 /// A drawing on its sheet.
@@ -65,12 +70,13 @@ struct PageDrawing {
     double pictureHeight = 0.0;  ///< mm
     glm::vec3 background{1.0F};  ///< sRGB-encoded
     const render::Picture* raster = nullptr;
+    std::vector<PageInk> inks;  ///< in the order in which they are drawn, before the layers
     std::vector<PageLayer> layers;
     bool plotter = false;
 };
 
 /// Dots as layers on the sheet: of each colour one, or one of all where there are more than 16; those behind
-/// first, or along a short tour for a plotter.
+/// first, or along a short tour for a plotter. Strokes lie beneath them, each list by itself.
 PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page);
 
 /// Errors: resourceExhausted (memory), internal.

@@ -7,6 +7,7 @@
 
 #include <cstring>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "protocol/scene/mote_check.h"
@@ -106,6 +107,46 @@ void drawDots(cairo_t* context, const PageDrawing& drawing, bool blend) {
     }
 }
 
+void addPath(cairo_t* context, std::span<const glm::dvec2> points) {
+    cairo_move_to(context, points[0].x, points[0].y);
+    if (points.size() == 1) cairo_line_to(context, points[0].x, points[0].y);
+    for (const auto& point : points.subspan(1)) cairo_line_to(context, point.x, point.y);
+}
+
+void drawInk(cairo_t* context, const PageInk& ink) {
+    cairo_set_source_rgb(context, ink.color.x, ink.color.y, ink.color.z);
+    for (const auto& outlines : ink.areas) {
+        for (std::size_t i = 0; i < outlines.size(); ++i) {
+            addPath(context, outlines.of(i));
+            cairo_close_path(context);
+        }
+        cairo_fill(context);
+    }
+    for (const auto& [width, lines] : ink.lines) {
+        cairo_set_line_width(context, width);
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            addPath(context, lines.of(i));
+            cairo_stroke(context);
+        }
+    }
+}
+
+/// In pixels of the picture, and beyond its edge nothing.
+void drawInks(cairo_t* context, const PageDrawing& drawing) {
+    if (drawing.inks.empty()) return;
+    const auto& layout = drawing.layout;
+    cairo_save(context);
+    cairo_rectangle(context, layout.left, layout.top, drawing.pictureWidth, drawing.pictureHeight);
+    cairo_clip(context);
+    cairo_translate(context, layout.left, layout.top);
+    cairo_scale(context, layout.scale, layout.scale);
+    cairo_set_line_cap(context, CAIRO_LINE_CAP_ROUND);
+    cairo_set_line_join(context, CAIRO_LINE_JOIN_ROUND);
+    cairo_set_fill_rule(context, CAIRO_FILL_RULE_EVEN_ODD);
+    for (const auto& ink : drawing.inks) drawInk(context, ink);
+    cairo_restore(context);
+}
+
 Surface makeSurface(proto::Page::Format format, const PageLayout& layout, Bytes& bytes) {
     const double width = layout.width * pointsPerMm;
     const double height = layout.height * pointsPerMm;
@@ -140,6 +181,7 @@ Result<Bytes> writeCairo(const PageDrawing& drawing, proto::Page::Format format)
     const Context context(cairo_create(surface.get()));
     cairo_scale(context.get(), pointsPerMm, pointsPerMm);
     paintBeneath(context.get(), drawing);
+    drawInks(context.get(), drawing);
     drawDots(context.get(), drawing, format == proto::Page::EPS);
     cairo_show_page(context.get());
     if (const auto status = cairo_status(context.get()); status != CAIRO_STATUS_SUCCESS)

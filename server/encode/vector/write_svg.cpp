@@ -3,7 +3,9 @@
 // SVG as text: Cairo's SVG names no layers, and makes four curves of a circle.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
+#include <span>
 #include <string>
 
 #include "server/encode/vector/vector_drawing.h"
@@ -12,6 +14,7 @@ namespace mote::server {
 namespace {
 
 constexpr double strokeLength = 0.01;  // mm: a pen must be moved to leave a mark
+constexpr double inkUnits = 100.0;     // of a pixel, in which strokes are told
 
 /// A number to a micrometre, without zeros that say nothing.
 std::string number(double value) {
@@ -45,6 +48,7 @@ class SvgText {
     Result<std::vector<std::uint8_t>> write() {
         open();
         MOTE_RETURN_IF_ERROR(addBeneath());
+        addInks();
         for (std::size_t i = 0; i < drawing_.layers.size(); ++i) addLayer(i);
         add("</svg>\n");
         return std::vector<std::uint8_t>(text_.begin(), text_.end());
@@ -91,13 +95,62 @@ class SvgText {
         return success();
     }
 
+    /// Beyond the picture's edge there is nothing of a stroke.
+    void addInks() {
+        if (drawing_.inks.empty()) return;
+        add("<clipPath id=\"edge\"><rect {}/></clipPath>\n<g clip-path=\"url(#edge)\">\n", area());
+        for (std::size_t i = 0; i < drawing_.inks.size(); ++i) addInk(i);
+        add("</g>\n");
+    }
+
+    void addInk(std::size_t index) {
+        const auto& ink = drawing_.inks[index];
+        const auto place =
+            fmt::format(" transform=\"translate({} {}) scale({:.9g})\"", number(drawing_.layout.left),
+                        number(drawing_.layout.top), drawing_.layout.scale / inkUnits);
+        beginLayer(index + 1, ink.name, place);
+        add("<g fill=\"{}\" fill-rule=\"evenodd\">\n", hexColor(ink.color));
+        for (const auto& outlines : ink.areas) {
+            add("<path d=\"");
+            for (std::size_t i = 0; i < outlines.size(); ++i) addPath(outlines.of(i), "z");
+            add("\"/>\n");
+        }
+        add("</g>\n<g fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
+            hexColor(ink.color));
+        for (const auto& [width, lines] : ink.lines) {
+            add("<path stroke-width=\"{}\" d=\"", number(width * inkUnits));
+            for (std::size_t i = 0; i < lines.size(); ++i) addPath(lines.of(i), "");
+            add("\"/>\n");
+        }
+        add("</g>\n</g>\n");
+    }
+
+    /// In whole hundredths of a pixel, all but the first point from the one before.
+    void addPath(std::span<const glm::dvec2> points, const char* end) {
+        const auto told = [](double pixels) { return std::llround(pixels * inkUnits); };
+        auto x = told(points[0].x), y = told(points[0].y);
+        add("M{} {}l", x, y);
+        for (std::size_t i = 1; i < points.size(); ++i) {
+            const auto right = told(points[i].x) - x, down = told(points[i].y) - y;
+            if (i > 1 && right >= 0) text_ += ' ';
+            add("{}", right);
+            if (down >= 0) text_ += ' ';
+            add("{}", down);
+            x += right;
+            y += down;
+        }
+        if (points.size() == 1) add("0 0");
+        text_ += end;
+    }
+
     void addLayer(std::size_t index) {
         const auto& layer = drawing_.layers[index];
         if (drawing_.plotter) {
-            beginLayer(index + 1, layer.name, " fill=\"none\" stroke-linecap=\"round\"");
+            beginLayer(drawing_.inks.size() + index + 1, layer.name,
+                       " fill=\"none\" stroke-linecap=\"round\"");
             for (const auto& dot : layer.dots) addStroke(dot);
         } else {
-            beginLayer(index + 1, layer.name, "");
+            beginLayer(drawing_.inks.size() + index + 1, layer.name, "");
             for (const auto& dot : layer.dots) addCircle(dot);
         }
         add("</g>\n");

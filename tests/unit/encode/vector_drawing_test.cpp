@@ -164,6 +164,141 @@ TEST(VectorDrawing, sameDrawingSameBytesAtAnotherTime) {
     }
 }
 
+using Points = std::vector<render::StrokePoint>;
+
+/// A drawing of one pen, on 200 x 200 pixels; a page of it is half a millimetre a pixel, from 10.
+VectorDrawing strokesOf(const std::vector<Points>& lines, const std::vector<Points>& areas = {}) {
+    auto strokes = std::make_shared<render::Strokes>();
+    const auto add = [&](const Points& points) {
+        const auto begin = static_cast<std::uint32_t>(strokes->points.size());
+        strokes->points.insert(strokes->points.end(), points.begin(), points.end());
+        return render::Stroke{begin, static_cast<std::uint32_t>(strokes->points.size())};
+    };
+    for (const auto& line : lines) strokes->lines.push_back(add(line));
+    for (const auto& area : areas) {
+        const auto index = static_cast<std::uint32_t>(strokes->outlines.size());
+        strokes->outlines.push_back(add(area));
+        strokes->areas.push_back({index, index + 1, 1.0});
+    }
+    strokes->color = {1.0F, 0.0F, 0.0F};
+    VectorDrawing drawing{200, 200, glm::vec3(1.0F), std::nullopt, {}};
+    drawing.strokes = {strokes};
+    return drawing;
+}
+
+TEST(VectorDrawing, linesOfOneWidthAreOnePath) {
+    const auto drawing = strokesOf({{{1.0F, 2.0F, 2.0F}, {4.5F, 1.0F, 2.0F}, {4.0F, 9.0F, 2.0F}},
+                                    {{50.0F, 60.0F, 2.0F}, {50.25F, 60.0F, 2.0F}},
+                                    {{70.0F, 80.0F, 4.0F}}});
+    const auto text = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_THAT(text, HasSubstr("<path stroke-width=\"200\" d=\"M100 200l350-100-50 800M5000 6000l25 0\"/>"));
+    EXPECT_THAT(text, HasSubstr("<path stroke-width=\"400\" d=\"M7000 8000l0 0\"/>"));
+    EXPECT_THAT(text, HasSubstr("transform=\"translate(10 10) scale(0.005)\""));
+    EXPECT_THAT(text, HasSubstr("inkscape:label=\"ink #ff0000\""));
+    EXPECT_THAT(text, HasSubstr("stroke=\"#ff0000\" stroke-linecap=\"round\" stroke-linejoin=\"round\""));
+    EXPECT_THAT(text,
+                HasSubstr("<clipPath id=\"edge\"><rect x=\"10\" y=\"10\" width=\"100\" height=\"100\"/>"));
+}
+
+TEST(VectorDrawing, aLineOfChangingWidthIsSeveral) {
+    const auto drawing = strokesOf({{{10.0F, 20.0F, 1.0F}, {42.0F, 20.0F, 2.0F}}});
+    const auto ink = placeOnPage(drawing, page(proto::Page::SVG)).inks.at(0);
+    EXPECT_GT(ink.lines.size(), 12U);
+    double end = 10.0;
+    for (const auto& [width, paths] : ink.lines) {
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            EXPECT_NEAR(paths.of(i).front().x, end, 1e-9);
+            end = paths.of(i).back().x;
+            const double middle = 0.5 * (paths.of(i).front().x + end);
+            EXPECT_NEAR(width, 1.0 + (middle - 10.0) / 32.0, 0.05);
+        }
+    }
+    EXPECT_NEAR(end, 42.0, 1e-9);
+}
+
+TEST(VectorDrawing, areasAreFilledByTheEvenOddRule) {
+    const Points triangle{{1.0F, 1.0F}, {3.0F, 1.0F}, {1.0F, 3.0F}};
+    const auto text = textOf(drawVector(strokesOf({}, {triangle, triangle}), page(proto::Page::SVG)));
+    EXPECT_THAT(text, HasSubstr("<g fill=\"#ff0000\" fill-rule=\"evenodd\">"));
+    EXPECT_EQ(countOf(text, "<path d=\"M100 100l200 0-200 200z\"/>"), 2U);
+}
+
+TEST(VectorDrawing, strokesOutsideThePictureAreLeftOut) {
+    const auto drawing = strokesOf({{{-1e6F, -1e6F, 2.0F}, {-5.0F, -5.0F, 2.0F}},
+                                    {{-5.0F, 100.0F, 12.0F}, {-5.0F, 110.0F, 12.0F}, {-90.0F, 1e6F, 12.0F}},
+                                    {{10.0F, 10.0F, 0.0F}, {20.0F, 10.0F, 0.0F}}});
+    const auto ink = placeOnPage(drawing, page(proto::Page::SVG)).inks.at(0);
+    ASSERT_EQ(ink.lines.size(), 1U);
+    EXPECT_EQ(ink.lines.begin()->second.size(), 1U);
+}
+
+TEST(VectorDrawing, aPlotterDrawsLinesInAShortOrder) {
+    std::mt19937_64 random(4);
+    std::uniform_real_distribution<float> unit(0.0F, 200.0F);
+    std::vector<Points> lines;
+    for (int i = 0; i < 2000; ++i) {
+        const render::StrokePoint at{unit(random), unit(random), 1.0F};
+        lines.push_back({at});
+    }
+    auto sheet = page(proto::Page::SVG);
+    const auto drawing = strokesOf(lines, {{{1.0F, 1.0F}, {3.0F, 1.0F}, {1.0F, 3.0F}}});
+    const auto wayOf = [&] {
+        const auto ink = placeOnPage(drawing, sheet).inks.at(0);
+        const auto& paths = ink.lines.at(1.0);
+        double way = 0.0;
+        for (std::size_t i = 1; i < paths.size(); ++i)
+            way +=
+                std::hypot(paths.of(i)[0].x - paths.of(i - 1)[0].x, paths.of(i)[0].y - paths.of(i - 1)[0].y);
+        return way;
+    };
+    const double unordered = wayOf();
+    sheet.plotter = true;
+    EXPECT_LT(wayOf(), 0.1 * unordered);
+    const auto ink = placeOnPage(drawing, sheet).inks.at(0);
+    EXPECT_TRUE(ink.areas.empty());
+    EXPECT_EQ(ink.lines.at(1.0).size(), 2001U);
+    std::size_t closed = 0;  // all but the area's outline have a length
+    for (std::size_t i = 0; i < 2001; ++i) {
+        const auto path = ink.lines.at(1.0).of(i);
+        if (path.front() == path.back()) ++closed;
+    }
+    EXPECT_EQ(closed, 1U);
+}
+
+TEST(VectorDrawing, manyStrokesMakeASmallFile) {
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    std::vector<Points> lines;
+    for (int i = 0; i < 200000; ++i) {
+        Points points{{1280.0F * unit(random), 960.0F * unit(random), 0.5F + 2.0F * unit(random)}};
+        for (int j = 0; j < 3; ++j) {
+            points.push_back(points.back());
+            points.back().x += 6.0F * unit(random) - 3.0F;
+            points.back().y += 6.0F * unit(random) - 3.0F;
+        }
+        lines.push_back(points);
+    }
+    auto drawing = strokesOf(lines);
+    drawing.width = 1280;
+    drawing.height = 960;
+    for (const auto format : {proto::Page::SVG, proto::Page::PDF}) {
+        const auto bytes = drawVector(drawing, page(format));
+        ASSERT_TRUE(bytes.ok());
+        EXPECT_LT(bytes.value().size(), 10'000'000U) << format;
+    }
+}
+
+TEST(VectorDrawing, epsAndPdfHoldStrokesAsShapes) {
+    const auto drawing = strokesOf({{{10.0F, 20.0F, 2.0F}, {42.0F, 30.0F, 2.0F}}},
+                                   {{{1.0F, 1.0F}, {3.0F, 1.0F}, {1.0F, 3.0F}}});
+    const auto eps = textOf(drawVector(drawing, page(proto::Page::EPS)));
+    EXPECT_THAT(eps, HasSubstr("f*"));  // filled by the even-odd rule
+    EXPECT_THAT(eps, Not(HasSubstr("/ImageType")));
+    const auto pdf = textOf(drawVector(drawing, page(proto::Page::PDF)));
+    EXPECT_THAT(pdf, Not(HasSubstr("/Subtype /Image")));
+    EXPECT_GT(pdf.size(), textOf(drawVector(someDots(0), page(proto::Page::PDF))).size());
+}
+
 TEST(VectorDrawing, noDotsIsAnEmptySheet) {
     for (const auto format : {proto::Page::SVG, proto::Page::EPS, proto::Page::PDF}) {
         EXPECT_TRUE(drawVector(someDots(0), page(format)).ok());

@@ -8,6 +8,7 @@
 #include "storage/storage_error.h"
 #include "tests/golden/comparison.h"
 #include "tests/golden/golden_scenes.h"
+#include "tests/golden/golden_strokes.h"
 #include "tests/support/rank_crew.h"
 
 namespace mote::test {
@@ -85,6 +86,18 @@ TEST(RankedDevice, DrawsLargePicturesInBatchesAndOtherFormats) {
     const auto half = draw(crew.device(), plan, PixelFormat::linearHalf);
     EXPECT_EQ(half.format, PixelFormat::linearHalf);
     EXPECT_EQ(half.pixels.size(), std::size_t{8} * plan.width * plan.height);
+}
+
+TEST(RankedDevice, DrawsTheStrokesOfOneRank) {
+    const auto scene = mixedScene();
+    RankCrew crew(3, scene);
+    render::CpuDevice alone;
+    auto plan = makeFramePlan(scene, render::Quality::exact());
+    const auto plain = draw(alone, plan);
+    for (std::uint64_t seed = 1; seed <= 3; ++seed)
+        addStrokes(plan, strokesFor(plan, seed), plan.nearDepth, plan.farDepth);
+    expectSame(draw(crew.device(), plan), draw(alone, plan));
+    EXPECT_NE(draw(alone, plan).pixels, plain.pixels);
 }
 
 TEST(RankedDevice, SaysHowManyRanksThereAre) {

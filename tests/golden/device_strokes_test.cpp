@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Each device's strokes against the reference: alone, and in one depth with what golden scenes show.
+#include <gtest/gtest.h>
+
+#include "tests/golden/comparison.h"
+#include "tests/golden/device_pictures.h"
+#include "tests/golden/golden_files.h"
+#include "tests/golden/golden_scenes.h"
+#include "tests/golden/golden_strokes.h"
+#include "tests/reference/reference_renderer.h"
+#include "tests/support/view_text.h"
+
+namespace mote::test {
+namespace {
+
+using render::Strokes;
+using Lists = std::vector<std::shared_ptr<const Strokes>>;
+
+class DeviceStrokesTest : public testing::TestWithParam<std::string> {
+  protected:
+    Image draw(const render::FramePlan& plan) {
+        const auto drawn = device_->render(plan, render::PixelFormat::srgb8, {}).value();
+        return {drawn.width, drawn.height, drawn.pixels};
+    }
+    void expectReference(const render::Scene& scene, const render::FramePlan& plan, const std::string& name,
+                         double samples, const Limits& limits = {}) {
+        const auto reference = reference::render(scene, {samples, plan.strokes});
+        const auto expected = reference::encode(reference);
+        const auto actual = draw(plan);
+        const auto result = compare(actual, expected, reference.ambiguous);
+        const bool good = result.within(limits);
+        EXPECT_TRUE(good) << name << ": " << result.toString();
+        if (good && !keepAll()) return;
+        keep(actual, name + '-' + GetParam());
+        keep(expected, name + "-reference");
+    }
+
+    std::unique_ptr<render::Device> device_ = deviceOf(GetParam());
+};
+
+/// 64 x 48 pixels, the eye 4 away from a black world without layers.
+render::Scene emptyScene() {
+    return {viewOf("{'width': 64, 'height': 48, 'camera': {'eye': [0, 0, 4], 'target': [0, 0, 0]}}"), {}};
+}
+
+int channelAt(const Image& image, std::size_t column, std::size_t row, std::size_t channel) {
+    return image.pixels[4 * (row * image.width + column) + channel];
+}
+
+/// A green line across the middle of such a picture, 6 pixels wide.
+std::shared_ptr<const Strokes> lineAt(double depth) {
+    auto strokes = std::make_shared<Strokes>();
+    strokes->points = {{-5.0F, 24.0F, 6.0F, depth}, {70.0F, 24.0F, 6.0F, depth}};
+    strokes->lines = {{0, 2}};
+    strokes->color = {0.0F, 1.0F, 0.0F};
+    return strokes;
+}
+
+TEST_P(DeviceStrokesTest, GeneratedStrokesMeetTheReference) {
+    const auto scene = emptyScene();
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        auto plan = makeFramePlan(scene, render::Quality::exact());
+        plan.nearDepth = 3.0;
+        plan.farDepth = 5.0;
+        for (std::uint64_t list = 0; list < 3; ++list)
+            plan.strokes.push_back(strokesFor(plan, 10 * seed + list));
+        const auto lists = std::exchange(plan.strokes, {});
+        for (const auto& strokes : lists) addStrokes(plan, strokes, 2.0, 6.0);
+        expectReference(scene, plan, "strokes-" + std::to_string(seed), 16.0);
+    }
+}
+
+TEST_P(DeviceStrokesTest, MixInDepthWithWhatScenesShow) {
+    for (const auto& golden : goldenScenes()) {
+        if (golden.name != "dotShell" && golden.name != "meshShell" && golden.name != "dotsAlone") continue;
+        const auto scene = makeScene(golden.name);
+        auto plan = makeFramePlan(scene, render::Quality::exact());
+        const auto strokes = strokesFor(plan, 5);
+        addStrokes(plan, strokes, plan.nearDepth - 0.2, plan.farDepth + 0.2);
+        expectReference(scene, plan, "strokes-" + golden.name, golden.referenceSamples, golden.limits);
+    }
+}
+
+TEST_P(DeviceStrokesTest, HideAndAreHidden) {
+    auto scene = emptyScene();
+    scene.dots = std::make_shared<const render::Dots>(
+        render::Dots{{.x = 32.0F, .y = 24.0F, .depth = 4.0, .radius = 10.0F, .color = {1.0F, 0.0F, 0.0F}}});
+    for (const double depth : {3.0, 5.0}) {
+        auto plan = makeFramePlan(scene, render::Quality::exact());
+        addStrokes(plan, lineAt(depth), depth - 0.1, depth + 0.1);
+        const auto drawn = draw(plan);
+        const bool front = depth < 4.0;
+        EXPECT_EQ(channelAt(drawn, 32, 24, 0), front ? 0 : 255) << depth;
+        EXPECT_EQ(channelAt(drawn, 32, 24, 1), front ? 255 : 0) << depth;
+        EXPECT_EQ(channelAt(drawn, 10, 24, 1), 255) << depth;
+        EXPECT_EQ(channelAt(drawn, 10, 30, 1), 0) << depth;
+    }
+}
+
+TEST_P(DeviceStrokesTest, NothingIsNearerThanWhatIsSeen) {
+    const auto scene = emptyScene();
+    auto plan = makeFramePlan(scene, render::Quality::exact());
+    addStrokes(plan, lineAt(render::nearLimit(plan.camera) / 2.0), 0.0, 1.0);
+    EXPECT_EQ(channelAt(draw(plan), 32, 24, 1), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DeviceStrokesTest, testing::ValuesIn(deviceKinds()),
+                         [](const auto& kind) { return kind.param; });
+
+}  // namespace
+}  // namespace mote::test
