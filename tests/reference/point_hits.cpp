@@ -56,10 +56,20 @@ PointHits::PointHits(const render::Scene& scene,
         if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
         if (scene.view.layers[layer].mesh() != nullptr)
             meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
+        if (scene.view.layers[layer].ink() != nullptr) addInk(scene, layer);
     }
     for (const auto& one : strokes) strokes_.emplace_back(scene.view, *one);
     if (scene.dots != nullptr) addDots(scene);
     sort();
+}
+
+/// Which strokes there are docs/INK.md says, and tests/unit/ink holds that; here they are drawn.
+void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
+    const render::FramePlan plan{
+        .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
+    const Layer& of = scene.view.layers[layer];
+    inks_.push_back(render::inkOf(of, *of.ink(), *scene.meshes[layer], plan, 1.0, {}));
+    strokes_.emplace_back(scene.view, inks_.back().strokes);
 }
 
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
@@ -157,6 +167,13 @@ RowHits PointHits::row(std::uint32_t row) const {
         }
     }
     for (const auto& mesh : meshes_) mesh.addRow(row, result.hits_);
+    for (const auto& ink : inks_) {
+        for (const auto& fragment : ink.fragments) {
+            if (fragment.row != row) continue;
+            result.hits_.push_back({fragment.column, fragment.depth, static_cast<double>(fragment.opacity),
+                                    glm::dvec3(fragment.color)});
+        }
+    }
     for (const auto& strokes : strokes_) strokes.addRow(row, result.hits_);
     std::stable_sort(result.hits_.begin(), result.hits_.end(), [](const Hit& a, const Hit& b) {
         return std::tie(a.column, a.depth) < std::tie(b.column, b.depth);

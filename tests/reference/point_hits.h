@@ -6,10 +6,12 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
+#include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/scene.h"
 #include "tests/reference/hit.h"
 #include "tests/reference/mesh_hits.h"
@@ -53,6 +55,7 @@ class PointHits {
 
     void addLayer(const render::Scene& scene, std::uint32_t layer);
     void addDots(const render::Scene& scene);
+    void addInk(const render::Scene& scene, std::uint32_t layer);
     void addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye);
     void markAmbiguous(double px, double py);
     void sort();
@@ -62,6 +65,7 @@ class PointHits {
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;
+    std::deque<render::InkDrawing> inks_;  // of the scene's layers
     std::vector<StrokeHits> strokes_;
     std::vector<std::uint8_t> ambiguous_;
 };
