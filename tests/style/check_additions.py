@@ -20,6 +20,7 @@ ADDITIONS = {
             "server/data/load_mesh.",
             "server/frames/mesh_layer.",
             "server/render/layers/mesh/",
+            "server/render/layers/ink/",  # draws the same data
             "client/view/layers/mesh_editor.",
         ),
         {

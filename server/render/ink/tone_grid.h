@@ -4,6 +4,9 @@
 // drawing is compared with its target by. A value; pure functions.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
 #include "server/render/ink/raster.h"
@@ -30,10 +33,49 @@ ToneGrid blurred(const ToneGrid& grid, double deviation);
 float toneAt(const ToneGrid& grid, const ToneCells& cells, const glm::dvec2& place);
 
 /// Calls take(column, row, length) for each square of a grid of unit squares that the line passes, with its
-/// length in there. Nothing of what lies beside the grid.
+/// length in there. Nothing of what lies beside the grid. (Amanatides and Woo 1987, A Fast Voxel Traversal
+/// Algorithm for Ray Tracing.)
 template <class Take>
 void eachSquare(glm::dvec2 from, glm::dvec2 to, std::uint32_t columns, std::uint32_t rows, const Take& take);
 
-}  // namespace mote::render
+/// Cuts a line to 0 <= coordinate <= most along an axis; false where nothing is left.
+inline bool cutToGrid(glm::dvec2& from, glm::dvec2& to, int axis, double most) {
+    for (const double limit : {0.0, most}) {
+        const double side = limit == 0.0 ? 1.0 : -1.0;
+        const double atFrom = side * (from[axis] - limit), atTo = side * (to[axis] - limit);
+        if (atFrom < 0.0 && atTo < 0.0) return false;
+        if (atFrom >= 0.0 && atTo >= 0.0) continue;
+        const glm::dvec2 crossing = from + atFrom / (atFrom - atTo) * (to - from);
+        (atFrom < 0.0 ? from : to) = crossing;
+    }
+    return true;
+}
 
-#include "server/render/ink/each_square-inl.h"
+template <class Take>
+void eachSquare(glm::dvec2 from, glm::dvec2 to, std::uint32_t columns, std::uint32_t rows, const Take& take) {
+    if (!cutToGrid(from, to, 0, columns) || !cutToGrid(from, to, 1, rows)) return;
+    const glm::dvec2 way = to - from;
+    const double length = glm::length(way);
+    if (!(length > 0.0)) return;
+    const auto square = [](double at, std::uint32_t count) {
+        return static_cast<std::int64_t>(std::clamp(std::floor(at), 0.0, count - 1.0));
+    };
+    std::int64_t at[2] = {square(from.x, columns), square(from.y, rows)};
+    const std::int64_t last[2] = {square(to.x, columns), square(to.y, rows)};
+    const std::int64_t sides = std::abs(last[0] - at[0]) + std::abs(last[1] - at[1]);
+    double begin = 0.0;
+    const auto leaves = [&](int axis) {
+        if (at[axis] == last[axis]) return 2.0;
+        const double side = static_cast<double>(way[axis] > 0.0 ? at[axis] + 1 : at[axis]);
+        return (side - from[axis]) / way[axis];
+    };
+    for (std::int64_t i = 0; i <= sides; ++i) {
+        const int axis = leaves(0) < leaves(1) ? 0 : 1;
+        const double end = std::clamp(leaves(axis), begin, 1.0);
+        take(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[1]), (end - begin) * length);
+        begin = end;
+        if (i < sides) at[axis] += at[axis] < last[axis] ? 1 : at[axis] > last[axis] ? -1 : 0;
+    }
+}
+
+}  // namespace mote::render
