@@ -68,6 +68,7 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& s
     auto drawing = drawInk(scene, style, pixels, stop);
     const Bounds inEye = surface.bounds().transformed(plan.camera.worldToEye() * layer.transform);
     InkDrawing made{.strokes = std::move(drawing.strokes),
+                    .fragments = {},
                     .nearDepth = -inEye.max.z,
                     .farDepth = std::max(-inEye.min.z, nearLimit(plan.camera))};
     if (!drawing.shown.values.empty())
