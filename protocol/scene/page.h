@@ -18,7 +18,7 @@ struct Page {
     double height = 0.0;   ///< mm; 0: as high as the picture asks for
     double margin = 0.0;   ///< mm, on each side
     double dot = 0.0;      ///< mm, diameter of the largest dots; 0: as the picture has them
-    bool plotter = false;  ///< each dot a tiny stroke of a pen, in the order of a short tour
+    bool plotter = false;  ///< each dot a tiny stroke of a pen, and all strokes in the order of a short tour
 
     bool operator==(const Page&) const = default;
 };

@@ -2,10 +2,11 @@
 #include "server/encode/vector/page_ink.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
+#include "server/encode/vector/ink_outline.h"
 #include "server/encode/vector/tour.h"
 
 namespace mote::server {
@@ -19,59 +20,79 @@ constexpr int widthsPerOctave = 16;
 constexpr double leastWidth = 1.0 / 64, mostWidth = 1 << 14;  ///< pixels
 constexpr double leastLength = 0.04;                          ///< pixels: a pen must be moved to leave a mark
 
-/// Which power of 2^(1/16) a width is.
-int levelOf(double width) {
-    return static_cast<int>(
-        std::lround(widthsPerOctave * std::log2(std::clamp(width, leastWidth, mostWidth))));
+/// The nearest power of 2^(1/16).
+double penOf(double width) {
+    const double level = std::round(widthsPerOctave * std::log2(std::clamp(width, leastWidth, mostWidth)));
+    return std::exp2(level / widthsPerOctave);
 }
 
 glm::dvec2 placeOf(const StrokePoint& point) {
     return {point.x, point.y};
 }
 
-/// Makes lines of one width each from lines of changing width.
+/// Makes paths and outlines of lines, without what lies outside the picture or has no width.
 class InkLines {
   public:
-    InkLines(std::uint32_t width, std::uint32_t height, std::map<double, PagePaths>& lines)
-        : size_(width, height), lines_(lines) {}
+    InkLines(std::uint32_t width, std::uint32_t height, bool plotter, PageInk& ink)
+        : size_(width, height), plotter_(plotter), ink_(ink) {}
 
     void add(std::span<const StrokePoint> points) {
-        if (points.size() == 1) addPart(placeOf(points[0]), placeOf(points[0]), levelOf(points[0].width));
-        for (std::size_t i = 1; i < points.size(); ++i) addSegment(points[i - 1], points[i]);
+        if (points.size() == 1 && seen(points[0], points[0])) addWay(std::array{points[0], points[0]});
+        for (std::size_t i = 1; i < points.size(); ++i) {
+            if (!seen(points[i - 1], points[i])) {
+                finish();
+                continue;
+            }
+            if (part_.empty()) part_.push_back(points[i - 1]);
+            part_.push_back(points[i]);
+        }
         finish();
     }
 
   private:
-    /// In as many parts of equal length as its width goes through levels.
-    void addSegment(const StrokePoint& from, const StrokePoint& to) {
-        if (!(std::max(from.width, to.width) > 0.0F)) return finish();
-        const int parts = std::max(1, std::abs(levelOf(to.width) - levelOf(from.width)));
-        for (int i = 0; i < parts; ++i) {
-            const double begin = static_cast<double>(i) / parts, end = (i + 1.0) / parts;
-            const double width = from.width + 0.5 * (begin + end) * (double{to.width} - from.width);
-            addPart(glm::mix(placeOf(from), placeOf(to), begin), glm::mix(placeOf(from), placeOf(to), end),
-                    levelOf(width));
-        }
-    }
-    void addPart(const glm::dvec2& from, const glm::dvec2& to, int level) {
-        const double reach = std::exp2(static_cast<double>(level) / widthsPerOctave);
-        const glm::dvec2 low = glm::min(from, to) - reach, high = glm::max(from, to) + reach;
-        if (high.x < 0.0 || high.y < 0.0 || low.x > size_.x || low.y > size_.y) return finish();
-        if (!path_.empty() && level != level_) finish();
-        if (path_.empty()) path_.push_back(from);
-        path_.push_back(to);
-        level_ = level;
+    bool seen(const StrokePoint& from, const StrokePoint& to) const {
+        const double reach = std::max(from.width, to.width);
+        const glm::dvec2 low = glm::min(placeOf(from), placeOf(to)) - reach;
+        const glm::dvec2 high = glm::max(placeOf(from), placeOf(to)) + reach;
+        return reach > 0.0 && high.x > 0.0 && high.y > 0.0 && low.x < size_.x && low.y < size_.y;
     }
     void finish() {
-        if (path_.empty()) return;
-        lines_[std::exp2(static_cast<double>(level_) / widthsPerOctave)].add(path_);
-        path_.clear();
+        if (part_.empty()) return;
+        const auto [least, most] = std::minmax_element(
+            part_.begin(), part_.end(), [](const auto& a, const auto& b) { return a.width < b.width; });
+        if (plotter_ || most->width <= 1.1F * least->width)
+            addWay(part_);
+        else
+            addOutlines();
+        part_.clear();
+    }
+    void addWay(std::span<const StrokePoint> points) {
+        std::vector<glm::dvec2> way;
+        double sum = 0.0;
+        for (const auto& point : points) {
+            way.push_back(placeOf(point));
+            sum += point.width;
+        }
+        ink_.lines[penOf(sum / static_cast<double>(points.size()))].add(way);
+    }
+    /// One more from each sharp bend on: both have a round end there.
+    void addOutlines() {
+        InkOutline outline;
+        for (const auto& point : part_) {
+            if (outline.bendsTo(point)) {
+                const StrokePoint corner = outline.last();
+                outline.finish(ink_.outlines);
+                outline.add(corner);
+            }
+            outline.add(point);
+        }
+        outline.finish(ink_.outlines);
     }
 
     const glm::dvec2 size_;
-    std::map<double, PagePaths>& lines_;
-    std::vector<glm::dvec2> path_;
-    int level_ = 0;
+    const bool plotter_;
+    PageInk& ink_;
+    std::vector<StrokePoint> part_;
 };
 
 /// In the order of a short tour through their beginnings, each with a length.
@@ -91,7 +112,7 @@ PagePaths forPen(const PagePaths& paths) {
 
 PageInk inkOnPage(const Strokes& strokes, std::uint32_t width, std::uint32_t height, bool plotter) {
     PageInk ink;
-    InkLines lines(width, height, ink.lines);
+    InkLines lines(width, height, plotter, ink);
     const auto pointsOf = [&](const Stroke& stroke) {
         return std::span(strokes.points).subspan(stroke.begin, stroke.end - stroke.begin);
     };

@@ -113,13 +113,21 @@ void addPath(cairo_t* context, std::span<const glm::dvec2> points) {
     for (const auto& point : points.subspan(1)) cairo_line_to(context, point.x, point.y);
 }
 
+void addOutline(cairo_t* context, std::span<const glm::dvec2> points) {
+    addPath(context, points);
+    cairo_close_path(context);
+}
+
 void drawInk(cairo_t* context, const PageInk& ink) {
     cairo_set_source_rgb(context, ink.color.x, ink.color.y, ink.color.z);
-    for (const auto& outlines : ink.areas) {
-        for (std::size_t i = 0; i < outlines.size(); ++i) {
-            addPath(context, outlines.of(i));
-            cairo_close_path(context);
-        }
+    cairo_set_fill_rule(context, CAIRO_FILL_RULE_EVEN_ODD);
+    for (const auto& area : ink.areas) {
+        for (std::size_t i = 0; i < area.size(); ++i) addOutline(context, area.of(i));
+        cairo_fill(context);
+    }
+    cairo_set_fill_rule(context, CAIRO_FILL_RULE_WINDING);
+    for (std::size_t i = 0; i < ink.outlines.size(); ++i) {
+        addOutline(context, ink.outlines.of(i));
         cairo_fill(context);
     }
     for (const auto& [width, lines] : ink.lines) {
@@ -142,7 +150,6 @@ void drawInks(cairo_t* context, const PageDrawing& drawing) {
     cairo_scale(context, layout.scale, layout.scale);
     cairo_set_line_cap(context, CAIRO_LINE_CAP_ROUND);
     cairo_set_line_join(context, CAIRO_LINE_JOIN_ROUND);
-    cairo_set_fill_rule(context, CAIRO_FILL_RULE_EVEN_ODD);
     for (const auto& ink : drawing.inks) drawInk(context, ink);
     cairo_restore(context);
 }

@@ -110,19 +110,19 @@ class SvgText {
                         number(drawing_.layout.top), drawing_.layout.scale / inkUnits);
         beginLayer(index + 1, ink.name, place);
         add("<g fill=\"{}\" fill-rule=\"evenodd\">\n", hexColor(ink.color));
-        for (const auto& outlines : ink.areas) {
-            add("<path d=\"");
-            for (std::size_t i = 0; i < outlines.size(); ++i) addPath(outlines.of(i), "z");
-            add("\"/>\n");
-        }
+        for (const auto& outlines : ink.areas) addPaths(outlines, "", "z");
+        if (ink.outlines.size() > 0) addPaths(ink.outlines, " fill-rule=\"nonzero\"", "z");
         add("</g>\n<g fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
             hexColor(ink.color));
-        for (const auto& [width, lines] : ink.lines) {
-            add("<path stroke-width=\"{}\" d=\"", number(width * inkUnits));
-            for (std::size_t i = 0; i < lines.size(); ++i) addPath(lines.of(i), "");
-            add("\"/>\n");
-        }
+        for (const auto& [width, lines] : ink.lines)
+            addPaths(lines, fmt::format(" stroke-width=\"{}\"", number(width * inkUnits)), "");
         add("</g>\n</g>\n");
+    }
+
+    void addPaths(const PagePaths& paths, const std::string& attributes, const char* end) {
+        add("<path{} d=\"", attributes);
+        for (std::size_t i = 0; i < paths.size(); ++i) addPath(paths.of(i), end);
+        add("\"/>\n");
     }
 
     /// In whole hundredths of a pixel, all but the first point from the one before.
