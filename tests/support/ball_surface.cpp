@@ -10,6 +10,7 @@
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/stipple_hierarchy.h"
 #include "storage/storage_error.h"
+#include "tests/support/mesh_edges.h"
 
 namespace mote::test {
 namespace {
@@ -112,10 +113,7 @@ storage::SurfaceMesh ballMesh() {
     storage::SurfaceMesh mesh;
     addBall(mesh, 1.0);
     for (const auto& position : mesh.positions) mesh.normals.push_back(glm::normalize(position));
-    for (std::uint32_t i = 0; i < 3; ++i) {
-        const auto& corners = mesh.triangles.front();
-        mesh.edges.push_back({{corners[i], corners[(i + 1) % 3]}, {0, storage::MeshEdge::none}});
-    }
+    mesh.edges = edgesOf(mesh);
     return mesh;
 }
 

@@ -5,11 +5,10 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
 #include <numbers>
-#include <tuple>
 #include <utility>
 
+#include "tests/support/mesh_edges.h"
 #include "tests/support/random.h"
 
 namespace mote::test {
@@ -130,39 +129,6 @@ SurfaceMesh make(const std::string& form, Random& random) {
     return form == "leaves" ? leaves(random) : needles(random);
 }
 
-/// Where a vertex is, exactly.
-using Place = std::tuple<float, float, float>;
-
-Place placeOf(const SurfaceMesh& mesh, std::uint32_t vertex) {
-    const auto& at = mesh.positions[vertex];
-    return {at.x, at.y, at.z};
-}
-
-/// Edges by the places of their ends: two triangles that go along one in opposite directions share it where
-/// there is no third.
-void addEdges(SurfaceMesh& mesh) {
-    using Line = std::pair<Place, Place>;
-    std::map<Line, std::vector<storage::MeshEdge>> sides;
-    for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            const std::uint32_t from = mesh.triangles[triangle][i],
-                                to = mesh.triangles[triangle][(i + 1) % 3];
-            Line line(placeOf(mesh, from), placeOf(mesh, to));
-            if (line.second < line.first) std::swap(line.first, line.second);
-            sides[line].push_back({{from, to}, {triangle, storage::MeshEdge::none}});
-        }
-    }
-    for (const auto& [line, edges] : sides) {
-        const bool shared =
-            edges.size() == 2 && placeOf(mesh, edges[0].vertices[0]) != placeOf(mesh, edges[1].vertices[0]);
-        mesh.edges.insert(mesh.edges.end(), edges.begin(), shared ? edges.begin() + 1 : edges.end());
-        if (shared) mesh.edges.back().triangles[1] = edges[1].triangles[0];
-    }
-    std::sort(mesh.edges.begin(), mesh.edges.end(), [](const auto& a, const auto& b) {
-        return std::tie(a.triangles, a.vertices) < std::tie(b.triangles, b.vertices);
-    });
-}
-
 }  // namespace
 
 std::span<const std::string_view> meshForms() {
@@ -183,7 +149,7 @@ std::shared_ptr<const render::MeshSurface> meshOf(const std::string& form, std::
         const Bounds own{at, at};
         bounds = &at == mesh.positions.data() ? own : bounds.united(own);
     }
-    addEdges(mesh);
+    mesh.edges = edgesOf(mesh);
     return std::make_shared<const render::MeshSurface>(std::move(mesh), bounds);
 }
 

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A drawing in pen and ink from its dataset to picture files and sheets.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "tests/e2e/station.h"
+#include "tests/support/ball_surface.h"
+#include "tests/support/image.h"
+
+namespace mote::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// 300 x 300 pixels of white paper, on which the unit ball fills a circle of radius 100.
+std::string ballView(const std::string& style, const std::string& before = "") {
+    return "{'width': 300, 'height': 300, 'background': [1, 1, 1], 'camera': {'eye': [0, 0, 4], 'target': "
+           "[0, 0, "
+           "0], 'orthographicHeight': 3}, 'layers': [" +
+           before + "{'dataset': 'data/ball', 'ink': {" + style + "}}]}";
+}
+
+class Ink : public testing::Test {
+  protected:
+    void SetUp() override {
+        writeBallMesh(station_.root() / "ball.mote");
+        station_.startServer();
+    }
+
+    Image picture(const std::string& name) const { return readPng(station_.out() / name).value(); }
+
+    Station station_;
+};
+
+/// How dark what lies within a distance of the middle is, and beyond; the least dark of 24 parts of the rim.
+struct Inked {
+    double inside = 0.0, outside = 0.0, rim = 0.0;
+};
+
+Inked inkIn(const Image& image) {
+    Inked inked;
+    std::array<double, 24> rim{};
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const double dark = 1.0 - image.pixels[4 * (std::size_t{y} * image.width + x)] / 255.0;
+            const double across = x - 149.5, down = y - 149.5, from = std::hypot(across, down);
+            (from < 95.0    ? inked.inside
+             : from > 103.0 ? inked.outside
+                            : rim[static_cast<std::size_t>(12.0 + 11.999 * std::atan2(down, across) /
+                                                                      std::numbers::pi)]) += dark;
+        }
+    }
+    inked.rim = *std::min_element(rim.begin(), rim.end());
+    return inked;
+}
+
+TEST_F(Ink, DrawsTheOutlineAndHatchesWhatIsDark) {
+    const auto done = station_.frames(scriptOf({ballView("'hatch': {'strength': 0}"), ballView(""),
+                                                ballView("'silhouettes': {'mode': 'none'}"),
+                                                ballView("'light': {'ambient': 0, 'diffuse': 0}")}));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto outline = inkIn(picture("frame-000000.png")), both = inkIn(picture("frame-000001.png"));
+    const auto hatches = inkIn(picture("frame-000002.png")), dark = inkIn(picture("frame-000003.png"));
+    EXPECT_GT(outline.rim, 10.0) << "all the way round";
+    EXPECT_LT(outline.inside, 1.0);
+    EXPECT_LT(outline.outside, 1.0);
+    EXPECT_GT(both.inside, 1000.0);
+    EXPECT_LT(both.outside, 1.0);
+    EXPECT_LT(hatches.rim, both.rim);
+    EXPECT_GT(dark.inside, 2.0 * both.inside);
+}
+
+TEST_F(Ink, LiesOnItsSurface) {
+    const auto surface = [](const char* opacity) {
+        return std::string(
+                   "{'dataset': 'data/ball', 'mesh': {'color': [1, 1, 1], 'light': {'ambient': 1}, "
+                   "'opacity': ") +
+               opacity + "}}, ";
+    };
+    const auto done = station_.frames(scriptOf({ballView(""), ballView("", surface("1"))}));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto alone = inkIn(picture("frame-000000.png")), both = inkIn(picture("frame-000001.png"));
+    EXPECT_NEAR(both.inside, alone.inside, 0.02 * alone.inside);
+}
+
+TEST_F(Ink, IsShapesOnASheet) {
+    for (const std::string format : {"svg", "eps", "pdf"}) {
+        const auto done = station_.frames(scriptOf({ballView("")}), {"--format", format});
+        ASSERT_EQ(done.status, 0) << done.errors;
+        const auto text = bytesOf(station_.out() / ("frame-000000." + format));
+        EXPECT_GT(text.size(), 2000U) << format;
+        if (format != "svg") continue;
+        EXPECT_THAT(text, HasSubstr("<path"));
+        EXPECT_THAT(text, Not(HasSubstr("<image")));
+    }
+}
+
+TEST_F(Ink, ShowsWhatItIsMadeFrom) {
+    std::vector<std::string> views;
+    for (const char* show :
+         {"grey", "depth", "angle", "edges", "complexity", "segments", "target", "lighten", "darken"})
+        views.push_back(ballView(std::string("'show': '") + show + "'"));
+    const auto done = station_.frames(scriptOf(views));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto grey = inkIn(picture("frame-000000.png")), depth = inkIn(picture("frame-000001.png"));
+    EXPECT_LT(grey.outside, 1.0) << "paper";
+    EXPECT_GT(depth.outside, 40000.0) << "nothing";
+    EXPECT_GT(inkIn(picture("frame-000003.png")).rim, 10.0);
+}
+
+TEST_F(Ink, SaysWhatIsWrong) {
+    const auto word = station_.frames(scriptOf({ballView("'silhouettes': {'mode': 'some'}")}));
+    EXPECT_NE(word.status, 0);
+    EXPECT_THAT(
+        word.errors,
+        HasSubstr("ink.silhouettes.mode: \"some\" is not known: there are none, all, important, adjusted"));
+    const auto number = station_.frames(scriptOf({ballView("'reading': 0")}));
+    EXPECT_THAT(number.errors, HasSubstr("ink.reading"));
+    const auto kind = station_.frames(scriptOf({"{'layers': [{'dataset': 'data/beam', 'ink': {}}]}"}));
+    EXPECT_THAT(kind.errors, HasSubstr("not a mesh"));
+}
+
+}  // namespace
+}  // namespace mote::test
