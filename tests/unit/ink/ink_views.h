@@ -29,6 +29,8 @@ inline Camera anyCamera(Random& random, const Bounds& world) {
     const double away = size * random.oneOf({0.05, 0.3, 0.6, 1.0, 2.0, 2.0, 4.0, 100.0});
     camera.eye = aim + away * random.direction();
     camera.target = random.chance(0.05) ? 2.0 * camera.eye - aim : aim;
+    // Nothing nearer than a share of the way to the target is seen: a plane through the mesh.
+    if (random.chance(0.2)) camera.target = camera.eye + random.between(500.0, 1200.0) * (aim - camera.eye);
     camera.up = random.direction();
     if (random.chance(0.4))
         camera.orthographicHeight = size * random.oneOf({0.1, 0.5, 1.0, 3.0});
