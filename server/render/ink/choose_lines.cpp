@@ -52,16 +52,19 @@ std::vector<Piece> piecesOf(const std::vector<InkLine>& lines, double longest) {
     return pieces;
 }
 
-/// A drop of ink as the eye blurs it.
+/// A drop of ink as the eye blurs it. At a grid's sides, beyond which no ink is known, what lies inside
+/// counts for all.
 class Blot {
   public:
-    explicit Blot(double deviation) : reach_(static_cast<int>(std::ceil(3.0 * deviation))) {
+    Blot(double deviation, const ToneCells& cells) : reach_(static_cast<int>(std::ceil(3.0 * deviation))) {
         double sum = 0.0;
         for (int i = -reach_; i <= reach_; ++i) {
             weights_.push_back(std::exp(-0.5 * i * i / (deviation * deviation)));
             sum += weights_.back();
         }
         for (auto& weight : weights_) weight /= sum;
+        columns_ = shares(cells.columns);
+        rows_ = shares(cells.rows);
     }
     /// take(cell, weight) for all cells of a grid around one.
     template <class Take>
@@ -71,17 +74,32 @@ class Blot {
         const int right = std::min(static_cast<int>(grid.width) - 1, column + reach_);
         const int bottom = std::min(static_cast<int>(grid.height) - 1, row + reach_);
         for (int y = top; y <= bottom; ++y) {
-            const double across = drop.cover * weights_[static_cast<std::size_t>(y - row + reach_)];
+            const double across = drop.cover * weights_[static_cast<std::size_t>(y - row + reach_)] /
+                                  rows_[static_cast<std::size_t>(y)];
             const std::size_t first = grid.index(0, static_cast<std::uint32_t>(y));
             for (int x = left; x <= right; ++x)
                 take(first + static_cast<std::size_t>(x),
-                     across * weights_[static_cast<std::size_t>(x - column + reach_)]);
+                     across * weights_[static_cast<std::size_t>(x - column + reach_)] /
+                         columns_[static_cast<std::size_t>(x)]);
         }
     }
 
   private:
+    /// What of the blot around each of some cells lies among them.
+    std::vector<double> shares(std::uint32_t cells) const {
+        std::vector<double> inside(cells);
+        const auto count = static_cast<int>(cells);
+        for (int at = 0; at < count; ++at) {
+            const int last = std::min(reach_, count - 1 - at);
+            for (int i = std::max(-reach_, -at); i <= last; ++i)
+                inside[static_cast<std::size_t>(at)] += weights_[static_cast<std::size_t>(i + reach_)];
+        }
+        return inside;
+    }
+
     int reach_;
-    std::vector<double> weights_;
+    std::vector<double> weights_;         // of cells by their distance
+    std::vector<double> columns_, rows_;  // shares() of them
 };
 
 template <class Take>
@@ -103,7 +121,7 @@ class Trial {
         : lines_(lines),
           cells_(target.cells),
           width_(target.width),
-          blot_(cells_.blur),
+          blot_(cells_.blur, cells_),
           drawn_(cells_.columns, cells_.rows),
           wanted_(cells_.columns, cells_.rows),
           weight_(cells_.columns, cells_.rows),

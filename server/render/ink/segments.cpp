@@ -13,20 +13,21 @@
 namespace mote::render {
 namespace {
 
-/// Calls take(neighbour, opposite) for the four neighbours of a pixel; `opposite` is the pixel on its other
-/// side, or the pixel itself at the picture's side.
+/// Calls take(neighbour, opposite, beyond) for the four neighbours of a pixel; `opposite` is the pixel on its
+/// other side, or the pixel itself at the picture's side, and `beyond` that behind the neighbour, or this.
 template <class Take>
 void eachNeighbour(const Raster<float>& picture, std::size_t pixel, const Take& take) {
     const std::size_t width = picture.width, column = pixel % width, row = pixel / width;
     const bool left = column > 0, right = column + 1 < width, up = row > 0, down = row + 1 < picture.height;
-    if (left) take(pixel - 1, right ? pixel + 1 : pixel);
-    if (right) take(pixel + 1, left ? pixel - 1 : pixel);
-    if (up) take(pixel - width, down ? pixel + width : pixel);
-    if (down) take(pixel + width, up ? pixel - width : pixel);
+    if (left) take(pixel - 1, right ? pixel + 1 : pixel, pixel - (column > 1 ? 2 : 1));
+    if (right) take(pixel + 1, left ? pixel - 1 : pixel, pixel + (column + 2 < width ? 2 : 1));
+    if (up) take(pixel - width, down ? pixel + width : pixel, pixel - (row > 1 ? 2 : 1) * width);
+    if (down)
+        take(pixel + width, up ? pixel - width : pixel, pixel + (row + 2 < picture.height ? 2 : 1) * width);
 }
 
-/// Grows one region after another. A Region is made of its seed and says joins(neighbour, from, opposite) and
-/// add(pixel).
+/// Grows one region after another. A Region is made of its seed and says joins(neighbour, from, opposite,
+/// beyond) and add(pixel).
 template <class MakeRegion>
 Segments grow(const Modalities& modalities, const MakeRegion& makeRegion) {
     const auto& depth = modalities.depth;
@@ -43,10 +44,10 @@ Segments grow(const Modalities& modalities, const MakeRegion& makeRegion) {
         take(seed);
         for (std::size_t next = 0; next < front.size(); ++next) {
             const std::size_t from = front[next];
-            eachNeighbour(depth, from, [&](std::size_t pixel, std::size_t opposite) {
+            eachNeighbour(depth, from, [&](std::size_t pixel, std::size_t opposite, std::size_t beyond) {
                 if (made.label.values[pixel] != Segments::nothing || !std::isfinite(depth.values[pixel]))
                     return;
-                if (region.joins(pixel, from, opposite)) take(pixel);
+                if (region.joins(pixel, from, opposite, beyond)) take(pixel);
             });
         }
         front.clear();
@@ -59,7 +60,7 @@ struct GreyRegion {
     const std::vector<float>& grey;
     double most, sum = 0.0, count = 0.0;
 
-    bool joins(std::size_t pixel, std::size_t, std::size_t) const {
+    bool joins(std::size_t pixel, std::size_t, std::size_t, std::size_t) const {
         return std::abs(static_cast<double>(grey[pixel]) - sum / count) <= most;
     }
     void add(std::size_t pixel) {
@@ -86,7 +87,7 @@ struct AngleRegion {
     const std::vector<Direction>& directions;
     double leastCosine, x = 0.0, y = 0.0;
 
-    bool joins(std::size_t pixel, std::size_t, std::size_t) const {
+    bool joins(std::size_t pixel, std::size_t, std::size_t, std::size_t) const {
         const auto& one = directions[pixel];
         const double length = std::hypot(x, y);
         if (length == 0.0 || (one.x == 0.0F && one.y == 0.0F)) return true;
@@ -102,11 +103,15 @@ struct DepthRegion {
     const std::vector<float>& depth;
     float most;
 
-    bool joins(std::size_t pixel, std::size_t from, std::size_t opposite) const {
+    bool joins(std::size_t pixel, std::size_t from, std::size_t opposite, std::size_t beyond) const {
         const float step = depth[pixel] - depth[from];
         if (std::abs(step) <= most) return true;
-        const float slope = depth[from] - depth[opposite];
-        return opposite != from && std::isfinite(slope) && std::abs(step - slope) <= most;
+        return (opposite != from && goesOn(step, depth[from] - depth[opposite])) ||
+               (beyond != pixel && goesOn(step, depth[beyond] - depth[pixel]));
+    }
+    /// On either side of a step: at a picture's side, and beside nothing, a slope is told by one of them.
+    bool goesOn(float step, float slope) const {
+        return std::isfinite(slope) && std::abs(step - slope) <= most;
     }
     void add(std::size_t) const {}
 };

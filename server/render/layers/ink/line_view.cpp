@@ -107,6 +107,12 @@ Span LineView::hidden(const glm::dvec3& from, const glm::dvec3& to,
     }
     const glm::dvec3 away = turned > 0.0 ? area : -area;
     keepWhere(span, glm::dot(away, from - triangle[0]), glm::dot(away, to - triangle[0]));
+    if (!perspective_) return span;
+    // Where the triangle itself is too near to be seen it hides nothing.
+    const auto depth = [&](const glm::dvec3& place) {
+        return -place.z - nearest_ * glm::dot(area, place) / turned;
+    };
+    keepWhere(span, depth(from), depth(to));
     return span;
 }
 

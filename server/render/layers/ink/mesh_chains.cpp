@@ -46,20 +46,17 @@ class LinkMaker {
 
     Link make(const EdgeLine& piece) const {
         const auto& mesh = surface_.mesh();
-        const glm::dvec3 from = view_.toEye(mesh.positions[piece.vertices[0]]);
-        const glm::dvec3 to = view_.toEye(mesh.positions[piece.vertices[1]]);
-        const double first = view_.alongScreen(from, to, piece.piece.begin);
-        const double last = view_.alongScreen(from, to, piece.piece.end);
-        const auto at = [&](double share) {
-            return from + view_.alongLine(from, to, std::clamp(share, 0.0, 1.0)) * (to - from);
-        };
-        const double length = glm::distance(view_.onScreen(at(first)), view_.onScreen(at(last)));
+        const glm::dvec3 begin = view_.toEye(mesh.positions[piece.vertices[0]]);
+        const glm::dvec3 way = view_.toEye(mesh.positions[piece.vertices[1]]) - begin;
+        // The whole edge may reach behind the eye.
+        const glm::dvec3 from = begin + piece.piece.begin * way, to = begin + piece.piece.end * way;
+        const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
         const auto parts = static_cast<std::size_t>(std::clamp(std::ceil(length / measured), 1.0, 4096.0));
         Link link;
         link.kind = piece.kind;
         for (std::size_t i = 0; i <= parts; ++i) {
             const double share = static_cast<double>(i) / static_cast<double>(parts);
-            const glm::dvec3 place = at(first + share * (last - first));
+            const glm::dvec3 place = from + view_.alongLine(from, to, share) * (to - from);
             link.points.push_back({view_.onScreen(place), -place.z});
         }
         for (std::size_t i = 0; i < parts; ++i)

@@ -133,23 +133,25 @@ class PieceFinder {
   private:
     /// From place to place, past what hides it.
     void passAlong(const EdgeLine& edge, const Ends& ends) {
-        const auto [from, to] = ends;
-        const double length = glm::distance(view_.onScreen(from + edge.piece.begin * (to - from)),
-                                            view_.onScreen(from + edge.piece.end * (to - from)));
-        const double first = view_.alongScreen(from, to, edge.piece.begin);
-        const double last = view_.alongScreen(from, to, edge.piece.end);
-        const double pixel = length > 0.0 ? (last - first) / length : 1.0;
-        const double step = (last - first) / std::max(1.0, std::ceil(length / sampling_));
-        for (double place = first + 0.5 * step; place < last;) {
-            const double along = view_.alongLine(from, to, place);
+        // The whole edge may reach behind the eye, where places on the screen have no order.
+        const auto [begin, end] = edge.piece;
+        const glm::dvec3 from = ends.from + begin * (ends.to - ends.from);
+        const glm::dvec3 to = ends.from + end * (ends.to - ends.from);
+        const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
+        const double pixel = length > 0.0 ? 1.0 / length : 1.0;
+        const double step = 1.0 / std::max(1.0, std::ceil(length / sampling_));
+        for (double place = 0.5 * step; place < 1.0;) {
+            const double along = begin + (end - begin) * view_.alongLine(from, to, place);
             Span span = hiddenAt(along);
             if (span.empty()) span = soughtAt(edge, ends, along);
             if (span.empty()) {
                 place += step;
                 continue;
             }
-            const double end = std::max(view_.alongScreen(from, to, span.end), place + smallestStep * pixel);
-            place = end + std::min(0.5 * step, 0.5 * std::max(last - end, smallestStep * pixel));
+            if (span.end >= end) return;
+            const double passed = view_.alongScreen(from, to, (span.end - begin) / (end - begin));
+            place = std::max(passed, place + smallestStep * pixel);
+            place += std::min(0.5 * step, 0.5 * std::max(1.0 - place, smallestStep * pixel));
         }
     }
     Span hiddenAt(double along) const {

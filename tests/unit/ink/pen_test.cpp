@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The pen: how lines and hatches lie in depth, and that the hand does no harm.
+#include "server/render/ink/pen.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "tests/support/random.h"
+
+namespace mote::render {
+namespace {
+
+constexpr std::uint32_t side = 96;
+
+/// A slope, seen on the left half alone.
+Modalities halfSeen() {
+    Modalities made{Raster<float>(side, side, 0.5F), Raster<float>(side, side, HUGE_VALF),
+                    Raster<float>(side, side), Raster<std::uint32_t>(side, side, Modalities::nothing), 2.0};
+    for (std::uint32_t i = 0; i < side * side; ++i) {
+        if (i % side < side / 2) made.depth.values[i] = 10.0F + 0.1F * static_cast<float>(i % side);
+    }
+    return made;
+}
+
+InkLine anyLine(test::Random& random, std::size_t points, double far) {
+    InkLine line;
+    for (std::size_t i = 0; i < points; ++i)
+        line.points.push_back(
+            {{random.between(-far, far), random.between(-far, far)}, random.between(1.0, 5.0)});
+    return line;
+}
+
+void expectFinite(const Strokes& strokes) {
+    for (const auto& point : strokes.points) {
+        EXPECT_TRUE(std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.depth));
+        EXPECT_TRUE(std::isfinite(point.width) && point.width > 0.0F);
+    }
+    for (const auto& line : strokes.lines) {
+        EXPECT_LT(line.begin, line.end);
+        EXPECT_LE(line.end, strokes.points.size());
+    }
+}
+
+TEST(Pen, APlainHandDrawsTheLine) {
+    const auto modalities = halfSeen();
+    Strokes strokes;
+    Pen pen(modalities, {}, strokes);
+    const InkLine line{LineKind::crease, {{{1.0, 2.0}, 5.0}, {{3.0, 4.0}, 6.0}, {{3.0, 9.0}, 7.0}}};
+    pen.draw(line, 1.5);
+    ASSERT_EQ(strokes.points.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(strokes.points[i].x, static_cast<float>(line.points[i].at.x));
+        EXPECT_EQ(strokes.points[i].y, static_cast<float>(line.points[i].at.y));
+        EXPECT_EQ(strokes.points[i].width, 1.5F);
+        EXPECT_NEAR(strokes.points[i].depth, line.points[i].depth - 1e-3 * modalities.extent, 1e-12)
+            << "a little in front";
+    }
+}
+
+TEST(Pen, AHatchLiesOnWhatIsSeen) {
+    const auto modalities = halfSeen();
+    Strokes strokes;
+    Pen pen(modalities, {}, strokes);
+    pen.draw(HatchStroke{{4.0, 20.0}, {40.0, 60.0}}, 1.0);
+    for (const auto& point : strokes.points)
+        EXPECT_NEAR(point.depth, 10.0 + 0.1 * static_cast<double>(point.x), 0.11);
+    EXPECT_GE(strokes.points.size(), 3U);
+
+    // Its ends lie beside what is seen: the depth is that of what is seen nearest.
+    for (const auto& stroke :
+         {HatchStroke{{40.0, 5.0}, {95.0, 5.0}}, HatchStroke{{95.0, 5.0}, {40.0, 5.0}}}) {
+        strokes = {};
+        pen.draw(stroke, 1.0);
+        ASSERT_FALSE(strokes.lines.empty());
+        for (const auto& point : strokes.points)
+            EXPECT_TRUE(point.depth > 13.0 && point.depth < 15.0) << point.x;
+    }
+    strokes = {};
+    pen.draw(HatchStroke{{60.0, 5.0}, {95.0, 5.0}}, 1.0);
+    EXPECT_TRUE(strokes.empty()) << "nothing is seen";
+}
+
+TEST(Pen, AHandSubdividesDepthEvenly) {
+    const auto modalities = halfSeen();
+    Strokes strokes;
+    Pen pen(modalities, {.taper = true}, strokes);
+    pen.draw(InkLine{LineKind::border, {{{0.0, 0.0}, 2.0}, {{80.0, 0.0}, 10.0}}}, 2.0);
+    ASSERT_GT(strokes.points.size(), 10U);
+    for (const auto& point : strokes.points) {
+        EXPECT_NEAR(point.depth + 2e-3, 2.0 + static_cast<double>(point.x) / 10.0, 1e-6);
+        EXPECT_LE(point.width, 2.0F);
+    }
+    EXPECT_NEAR(strokes.points.front().width, 0.5F, 1e-6F);
+    EXPECT_NEAR(strokes.points.back().width, 0.5F, 1e-6F);
+    EXPECT_NEAR(strokes.points[strokes.points.size() / 2].width, 2.0F, 1e-6F);
+}
+
+TEST(Pen, AWaverIsAsFarOffAsItIsSaid) {
+    const auto modalities = halfSeen();
+    for (const double waver : {0.5, 4.0}) {
+        double squares = 0.0, count = 0.0, most = 0.0;
+        for (int i = 0; i < 300; ++i) {
+            Strokes strokes;
+            Pen pen(modalities, {.waver = waver}, strokes);
+            pen.draw(InkLine{LineKind::border, {{{0.0, i * 3.0}, 2.0}, {{400.0, i * 3.0}, 2.0}}}, 2.0);
+            for (const auto& point : strokes.points) {
+                const double off = static_cast<double>(point.y) - i * 3.0;
+                squares += off * off;
+                count += 1.0;
+                most = std::max(most, std::abs(off));
+            }
+        }
+        const double deviation = std::sqrt(squares / count);
+        EXPECT_TRUE(deviation > 0.7 * waver && deviation < 1.05 * waver) << deviation;
+        EXPECT_LE(most, std::sqrt(3.0) * waver + 1e-4);
+    }
+}
+
+TEST(Pen, AStrokesHandChangesWithNoOther) {
+    test::Random random(2);
+    const auto modalities = halfSeen();
+    const Hand hand{.waver = 2.0, .taper = true};
+    std::vector<InkLine> lines;
+    for (int i = 0; i < 20; ++i) lines.push_back(anyLine(random, 6, 100.0));
+    Strokes all;
+    Pen pen(modalities, hand, all);
+    for (const auto& line : lines) pen.draw(line, 1.0);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        Strokes alone;
+        Pen(modalities, hand, alone).draw(lines[i], 1.0);
+        const auto [begin, end] = all.lines[i];
+        EXPECT_EQ(alone.points,
+                  std::vector<StrokePoint>(all.points.begin() + begin, all.points.begin() + end));
+    }
+}
+
+TEST(Pen, ExtremesStayFinite) {
+    test::Random random(3);
+    const auto modalities = halfSeen();
+    for (const double waver : {0.0, 1e-9, 16.0}) {
+        for (const bool taper : {false, true}) {
+            for (const double width : {0.1, 64.0}) {
+                Strokes strokes;
+                Pen pen(modalities, {.waver = waver, .taper = taper}, strokes);
+                for (const double far : {1e-12, 0.3, 1e3}) {
+                    for (const std::size_t points : {2U, 3U, 20U})
+                        pen.draw(anyLine(random, points, far), width);
+                    pen.draw(HatchStroke{{-far, 0.0}, {far, far}}, width);
+                }
+                pen.draw(anyLine(random, 3, 1e7), width);
+                pen.draw(InkLine{LineKind::border, {{{3.0, 3.0}, 2.0}, {{3.0, 3.0}, 2.0}}}, width);
+                pen.draw(HatchStroke{{3.0, 3.0}, {3.0, 3.0}}, width);
+                expectFinite(strokes);
+                EXPECT_LT(strokes.points.size(), 50000U);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mote::render
