@@ -179,7 +179,7 @@ std::vector<HatchStroke> hatch(const HatchRegions& regions, const HatchOptions& 
     tbb::parallel_for(std::uint32_t{0}, regions.count, [&](std::uint32_t region) {
         if (stop.stop_requested()) return;
         RegionHatcher hatcher(regions, options);
-        hatcher.hatch(&all.pixels[all.begins[region]], all.pixels.data() + all.begins[region + 1],
+        hatcher.hatch(all.pixels.data() + all.begins[region], all.pixels.data() + all.begins[region + 1],
                       made[region]);
     });
     std::vector<HatchStroke> strokes;

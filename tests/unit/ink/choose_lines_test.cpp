@@ -9,8 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "server/render/ink/tone.h"
 #include "tests/support/random.h"
@@ -112,8 +110,6 @@ TEST(ChooseLines, AdjustedMeetsTheTarget) {
         const double adjusted = errorOf(target.chosen(lines, style).lines, tone);
         EXPECT_GT(all, 0.25) << tone;
         EXPECT_LT(adjusted, 0.06) << tone;
-        if (std::getenv("MOTE_TELL") != nullptr)
-            std::printf("tone %g: all %.3f, adjusted %.3f\n", tone, all, adjusted);
     }
 }
 

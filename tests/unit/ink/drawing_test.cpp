@@ -8,8 +8,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include "server/render/layers/ink/lower_ink.h"
 #include "server/render/layers/ink/mesh_modalities.h"
@@ -157,7 +155,6 @@ TEST(InkDrawing, IsAsDarkAsWhatItShows) {
             count += 1.0;
         }
     }
-    if (std::getenv("MOTE_TELL") != nullptr) std::printf("drawing: tone off by %.4f\n", off / count);
     EXPECT_LT(off / count, 0.06);
 }
 

@@ -7,8 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <limits>
@@ -150,8 +148,6 @@ TEST(Segments, EndWherePartsDiffer) {
         sum += measure;
         least = std::min(least, measure);
     }
-    if (std::getenv("MOTE_TELL") != nullptr)
-        std::printf("segments: F %.4f, least %.4f\n", sum / pictures, least);
 }
 
 TEST(Segments, ASlopeIsOneAndAStepPartsIt) {

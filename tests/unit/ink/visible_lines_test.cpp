@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 
 #include "server/render/layers/ink/mesh_lines.h"
@@ -135,7 +133,7 @@ class Oracle {
 
 /// Places that were tried, and in how many of them both say the same.
 struct Agreement {
-    std::size_t places = 0, alike = 0, hidden = 0, lost = 0, whole = 0;
+    std::size_t places = 0, alike = 0, missed = 0, hidden = 0, lost = 0, whole = 0;
 };
 
 using EdgeKey = std::pair<std::array<std::uint32_t, 2>, std::array<std::uint32_t, 2>>;
@@ -169,6 +167,7 @@ void compare(const MeshSurface& surface, const FramePlan& plan, const glm::dmat4
             if (drawn == Drawn::no && !has) return;
             ++total.places;
             total.alike += has == wanted;
+            total.missed += wanted && !has;
         });
         if (tried == 0) continue;
         if (drawn == Drawn::yes) {
@@ -196,11 +195,9 @@ TEST(VisibleLines, AreThoseThatATrialOfAllTrianglesFinds) {
         }
         const double share = static_cast<double>(total.alike) / static_cast<double>(total.places);
         EXPECT_GE(share, 0.995) << form;
+        // Narrow triangles may be missed; what is seen may not.
+        EXPECT_LE(static_cast<double>(total.missed), 1e-4 * static_cast<double>(total.places)) << form;
         EXPECT_LE(static_cast<double>(total.lost), 0.002 * static_cast<double>(total.whole)) << form;
-        if (testing::Test::HasFailure() || std::getenv("MOTE_TELL") != nullptr)
-            std::printf("%s: %zu places, %.5f alike, %zu hidden; %zu of %zu whole edges lost\n",
-                        std::string(form).c_str(), total.places, share, total.hidden, total.lost,
-                        total.whole);
         all.places += total.places;
         all.hidden += total.hidden;
     }
