@@ -14,11 +14,11 @@ namespace {
 using Request = proto::JobRequest;
 
 constexpr std::size_t largestRequest = std::size_t{64} * 1024;  // bytes of the whole message
-constexpr std::size_t longestTitle = 256;          // bytes
-constexpr std::size_t longestWord = 64;            // bytes of an axis, a format, a range
-constexpr std::size_t longestSpecies = 256;        // bytes
-constexpr std::size_t longestName = 1024;          // bytes of "ROOT/PATH"
-constexpr std::size_t longestPart = 255;           // bytes between two "/", as Linux has it
+constexpr std::size_t longestTitle = 256;                       // bytes
+constexpr std::size_t longestWord = 64;                         // bytes of an axis, a format, a range
+constexpr std::size_t longestSpecies = 256;                     // bytes
+constexpr std::size_t longestName = 1024;                       // bytes of "ROOT/PATH"
+constexpr std::size_t longestPart = 255;                        // bytes between two "/", as Linux has it
 constexpr int mostInputs = 4096;
 constexpr int mostBounds = 16;
 
