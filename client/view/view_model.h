@@ -28,8 +28,8 @@ class ViewModel {
 
     bool hasDataset() const { return !dataset().empty(); }
     const std::string& dataset() const { return layer().dataset(); }
-    /// Shows another dataset, with the same look if the same kind of layer draws it; the step is kept where it has as
-    /// many. A loaded camera stays.
+    /// Shows another dataset, with the same look if the same kind of layer draws it; the step is kept where
+    /// it has as many. A loaded camera stays.
     void setDataset(const std::string& name, const proto::Manifest& manifest);
     /// The kind of the first layer.
     proto::Layer::KindCase kind() const { return layer().kind_case(); }
