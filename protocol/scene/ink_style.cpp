@@ -16,6 +16,7 @@ namespace {
 
 // Names in the order of their enumerations.
 constexpr std::array<std::string_view, 4> modes{"none", "all", "important", "adjusted"};
+constexpr std::array<std::string_view, 4> segmentations{"growing", "graph", "cut", "texture"};
 constexpr std::array<std::string_view, 10> pictures{"",           "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
@@ -55,6 +56,18 @@ Result<HatchStyle> parseHatch(const Message& message) {
     MOTE_ASSIGN_OR_RETURN(style.spacing, checkRange(spacing, 1.0, 256.0, "spacing"));
     const double width = message.has_width() ? message.width() : style.width;
     MOTE_ASSIGN_OR_RETURN(style.width, checkRange(width, 0.1, 64.0, "width"));
+    MOTE_ASSIGN_OR_RETURN(style.segments,
+                          parseName(message.segments(), segmentations, style.segments, "segments"));
+    return style;
+}
+
+template <class Message>
+Result<SolidStyle> parseSolid(const Message& message) {
+    SolidStyle style;
+    const double strength = message.has_strength() ? message.strength() : 0.5;
+    MOTE_ASSIGN_OR_RETURN(style.strength, checkRange(strength, 0.0, 1.0, "strength"));
+    const double complexity = message.has_complexity() ? message.complexity() : style.complexity;
+    MOTE_ASSIGN_OR_RETURN(style.complexity, checkRange(complexity, 0.0, 1.0, "complexity"));
     return style;
 }
 
@@ -71,9 +84,11 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
     InkStyle style;
     MOTE_RETURN_IF_ERROR(take(parseSilhouettes(message.silhouettes()), style.silhouettes, "silhouettes"));
     MOTE_RETURN_IF_ERROR(take(parseHatch(message.hatch()), style.hatch, "hatch"));
+    if (message.has_ink()) MOTE_RETURN_IF_ERROR(take(parseSolid(message.ink()), style.solid, "ink"));
     const double reading = message.has_reading() ? message.reading() : style.reading;
     MOTE_ASSIGN_OR_RETURN(style.reading, checkRange(reading, 1.0, 256.0, "reading"));
     MOTE_RETURN_IF_ERROR(take(parseLight(message.light()), style.light, "light"));
+    MOTE_ASSIGN_OR_RETURN(style.occlusion, checkRange(message.occlusion(), 0.0, 1.0, "occlusion"));
     const glm::dvec3 shows(isLight(background) ? 0.0 : 1.0);
     MOTE_ASSIGN_OR_RETURN(style.color, checkColor(message.color(), shows, "color"));
     style.inkIsDark = luminance(style.color) <= luminance(background);
@@ -85,6 +100,10 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
 
 std::string_view toString(SilhouetteMode mode) {
     return modes[static_cast<std::size_t>(mode)];
+}
+
+std::string_view toString(Segmentation segments) {
+    return segmentations[static_cast<std::size_t>(segments)];
 }
 
 std::string_view toString(InkPicture picture) {

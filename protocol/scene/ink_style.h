@@ -25,12 +25,24 @@ struct SilhouetteStyle {
     bool operator==(const SilhouetteStyle&) const = default;
 };
 
+/// How a picture is parted into regions that are hatched in one direction.
+enum class Segmentation { growing, graph, cut, texture };
+
 struct HatchStyle {
     double strength = 1.0;  ///< share of the missing tone that is hatched
     double spacing = 4.0;   ///< between the strokes of a full layer
     double width = 1.0;
+    Segmentation segments = Segmentation::growing;
 
     bool operator==(const HatchStyle&) const = default;
+};
+
+/// What of complex regions is inked solid, instead of lines and hatches there.
+struct SolidStyle {
+    double strength = 0.0;    ///< tones above 1 - strength are; 0: there is no such style
+    double complexity = 0.3;  ///< what lines would cover, from which on a region is complex
+
+    bool operator==(const SolidStyle&) const = default;
 };
 
 /// What an ink layer shows: its drawing, or a picture that this is made from.
@@ -39,10 +51,12 @@ enum class InkPicture { drawing, grey, depth, angle, edges, complexity, segments
 struct InkStyle {
     SilhouetteStyle silhouettes;
     HatchStyle hatch;
+    SolidStyle solid;
     double reading = 6.0;  ///< standard deviation of what the eye blurs
     Light light;
-    glm::dvec3 color{0.0};  ///< linear RGB
-    bool inkIsDark = true;  ///< darker than the paper: it stands for what is dark; else for what is light
+    double occlusion = 0.0;  ///< of the ambient light, the share that surroundings can keep away
+    glm::dvec3 color{0.0};   ///< linear RGB
+    bool inkIsDark = true;   ///< darker than the paper: it stands for what is dark; else for what is light
     InkPicture show = InkPicture::drawing;
     double waver = 0.0;
     bool taper = false;
@@ -55,6 +69,7 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
 
 /// Words of the style, as messages have them; "" is the first's.
 std::string_view toString(SilhouetteMode mode);
+std::string_view toString(Segmentation segments);
 std::string_view toString(InkPicture picture);
 
 }  // namespace mote

@@ -166,6 +166,12 @@ proto::InkStyle anyInkStyle(Random& random) {
     if (random.chance(0.5)) hatch.set_strength(anyShare(random));
     if (random.chance(0.5)) hatch.set_spacing(random.between(1.0, random.chance(0.2) ? 256.0 : 8.0));
     if (random.chance(0.5)) hatch.set_width(random.between(0.1, random.chance(0.2) ? 64.0 : 4.0));
+    if (random.chance(0.3)) hatch.set_segments(random.oneOf({"growing", "graph", "cut", "texture"}));
+    if (random.chance(0.3)) {
+        if (random.chance(0.7)) style.mutable_ink()->set_strength(anyShare(random));
+        if (random.chance(0.7)) style.mutable_ink()->set_complexity(anyShare(random));
+    }
+    if (random.chance(0.2)) style.set_occlusion(anyShare(random));
     if (random.chance(0.5)) style.set_reading(random.between(1.0, random.chance(0.2) ? 256.0 : 16.0));
     if (random.chance(0.5)) setLight(random, true, *style.mutable_light());
     if (random.chance(0.4)) setAnyColor(random, style.mutable_color());

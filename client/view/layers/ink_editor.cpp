@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* theDrawing = "drawing";
 constexpr std::array<std::string_view, 4> modes{"adjusted", "important", "all", "none"};
+constexpr std::array<std::string_view, 4> segmentations{"growing", "graph", "cut", "texture"};
 constexpr std::array<std::string_view, 10> pictures{theDrawing,   "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
@@ -33,6 +34,7 @@ void drawHatches(InkControls& controls, PanelActions& actions) {
     slider(actions, "strength", controls.hatch, 0.0F, 1.0F);
     slider(actions, "spacing", controls.spacing, 1.0F, 32.0F, "%.1f pixels");
     slider(actions, "width##hatch", controls.hatchWidth, 0.1F, 8.0F);
+    nameList(actions, "regions", controls.segments, segmentations);
 }
 
 }  // namespace
@@ -51,7 +53,11 @@ void InkControls::write(proto::InkStyle& style) const {
     style.mutable_hatch()->set_strength(share(hatch));
     style.mutable_hatch()->set_spacing(static_cast<double>(spacing));
     style.mutable_hatch()->set_width(static_cast<double>(hatchWidth));
+    style.mutable_hatch()->set_segments(segments);
+    style.mutable_ink()->set_strength(share(solid));
+    style.mutable_ink()->set_complexity(share(complexity));
     style.set_reading(static_cast<double>(reading));
+    style.set_occlusion(share(occlusion));
     style.set_waver(static_cast<double>(waver));
     style.set_taper(taper);
     style.set_show(show == theDrawing ? "" : show);
@@ -72,6 +78,10 @@ void InkControls::read(const proto::InkStyle& message) {
     hatch = static_cast<float>(style.hatch.strength);
     spacing = static_cast<float>(style.hatch.spacing);
     hatchWidth = static_cast<float>(style.hatch.width);
+    segments = toString(style.hatch.segments);
+    solid = static_cast<float>(style.solid.strength);
+    complexity = static_cast<float>(style.solid.complexity);
+    occlusion = static_cast<float>(style.occlusion);
     reading = static_cast<float>(style.reading);
     waver = static_cast<float>(style.waver);
     taper = style.taper;
@@ -90,12 +100,17 @@ void InkEditor::draw(const LayerPanel& panel) {
     PanelActions& actions = panel.actions;
     drawLines(controls, actions);
     drawHatches(controls, actions);
+    if (section("Brush")) {
+        slider(actions, "strength##solid", controls.solid, 0.0F, 1.0F);
+        slider(actions, "where complex from", controls.complexity, 0.0F, 1.0F);
+    }
     if (section("Ink")) {
         nameList(actions, "show", controls.show, pictures);
         slider(actions, "waver", controls.waver, 0.0F, 8.0F, "%.1f pixels");
         checkbox(actions, "taper", controls.taper);
         angleSliders(actions, "light", controls.angles);
         slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
+        slider(actions, "occlusion", controls.occlusion, 0.0F, 1.0F);
         checkbox(actions, "shadow", controls.shadow);
     }
     colorBox(actions, "paper", panel.background);

@@ -21,6 +21,10 @@ struct InkControls {
     float hatch = 0.0F;  ///< strength
     float spacing = 0.0F;
     float hatchWidth = 0.0F;
+    std::string segments;  ///< a Segmentation
+    float solid = 0.0F;    ///< strength
+    float complexity = 0.0F;
+    float occlusion = 0.0F;
     float reading = 0.0F;
     float waver = 0.0F;
     bool taper = false;
