@@ -123,7 +123,8 @@ TEST_F(Ink, SaysWhatIsWrong) {
         HasSubstr("ink.silhouettes.mode: \"some\" is not known: there are none, all, important, adjusted"));
     const auto number = station_.frames(scriptOf({ballView("'reading': 0")}));
     EXPECT_THAT(number.errors, HasSubstr("ink.reading"));
-    const auto kind = station_.frames(scriptOf({"{'layers': [{'dataset': 'data/beam', 'ink': {}}]}"}));
+    const auto kind = station_.frames(
+        scriptOf({"{'width': 32, 'height': 24, 'layers': [{'dataset': 'data/beam', 'ink': {}}]}"}));
     EXPECT_THAT(kind.errors, HasSubstr("not a mesh"));
 }
 

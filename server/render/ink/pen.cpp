@@ -11,8 +11,14 @@
 namespace mote::render {
 namespace {
 
-constexpr double depthEvery = 24.0;   // pixels along a hatch between the places where its depth is taken
-constexpr double nearer = 1e-3;       // of the extent: ink lies so much in front of the surface
+constexpr double depthEvery = 2.0;    // pixels along a stroke between the places where its depth is taken
+constexpr double mostPlaces = 16384;  // along one straight part
+// Of the extent: ink lies so much in front of the surface.
+constexpr double nearer = 1e-3;
+// Of the extent: beside a hatch the surface is not nearer by more, or it is another one.
+constexpr double mostSlope = 0.01;
+// Of the extent: so much nearer a surface may bulge within a pixel of its silhouette.
+constexpr double mostBulge = 0.15;
 constexpr double handEvery = 5.0;     // pixels between places of a stroke that a hand moves
 constexpr double wave = 24.0;         // pixels between the places where a hand leaves its way anew
 constexpr double mostTapered = 20.0;  // pixels at each end
@@ -34,32 +40,97 @@ std::uint64_t seedOf(const glm::dvec2& place) {
     return whole(place.x) * 0x100000001B3U ^ whole(place.y);
 }
 
+/// In how many parts depths are taken along a way.
+double partsOf(const glm::dvec2& from, const glm::dvec2& to) {
+    return std::clamp(std::ceil(glm::distance(from, to) / depthEvery), 1.0, mostPlaces);
+}
+
 }  // namespace
+
+/// Of the pixel at a place and those around it.
+double Pen::nearestAround(const glm::dvec2& place) const {
+    float nearest = HUGE_VALF;
+    for (const double y : {-1.0, 0.0, 1.0}) {
+        for (const double x : {-1.0, 0.0, 1.0})
+            nearest = std::min(nearest, modalities_.depth.near(place.x + x, place.y + y));
+    }
+    return static_cast<double>(nearest);
+}
+
+Pen::Aim Pen::aimBeside(const LinePoint& line) const {
+    const double nearest = nearestAround(line.at);
+    const double bulge = std::clamp(line.depth - nearest, 0.0, mostBulge * modalities_.extent);
+    return {line.depth - 1.25 * bulge, 0.25 * bulge};
+}
+
+Pen::Aim Pen::aimOn(const glm::dvec2& place) const {
+    const double nearest = nearestAround(place);
+    const auto here = static_cast<double>(modalities_.depth.near(place.x, place.y));
+    if (!std::isfinite(nearest)) return {HUGE_VAL, 0.0};
+    const double slope = std::min(here - nearest, mostSlope * modalities_.extent);
+    return {nearest - 0.5 * slope, 0.5 * slope};
+}
+
+/// Appends a straight part without its first place: its last one, and those between at which no line from the
+/// one before meets all aims (Bristol 1990, Swinging door trending).
+void Pen::lay(const glm::dvec2& from, const glm::dvec2& to, double width) {
+    const std::size_t last = aims_.size() - 1;
+    const auto point = [&](std::size_t i) {
+        return Point{glm::mix(from, to, static_cast<double>(i) / static_cast<double>(last)), aims_[i].depth,
+                     width};
+    };
+    double least = -HUGE_VAL, most = HUGE_VAL;  // slopes from the place before
+    for (std::size_t i = 1, before = 0; i <= last; ++i) {
+        auto places = static_cast<double>(i - before);
+        const double slope = (aims_[i].depth - aims_[before].depth) / places;
+        if (slope < least || slope > most) {
+            before = i - 1;
+            points_.push_back(point(before));
+            least = -HUGE_VAL;
+            most = HUGE_VAL;
+            places = 1.0;
+        }
+        const double off = aims_[i].depth - aims_[before].depth;
+        const double tolerance = aims_[i].tolerance + 0.5 * nearer * modalities_.extent;
+        least = std::max(least, (off - tolerance) / places);
+        most = std::min(most, (off + tolerance) / places);
+    }
+    points_.push_back(point(last));
+}
 
 void Pen::draw(const InkLine& line, double width) {
     points_.clear();
-    for (const auto& point : line.points) points_.push_back({point.at, point.depth, width});
+    points_.push_back({line.points.front().at, aimBeside(line.points.front()).depth, width});
+    for (std::size_t k = 1; k < line.points.size(); ++k) {
+        const LinePoint &from = line.points[k - 1], &to = line.points[k];
+        const double parts = partsOf(from.at, to.at);
+        aims_.clear();
+        for (double part = 0.0; part <= parts; ++part) {
+            const double share = part / parts;
+            aims_.push_back(
+                aimBeside({glm::mix(from.at, to.at, share), std::lerp(from.depth, to.depth, share), 0.0}));
+        }
+        lay(from.at, to.at, width);
+    }
     put();
 }
 
 void Pen::draw(const HatchStroke& stroke, double width) {
-    points_.clear();
-    const double length = glm::distance(stroke.from, stroke.to);
-    const auto parts = static_cast<std::size_t>(std::ceil(length / depthEvery)) + 1;
-    double depth = HUGE_VAL;
-    for (std::size_t i = 0; i <= parts; ++i) {
-        const glm::dvec2 at =
-            stroke.from + static_cast<double>(i) / static_cast<double>(parts) * (stroke.to - stroke.from);
-        const float here = modalities_.depth.near(at.x, at.y);
-        if (std::isfinite(here)) depth = static_cast<double>(here);
-        points_.push_back({at, depth, width});
-    }
+    const double parts = partsOf(stroke.from, stroke.to);
+    aims_.clear();
+    for (double part = 0.0; part <= parts; ++part)
+        aims_.push_back(aimOn(glm::mix(stroke.from, stroke.to, part / parts)));
+    const auto isKnown = [](const Aim& aim) { return std::isfinite(aim.depth); };
+    const auto first = std::find_if(aims_.begin(), aims_.end(), isKnown);
+    if (first == aims_.end()) return;
     // Its first places may lie just beside what is seen.
-    for (auto point = points_.rbegin(); point != points_.rend(); ++point) {
-        if (!std::isfinite(point->depth)) point->depth = depth;
-        depth = point->depth;
+    std::fill(aims_.begin(), first, *first);
+    for (std::size_t i = 1; i < aims_.size(); ++i) {
+        if (!isKnown(aims_[i])) aims_[i] = aims_[i - 1];
     }
-    if (std::isfinite(depth)) put();
+    points_.assign(1, {stroke.from, aims_.front().depth, width});
+    lay(stroke.from, stroke.to, width);
+    put();
 }
 
 void Pen::put() {

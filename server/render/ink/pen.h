@@ -23,6 +23,7 @@ class Pen {
     Pen(const Modalities& modalities, const Hand& hand, Strokes& strokes)
         : modalities_(modalities), hand_(hand), strokes_(strokes) {}
 
+    /// Where the surface comes nearer beside a line, as it does inside a silhouette, the line comes with it.
     void draw(const InkLine& line, double width);
     /// A hatch lies at the depths of what is seen along it.
     void draw(const HatchStroke& stroke, double width);
@@ -32,6 +33,14 @@ class Pen {
         glm::dvec2 at;
         double depth, width;
     };
+    /// A depth that is wanted, and by how much it may be missed.
+    struct Aim {
+        double depth, tolerance;
+    };
+    Aim aimBeside(const LinePoint& line) const;
+    Aim aimOn(const glm::dvec2& place) const;
+    double nearestAround(const glm::dvec2& place) const;
+    void lay(const glm::dvec2& from, const glm::dvec2& to, double width);
     void put();
     void subdivide();
     void waver();
@@ -41,6 +50,7 @@ class Pen {
     const Hand hand_;
     Strokes& strokes_;
     std::vector<Point> points_;  // of the stroke that is drawn
+    std::vector<Aim> aims_;      // at places alike far from each other along a part of it
 };
 
 }  // namespace mote::render
