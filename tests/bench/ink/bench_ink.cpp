@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A drawing of a mesh in pen and ink: what its stages cost, how much of its lines is what is seen, by a dense
+// trial, and how far its tones are from what is to be drawn.
+//   bench-ink NAME.mote VIEW.json [--lines] [--times N]
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "protocol/scene/camera.h"
+#include "server/render/ink/complexity.h"
+#include "server/render/ink/drawing.h"
+#include "server/render/ink/tone_grid.h"
+#include "server/render/layers/ink/line_view.h"
+#include "server/render/layers/ink/mesh_lines.h"
+#include "server/render/layers/ink/mesh_modalities.h"
+#include "server/render/plan/stroke_fragments.h"
+#include "storage/manifest.h"
+#include "storage/mesh/mesh_file.h"
+#include "tests/bench/ink/line_trial.h"
+#include "tests/support/view_text.h"
+
+namespace mote::bench {
+namespace {
+
+using namespace render;
+using Clock = std::chrono::steady_clock;
+
+constexpr double sampling = 0.5;     // as at rest
+constexpr double tried = 0.1;        // pixels between places of the trial
+constexpr double complexFrom = 0.3;  // what lines would cover
+
+template <class T>
+T valueOrExit(Result<T> result) {
+    if (result.ok()) return *std::move(result);
+    fmt::print(stderr, "bench-ink: {}\n", result.error().toString());
+    std::exit(1);
+}
+
+MeshSurface read(const std::filesystem::path& dataset) {
+    const auto manifest = valueOrExit(storage::readManifest(dataset));
+    auto mesh = valueOrExit(storage::readMesh(dataset, manifest));
+    Bounds bounds{};
+    for (int i = 0; i < 3; ++i) {
+        bounds.min[i] = manifest.mesh().bounds_min(i);
+        bounds.max[i] = manifest.mesh().bounds_max(i);
+    }
+    return {std::move(mesh), bounds};
+}
+
+View readView(const std::string& file) {
+    std::ifstream in(file);
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    return test::viewOf(text);
+}
+
+class Watch {
+  public:
+    void lap(const char* stage) {
+        const auto now = Clock::now();
+        fmt::print("{:12} {:9.1f} ms\n", stage,
+                   std::chrono::duration<double, std::milli>(now - last_).count());
+        last_ = Clock::now();
+    }
+
+  private:
+    Clock::time_point last_ = Clock::now();
+};
+
+struct Made {
+    InkScene scene;
+    std::vector<EdgeLine> edges, pieces;
+    Drawing drawing;
+};
+
+Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan) {
+    const InkStyle& style = *layer.ink();
+    const auto begun = Clock::now();
+    Watch watch;
+    Made made;
+    made.scene.modalities = modalitiesOf(surface, layer.transform, style, plan, {});
+    watch.lap("modalities");
+    const LineView view(plan, layer.transform);
+    made.edges = linesOf(surface, view, style.silhouettes.crease, {});
+    watch.lap("lines");
+    made.pieces = visible(surface, view, made.edges, sampling, {});
+    watch.lap("visible");
+    made.scene.lines = chained(surface, view, made.pieces, made.scene.modalities.extent, {});
+    watch.lap("chained");
+    made.drawing = drawInk(made.scene, style, 1.0, {});
+    watch.lap("drawing");
+    const auto fragments = strokeFragments(made.drawing.strokes, plan.width, plan.height, 0.0);
+    watch.lap("fragments");
+    std::size_t count = 0;
+    for (const auto& part : fragments) count += part.size();
+    fmt::print(
+        "total        {:9.1f} ms; {} edges that are lines, {} pieces, {} chains; {} strokes, {} points, {} "
+        "fragments\n",
+        std::chrono::duration<double, std::milli>(Clock::now() - begun).count(), made.edges.size(),
+        made.pieces.size(), made.scene.lines.size(), made.drawing.strokes.lines.size(),
+        made.drawing.strokes.points.size(), count);
+    return made;
+}
+
+/// Lengths on the screen.
+struct Agreement {
+    double length = 0.0, missed = 0.0, hidden = 0.0;
+};
+
+void tryLines(const MeshSurface& surface, const Made& made, const FramePlan& plan) {
+    const auto& mesh = surface.mesh();
+    const LineTrial trial(mesh, plan.camera, plan.width, plan.height);
+    using EdgeKey = std::pair<std::array<std::uint32_t, 2>, std::array<std::uint32_t, 2>>;
+    std::map<EdgeKey, std::vector<Span>> pieces;
+    for (const auto& piece : made.pieces) pieces[{piece.vertices, piece.triangles}].push_back(piece.piece);
+    Agreement all;
+    std::mutex lock;
+    tbb::parallel_for(std::size_t{0}, mesh.edges.size(), [&](std::size_t number) {
+        const auto& edge = mesh.edges[number];
+        if (edge.triangles[0] == storage::MeshEdge::none || edge.triangles[1] == storage::MeshEdge::none) {
+        } else {
+            const int one = trial.side(edge.triangles[0]), other = trial.side(edge.triangles[1]);
+            if (one * other != -1) return;
+        }
+        const glm::dvec3 from = trial.inEye(edge.vertices[0]), to = trial.inEye(edge.vertices[1]);
+        const glm::dvec2 p = trial.onScreen(from), q = trial.onScreen(to);
+        const double length = glm::distance(p, q);
+        const int count = std::max(1, static_cast<int>(length / tried));
+        const auto found = pieces.find({edge.vertices, edge.triangles});
+        Agreement own;
+        for (int i = 0; i < count; ++i) {
+            const double s = (i + 0.5) / count;
+            const glm::dvec2 at = p + s * (q - p);
+            if (at.x < 0.0 || at.y < 0.0 || at.x > plan.width || at.y > plan.height) continue;
+            const double share = plan.camera.perspective() ? s / to.z / ((1.0 - s) / from.z + s / to.z) : s;
+            const bool wanted = trial.seen(from + share * (to - from), edge.triangles);
+            const bool has = found != pieces.end() &&
+                             std::any_of(found->second.begin(), found->second.end(), [&](const Span& span) {
+                                 return span.begin <= share && share <= span.end;
+                             });
+            if (!wanted && !has) continue;
+            own.length += length / count;
+            own.missed += wanted && !has ? length / count : 0.0;
+            own.hidden += has && !wanted ? length / count : 0.0;
+        }
+        const std::lock_guard hold(lock);
+        all.length += own.length;
+        all.missed += own.missed;
+        all.hidden += own.hidden;
+    });
+    fmt::print(
+        "silhouettes and borders: {:.0f} pixels long; agree {:.3f}%, missed {:.3f}%, drawn though hidden "
+        "{:.3f}%\n",
+        all.length, 100.0 * (1.0 - (all.missed + all.hidden) / all.length), 100.0 * all.missed / all.length,
+        100.0 * all.hidden / all.length);
+}
+
+/// The share of each pixel that ink covers.
+Raster<float> coverOf(const Strokes& strokes, const FramePlan& plan) {
+    Raster<float> bare(plan.width, plan.height, 1.0F);
+    for (const auto& part : strokeFragments(strokes, plan.width, plan.height, 0.0)) {
+        for (const auto& one : part) bare.at(one.column, one.row) *= 1.0F - one.opacity;
+    }
+    for (auto& value : bare.values) value = 1.0F - value;
+    return bare;
+}
+
+/// Inside complex regions, the drawing blurred against the target blurred.
+void tryTones(const Made& made, const FramePlan& plan, const InkStyle& style) {
+    const auto& modalities = made.scene.modalities;
+    auto wanted = modalities.grey;
+    for (auto& value : wanted.values) value = style.inkIsDark ? 1.0F - value : value;
+    const auto target = blurred(wanted, style.reading);
+    const auto complexity =
+        blurredWithin(render::coverOf(made.scene.lines, plan.width, plan.height, style.silhouettes.width),
+                      modalities.depth, modalities.extent, style.reading);
+    InkStyle all = style, adjusted = style, hatches = style;
+    all.silhouettes.mode = SilhouetteMode::all;
+    adjusted.silhouettes.mode = SilhouetteMode::adjusted;
+    hatches.silhouettes.mode = SilhouetteMode::none;
+    all.hatch.strength = adjusted.hatch.strength = 0.0;
+    hatches.hatch.strength = 1.0;
+    const auto tone = [&](const InkStyle& of) {
+        return blurred(coverOf(drawInk(made.scene, of, 1.0, {}).strokes, plan), style.reading);
+    };
+    const auto ofAll = tone(all), ofAdjusted = tone(adjusted), ofHatches = tone(hatches),
+               ofStyle = tone(style);
+    struct Error {
+        const char* name;
+        const ToneGrid& tone;
+        bool lighten;
+    };
+    for (const auto& [name, drawn, lighten] :
+         {Error{"all lines, to lighten", ofAll, true}, Error{"adjusted, to lighten", ofAdjusted, true},
+          Error{"hatches, complex", ofHatches, false}, Error{"all lines, complex", ofAll, false},
+          Error{"the style, complex", ofStyle, false}}) {
+        double off = 0.0, bias = 0.0, count = 0.0;
+        for (std::size_t i = 0; i < target.values.size(); ++i) {
+            if (complexity.values[i] < static_cast<float>(complexFrom)) continue;
+            if (lighten && ofAll.values[i] < target.values[i]) continue;
+            const double error = static_cast<double>(drawn.values[i]) - static_cast<double>(target.values[i]);
+            off += std::abs(error);
+            bias += error;
+            count += 1.0;
+        }
+        fmt::print("tone of {:22}: mean absolute error {:.4f}, mean {:+.4f}, over {:.0f} pixels\n", name,
+                   off / count, bias / count, count);
+    }
+}
+
+int run(int count, char** arguments) {
+    if (count < 3) {
+        fmt::print(stderr, "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N]\n");
+        return 2;
+    }
+    const MeshSurface surface = read(arguments[1]);
+    auto view = readView(arguments[2]);
+    bool lines = false, tones = false;
+    int times = 1;
+    for (int i = 3; i < count; ++i) {
+        const std::string word = arguments[i];
+        lines |= word == "--lines";
+        tones |= word == "--tones";
+        if (word == "--times" && i + 1 < count) times = std::atoi(arguments[++i]);
+    }
+    FramePlan plan;
+    plan.width = view.width;
+    plan.height = view.height;
+    plan.camera = view.cameraFitted ? fitCamera(surface.bounds(), view.aspect()) : view.camera;
+    Made made;
+    for (int i = 0; i < times; ++i) made = draw(surface, view.layers[0], plan);
+    if (lines) tryLines(surface, made, plan);
+    if (tones) tryTones(made, plan, *view.layers[0].ink());
+    return 0;
+}
+
+}  // namespace
+}  // namespace mote::bench
+
+int main(int count, char** arguments) {
+    return mote::bench::run(count, arguments);
+}
