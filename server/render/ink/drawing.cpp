@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/drawing.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -29,6 +31,15 @@ Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
         for (auto& value : wanted.values) value = 1.0F - value;
     }
     return wanted;
+}
+
+/// take(value, the pixel's middle) for each pixel.
+template <class Take>
+void eachPixel(Raster<float>& picture, const Take& take) {
+    tbb::parallel_for(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
+        for (std::uint32_t column = 0; column < picture.width; ++column)
+            take(picture.at(column, row), glm::dvec2(column + 0.5, row + 0.5));
+    });
 }
 
 /// One drawing's stages.
@@ -112,15 +123,32 @@ class DrawingMaker {
     Raster<float> missing(const ToneGrid& drawn, double spacing) const {
         const auto& modalities = scene_.modalities;
         auto density = blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing);
-        for (std::uint32_t row = 0; row < density.height; ++row) {
-            for (std::uint32_t column = 0; column < density.width; ++column) {
-                float& value = density.at(column, row);
-                const double inked = static_cast<double>(toneAt(drawn, cells_, {column + 0.5, row + 0.5}));
-                value = static_cast<float>(style_.hatch.strength *
-                                           (densityOf(static_cast<double>(value)) - inked));
-            }
-        }
+        auto inked = density;  // once it is hatched
+        eachPixel(density, [&](float& value, const glm::dvec2& place) {
+            const double lines = static_cast<double>(toneAt(drawn, cells_, place));
+            const double more =
+                style_.hatch.strength * std::max(0.0, densityOf(static_cast<double>(value)) - lines);
+            inked.values[inked.index(static_cast<std::uint32_t>(place.x),
+                                     static_cast<std::uint32_t>(place.y))] =
+                static_cast<float>(coverOf(lines + more));
+            value = static_cast<float>(more);
+        });
+        const auto share = neededOf(drawn, blurred(meansOf(inked, cells_), cells_.blur));
+        eachPixel(density,
+                  [&](float& value, const glm::dvec2& place) { value *= toneAt(share, cells_, place); });
         return density;
+    }
+    /// Lines are too dark in one place where they are too light in another: of what hatches would add, the
+    /// share that brings the whole, blurred, to the target.
+    ToneGrid neededOf(const ToneGrid& drawn, const ToneGrid& inked) const {
+        ToneGrid share(drawn.width, drawn.height, 1.0F);
+        for (std::size_t i = 0; i < share.values.size(); ++i) {
+            const double lines = coverOf(static_cast<double>(drawn.values[i]));
+            const double wanted = style_.hatch.strength * (static_cast<double>(target_.values[i]) - lines);
+            const double added = static_cast<double>(inked.values[i]) - lines;
+            if (added > wanted) share.values[i] = static_cast<float>(std::max(0.0, wanted) / added);
+        }
+        return share;
     }
 
     Raster<float> complexity() const {

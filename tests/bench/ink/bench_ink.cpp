@@ -89,12 +89,13 @@ Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan)
     const auto begun = Clock::now();
     Watch watch;
     Made made;
-    made.scene.modalities = modalitiesOf(surface, layer.transform, style, plan, {});
+    auto seen = modalitiesOf(surface, layer.transform, style, plan, {});
+    made.scene.modalities = std::move(seen.modalities);
     watch.lap("modalities");
     const LineView view(plan, layer.transform);
     made.edges = linesOf(surface, view, style.silhouettes.crease, {});
     watch.lap("lines");
-    made.pieces = visible(surface, view, made.edges, sampling, {});
+    made.pieces = visible(surface, view, made.edges, {.sampling = sampling, .likely = &seen.triangle}, {});
     watch.lap("visible");
     made.scene.lines = chained(surface, view, made.pieces, made.scene.modalities.extent, {});
     watch.lap("chained");

@@ -87,7 +87,8 @@ TEST(Chains, LoseNothingAndStayWithinTheirTolerance) {
                 const auto transform = test::anyTransform(random);
                 const auto camera = test::anyCamera(random, surface->bounds().transformed(transform));
                 const LineView view(test::planOf(camera, 96, 72), transform);
-                const auto pieces = visible(*surface, view, linesOf(*surface, view, 60.0, {}), 0.5, {});
+                const auto pieces =
+                    visible(*surface, view, linesOf(*surface, view, 60.0, {}), {.sampling = 0.5}, {});
                 const auto lines = chained(*surface, view, pieces, 1.0, {});
                 const auto before = segmentsOf(*surface, view, pieces), after = segmentsOf(lines);
                 EXPECT_NEAR(lengthOf(after), lengthOf(before), 0.03 * lengthOf(before) + 1.0)
@@ -131,8 +132,9 @@ FramePlan fromAbove() {
 std::vector<InkLine> chainsOf(storage::SurfaceMesh mesh, double extent) {
     const auto surface = test::surfaceOf(std::move(mesh));
     const LineView view(fromAbove(), glm::dmat4(1.0));
-    return chained(*surface, view, visible(*surface, view, linesOf(*surface, view, 60.0, {}), 0.5, {}),
-                   extent, {});
+    return chained(*surface, view,
+                   visible(*surface, view, linesOf(*surface, view, 60.0, {}), {.sampling = 0.5}, {}), extent,
+                   {});
 }
 
 TEST(Chains, AClosedLineComesOnce) {

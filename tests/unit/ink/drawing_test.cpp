@@ -136,7 +136,7 @@ TEST(InkDrawing, IsAsDarkAsWhatItShows) {
     look.height = 192;
     look.camera.orthographicHeight = 2.0;
     const auto plan = lowered(*surface, style, look);
-    const auto scene = modalitiesOf(*surface, look.transform, style, plan, {});
+    const auto scene = modalitiesOf(*surface, look.transform, style, plan, {}).modalities;
     const auto cover = test::coverOf(*plan.strokes.at(0), look.width, look.height);
     // Over blocks, as the eye blurs.
     constexpr std::uint32_t block = 24;

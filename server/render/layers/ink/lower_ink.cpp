@@ -33,11 +33,14 @@ bool needsLines(const InkStyle& style) {
 /// The 3D stage.
 InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
                  const std::stop_token& stop) {
-    InkScene scene{modalitiesOf(surface, layer.transform, style, plan, stop), {}};
+    auto seen = modalitiesOf(surface, layer.transform, style, plan, stop);
+    InkScene scene{std::move(seen.modalities), {}};
     if (!needsLines(style)) return scene;
     const LineView view(plan, layer.transform);
     const auto edges = linesOf(surface, view, style.silhouettes.crease, stop);
-    const auto pieces = visible(surface, view, edges, plan.exact ? exactSampling : quickSampling, stop);
+    const auto pieces =
+        visible(surface, view, edges,
+                {.sampling = plan.exact ? exactSampling : quickSampling, .likely = &seen.triangle}, stop);
     scene.lines = chained(surface, view, pieces, scene.modalities.extent, stop);
     return scene;
 }

@@ -107,30 +107,56 @@ class LineFinder {
 /// What is seen of one edge after another; one thread's.
 class PieceFinder {
   public:
-    PieceFinder(const MeshSurface& surface, const LineView& view, double sampling)
+    PieceFinder(const MeshSurface& surface, const LineView& view, const HiderSearch& search)
         : surface_(surface),
           view_(view),
-          sampling_(sampling),
+          search_(search),
           gap_(gapShare * glm::length(surface.bounds().size())) {}
 
     void find(const EdgeLine& edge, std::vector<EdgeLine>& pieces) {
         const auto [from, to] = endsOf(surface_.mesh(), edge, view_);
+        const Ends ends{from, to};
         hidden_.clear();
-        passAlong(edge, {from, to});
+        seen_.clear();
+        passAlong(edge, ends);
         std::sort(hidden_.begin(), hidden_.end(),
                   [](const Span& a, const Span& b) { return a.begin < b.begin; });
-        EdgeLine piece = edge;
+        const std::vector<Span> hidden = hidden_;
         double begin = edge.piece.begin;
-        for (const Span& span : hidden_) {
-            piece.piece = {begin, span.begin};
-            if (span.begin > begin) pieces.push_back(piece);
+        for (const Span& span : hidden) {
+            settle(edge, ends, {begin, span.begin}, pieces);
             begin = std::max(begin, span.end);
         }
-        piece.piece = {begin, edge.piece.end};
-        if (begin < edge.piece.end) pieces.push_back(piece);
+        settle(edge, ends, {begin, edge.piece.end}, pieces);
     }
 
   private:
+    /// What lies between hidden parts is seen where a place of it is: triangles of a fine mesh hide less than
+    /// what lies between places that were tried.
+    void settle(const EdgeLine& edge, const Ends& ends, const Span& gap, std::vector<EdgeLine>& pieces) {
+        gaps_.assign(1, gap);
+        while (!gaps_.empty()) {
+            const auto [begin, end] = gaps_.back();
+            gaps_.pop_back();
+            if (!(begin < end)) continue;
+            const auto seen = std::lower_bound(seen_.begin(), seen_.end(), begin);
+            const bool known = seen != seen_.end() && *seen <= end;
+            if (!known && narrow(ends, {begin, end})) continue;
+            const Span span = known ? Span{} : soughtAt(edge, ends, 0.5 * (begin + end));
+            if (span.empty()) {
+                pieces.push_back(edge);
+                pieces.back().piece = {begin, end};
+                continue;
+            }
+            gaps_.push_back({span.end, end});
+            gaps_.push_back({begin, span.begin});
+        }
+    }
+    bool narrow(const Ends& ends, const Span& gap) const {
+        const glm::dvec3 way = ends.to - ends.from;
+        return glm::distance(view_.onScreen(ends.from + gap.begin * way),
+                             view_.onScreen(ends.from + gap.end * way)) < smallestStep;
+    }
     /// From place to place, past what hides it.
     void passAlong(const EdgeLine& edge, const Ends& ends) {
         // The whole edge may reach behind the eye, where places on the screen have no order.
@@ -139,12 +165,13 @@ class PieceFinder {
         const glm::dvec3 to = ends.from + end * (ends.to - ends.from);
         const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
         const double pixel = length > 0.0 ? 1.0 / length : 1.0;
-        const double step = 1.0 / std::max(1.0, std::ceil(length / sampling_));
+        const double step = 1.0 / std::max(1.0, std::ceil(length / search_.sampling));
         for (double place = 0.5 * step; place < 1.0;) {
             const double along = begin + (end - begin) * view_.alongLine(from, to, place);
             Span span = hiddenAt(along);
             if (span.empty()) span = soughtAt(edge, ends, along);
             if (span.empty()) {
+                seen_.push_back(along);
                 place += step;
                 continue;
             }
@@ -161,12 +188,10 @@ class PieceFinder {
         return {};
     }
     Span soughtAt(const EdgeLine& edge, const Ends& ends, double along) {
-        auto ray = view_.towardsEye(ends.from + along * (ends.to - ends.from), gap_);
-        ray.clip(surface_.rays().box());
-        const auto met = surface_.rays().firstBut(ray, edge.triangles);
-        if (met.triangle == MeshMeeting::none) return {};
+        const std::uint32_t triangle = hider(edge, ends.from + along * (ends.to - ends.from));
+        if (triangle == MeshMeeting::none) return {};
         const auto& mesh = surface_.mesh();
-        const auto [i, j, k] = mesh.triangles[met.triangle];
+        const auto [i, j, k] = mesh.triangles[triangle];
         Span span = view_.hidden(
             ends.from, ends.to,
             {view_.toEye(mesh.positions[i]), view_.toEye(mesh.positions[j]), view_.toEye(mesh.positions[k])});
@@ -176,10 +201,28 @@ class PieceFinder {
         return span;
     }
 
+    /// A triangle that hides a place of the edge, in eye space.
+    std::uint32_t hider(const EdgeLine& edge, const glm::dvec3& place) const {
+        auto ray = view_.towardsEye(place, gap_);
+        ray.clip(surface_.rays().box());
+        const std::uint32_t likely = likelyAt(view_.onScreen(place));
+        const bool other = likely != edge.triangles[0] && likely != edge.triangles[1];
+        if (likely != MeshMeeting::none && other && !ray.empty() && meet(surface_.mesh(), likely, ray))
+            return likely;
+        return surface_.rays().firstBut(ray, edge.triangles).triangle;
+    }
+    std::uint32_t likelyAt(const glm::dvec2& place) const {
+        if (search_.likely == nullptr) return MeshMeeting::none;
+        return search_.likely->near(place.x, place.y);
+    }
+
     const MeshSurface& surface_;
     const LineView& view_;
-    const double sampling_, gap_;
+    const HiderSearch search_;
+    const double gap_;
     std::vector<Span> hidden_;  // of the edge
+    std::vector<double> seen_;  // places of it, in order
+    std::vector<Span> gaps_;    // of which it is not known whether they are seen, the next one last
 };
 
 }  // namespace
@@ -193,10 +236,10 @@ std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, 
 }
 
 std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
-                              const std::vector<EdgeLine>& edges, double sampling,
+                              const std::vector<EdgeLine>& edges, const HiderSearch& search,
                               const std::stop_token& stop) {
     return inOrder<EdgeLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
-        PieceFinder finder(surface, view, sampling);
+        PieceFinder finder(surface, view, search);
         for (std::size_t i = first; i < last && !stop.stop_requested(); ++i) finder.find(edges[i], pieces);
     });
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/render/ink/ink_line.h"
+#include "server/render/ink/raster.h"
 #include "server/render/layers/ink/line_view.h"
 #include "server/render/layers/mesh/mesh_surface.h"
 
@@ -29,11 +30,19 @@ struct EdgeLine {
 std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, double crease,
                               const std::stop_token& stop);
 
+/// How what hides a line is sought.
+struct HiderSearch {
+    /// Pixels between places where it is; what hides less may be missed.
+    double sampling;
+    /// A triangle that is seen in each pixel of the picture, or MeshMeeting::none: it is tried first. Time
+    /// depends on it, and what of narrower hiders is found.
+    const Raster<std::uint32_t>* likely = nullptr;
+};
+
 /// What of the edges no triangle but their own hides, in order. Where a triangle's shadow on an edge begins
-/// and ends is exact; triangles are sought at places `sampling` pixels apart, and narrower ones may be
-/// missed.
+/// and ends is exact.
 std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
-                              const std::vector<EdgeLine>& edges, double sampling,
+                              const std::vector<EdgeLine>& edges, const HiderSearch& search,
                               const std::stop_token& stop);
 
 /// Pieces that follow one another as long lines on the screen, with the depth steps beside them. `extent`: of

@@ -29,8 +29,13 @@ MeshStyle white(const InkStyle& style) {
 /// Rows of a mesh's modalities, one thread's.
 class RowMaker {
   public:
-    RowMaker(const MeshSight& sight, const MeshRays& rays, float paper, bool exact, Modalities& made)
-        : sight_(sight), mesh_(rays), paper_(paper), samples_(exact ? mostPlaces : 1), made_(made) {}
+    RowMaker(const MeshSight& sight, const MeshRays& rays, float paper, bool exact, MeshModalities& made)
+        : sight_(sight),
+          mesh_(rays),
+          paper_(paper),
+          samples_(exact ? mostPlaces : 1),
+          made_(made.modalities),
+          triangle_(made.triangle) {}
 
     void make(std::uint32_t row) {
         const std::uint32_t step = MeshRays::packet / samples_;
@@ -66,6 +71,7 @@ class RowMaker {
             made_.angle.at(column, row) =
                 glm::length(across) > leastAcross ? static_cast<float>(std::atan2(across.y, across.x)) : 0.0F;
             made_.part.at(column, row) = 0;
+            triangle_.at(column, row) = met_[i].triangle;
         }
         made_.grey.at(column, row) = static_cast<float>(grey / samples_);
     }
@@ -75,6 +81,7 @@ class RowMaker {
     const float paper_;
     const std::uint32_t samples_;
     Modalities& made_;
+    Raster<std::uint32_t>& triangle_;
     std::array<SightRay, MeshRays::packet> rays_;
     std::array<MeshRay, MeshRays::packet> inLayer_;
     std::array<MeshMeeting, MeshRays::packet> met_;
@@ -82,17 +89,18 @@ class RowMaker {
 
 }  // namespace
 
-Modalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
-                        const FramePlan& plan, const std::stop_token& stop) {
+MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
+                            const FramePlan& plan, const std::stop_token& stop) {
     const float paper = style.inkIsDark ? 1.0F : 0.0F;
-    Modalities made;
-    made.grey = Raster<float>(plan.width, plan.height, paper);
-    made.depth = Raster<float>(plan.width, plan.height, HUGE_VALF);
-    made.angle = Raster<float>(plan.width, plan.height);
-    made.part = Raster<std::uint32_t>(plan.width, plan.height, Modalities::nothing);
+    const std::uint32_t width = plan.width, height = plan.height;
+    MeshModalities made{{.grey = Raster<float>(width, height, paper),
+                         .depth = Raster<float>(width, height, HUGE_VALF),
+                         .angle = Raster<float>(width, height),
+                         .part = Raster<std::uint32_t>(width, height, Modalities::nothing)},
+                        Raster<std::uint32_t>(width, height, MeshMeeting::none)};
     const MeshStyle mesh = white(style);
     const MeshSight sight(plan, transform, mesh, surface, 1.0);
-    made.extent = std::max(sight.farDepth() - sight.nearDepth(), 1e-300);
+    made.modalities.extent = std::max(sight.farDepth() - sight.nearDepth(), 1e-300);
     tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
         if (!stop.stop_requested()) RowMaker(sight, surface.rays(), paper, plan.exact, made).make(row);
     });

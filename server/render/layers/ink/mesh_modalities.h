@@ -13,9 +13,16 @@
 
 namespace mote::render {
 
+struct MeshModalities {
+    Modalities modalities;
+    /// The triangle that is seen in each pixel, or MeshMeeting::none.
+    Raster<std::uint32_t> triangle;
+};
+
 /// In the size of the plan, whose camera is told; one place a pixel where it is not exact. Grey is the mean
-/// over a pixel, `paper` where nothing is seen; depth, angle and part are of its nearest place.
-Modalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
-                        const FramePlan& plan, const std::stop_token& stop);
+/// over a pixel, `paper` where nothing is seen; depth, angle, part and triangle are of its
+/// nearest place.
+MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,
+                            const FramePlan& plan, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -39,27 +39,54 @@ bool passesLeft(double side, const glm::vec3& from, const glm::vec3& to) {
     return std::tie(from.x, from.y, from.z) < std::tie(to.x, to.y, to.z);
 }
 
+/// A triangle as all rays from one place see it, by the volumes that they span with its edges (Pluecker).
+class TriangleFrom {
+  public:
+    TriangleFrom(const storage::SurfaceMesh& mesh, std::uint32_t triangle, const glm::dvec3& origin)
+        : triangle_(triangle),
+          origin_(origin),
+          a_(mesh.positions[mesh.triangles[triangle][0]]),
+          b_(mesh.positions[mesh.triangles[triangle][1]]),
+          c_(mesh.positions[mesh.triangles[triangle][2]]),
+          toA_(glm::dvec3(a_) - origin),
+          area_(glm::cross(glm::dvec3(b_) - glm::dvec3(a_), glm::dvec3(c_) - glm::dvec3(a_))) {
+        const glm::dvec3 toB = glm::dvec3(b_) - origin, toC = glm::dvec3(c_) - origin;
+        bc_ = glm::cross(toB, toC);
+        ca_ = glm::cross(toC, toA_);
+        ab_ = glm::cross(toA_, toB);
+    }
+
+    const glm::dvec3& origin() const { return origin_; }
+
+    /// Of a ray from there.
+    std::optional<MeshMeeting> meet(const MeshRay& ray) const {
+        const double z = glm::dot(ab_, ray.direction), x = glm::dot(bc_, ray.direction);
+        const bool left = passesLeft(z, a_, b_);
+        if (passesLeft(x, b_, c_) != left) return std::nullopt;
+        const double y = glm::dot(ca_, ray.direction);
+        if (passesLeft(y, c_, a_) != left) return std::nullopt;
+        const glm::dvec3 sides(x, y, z);
+        const double sum = sides.x + sides.y + sides.z;
+        const double speed = glm::dot(area_, ray.direction);
+        if (sum == 0.0 || speed == 0.0) return std::nullopt;  // seen edge-on
+        const double at = glm::dot(area_, toA_) / speed;
+        if (!(at >= ray.enter && at <= ray.leave)) return std::nullopt;
+        return MeshMeeting{triangle_, at, sides / sum};
+    }
+
+  private:
+    std::uint32_t triangle_;
+    glm::dvec3 origin_;
+    glm::vec3 a_, b_, c_;
+    glm::dvec3 toA_, area_;
+    glm::dvec3 bc_, ca_, ab_;
+};
+
 }  // namespace
 
-/// By the volumes that the ray spans with the edges (Pluecker).
 std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t triangle,
                                 const MeshRay& ray) {
-    const auto [i, j, k] = mesh.triangles[triangle];
-    const glm::vec3 &a = mesh.positions[i], &b = mesh.positions[j], &c = mesh.positions[k];
-    const glm::dvec3 toA = glm::dvec3(a) - ray.origin, toB = glm::dvec3(b) - ray.origin,
-                     toC = glm::dvec3(c) - ray.origin;
-    const glm::dvec3 sides(glm::dot(glm::cross(toB, toC), ray.direction),
-                           glm::dot(glm::cross(toC, toA), ray.direction),
-                           glm::dot(glm::cross(toA, toB), ray.direction));
-    const bool left = passesLeft(sides.z, a, b);
-    if (passesLeft(sides.x, b, c) != left || passesLeft(sides.y, c, a) != left) return std::nullopt;
-    const double sum = sides.x + sides.y + sides.z;
-    const glm::dvec3 area = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
-    const double speed = glm::dot(area, ray.direction);
-    if (sum == 0.0 || speed == 0.0) return std::nullopt;  // seen edge-on
-    const double at = glm::dot(area, toA) / speed;
-    if (!(at >= ray.enter && at <= ray.leave)) return std::nullopt;
-    return MeshMeeting{triangle, at, sides / sum};
+    return TriangleFrom(mesh, triangle, ray.origin).meet(ray);
 }
 
 struct MeshRays::Scene : EmbreeScene {
@@ -139,11 +166,14 @@ void MeshRays::Scene::intersect(const RTCIntersectFunctionNArguments* asked) {
     const auto& query = *reinterpret_cast<const Query*>(asked->context);
     RTCRayN* const rays = RTCRayHitN_RayN(asked->rayhit, asked->N);
     if (asked->primID == query.ignored[0] || asked->primID == query.ignored[1]) return;
+    std::optional<TriangleFrom> triangle;  // in a perspective all rays begin in one place
     for (unsigned i = 0; i < asked->N; ++i) {
         if (asked->valid[i] == 0) continue;
         const unsigned id = RTCRayN_id(rays, asked->N, i);
-        if (const auto met = meet(self.mesh, asked->primID, query.rays[id]))
-            self.take(*met, id, query, RTCRayN_tfar(rays, asked->N, i));
+        const MeshRay& ray = query.rays[id];
+        if (!triangle || triangle->origin() != ray.origin)
+            triangle.emplace(self.mesh, asked->primID, ray.origin);
+        if (const auto met = triangle->meet(ray)) self.take(*met, id, query, RTCRayN_tfar(rays, asked->N, i));
     }
 }
 
