@@ -8,6 +8,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "server/render/layers/ink/line_crossings.h"
+
 namespace mote::render {
 namespace {
 
@@ -23,6 +25,16 @@ struct Ends {
 
 Ends endsOf(const storage::SurfaceMesh& mesh, const EdgeLine& edge, const LineView& view) {
     return {view.toEye(mesh.positions[edge.vertices[0]]), view.toEye(mesh.positions[edge.vertices[1]])};
+}
+
+Ends partOf(const Ends& ends, const Span& span) {
+    return {ends.from + span.begin * (ends.to - ends.from), ends.from + span.end * (ends.to - ends.from)};
+}
+
+/// Of what lies in front of the eye.
+ScreenLine onScreen(const Ends& ends, const LineView& view) {
+    const auto nearness = [&](const glm::dvec3& at) { return view.perspective() ? -1.0 / at.z : at.z; };
+    return {view.onScreen(ends.from), view.onScreen(ends.to), nearness(ends.from), nearness(ends.to)};
 }
 
 glm::dvec3 area(const storage::SurfaceMesh& mesh, std::uint32_t triangle) {
@@ -107,9 +119,11 @@ class LineFinder {
 /// What is seen of one edge after another; one thread's.
 class PieceFinder {
   public:
-    PieceFinder(const MeshSurface& surface, const LineView& view, const HiderSearch& search)
+    PieceFinder(const MeshSurface& surface, const LineView& view, const LineCrossings& crossings,
+                const HiderSearch& search)
         : surface_(surface),
           view_(view),
+          crossings_(crossings),
           search_(search),
           gap_(gapShare * glm::length(surface.bounds().size())) {}
 
@@ -122,17 +136,38 @@ class PieceFinder {
         std::sort(hidden_.begin(), hidden_.end(),
                   [](const Span& a, const Span& b) { return a.begin < b.begin; });
         const std::vector<Span> hidden = hidden_;
+        crossed_.clear();
+        own_ = pieces.size();
         double begin = edge.piece.begin;
         for (const Span& span : hidden) {
-            settle(edge, ends, {begin, span.begin}, pieces);
+            if (begin < span.begin) settleParts(edge, ends, {begin, span.begin}, pieces);
             begin = std::max(begin, span.end);
         }
-        settle(edge, ends, {begin, edge.piece.end}, pieces);
+        if (begin < edge.piece.end) settleParts(edge, ends, {begin, edge.piece.end}, pieces);
     }
 
   private:
-    /// What lies between hidden parts is seen where a place of it is: triangles of a fine mesh hide less than
-    /// what lies between places that were tried.
+    /// What lies between hidden parts, parted where nearer lines cross it.
+    void settleParts(const EdgeLine& edge, const Ends& ends, const Span& gap, std::vector<EdgeLine>& pieces) {
+        if (crossed_.empty()) cross(edge, ends);
+        double begin = gap.begin;
+        for (auto at = std::upper_bound(crossed_.begin(), crossed_.end(), gap.begin);
+             at != crossed_.end() && *at < gap.end; ++at) {
+            settle(edge, ends, {begin, *at}, pieces);
+            begin = *at;
+        }
+        settle(edge, ends, {begin, gap.end}, pieces);
+    }
+    /// Where nearer lines cross an edge, with its ends.
+    void cross(const EdgeLine& edge, const Ends& ends) {
+        const auto [begin, end] = edge.piece;
+        const Ends part = partOf(ends, edge.piece);
+        crossings_.along(onScreen(part, view_), crossed_);
+        for (auto& share : crossed_)
+            share = begin + (end - begin) * view_.alongLine(part.from, part.to, share);
+        crossed_.push_back(end);
+    }
+    /// Of a part within which nothing changes but by what is narrow: it is seen where a place of it is.
     void settle(const EdgeLine& edge, const Ends& ends, const Span& gap, std::vector<EdgeLine>& pieces) {
         gaps_.assign(1, gap);
         while (!gaps_.empty()) {
@@ -141,16 +176,30 @@ class PieceFinder {
             if (!(begin < end)) continue;
             const auto seen = std::lower_bound(seen_.begin(), seen_.end(), begin);
             const bool known = seen != seen_.end() && *seen <= end;
-            if (!known && narrow(ends, {begin, end})) continue;
+            if (!known && narrow(ends, {begin, end})) {
+                if (follows(pieces, begin)) pieces.back().piece.end = end;
+                continue;
+            }
             const Span span = known ? Span{} : soughtAt(edge, ends, 0.5 * (begin + end));
             if (span.empty()) {
-                pieces.push_back(edge);
-                pieces.back().piece = {begin, end};
+                take(edge, {begin, end}, pieces);
                 continue;
             }
             gaps_.push_back({span.end, end});
             gaps_.push_back({begin, span.begin});
         }
+    }
+    /// Whether the edge's last piece ends there.
+    bool follows(const std::vector<EdgeLine>& pieces, double begin) const {
+        return pieces.size() > own_ && pieces.back().piece.end == begin;
+    }
+    void take(const EdgeLine& edge, const Span& span, std::vector<EdgeLine>& pieces) const {
+        if (follows(pieces, span.begin)) {
+            pieces.back().piece.end = span.end;
+            return;
+        }
+        pieces.push_back(edge);
+        pieces.back().piece = span;
     }
     bool narrow(const Ends& ends, const Span& gap) const {
         const glm::dvec3 way = ends.to - ends.from;
@@ -161,8 +210,7 @@ class PieceFinder {
     void passAlong(const EdgeLine& edge, const Ends& ends) {
         // The whole edge may reach behind the eye, where places on the screen have no order.
         const auto [begin, end] = edge.piece;
-        const glm::dvec3 from = ends.from + begin * (ends.to - ends.from);
-        const glm::dvec3 to = ends.from + end * (ends.to - ends.from);
+        const auto [from, to] = partOf(ends, edge.piece);
         const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
         const double pixel = length > 0.0 ? 1.0 / length : 1.0;
         const double step = 1.0 / std::max(1.0, std::ceil(length / search_.sampling));
@@ -218,12 +266,29 @@ class PieceFinder {
 
     const MeshSurface& surface_;
     const LineView& view_;
+    const LineCrossings& crossings_;
     const HiderSearch search_;
     const double gap_;
-    std::vector<Span> hidden_;  // of the edge
-    std::vector<double> seen_;  // places of it, in order
-    std::vector<Span> gaps_;    // of which it is not known whether they are seen, the next one last
+    std::vector<Span> hidden_;     // of the edge
+    std::vector<double> seen_;     // places of it, in order
+    std::vector<double> crossed_;  // places of it, in order; empty while they are not known
+    std::size_t own_ = 0;          // pieces before its own
+    std::vector<Span> gaps_;       // of which it is not known whether they are seen, the next one last
 };
+
+/// Of lines behind which something may be hidden: a surface ends there for the eye.
+LineCrossings crossingsOf(const storage::SurfaceMesh& mesh, const LineView& view,
+                          const std::vector<EdgeLine>& edges, const std::stop_token& stop) {
+    std::vector<ScreenLine> lines;
+    lines.reserve(edges.size());
+    for (const auto& edge : edges) {
+        if (edge.kind != LineKind::crease)
+            lines.push_back(onScreen(partOf(endsOf(mesh, edge, view), edge.piece), view));
+    }
+    const auto width = static_cast<std::uint32_t>(view.size().x),
+               height = static_cast<std::uint32_t>(view.size().y);
+    return {std::move(lines), width, height, margin, stop};
+}
 
 }  // namespace
 
@@ -238,8 +303,9 @@ std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, 
 std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
                               const std::vector<EdgeLine>& edges, const HiderSearch& search,
                               const std::stop_token& stop) {
+    const auto crossings = crossingsOf(surface.mesh(), view, edges, stop);
     return inOrder<EdgeLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
-        PieceFinder finder(surface, view, search);
+        PieceFinder finder(surface, view, crossings, search);
         for (std::size_t i = first; i < last && !stop.stop_requested(); ++i) finder.find(edges[i], pieces);
     });
 }
