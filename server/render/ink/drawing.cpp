@@ -2,6 +2,7 @@
 #include "server/render/ink/drawing.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -62,10 +63,18 @@ class DrawingMaker {
             drawing.shown = shown();
             return drawing;
         }
-        const auto chosen = choose();
+        ChosenLines chosen;
+        Segments regions;
+        const bool hatches = style_.hatch.strength > 0.0;
+        tbb::parallel_invoke([&] { chosen = choose(); },
+                             [&] {
+                                 if (hatches) regions = segments();
+                             });
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
-        for (const auto& stroke : hatched(chosen.density)) pen.draw(stroke, style_.hatch.width * pixels_);
+        if (!hatches) return drawing;
+        for (const auto& stroke : hatched(regions, chosen.density))
+            pen.draw(stroke, style_.hatch.width * pixels_);
         return drawing;
     }
 
@@ -104,13 +113,11 @@ class DrawingMaker {
                static_cast<float>(contrast);
     }
 
-    std::vector<HatchStroke> hatched(const ToneGrid& drawn) const {
+    std::vector<HatchStroke> hatched(const Segments& segments, const ToneGrid& drawn) const {
         const auto& hatchStyle = style_.hatch;
-        if (hatchStyle.strength == 0.0) return {};
         const HatchOptions options{.spacing = std::max(1.0, hatchStyle.spacing * pixels_),
                                    .width = hatchStyle.width * pixels_,
                                    .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
-        const auto segments = this->segments();
         const auto density = missing(drawn, options.spacing);
         return hatch({segments.label, segments.count, scene_.modalities.angle, density}, options, stop_);
     }

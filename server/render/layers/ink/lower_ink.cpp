@@ -14,7 +14,7 @@ namespace mote::render {
 namespace {
 
 // Pixels between places of a line at which what hides it is sought, at rest and in motion.
-constexpr double exactSampling = 0.5, quickSampling = 2.0;
+constexpr double exactSampling = 0.35, quickSampling = 2.0;
 
 bool needsLines(const InkStyle& style) {
     switch (style.show) {

@@ -49,27 +49,27 @@ class TriangleFrom {
           b_(mesh.positions[mesh.triangles[triangle][1]]),
           c_(mesh.positions[mesh.triangles[triangle][2]]),
           toA_(glm::dvec3(a_) - origin),
-          area_(glm::cross(glm::dvec3(b_) - glm::dvec3(a_), glm::dvec3(c_) - glm::dvec3(a_))) {
-        const glm::dvec3 toB = glm::dvec3(b_) - origin, toC = glm::dvec3(c_) - origin;
-        bc_ = glm::cross(toB, toC);
-        ca_ = glm::cross(toC, toA_);
+          toC_(glm::dvec3(c_) - origin) {
+        const glm::dvec3 toB = glm::dvec3(b_) - origin;
+        bc_ = glm::cross(toB, toC_);
         ab_ = glm::cross(toA_, toB);
     }
 
     const glm::dvec3& origin() const { return origin_; }
 
-    /// Of a ray from there.
+    /// Of a ray from there. What most rays that miss do not need is worked out when it is.
     std::optional<MeshMeeting> meet(const MeshRay& ray) const {
         const double z = glm::dot(ab_, ray.direction), x = glm::dot(bc_, ray.direction);
         const bool left = passesLeft(z, a_, b_);
         if (passesLeft(x, b_, c_) != left) return std::nullopt;
-        const double y = glm::dot(ca_, ray.direction);
+        const double y = glm::dot(glm::cross(toC_, toA_), ray.direction);
         if (passesLeft(y, c_, a_) != left) return std::nullopt;
         const glm::dvec3 sides(x, y, z);
         const double sum = sides.x + sides.y + sides.z;
-        const double speed = glm::dot(area_, ray.direction);
+        const glm::dvec3 area = glm::cross(glm::dvec3(b_) - glm::dvec3(a_), glm::dvec3(c_) - glm::dvec3(a_));
+        const double speed = glm::dot(area, ray.direction);
         if (sum == 0.0 || speed == 0.0) return std::nullopt;  // seen edge-on
-        const double at = glm::dot(area_, toA_) / speed;
+        const double at = glm::dot(area, toA_) / speed;
         if (!(at >= ray.enter && at <= ray.leave)) return std::nullopt;
         return MeshMeeting{triangle_, at, sides / sum};
     }
@@ -78,8 +78,8 @@ class TriangleFrom {
     std::uint32_t triangle_;
     glm::dvec3 origin_;
     glm::vec3 a_, b_, c_;
-    glm::dvec3 toA_, area_;
-    glm::dvec3 bc_, ca_, ab_;
+    glm::dvec3 toA_, toC_;
+    glm::dvec3 bc_, ab_;
 };
 
 }  // namespace
