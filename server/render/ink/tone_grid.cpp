@@ -7,7 +7,7 @@ namespace mote::render {
 namespace {
 
 constexpr double reach = 3.0;         // deviations from which on nothing is blurred
-constexpr double cellsOfBlur = 3.0;   // cells of a deviation, at least
+constexpr double cellsOfBlur = 2.0;   // cells of a deviation, at least
 constexpr double mostOfABlur = 64.0;  // deviation in cells that is blurred at once
 
 std::vector<float> gaussian(double deviation) {

@@ -15,7 +15,7 @@ namespace mote::render {
 
 /// How places of a picture lie in cells of several pixels.
 struct ToneCells {
-    /// `reading`: standard deviation of the blur, pixels: a cell is at most a third of it.
+    /// `reading`: standard deviation of the blur, pixels: a cell is at most half of it.
     ToneCells(std::uint32_t width, std::uint32_t height, double reading);
 
     std::uint32_t pixels;         ///< sides of a cell
