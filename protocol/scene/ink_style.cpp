@@ -7,12 +7,16 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "protocol/scene/check.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote {
 namespace {
+
+constexpr double largest = 1e30;  // of a value
 
 // Names in the order of their enumerations.
 constexpr std::array<std::string_view, 4> modes{"none", "all", "important", "adjusted"};
@@ -71,6 +75,15 @@ Result<SolidStyle> parseSolid(const Message& message) {
     return style;
 }
 
+Result<std::optional<Curve>> parseCurve(const proto::InkStyle& message) {
+    if (message.curve().empty()) return std::optional<Curve>();
+    std::vector<Curve::Knot> knots;
+    for (const auto& knot : message.curve()) knots.push_back({knot.value(), knot.opacity()});
+    auto curve = Curve::create(std::move(knots), -largest, largest);
+    if (!curve.ok()) return curve.error();
+    return std::optional(*std::move(curve));
+}
+
 template <class Value>
 Status take(Result<Value> parsed, Value& value, std::string_view field) {
     if (!parsed.ok()) return parsed.error().within(field);
@@ -95,6 +108,8 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
     MOTE_ASSIGN_OR_RETURN(style.show, parseName(message.show(), pictures, style.show, "show"));
     MOTE_ASSIGN_OR_RETURN(style.waver, checkRange(message.waver(), 0.0, 16.0, "waver"));
     style.taper = message.taper();
+    style.coherent = message.coherent();
+    MOTE_RETURN_IF_ERROR(take(parseCurve(message), style.opacity, "curve"));
     return style;
 }
 

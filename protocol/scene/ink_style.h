@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// InkStyle: the look of an ink layer, a pen-and-ink drawing of a mesh (docs/INK.md). A value; a parsed one is
-// valid.
+// InkStyle: the look of an ink layer, a pen-and-ink drawing of a mesh, a hybrid volume or particles
+// (docs/INK.md). A value; a parsed one is valid.
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string_view>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/curve.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/light.h"
 
@@ -60,11 +62,16 @@ struct InkStyle {
     InkPicture show = InkPicture::drawing;
     double waver = 0.0;
     bool taper = false;
+    /// What is seen of a volume (by value) or of particles (by scaled log density), as their own layers have
+    /// it; none: as the dataset's values ask.
+    std::optional<Curve> opacity;
+    bool coherent = false;  ///< strokes are kept from the picture before where they can be
 
     bool operator==(const InkStyle&) const = default;
 };
 
-/// Fills every default; `background` is linear RGB. Errors: a number out of range, a word that is not known.
+/// Fills every default; `background` is linear RGB. Errors: a number out of range, a word that is not known,
+/// a curve that descends.
 Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3& background);
 
 /// Words of the style, as messages have them; "" is the first's.

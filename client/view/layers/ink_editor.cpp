@@ -60,6 +60,7 @@ void InkControls::write(proto::InkStyle& style) const {
     style.set_occlusion(share(occlusion));
     style.set_waver(static_cast<double>(waver));
     style.set_taper(taper);
+    style.set_coherent(coherent);
     style.set_show(show == theDrawing ? "" : show);
     auto& light = *style.mutable_light();
     assign(light.mutable_direction(), angles.direction());
@@ -85,6 +86,7 @@ void InkControls::read(const proto::InkStyle& message) {
     reading = static_cast<float>(style.reading);
     waver = static_cast<float>(style.waver);
     taper = style.taper;
+    coherent = style.coherent;
     show = style.show == InkPicture::drawing ? theDrawing : toString(style.show);
     angles = LightAngles::of(style.light.direction);
     ambient = static_cast<float>(style.light.ambient);
@@ -108,6 +110,7 @@ void InkEditor::draw(const LayerPanel& panel) {
         nameList(actions, "show", controls.show, pictures);
         slider(actions, "waver", controls.waver, 0.0F, 8.0F, "%.1f pixels");
         checkbox(actions, "taper", controls.taper);
+        checkbox(actions, "coherent", controls.coherent);
         angleSliders(actions, "light", controls.angles);
         slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
         slider(actions, "occlusion", controls.occlusion, 0.0F, 1.0F);

@@ -28,6 +28,7 @@ struct InkControls {
     float reading = 0.0F;
     float waver = 0.0F;
     bool taper = false;
+    bool coherent = false;
     std::string show;    ///< an InkPicture; "drawing" for itself
     LightAngles angles;  ///< towards the light
     float ambient = 0.15F;
