@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A drawing of a mesh in pen and ink: what its stages cost, how much of its lines is what is seen, by a dense
-// trial, and how far its tones are from what is to be drawn.
-//   bench-ink NAME.mote VIEW.json [--lines] [--times N]
+// trial, how far its tones are from what is to be drawn, and how it flickers as the camera turns.
+//   bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES]
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -15,6 +15,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -84,6 +85,13 @@ struct Made {
     Drawing drawing;
 };
 
+InkCamera inkCamera(const FramePlan& plan, const Layer& layer) {
+    return {.toEye = plan.camera.worldToEye() * layer.transform,
+            .perspective = plan.camera.perspective(),
+            .pixels = plan.height / (2.0 * plan.camera.halfHeight()),
+            .size = {plan.width, plan.height}};
+}
+
 Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan) {
     const InkStyle& style = *layer.ink();
     const auto begun = Clock::now();
@@ -91,6 +99,7 @@ Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan)
     Made made;
     auto seen = modalitiesOf(surface, layer.transform, style, plan, {});
     made.scene.modalities = std::move(seen.modalities);
+    made.scene.camera = inkCamera(plan, layer);
     watch.lap("modalities");
     const LineView view(plan, layer.transform);
     made.edges = linesOf(surface, view, style.silhouettes.crease, {});
@@ -220,20 +229,109 @@ void tryTones(const Made& made, const FramePlan& plan, const InkStyle& style) {
     }
 }
 
+/// A film's pictures as the eye sees their ink, and what of it changes without a motion.
+class Film {
+  public:
+    /// Takes the next picture; the share of the ink that both show, where both see the same, which differs.
+    void show(const InkScene& scene, const Strokes& strokes, const FramePlan& plan) {
+        const auto ink = blurred(coverOf(strokes, plan), inkBlur);
+        if (!ink_.values.empty()) compare(scene, ink);
+        ink_ = ink;
+        depth_ = scene.modalities.depth;
+        camera_ = scene.camera;
+    }
+    double flicker() const { return changed_ / inked_; }
+
+  private:
+    static constexpr double inkBlur = 1.5;      // standard deviation, pixels: less than that is no flicker
+    static constexpr double alikeDepth = 2e-3;  // of the extent
+
+    void compare(const InkScene& scene, const Raster<float>& ink) {
+        const PictureMotion motion(scene.camera, camera_);
+        const double most = alikeDepth * scene.modalities.extent;
+        for (std::uint32_t row = 0; row < ink.height; ++row) {
+            for (std::uint32_t column = 0; column < ink.width; ++column) {
+                const auto depth = static_cast<double>(scene.modalities.depth.at(column, row));
+                if (!std::isfinite(depth)) continue;
+                const auto was = motion({{column + 0.5, row + 0.5}, depth});
+                if (!(was.at.x >= 0.5 && was.at.y >= 0.5 && was.at.x < ink.width - 0.5 &&
+                      was.at.y < ink.height - 0.5))
+                    continue;
+                const auto seen = static_cast<double>(depth_.near(was.at.x, was.at.y));
+                if (!(std::abs(seen - was.depth) <= most)) continue;
+                const double now = static_cast<double>(ink.at(column, row)), then = between(was.at);
+                changed_ += std::abs(now - then);
+                inked_ += 0.5 * (now + then);
+            }
+        }
+    }
+    double between(const glm::dvec2& at) const {
+        const glm::dvec2 place = at - 0.5, floor(std::floor(place.x), std::floor(place.y));
+        const glm::dvec2 share = place - floor;
+        const auto value = [&](double x, double y) {
+            return static_cast<double>(ink_.near(floor.x + x + 0.5, floor.y + y + 0.5));
+        };
+        return std::lerp(std::lerp(value(0, 0), value(1, 0), share.x),
+                         std::lerp(value(0, 1), value(1, 1), share.x), share.y);
+    }
+
+    Raster<float> ink_, depth_;
+    InkCamera camera_;
+    double changed_ = 0.0, inked_ = 0.0;
+};
+
+/// The camera turns around its target.
+void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, double degrees, int frames) {
+    const InkStyle& style = *layer.ink();
+    InkStyle all = style;
+    all.silhouettes.mode = SilhouetteMode::all;
+    all.hatch.strength = 0.0;
+    Film still, coherent, lines;
+    InkMemory memory;
+    const glm::dvec3 off = plan.camera.eye - plan.camera.target;
+    const glm::dvec3 up = glm::normalize(plan.camera.up);
+    for (int i = 0; i < frames; ++i) {
+        const double turn = i * degrees * std::numbers::pi / 180.0;
+        plan.camera.eye = plan.camera.target + std::cos(turn) * off + std::sin(turn) * glm::cross(up, off) +
+                          (1.0 - std::cos(turn)) * glm::dot(up, off) * up;
+        auto seen = modalitiesOf(surface, layer.transform, style, plan, {});
+        const LineView view(plan, layer.transform);
+        const auto edges = linesOf(surface, view, style.silhouettes.crease, {});
+        const auto pieces =
+            visible(surface, view, edges, {.sampling = sampling, .likely = &seen.triangle}, {});
+        const double extent = seen.modalities.extent;
+        const InkScene scene{std::move(seen.modalities), chained(surface, view, pieces, extent, {}),
+                             inkCamera(plan, layer)};
+        still.show(scene, drawInk(scene, style, 1.0, {}).strokes, plan);
+        coherent.show(scene, drawInk(scene, style, 1.0, {}, &memory).strokes, plan);
+        lines.show(scene, drawInk(scene, all, 1.0, {}).strokes, plan);
+    }
+    fmt::print(
+        "film of {} pictures, {} degrees each: ink that changes {:.4f} of independent pictures, {:.4f} of "
+        "coherent ones, {:.4f} of all lines alone\n",
+        frames, degrees, still.flicker(), coherent.flicker(), lines.flicker());
+}
+
 int run(int count, char** arguments) {
     if (count < 3) {
-        fmt::print(stderr, "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N]\n");
+        fmt::print(stderr,
+                   "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES]\n");
         return 2;
     }
     const MeshSurface surface = read(arguments[1]);
     auto view = readView(arguments[2]);
     bool lines = false, tones = false;
-    int times = 1;
+    int times = 1, frames = 0;
+    double degrees = 0.0;
     for (int i = 3; i < count; ++i) {
         const std::string word = arguments[i];
         lines |= word == "--lines";
         tones |= word == "--tones";
         if (word == "--times" && i + 1 < count) times = std::atoi(arguments[++i]);
+        if (word == "--film" && i + 2 < count) {
+            degrees = std::atof(arguments[++i]);
+            frames = std::atoi(arguments[++i]);
+        }
     }
     FramePlan plan;
     plan.width = view.width;
@@ -243,6 +341,7 @@ int run(int count, char** arguments) {
     for (int i = 0; i < times; ++i) made = draw(surface, view.layers[0], plan);
     if (lines) tryLines(surface, made, plan);
     if (tones) tryTones(made, plan, *view.layers[0].ink());
+    if (frames > 1) tryFilm(surface, view.layers[0], plan, degrees, frames);
     return 0;
 }
 
