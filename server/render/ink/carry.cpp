@@ -9,26 +9,18 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "server/render/ink/tone_grid.h"
-
 namespace mote::render {
 namespace {
 
 constexpr std::uint32_t nowhere = UINT32_MAX;
 constexpr double alikeDepth = 0.01;     // of the extent: what is one place in two pictures differs by less
-constexpr double alikeTurn = 0.5;       // cosine of twice what one line turns by from picture to picture
+constexpr double alikeLine = 0.004;     // likewise of lines, which lie in crowds
 constexpr double outgrown = 1.5;        // times what differs within a region: no longer of it
 constexpr double mostTurn = 0.02;       // radians that strokes turn by in a picture
 constexpr double otherWay = 0.5;        // radians: strokes are drawn anew rather than turned
 constexpr double mostShare = 0.5;       // of a region, that it has from the one it was
 constexpr float kept = 0.6F;            // of the density before
 constexpr std::array around{0, -1, 1};  // pixels beside that in which a place was
-
-glm::dvec2 doubled(const glm::dvec2& way) {
-    const double square = glm::dot(way, way);
-    if (!(square > 0.0)) return glm::dvec2(0.0);
-    return glm::dvec2(way.x * way.x - way.y * way.y, 2.0 * way.x * way.y) / square;
-}
 
 /// Calls take(pixel) for those of a picture at a place and around it, until it says true.
 template <class T, class Take>
@@ -155,39 +147,26 @@ HatchFrame moved(const HatchFrame& before, const HatchFrame& asked, const Origin
 Carry::Carry(const Modalities& now, const InkCamera& camera, const InkMemory& before)
     : now_(now), before_(before), motion_(camera, before.camera), from_(seenBefore(now, motion_, before)) {}
 
-LineBefore Carry::lineAt(const PicturePlace& place, const glm::dvec2& direction) const {
-    const auto was = motion_(place);
-    const auto onward = motion_({place.at + direction, place.depth});
-    const glm::dvec2 turned = doubled(onward.at - was.at);
-    const double most = alikeDepth * before_.extent;
-    auto state = LineBefore::unknown;
-    eachAround(before_.lines, was.at, [&](std::size_t pixel) {
-        const auto& mark = before_.lines.values[pixel];
-        if (mark.state == LineMark::none) return false;
-        if (!(std::abs(static_cast<double>(mark.depth) - was.depth) <= most)) return false;
-        const glm::dvec2 its(mark.cosine, mark.sine);
-        if (!(glm::dot(its, turned) >= alikeTurn)) return false;
-        state = mark.state == LineMark::drawn ? LineBefore::drawn : LineBefore::left;
-        return state == LineBefore::drawn;
-    });
-    return state;
+LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to) const {
+    const auto a = motion_({from.at, from.depth}), b = motion_({to.at, to.depth});
+    const double length = glm::distance(a.at, b.at);
+    const glm::dvec2 direction = length > 0.0 ? (b.at - a.at) / length : glm::dvec2(0.0);
+    std::array<int, 3> counts{};
+    for (const double share : {1.0 / 6.0, 0.5, 5.0 / 6.0}) {
+        const PicturePlace place{glm::mix(a.at, b.at, share), std::lerp(a.depth, b.depth, share)};
+        const auto state = before_.lines.at(place, direction, alikeLine * before_.extent);
+        ++counts[static_cast<std::size_t>(state)];
+    }
+    return static_cast<LineBefore>(std::max_element(counts.begin(), counts.end()) - counts.begin());
 }
 
-std::vector<LineBefore> Carry::linesBefore(const InkLine& line) const {
-    constexpr std::array shares{1.0 / 6.0, 0.5, 5.0 / 6.0};
-    std::vector<LineBefore> states;
-    for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
-        const auto &a = line.points[i], &b = line.points[i + 1];
-        const double length = glm::distance(a.at, b.at);
-        const glm::dvec2 direction = length > 0.0 ? (b.at - a.at) / length : glm::dvec2(0.0);
-        std::array<int, 3> counts{};
-        for (const double share : shares) {
-            const PicturePlace place{glm::mix(a.at, b.at, share), std::lerp(a.depth, b.depth, share)};
-            ++counts[static_cast<std::size_t>(lineAt(place, direction))];
-        }
-        const auto most = std::max_element(counts.begin(), counts.end()) - counts.begin();
-        states.push_back(static_cast<LineBefore>(most));
-    }
+std::vector<std::vector<LineBefore>> Carry::linesBefore(const std::vector<InkLine>& lines) const {
+    std::vector<std::vector<LineBefore>> states(lines.size());
+    tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
+        const auto& points = lines[i].points;
+        for (std::size_t k = 0; k + 1 < points.size(); ++k)
+            states[i].push_back(segmentBefore(points[k], points[k + 1]));
+    });
     return states;
 }
 
@@ -230,29 +209,6 @@ void Carry::even(Raster<float>& density) const {
         if (from_.values[i] == nowhere) continue;
         density.values[i] += kept * (before_.density.values[from_.values[i]] - density.values[i]);
     }
-}
-
-Raster<LineMark> marksOf(const std::vector<InkLine>& all, const std::vector<InkLine>& drawn,
-                         std::uint32_t width, std::uint32_t height) {
-    Raster<LineMark> marks(width, height);
-    const auto put = [&](const InkLine& line, auto state) {
-        for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
-            const auto &a = line.points[i], &b = line.points[i + 1];
-            const glm::dvec2 way = b.at - a.at, turned = doubled(way);
-            const double square = std::max(glm::dot(way, way), 1e-300);
-            eachSquare(a.at, b.at, width, height, [&](std::uint32_t column, std::uint32_t row, double) {
-                const glm::dvec2 middle(column + 0.5, row + 0.5);
-                const double share = std::clamp(glm::dot(middle - a.at, way) / square, 0.0, 1.0);
-                const auto depth = static_cast<float>(std::lerp(a.depth, b.depth, share));
-                auto& mark = marks.at(column, row);
-                if (mark.state > state || (mark.state == state && mark.depth <= depth)) return;
-                mark = {depth, static_cast<float>(turned.x), static_cast<float>(turned.y), state};
-            });
-        }
-    };
-    for (const auto& line : all) put(line, LineMark::left);
-    for (const auto& line : drawn) put(line, LineMark::drawn);
-    return marks;
 }
 
 }  // namespace mote::render

@@ -13,16 +13,13 @@
 
 namespace mote::render {
 
-/// How a line was drawn before.
-enum class LineBefore { unknown, left, drawn };
-
 class Carry {
   public:
     /// Refers to both.
     Carry(const Modalities& now, const InkCamera& camera, const InkMemory& before);
 
-    /// Of each segment of a line.
-    std::vector<LineBefore> linesBefore(const InkLine& line) const;
+    /// How each segment of each line was drawn.
+    std::vector<std::vector<LineBefore>> linesBefore(const std::vector<InkLine>& lines) const;
     /// Regions as before where they still go with what is seen there; where they do not, or nothing was seen
     /// before, as they are found anew.
     Segments regions(const Segments& found, const SegmentOptions& options) const;
@@ -33,16 +30,12 @@ class Carry {
     void even(Raster<float>& density) const;
 
   private:
-    LineBefore lineAt(const PicturePlace& place, const glm::dvec2& direction) const;
+    LineBefore segmentBefore(const LinePoint& from, const LinePoint& to) const;
 
     const Modalities& now_;
     const InkMemory& before_;
     PictureMotion motion_;
     Raster<std::uint32_t> from_;  // the pixel in which each was seen before, or nowhere
 };
-
-/// What is remembered of lines: `drawn` lie over `all`.
-Raster<LineMark> marksOf(const std::vector<InkLine>& all, const std::vector<InkLine>& drawn,
-                         std::uint32_t width, std::uint32_t height);
 
 }  // namespace mote::render

@@ -36,10 +36,11 @@ double lengthOf(const InkLine& line, std::size_t segment) {
 
 std::vector<Piece> piecesOf(const std::vector<InkLine>& lines, double longest, const Carry* carry) {
     std::vector<Piece> pieces;
-    std::vector<LineBefore> before;
+    std::vector<std::vector<LineBefore>> states(lines.size());
+    if (carry != nullptr) states = carry->linesBefore(lines);
     for (std::uint32_t i = 0; i < lines.size(); ++i) {
         const auto segments = static_cast<std::uint32_t>(lines[i].points.size()) - 1;
-        if (carry != nullptr) before = carry->linesBefore(lines[i]);
+        auto& before = states[i];
         before.resize(segments, LineBefore::unknown);
         Piece piece{.line = i};
         double length = 0.0, steps = 0.0;
@@ -219,19 +220,20 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     }
 }
 
-/// What is drawn of lines; pieces that follow one another are one.
-std::vector<InkLine> drawnOf(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces) {
-    std::vector<InkLine> drawn;
+/// What is drawn of lines, or is not; pieces that follow one another are one.
+std::vector<InkLine> joined(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces, bool drawn) {
+    std::vector<InkLine> made;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-        if (!pieces[i].drawn) continue;
+        if (pieces[i].drawn != drawn) continue;
         const InkLine& line = lines[pieces[i].line];
         const std::size_t begin = pieces[i].begin;
-        while (i + 1 < pieces.size() && pieces[i + 1].drawn && pieces[i + 1].line == pieces[i].line) ++i;
-        drawn.push_back({line.kind,
-                         {line.points.begin() + static_cast<std::ptrdiff_t>(begin),
-                          line.points.begin() + static_cast<std::ptrdiff_t>(pieces[i].end) + 1}});
+        while (i + 1 < pieces.size() && pieces[i + 1].drawn == drawn && pieces[i + 1].line == pieces[i].line)
+            ++i;
+        made.push_back({line.kind,
+                        {line.points.begin() + static_cast<std::ptrdiff_t>(begin),
+                         line.points.begin() + static_cast<std::ptrdiff_t>(pieces[i].end) + 1}});
     }
-    return drawn;
+    return made;
 }
 
 }  // namespace
@@ -247,8 +249,9 @@ ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, do
 
 ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
                         const LineTarget& target, const std::stop_token& stop) {
-    if (style.mode == SilhouetteMode::none) return {{}, ToneGrid(target.cells.columns, target.cells.rows)};
-    if (style.mode == SilhouetteMode::all) return {lines, densityOf(lines, target.cells, target.width)};
+    if (style.mode == SilhouetteMode::none)
+        return {{}, lines, ToneGrid(target.cells.columns, target.cells.rows)};
+    if (style.mode == SilhouetteMode::all) return {lines, {}, densityOf(lines, target.cells, target.width)};
     auto pieces = piecesOf(lines, target.longest, target.before);
     Trial trial(lines, target);
     if (style.mode == SilhouetteMode::adjusted) {
@@ -258,7 +261,7 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
             if (static_cast<double>(piece.importance) > style.importance) trial.draw(piece);
         }
     }
-    return {drawnOf(lines, pieces), trial.take()};
+    return {joined(lines, pieces, true), joined(lines, pieces, false), trial.take()};
 }
 
 }  // namespace mote::render

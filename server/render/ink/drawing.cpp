@@ -84,7 +84,7 @@ class DrawingMaker {
             plan = hatchPlan(std::move(regions), chosen.density);
             for (const auto& stroke : hatched(plan)) pen.draw(stroke, style_.hatch.width * pixels_);
         }
-        if (memory_ != nullptr && !stop_.stop_requested()) remember(chosen.lines, std::move(plan));
+        if (memory_ != nullptr && !stop_.stop_requested()) remember(chosen, std::move(plan));
         return drawing;
     }
 
@@ -156,11 +156,11 @@ class DrawingMaker {
         auto found = segmentsOf(scene_.modalities, options, stop_);
         return carry_ && !stop_.stop_requested() ? carry_->regions(found, options) : found;
     }
-    void remember(const std::vector<InkLine>& drawn, HatchPlan plan) {
+    void remember(const ChosenLines& chosen, HatchPlan plan) {
         const auto& modalities = scene_.modalities;
-        auto marks = marksOf(scene_.lines, drawn, modalities.depth.width, modalities.depth.height);
+        LineMap lines(chosen.lines, chosen.left, modalities.depth.width, modalities.depth.height);
         carry_.reset();
-        *memory_ = {scene_.camera,           modalities.extent,      modalities.depth,       std::move(marks),
+        *memory_ = {scene_.camera,           modalities.extent,      modalities.depth,       std::move(lines),
                     std::move(plan.regions), std::move(plan.frames), std::move(plan.density)};
     }
     /// The density that lines leave to be hatched.

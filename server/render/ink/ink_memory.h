@@ -9,23 +9,17 @@
 
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/ink_camera.h"
+#include "server/render/ink/line_map.h"
 #include "server/render/ink/raster.h"
 #include "server/render/ink/segments.h"
 
 namespace mote::render {
 
-/// The line that passes a pixel: of several the nearest, one that was drawn before one that was left out.
-struct LineMark {
-    float depth = 0.0F;                ///< along the line of sight, world units
-    float cosine = 0.0F, sine = 0.0F;  ///< of twice its direction on the screen
-    enum : std::uint8_t { none, left, drawn } state = none;
-};
-
 struct InkMemory {
     InkCamera camera;
     double extent = 1.0;  ///< Modalities::extent
     Raster<float> depth;  ///< Modalities::depth
-    Raster<LineMark> lines;
+    LineMap lines;
     Segments regions;
     std::vector<HatchFrame> frames;  ///< of the regions
     Raster<float> density;           ///< that was hatched
