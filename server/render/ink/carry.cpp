@@ -145,7 +145,11 @@ HatchFrame moved(const HatchFrame& before, const HatchFrame& asked, const Origin
 }  // namespace
 
 Carry::Carry(const Modalities& now, const InkCamera& camera, const InkMemory& before)
-    : now_(now), before_(before), motion_(camera, before.camera), from_(seenBefore(now, motion_, before)) {}
+    : now_(now),
+      before_(before),
+      motion_(camera, before.camera),
+      lines_(before.drawn, before.left, before.depth.width, before.depth.height),
+      from_(seenBefore(now, motion_, before)) {}
 
 LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to) const {
     const auto a = motion_({from.at, from.depth}), b = motion_({to.at, to.depth});
@@ -154,7 +158,7 @@ LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to) cons
     std::array<int, 3> counts{};
     for (const double share : {1.0 / 6.0, 0.5, 5.0 / 6.0}) {
         const PicturePlace place{glm::mix(a.at, b.at, share), std::lerp(a.depth, b.depth, share)};
-        const auto state = before_.lines.at(place, direction, alikeLine * before_.extent);
+        const auto state = lines_.at(place, direction, alikeLine * before_.extent);
         ++counts[static_cast<std::size_t>(state)];
     }
     return static_cast<LineBefore>(std::max_element(counts.begin(), counts.end()) - counts.begin());

@@ -9,6 +9,7 @@
 
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/ink_memory.h"
+#include "server/render/ink/line_map.h"
 #include "server/render/ink/modalities.h"
 
 namespace mote::render {
@@ -35,6 +36,7 @@ class Carry {
     const Modalities& now_;
     const InkMemory& before_;
     PictureMotion motion_;
+    LineMap lines_;               // of before
     Raster<std::uint32_t> from_;  // the pixel in which each was seen before, or nowhere
 };
 

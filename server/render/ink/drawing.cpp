@@ -84,7 +84,7 @@ class DrawingMaker {
             plan = hatchPlan(std::move(regions), chosen.density);
             for (const auto& stroke : hatched(plan)) pen.draw(stroke, style_.hatch.width * pixels_);
         }
-        if (memory_ != nullptr && !stop_.stop_requested()) remember(chosen, std::move(plan));
+        if (memory_ != nullptr && !stop_.stop_requested()) remember(std::move(chosen), std::move(plan));
         return drawing;
     }
 
@@ -156,12 +156,12 @@ class DrawingMaker {
         auto found = segmentsOf(scene_.modalities, options, stop_);
         return carry_ && !stop_.stop_requested() ? carry_->regions(found, options) : found;
     }
-    void remember(const ChosenLines& chosen, HatchPlan plan) {
+    void remember(ChosenLines chosen, HatchPlan plan) {
         const auto& modalities = scene_.modalities;
-        LineMap lines(chosen.lines, chosen.left, modalities.depth.width, modalities.depth.height);
         carry_.reset();
-        *memory_ = {scene_.camera,           modalities.extent,      modalities.depth,       std::move(lines),
-                    std::move(plan.regions), std::move(plan.frames), std::move(plan.density)};
+        *memory_ = {scene_.camera,           modalities.extent,      modalities.depth,
+                    std::move(chosen.lines), std::move(chosen.left), std::move(plan.regions),
+                    std::move(plan.frames),  std::move(plan.density)};
     }
     /// The density that lines leave to be hatched.
     Raster<float> missing(const ToneGrid& drawn, double spacing) const {

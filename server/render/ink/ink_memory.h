@@ -9,7 +9,7 @@
 
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/ink_camera.h"
-#include "server/render/ink/line_map.h"
+#include "server/render/ink/ink_line.h"
 #include "server/render/ink/raster.h"
 #include "server/render/ink/segments.h"
 
@@ -17,9 +17,9 @@ namespace mote::render {
 
 struct InkMemory {
     InkCamera camera;
-    double extent = 1.0;  ///< Modalities::extent
-    Raster<float> depth;  ///< Modalities::depth
-    LineMap lines;
+    double extent = 1.0;               ///< Modalities::extent
+    Raster<float> depth;               ///< Modalities::depth
+    std::vector<InkLine> drawn, left;  ///< lines that were drawn, and that were not
     Segments regions;
     std::vector<HatchFrame> frames;  ///< of the regions
     Raster<float> density;           ///< that was hatched

@@ -229,53 +229,107 @@ void tryTones(const Made& made, const FramePlan& plan, const InkStyle& style) {
     }
 }
 
-/// A film's pictures as the eye sees their ink, and what of it changes without a motion.
+/// Strokes of a picture, in short steps, where the place on the surface is seen in another picture too; there
+/// they are where they go with the surface.
+struct SharedStrokes {
+    Strokes here, there;
+
+    SharedStrokes(const Strokes& strokes, const PictureMotion& motion, const Raster<float>& depthThere,
+                  double alike) {
+        for (const auto& line : strokes.lines) {
+            for (auto i = line.begin; i < line.end; ++i) {
+                const auto& from = strokes.points[i];
+                const auto& to = strokes.points[std::min(i + 1, line.end - 1)];
+                const int count = std::max(
+                    1, static_cast<int>(std::hypot(to.x - from.x, to.y - from.y) / static_cast<float>(step)));
+                for (int k = 0; k < count; ++k) {
+                    const float share = static_cast<float>(k) / static_cast<float>(count);
+                    add({std::lerp(from.x, to.x, share), std::lerp(from.y, to.y, share),
+                         std::lerp(from.width, to.width, share),
+                         std::lerp(from.depth, to.depth, static_cast<double>(share))},
+                        motion, depthThere, alike);
+                }
+            }
+            end();
+        }
+    }
+
+  private:
+    static constexpr double step = 2.0;  // pixels
+
+    void add(const StrokePoint& point, const PictureMotion& motion, const Raster<float>& depthThere,
+             double alike) {
+        const auto moved = motion({{point.x, point.y}, point.depth});
+        bool seen = false;
+        for (const double down : {-1.0, 0.0, 1.0}) {
+            for (const double across : {-1.0, 0.0, 1.0}) {
+                const glm::dvec2 at = moved.at + glm::dvec2(across, down);
+                if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < depthThere.width && at.y < depthThere.height))
+                    continue;
+                seen |= static_cast<double>(depthThere.near(at.x, at.y)) >= moved.depth - alike;
+            }
+        }
+        if (!seen) return end();
+        here.points.push_back(point);
+        there.points.push_back(
+            {static_cast<float>(moved.at.x), static_cast<float>(moved.at.y), point.width, moved.depth});
+    }
+    void end() {
+        const auto begin = here.lines.empty() ? 0U : here.lines.back().end;
+        const auto last = static_cast<std::uint32_t>(here.points.size());
+        if (last == begin) return;
+        here.lines.push_back({begin, last});
+        there.lines.push_back({begin, last});
+    }
+};
+
+/// What of a film's ink comes or goes where a motion does not explain it: strokes go with the surface that
+/// they are drawn on, and where that is seen in both of two pictures, ink of the one is compared with that of
+/// the other, as the eye sees it.
 class Film {
   public:
-    /// Takes the next picture; the share of the ink that both show, where both see the same, which differs.
-    void show(const InkScene& scene, const Strokes& strokes, const FramePlan& plan) {
-        const auto ink = blurred(coverOf(strokes, plan), inkBlur);
-        if (!ink_.values.empty()) compare(scene, ink);
-        ink_ = ink;
-        depth_ = scene.modalities.depth;
+    /// `memory`: as drawInk left it.
+    void show(const InkScene& scene, const Drawing& drawing, const InkMemory& memory, const FramePlan& plan) {
+        const auto& modalities = scene.modalities;
+        const auto strokes = onSurface(drawing.strokes, memory.drawn);
+        if (!depth_.values.empty()) {
+            const double alike = alikeDepth * modalities.extent;
+            const SharedStrokes then(strokes_, PictureMotion(camera_, scene.camera), modalities.depth, alike);
+            const SharedStrokes now(strokes, PictureMotion(scene.camera, camera_), depth_, alike);
+            const auto was = blurred(coverOf(then.there, plan), inkBlur);
+            const auto is = blurred(coverOf(now.here, plan), inkBlur);
+            for (std::size_t i = 0; i < is.values.size(); ++i) {
+                changed_ += std::abs(static_cast<double>(is.values[i]) - static_cast<double>(was.values[i]));
+                inked_ += 0.5 * (static_cast<double>(is.values[i]) + static_cast<double>(was.values[i]));
+            }
+        }
+        strokes_ = strokes;
+        depth_ = modalities.depth;
         camera_ = scene.camera;
     }
+    /// As a share of the ink.
     double flicker() const { return changed_ / inked_; }
 
   private:
     static constexpr double inkBlur = 1.5;      // standard deviation, pixels: less than that is no flicker
     static constexpr double alikeDepth = 2e-3;  // of the extent
 
-    void compare(const InkScene& scene, const Raster<float>& ink) {
-        const PictureMotion motion(scene.camera, camera_);
-        const double most = alikeDepth * scene.modalities.extent;
-        for (std::uint32_t row = 0; row < ink.height; ++row) {
-            for (std::uint32_t column = 0; column < ink.width; ++column) {
-                const auto depth = static_cast<double>(scene.modalities.depth.at(column, row));
-                if (!std::isfinite(depth)) continue;
-                const auto was = motion({{column + 0.5, row + 0.5}, depth});
-                if (!(was.at.x >= 0.5 && was.at.y >= 0.5 && was.at.x < ink.width - 0.5 &&
-                      was.at.y < ink.height - 0.5))
-                    continue;
-                const auto seen = static_cast<double>(depth_.near(was.at.x, was.at.y));
-                if (!(std::abs(seen - was.depth) <= most)) continue;
-                const double now = static_cast<double>(ink.at(column, row)), then = between(was.at);
-                changed_ += std::abs(now - then);
-                inked_ += 0.5 * (now + then);
-            }
+    /// Lines, which are the first strokes, at the depths of their edges: a pen brings them nearer.
+    static Strokes onSurface(const Strokes& strokes, const std::vector<InkLine>& lines) {
+        Strokes made = strokes;
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            const float width = strokes.points[strokes.lines[i].begin].width;
+            const auto begin = static_cast<std::uint32_t>(made.points.size());
+            for (const auto& point : lines[i].points)
+                made.points.push_back(
+                    {static_cast<float>(point.at.x), static_cast<float>(point.at.y), width, point.depth});
+            made.lines[i] = {begin, static_cast<std::uint32_t>(made.points.size())};
         }
-    }
-    double between(const glm::dvec2& at) const {
-        const glm::dvec2 place = at - 0.5, floor(std::floor(place.x), std::floor(place.y));
-        const glm::dvec2 share = place - floor;
-        const auto value = [&](double x, double y) {
-            return static_cast<double>(ink_.near(floor.x + x + 0.5, floor.y + y + 0.5));
-        };
-        return std::lerp(std::lerp(value(0, 0), value(1, 0), share.x),
-                         std::lerp(value(0, 1), value(1, 1), share.x), share.y);
+        return made;
     }
 
-    Raster<float> ink_, depth_;
+    Strokes strokes_;
+    Raster<float> depth_;
     InkCamera camera_;
     double changed_ = 0.0, inked_ = 0.0;
 };
@@ -288,6 +342,10 @@ void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, dou
     all.hatch.strength = 0.0;
     Film still, coherent, lines;
     InkMemory memory;
+    const auto show = [&](Film& film, const InkScene& scene, const InkStyle& of, InkMemory& kept) {
+        const auto drawing = drawInk(scene, of, 1.0, {}, &kept);
+        film.show(scene, drawing, kept, plan);
+    };
     const glm::dvec3 off = plan.camera.eye - plan.camera.target;
     const glm::dvec3 up = glm::normalize(plan.camera.up);
     for (int i = 0; i < frames; ++i) {
@@ -302,9 +360,10 @@ void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, dou
         const double extent = seen.modalities.extent;
         const InkScene scene{std::move(seen.modalities), chained(surface, view, pieces, extent, {}),
                              inkCamera(plan, layer)};
-        still.show(scene, drawInk(scene, style, 1.0, {}).strokes, plan);
-        coherent.show(scene, drawInk(scene, style, 1.0, {}, &memory).strokes, plan);
-        lines.show(scene, drawInk(scene, all, 1.0, {}).strokes, plan);
+        InkMemory none, empty;
+        show(still, scene, style, none);
+        show(coherent, scene, style, memory);
+        show(lines, scene, all, empty);
     }
     fmt::print(
         "film of {} pictures, {} degrees each: ink that changes {:.4f} of independent pictures, {:.4f} of "
