@@ -220,6 +220,24 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     }
 }
 
+/// The share that is wanted of a crowd is drawn, the same lines in every picture. Importance is that of a
+/// line's first segment: these lines are short.
+ChosenLines thinned(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
+                    const LineTarget& target) {
+    const ToneGrid all = densityOf(lines, target.cells, target.width);
+    ChosenLines chosen;
+    for (const auto& line : lines) {
+        const auto& place = line.points.front();
+        const double wanted = densityOf(static_cast<double>(toneAt(target.target, target.cells, place.at)));
+        const double share =
+            wanted / std::max(static_cast<double>(toneAt(all, target.cells, place.at)), 1e-6);
+        const bool drawn = place.step > style.importance || static_cast<double>(line.rank) < share;
+        (drawn ? chosen.lines : chosen.left).push_back(line);
+    }
+    chosen.density = densityOf(chosen.lines, target.cells, target.width);
+    return chosen;
+}
+
 /// What is drawn of lines, or is not; pieces that follow one another are one.
 std::vector<InkLine> joined(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces, bool drawn) {
     std::vector<InkLine> made;
@@ -252,6 +270,7 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
     if (style.mode == SilhouetteMode::none)
         return {{}, lines, ToneGrid(target.cells.columns, target.cells.rows)};
     if (style.mode == SilhouetteMode::all) return {lines, {}, densityOf(lines, target.cells, target.width)};
+    if (target.quick && style.mode == SilhouetteMode::adjusted) return thinned(lines, style, target);
     auto pieces = piecesOf(lines, target.longest, target.before);
     Trial trial(lines, target);
     if (style.mode == SilhouetteMode::adjusted) {

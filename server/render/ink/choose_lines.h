@@ -21,6 +21,7 @@ struct LineTarget {
     const ToneGrid& target;         ///< share of the paper that ink should cover, blurred
     double width;                   ///< of lines, pixels
     double longest;                 ///< of what is drawn or left out as one, pixels
+    bool quick = false;             ///< lines are thinned out by their ranks, for a picture in motion
     const Carry* before = nullptr;  ///< by which lines stay as they were where they can; or null
 };
 

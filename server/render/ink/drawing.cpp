@@ -97,7 +97,11 @@ class DrawingMaker {
     };
 
     LineTarget lineTarget() const {
-        return {cells_, target_, style_.silhouettes.width * pixels_, pieceShare * reading_,
+        return {cells_,
+                target_,
+                style_.silhouettes.width * pixels_,
+                pieceShare * reading_,
+                scene_.quick,
                 carry_ ? &*carry_ : nullptr};
     }
     ChosenLines choose() const {

@@ -23,6 +23,7 @@ struct InkScene {
     Modalities modalities;
     std::vector<InkLine> lines;
     InkCamera camera;
+    bool quick = false;  ///< for a picture in motion: its lines have ranks
 };
 
 struct Drawing {

@@ -2,7 +2,7 @@
 //
 // A drawing of a mesh in pen and ink: what its stages cost, how much of its lines is what is seen, by a dense
 // trial, how far its tones are from what is to be drawn, and how it flickers as the camera turns.
-//   bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES]
+//   bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES] [--quick]
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -26,6 +26,7 @@
 #include "server/render/layers/ink/line_view.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
+#include "server/render/layers/ink/quick_lines.h"
 #include "server/render/plan/stroke_fragments.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
@@ -38,9 +39,10 @@ namespace {
 using namespace render;
 using Clock = std::chrono::steady_clock;
 
-constexpr double sampling = 0.35;    // as at rest
-constexpr double tried = 0.1;        // pixels between places of the trial
-constexpr double complexFrom = 0.3;  // what lines would cover
+constexpr double sampling = 0.35;       // as at rest
+constexpr double quickScale = 1.0 / 3;  // of the picture's sides, likewise
+constexpr double tried = 0.1;           // pixels between places of the trial
+constexpr double complexFrom = 0.3;     // what lines would cover
 
 template <class T>
 T valueOrExit(Result<T> result) {
@@ -104,11 +106,18 @@ Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan)
     const LineView view(plan, layer.transform);
     made.edges = linesOf(surface, view, style.silhouettes.crease, {});
     watch.lap("lines");
-    made.pieces = visible(surface, view, made.edges, {.sampling = sampling, .likely = &seen.triangle}, {});
-    watch.lap("visible");
-    made.scene.lines = chained(surface, view, made.pieces, made.scene.modalities.extent, {});
-    watch.lap("chained");
-    made.drawing = drawInk(made.scene, style, 1.0, {});
+    if (plan.exact) {
+        made.pieces =
+            visible(surface, view, made.edges, {.sampling = sampling, .likely = &seen.triangle}, {});
+        watch.lap("visible");
+        made.scene.lines = chained(surface, view, made.pieces, made.scene.modalities.extent, {});
+        watch.lap("chained");
+    } else {
+        made.scene.quick = true;
+        made.scene.lines = quickLines(surface, view, made.edges, made.scene.modalities, {});
+        watch.lap("quick lines");
+    }
+    made.drawing = drawInk(made.scene, style, plan.exact ? 1.0 : quickScale, {});
     watch.lap("drawing");
     const auto fragments = strokeFragments(made.drawing.strokes, plan.width, plan.height, 0.0);
     watch.lap("fragments");
@@ -374,18 +383,20 @@ void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, dou
 int run(int count, char** arguments) {
     if (count < 3) {
         fmt::print(stderr,
-                   "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES]\n");
+                   "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES] "
+                   "[--quick]\n");
         return 2;
     }
     const MeshSurface surface = read(arguments[1]);
     auto view = readView(arguments[2]);
-    bool lines = false, tones = false;
+    bool lines = false, tones = false, quick = false;
     int times = 1, frames = 0;
     double degrees = 0.0;
     for (int i = 3; i < count; ++i) {
         const std::string word = arguments[i];
         lines |= word == "--lines";
         tones |= word == "--tones";
+        quick |= word == "--quick";
         if (word == "--times" && i + 1 < count) times = std::atoi(arguments[++i]);
         if (word == "--film" && i + 2 < count) {
             degrees = std::atof(arguments[++i]);
@@ -393,8 +404,9 @@ int run(int count, char** arguments) {
         }
     }
     FramePlan plan;
-    plan.width = view.width;
-    plan.height = view.height;
+    plan.exact = !quick;
+    plan.width = quick ? static_cast<std::uint32_t>(view.width * quickScale) : view.width;
+    plan.height = quick ? static_cast<std::uint32_t>(view.height * quickScale) : view.height;
     plan.camera = view.cameraFitted ? fitCamera(surface.bounds(), view.aspect()) : view.camera;
     Made made;
     for (int i = 0; i < times; ++i) made = draw(surface, view.layers[0], plan);

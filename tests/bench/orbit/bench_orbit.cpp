@@ -2,7 +2,7 @@
 //
 // bench-orbit: what a client sees of a real server on this machine's loopback: the first picture, an orbit,
 // the way to the exact picture once the hand rests, and what the server then still takes; or the steps of a
-// dataset, played. A table for people.
+// dataset, played. Of a mesh, a drawing in ink. A table for people.
 #include <fmt/format.h>
 
 #include <map>
@@ -10,6 +10,7 @@
 
 #include "client/frames/private_server.h"
 #include "protocol/cli/command.h"
+#include "protocol/scene/dataset.h"
 #include "protocol/wire/connection_file.h"
 #include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/manifest.h"
@@ -85,6 +86,10 @@ void printRest(OrbitClient& client, pid_t server) {
 /// The whole of a dataset, in the style that was asked for.
 OrbitSettings settingsOf(const Options& options, const proto::Manifest& manifest) {
     OrbitSettings settings = options.orbit;
+    if (manifest.kind() == "mesh") {
+        settings.bounds = datasetBounds(manifest);
+        settings.ink.emplace();
+    }
     if (!manifest.has_hybrid()) return settings;
     settings.bounds = render::hybridBounds(manifest.hybrid());
     settings.hybrid.emplace().set_representation(options.representation);

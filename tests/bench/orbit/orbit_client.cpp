@@ -83,6 +83,10 @@ void OrbitClient::setStyle(proto::Layer& layer) const {
         *layer.mutable_hybrid() = *settings_.hybrid;
         return;
     }
+    if (settings_.ink) {
+        *layer.mutable_ink() = *settings_.ink;
+        return;
+    }
     auto& particles = *layer.mutable_particles();
     if (settings_.allPoints) {
         particles.mutable_volume()->add_curve()->set_opacity(0.0);

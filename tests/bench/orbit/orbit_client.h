@@ -21,6 +21,7 @@ struct OrbitSettings {
     std::uint32_t height = 720;
     Bounds bounds{glm::dvec3(-1.0), glm::dvec3(1.0)};  ///< of the dataset, layer space
     std::optional<proto::HybridStyle> hybrid;          ///< of a hybrid volume; absent: of particles
+    std::optional<proto::InkStyle> ink;                ///< of a mesh, likewise
     bool allPoints = false;        ///< of particles: no volume, every point; else the default style
     double degreesPerSecond = 30;  ///< of the hand
     std::optional<double> rate;    ///< views a second; absent: a new view for each frame that came

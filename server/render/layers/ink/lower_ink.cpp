@@ -9,12 +9,13 @@
 #include "server/render/layers/ink/line_view.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
+#include "server/render/layers/ink/quick_lines.h"
 
 namespace mote::render {
 namespace {
 
-// Pixels between places of a line at which what hides it is sought, at rest and in motion.
-constexpr double exactSampling = 0.35, quickSampling = 2.0;
+// Pixels between places of a line at which what hides it is sought.
+constexpr double sampling = 0.35;
 
 bool needsLines(const InkStyle& style) {
     switch (style.show) {
@@ -45,9 +46,12 @@ InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& s
     if (!needsLines(style)) return scene;
     const LineView view(plan, layer.transform);
     const auto edges = linesOf(surface, view, style.silhouettes.crease, stop);
-    const auto pieces =
-        visible(surface, view, edges,
-                {.sampling = plan.exact ? exactSampling : quickSampling, .likely = &seen.triangle}, stop);
+    if (!plan.exact) {
+        scene.quick = true;
+        scene.lines = quickLines(surface, view, edges, scene.modalities, stop);
+        return scene;
+    }
+    const auto pieces = visible(surface, view, edges, {.sampling = sampling, .likely = &seen.triangle}, stop);
     scene.lines = chained(surface, view, pieces, scene.modalities.extent, stop);
     return scene;
 }
