@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/pen.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -19,6 +21,8 @@ constexpr double nearer = 1e-3;
 constexpr double mostSlope = 0.01;
 // Of the extent: so much nearer a surface may bulge within a pixel of its silhouette.
 constexpr double mostBulge = 0.15;
+// Pixels by which an area may reach beyond a surface that is seen, as its outline is smooth.
+constexpr std::uint32_t areaReach = 2;
 constexpr double handEvery = 5.0;     // pixels between places of a stroke that a hand moves
 constexpr double wave = 24.0;         // pixels between the places where a hand leaves its way anew
 constexpr double mostTapered = 20.0;  // pixels at each end
@@ -43,6 +47,21 @@ std::uint64_t seedOf(const glm::dvec2& place) {
 /// In how many parts depths are taken along a way.
 double partsOf(const glm::dvec2& from, const glm::dvec2& to) {
     return std::clamp(std::ceil(glm::distance(from, to) / depthEvery), 1.0, mostPlaces);
+}
+
+/// The least within `areaReach` along rows, with rows turned into columns.
+Raster<float> leastAlong(const Raster<float>& picture) {
+    Raster<float> turned(picture.height, picture.width);
+    tbb::parallel_for(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
+        for (std::uint32_t column = 0; column < picture.width; ++column) {
+            const std::uint32_t last = std::min(column + areaReach, picture.width - 1);
+            float least = HUGE_VALF;
+            for (auto i = column - std::min(column, areaReach); i <= last; ++i)
+                least = std::min(least, picture.at(i, row));
+            turned.at(row, column) = least;
+        }
+    });
+    return turned;
 }
 
 }  // namespace
@@ -131,6 +150,24 @@ void Pen::draw(const HatchStroke& stroke, double width) {
     points_.assign(1, {stroke.from, aims_.front().depth, width});
     lay(stroke.from, stroke.to, width);
     put();
+}
+
+void Pen::fill(const std::vector<Outline>& outlines) {
+    if (outlines.empty()) return;
+    auto depths = leastAlong(leastAlong(modalities_.depth));
+    const auto off = static_cast<float>(nearer * modalities_.extent);
+    for (auto& depth : depths.values) depth -= off;
+    strokes_.areaDepths = {depths.width, depths.height, std::move(depths.values)};
+    for (std::size_t i = 0; i < outlines.size(); ++i) {
+        const auto begin = static_cast<std::uint32_t>(strokes_.points.size());
+        for (const auto& at : outlines[i].points)
+            strokes_.points.push_back({static_cast<float>(at.x), static_cast<float>(at.y), 1.0F, 0.0});
+        const auto number = static_cast<std::uint32_t>(strokes_.outlines.size());
+        strokes_.outlines.push_back({begin, static_cast<std::uint32_t>(strokes_.points.size())});
+        if (i == 0 || outlines[i].region != outlines[i - 1].region)
+            strokes_.areas.push_back({number, number});
+        strokes_.areas.back().end = number + 1;
+    }
 }
 
 void Pen::put() {

@@ -19,7 +19,7 @@ constexpr double exactSampling = 0.35, quickSampling = 2.0;
 bool needsLines(const InkStyle& style) {
     switch (style.show) {
         case InkPicture::drawing:
-            return style.silhouettes.mode != SilhouetteMode::none;
+            return style.silhouettes.mode != SilhouetteMode::none || style.solid.strength > 0.0;
         case InkPicture::edges:
         case InkPicture::complexity:
         case InkPicture::lighten:

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Solid ink (the dissertation's section 2.3.7.2): where a picture is too complex for lines and hatches, what
+// is dark is inked with a brush and the rest stays paper: a blurred threshold. Pure.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "protocol/scene/ink_style.h"
+#include "server/render/ink/contour.h"
+#include "server/render/ink/ink_line.h"
+#include "server/render/ink/modalities.h"
+
+namespace mote::render {
+
+/// How a pixel is drawn: with lines and hatches; or, of a complex region, not at all; or inked solid.
+enum class Ground : std::uint8_t { simple, paper, solid };
+
+struct SolidInk {
+    Raster<Ground> ground;
+    std::vector<Outline> outlines;  ///< of what is solid
+};
+
+/// What a drawing of solid ink is made from: pictures of one size.
+struct SolidScene {
+    const Modalities& modalities;
+    const Raster<float>& wanted;      ///< share of each pixel that ink should cover
+    const Raster<float>& complexity;  ///< what lines would cover, blurred
+};
+
+/// `reading`: pixels; what is smaller than its square is no region and no hole in one. Where `stop` is
+/// requested meanwhile something is missing.
+SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double reading,
+                  const std::stop_token& stop);
+
+/// Lines beside solid ink.
+struct LinesBeside {
+    std::vector<InkLine> simple;    ///< what lies in simple regions
+    std::vector<InkLine> contours;  ///< of what lies on paper in complex regions, that above a step
+};
+
+/// A line lies where the nearest pixel around it does, as the surface that it bounds is seen there.
+/// `shortest`: pixels; shorter parts of what is cut are left out.
+LinesBeside linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
+                        const Modalities& modalities, double leastStep, double shortest);
+
+}  // namespace mote::render
