@@ -12,7 +12,7 @@
 namespace mote::render {
 namespace {
 
-constexpr double tolerance = 0.125;       // pixels that an outline may be off its points
+constexpr double tolerance = 1.0 / 32;    // pixels that an outline may be off its points
 constexpr double leastShare = 1.0 / 256;  // of the way between two pixels: outlines meet in no pixel's middle
 constexpr std::size_t stopEvery = 65536;  // points
 constexpr std::uint32_t notTraced = std::numeric_limits<std::uint32_t>::max();

@@ -24,7 +24,7 @@ struct Outline {
 /// Of values at the pixels' middles, between which they are linear along rows and columns; what lies beside
 /// the picture is outside, and its sides are the outline there. In a square whose corners are inside by turns
 /// those are connected where the mean of the four is inside, so outlines never cross. A value that is no
-/// number is outside. Points that lie within an eighth of a pixel of the way between others are left out, and
+/// number is outside. Points that lie within a 32nd of a pixel of the way between others are left out, and
 /// so is an outline of fewer than three others. In the order of regions, those by their first pixels. Nothing
 /// where `stop` is requested meanwhile.
 std::vector<Outline> contoursOf(const Raster<float>& values, float level, const std::stop_token& stop);

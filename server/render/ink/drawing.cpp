@@ -75,9 +75,7 @@ class DrawingMaker {
                              });
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines);
-        for (const auto* const lines : {&rest.beside.contours, &chosen.lines}) {
-            for (const auto& line : *lines) pen.draw(line, style_.silhouettes.width * pixels_);
-        }
+        for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
         if (!hatches) return drawing;
         for (const auto& stroke : hatched(rest, std::move(regions), chosen.density))
             pen.draw(stroke, style_.hatch.width * pixels_);
@@ -87,8 +85,8 @@ class DrawingMaker {
   private:
     /// What is drawn beside solid ink: all where there is none.
     struct Rest {
-        SolidInk solid;      // without pixels where the style has none
-        LinesBeside beside;  // likewise
+        SolidInk solid;              // without pixels where the style has none
+        std::vector<InkLine> lines;  // likewise without any
         ToneGrid target;
 
         bool isSimple(std::size_t pixel) const {
@@ -99,31 +97,24 @@ class DrawingMaker {
     Rest inkSolid() const {
         if (!(style_.solid.strength > 0.0)) return {{}, {}, target_};
         Rest rest;
-        rest.solid = solidInk({scene_.modalities, wanted_, complexity()}, style_.solid, reading_, stop_);
+        const auto cover =
+            coverOf(scene_.lines, wanted_.width, wanted_.height, style_.silhouettes.width * pixels_);
+        rest.solid = solidInk({scene_.modalities, wanted_, cover}, style_.solid, reading_, stop_);
         if (stop_.stop_requested()) return {{}, {}, target_};
-        rest.beside =
-            linesBeside(scene_.lines, rest.solid.ground, scene_.modalities, contourStep(), reading_);
+        rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities, contourStep(), reading_);
         auto wanted = wanted_;
         for (std::size_t i = 0; i < wanted.values.size(); ++i) {
-            if (!rest.isSimple(i)) wanted.values[i] = 0.0F;
+            if (rest.solid.ground.values[i] == Ground::solid) wanted.values[i] = 0.0F;
         }
         rest.target = blurred(meansOf(wanted, cells_), cells_.blur);
         return rest;
     }
-    /// Of lines on paper in complex regions, those are drawn that are always, and those beside nothing.
-    double contourStep() const {
-        switch (style_.silhouettes.mode) {
-            case SilhouetteMode::none:
-                return HUGE_VAL;
-            case SilhouetteMode::all:
-                return besideNothing;
-            default:
-                return std::min(style_.silhouettes.importance, besideNothing);
-        }
-    }
+    /// Of lines on paper in complex regions, only those may be drawn that always are, and those beside
+    /// nothing.
+    double contourStep() const { return std::min(style_.silhouettes.importance, besideNothing); }
 
     ChosenLines choose(const Rest& rest) const {
-        const auto& lines = rest.solid.ground.values.empty() ? scene_.lines : rest.beside.simple;
+        const auto& lines = rest.solid.ground.values.empty() ? scene_.lines : rest.lines;
         const LineTarget target{cells_, rest.target, style_.silhouettes.width * pixels_,
                                 pieceShare * reading_};
         if (!style_.silhouettes.omit) return chooseLines(lines, style_.silhouettes, target, stop_);

@@ -17,6 +17,8 @@ namespace {
 
 constexpr double toneBlur = 0.5;      // of the reading distance: details of a brush
 constexpr float softness = 0.1F;      // of the tone around the threshold, within which outlines are exact
+constexpr double crowdBlur = 2.0;     // reading distances: wider than a line is blurred
+constexpr double lessComplex = 0.5;   // share of what is complex that is so among others
 constexpr double edgeBlur = 1.0;      // pixels: rounds the steps of pixels where regions end sharply
 constexpr double everyOnLine = 0.5;   // pixels between places of a line that are looked at
 constexpr double mostPlaces = 65536;  // on one straight part
@@ -53,6 +55,10 @@ void dropSpecksAndHoles(Raster<std::uint8_t>& mask, std::size_t least, const std
     dropSmall(mask, 0, least, stop);
 }
 
+std::size_t leastPixels(double reading) {
+    return static_cast<std::size_t>(std::max(1.0, reading * reading));
+}
+
 /// change(pixel's index) for each pixel.
 template <class Change>
 void eachIndex(std::uint32_t width, std::uint32_t height, const Change& change) {
@@ -62,16 +68,28 @@ void eachIndex(std::uint32_t width, std::uint32_t height, const Change& change) 
     });
 }
 
-/// One where a picture is complex, and something is seen.
-Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, std::size_t leastPixels,
+/// One where a picture is complex, and something is seen. A lone line is complex beside itself, and at most
+/// as far as it is blurred: of complex pixels those count that are at least half of what is around them.
+/// There what is less complex does, too, as long as it is no other surface behind a step in depth.
+Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double reading,
                                const std::stop_token& stop) {
-    const auto& complexity = scene.complexity;
-    Raster<std::uint8_t> mask(complexity.width, complexity.height);
-    eachIndex(mask.width, mask.height, [&](std::size_t i) {
-        const bool seen = std::isfinite(scene.modalities.depth.values[i]);
-        mask.values[i] = seen && static_cast<double>(complexity.values[i]) >= least ? 1 : 0;
+    const auto& [modalities, wanted, cover] = scene;
+    const auto complexity = blurredWithin(cover, modalities.depth, modalities.extent, reading);
+    Raster<float> crowd(cover.width, cover.height);
+    eachIndex(crowd.width, crowd.height, [&](std::size_t i) {
+        crowd.values[i] = static_cast<double>(complexity.values[i]) >= least ? 1.0F : 0.0F;
     });
-    dropSpecksAndHoles(mask, leastPixels, stop);
+    const ToneCells cells(cover.width, cover.height, crowdBlur * reading);
+    const auto around = blurred(meansOf(crowd, cells), cells.blur);
+    Raster<std::uint8_t> mask(cover.width, cover.height);
+    eachIndex(mask.width, mask.height, [&](std::size_t i) {
+        const glm::dvec2 middle(static_cast<double>(i % mask.width) + 0.5,
+                                static_cast<double>(i / mask.width) + 0.5);
+        const bool crowded = toneAt(around, cells, middle) >= 0.5F &&
+                             static_cast<double>(complexity.values[i]) >= lessComplex * least;
+        mask.values[i] = crowded && std::isfinite(modalities.depth.values[i]) ? 1 : 0;
+    });
+    dropSpecksAndHoles(mask, leastPixels(reading), stop);
     return mask;
 }
 
@@ -81,10 +99,10 @@ class LineParting {
     LineParting(const Raster<Ground>& ground, const Modalities& modalities, double leastStep, double shortest)
         : ground_(ground), modalities_(modalities), leastStep_(leastStep), shortest_(shortest) {}
 
-    void add(const InkLine& line, LinesBeside& out) {
+    void add(const InkLine& line, std::vector<InkLine>& out) {
         kind_ = line.kind;
         cut_ = false;
-        state_ = stateAt(line.points.front().at, line.points.front().step);
+        drawn_ = isDrawn(line.points.front().at, line.points.front().step);
         begin(line.points.front());
         for (std::size_t i = 0; i + 1 < line.points.size(); ++i)
             walk(line.points[i], line.points[i + 1], out);
@@ -92,17 +110,9 @@ class LineParting {
     }
 
   private:
-    enum class State { left, simple, contour };
-
-    State stateAt(const glm::dvec2& place, double step) const {
-        switch (groundBeside(place)) {
-            case Ground::simple:
-                return State::simple;
-            case Ground::paper:
-                return step > leastStep_ ? State::contour : State::left;
-            default:
-                return State::left;
-        }
+    bool isDrawn(const glm::dvec2& place, double step) const {
+        const Ground ground = groundBeside(place);
+        return ground == Ground::simple || (ground == Ground::paper && step > leastStep_);
     }
     Ground groundBeside(const glm::dvec2& place) const {
         Ground ground = ground_.near(place.x, place.y);
@@ -117,50 +127,49 @@ class LineParting {
         }
         return ground;
     }
-    void walk(const LinePoint& from, const LinePoint& to, LinesBeside& out) {
+    void walk(const LinePoint& from, const LinePoint& to, std::vector<InkLine>& out) {
         const double parts =
             std::clamp(std::ceil(glm::distance(from.at, to.at) / everyOnLine), 1.0, mostPlaces);
         for (double part = 0.0; part < parts; ++part) {
             const double share = (part + 0.5) / parts;
-            const State state = stateAt(glm::mix(from.at, to.at, share), from.step);
-            if (state == state_) continue;
+            const bool drawn = isDrawn(glm::mix(from.at, to.at, share), from.step);
+            if (drawn == drawn_) continue;
             const double cut = part / parts;
             const LinePoint place{glm::mix(from.at, to.at, cut), std::lerp(from.depth, to.depth, cut),
                                   from.step};
             points_.push_back(place);
             cut_ = true;
             finish(out);
-            state_ = state;
+            drawn_ = drawn;
             begin(place);
         }
         points_.push_back(to);
     }
     void begin(const LinePoint& point) { points_.assign(1, point); }
-    void finish(LinesBeside& out) {
+    void finish(std::vector<InkLine>& out) {
         double length = 0.0;
         for (std::size_t i = 0; i + 1 < points_.size(); ++i)
             length += glm::distance(points_[i].at, points_[i + 1].at);
-        if (state_ == State::left || !(length > 0.0) || (cut_ && length < shortest_)) return;
-        (state_ == State::simple ? out.simple : out.contours).push_back({kind_, points_});
+        if (!drawn_ || !(length > 0.0) || (cut_ && length < shortest_)) return;
+        out.push_back({kind_, points_});
     }
 
     const Raster<Ground>& ground_;
     const Modalities& modalities_;
     const double leastStep_, shortest_;
     LineKind kind_ = LineKind::silhouette;
-    State state_ = State::left;
-    bool cut_ = false;
-    std::vector<LinePoint> points_;  // of the part that is looked at
+    bool drawn_ = false;  // the part that is looked at
+    bool cut_ = false;    // the line before it or behind
+    std::vector<LinePoint> points_;
 };
 
 }  // namespace
 
 SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double reading,
                   const std::stop_token& stop) {
-    const auto leastPixels = static_cast<std::size_t>(std::max(1.0, reading * reading));
     const auto& modalities = scene.modalities;
     const std::uint32_t width = scene.wanted.width, height = scene.wanted.height;
-    const auto complex = complexOf(scene, style.complexity, leastPixels, stop);
+    const auto complex = complexOf(scene, style.complexity, reading, stop);
     const auto tone = blurredWithin(scene.wanted, modalities.depth, modalities.extent, toneBlur * reading);
     // Above 0 what is to be solid.
     Raster<float> excess(width, height);
@@ -173,7 +182,7 @@ SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double readi
     excess = blurred(excess, edgeBlur);
     Raster<std::uint8_t> solid(width, height);
     eachIndex(width, height, [&](std::size_t i) { solid.values[i] = excess.values[i] > 0.0F ? 1 : 0; });
-    dropSpecksAndHoles(solid, leastPixels, stop);
+    dropSpecksAndHoles(solid, leastPixels(reading), stop);
     SolidInk made{Raster<Ground>(width, height), {}};
     eachIndex(width, height, [&](std::size_t i) {
         if (solid.values[i] != (excess.values[i] > 0.0F ? 1 : 0))
@@ -187,9 +196,9 @@ SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double readi
     return made;
 }
 
-LinesBeside linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
-                        const Modalities& modalities, double leastStep, double shortest) {
-    LinesBeside made;
+std::vector<InkLine> linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
+                                 const Modalities& modalities, double leastStep, double shortest) {
+    std::vector<InkLine> made;
     LineParting parting(ground, modalities, leastStep, shortest);
     for (const auto& line : lines) parting.add(line, made);
     return made;

@@ -26,24 +26,20 @@ struct SolidInk {
 /// What a drawing of solid ink is made from: pictures of one size.
 struct SolidScene {
     const Modalities& modalities;
-    const Raster<float>& wanted;      ///< share of each pixel that ink should cover
-    const Raster<float>& complexity;  ///< what lines would cover, blurred
+    const Raster<float>& wanted;  ///< share of each pixel that ink should cover
+    const Raster<float>& cover;   ///< what lines would cover of each pixel
 };
 
-/// `reading`: pixels; what is smaller than its square is no region and no hole in one. Where `stop` is
+/// `reading`: pixels, by which cover is blurred; what is smaller than its square is no region and no hole in
+/// one. Where `stop` is
 /// requested meanwhile something is missing.
 SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double reading,
                   const std::stop_token& stop);
 
-/// Lines beside solid ink.
-struct LinesBeside {
-    std::vector<InkLine> simple;    ///< what lies in simple regions
-    std::vector<InkLine> contours;  ///< of what lies on paper in complex regions, that above a step
-};
-
+/// What of lines lies in simple regions, and on paper in complex ones where their step is above `leastStep`.
 /// A line lies where the nearest pixel around it does, as the surface that it bounds is seen there.
 /// `shortest`: pixels; shorter parts of what is cut are left out.
-LinesBeside linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
-                        const Modalities& modalities, double leastStep, double shortest);
+std::vector<InkLine> linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
+                                 const Modalities& modalities, double leastStep, double shortest);
 
 }  // namespace mote::render
