@@ -21,8 +21,6 @@ constexpr double nearer = 1e-3;
 constexpr double mostSlope = 0.01;
 // Of the extent: so much nearer a surface may bulge within a pixel of its silhouette.
 constexpr double mostBulge = 0.15;
-// Pixels by which an area may reach beyond a surface that is seen, as its outline is smooth.
-constexpr std::uint32_t areaReach = 2;
 constexpr double handEvery = 5.0;     // pixels between places of a stroke that a hand moves
 constexpr double wave = 24.0;         // pixels between the places where a hand leaves its way anew
 constexpr double mostTapered = 20.0;  // pixels at each end
@@ -49,19 +47,39 @@ double partsOf(const glm::dvec2& from, const glm::dvec2& to) {
     return std::clamp(std::ceil(glm::distance(from, to) / depthEvery), 1.0, mostPlaces);
 }
 
-/// The least within `areaReach` along rows, with rows turned into columns.
+/// The least of a pixel and its neighbours along rows, with rows turned into columns.
 Raster<float> leastAlong(const Raster<float>& picture) {
     Raster<float> turned(picture.height, picture.width);
     tbb::parallel_for(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
         for (std::uint32_t column = 0; column < picture.width; ++column) {
-            const std::uint32_t last = std::min(column + areaReach, picture.width - 1);
-            float least = HUGE_VALF;
-            for (auto i = column - std::min(column, areaReach); i <= last; ++i)
-                least = std::min(least, picture.at(i, row));
-            turned.at(row, column) = least;
+            const std::uint32_t left = std::max(column, 1U) - 1,
+                                right = std::min(column + 1, picture.width - 1);
+            turned.at(row, column) =
+                std::min({picture.at(left, row), picture.at(column, row), picture.at(right, row)});
         }
     });
     return turned;
+}
+
+/// Where nothing is seen, the depth of what is seen nearest, by steps from pixel to pixel.
+void spread(Raster<float>& depth) {
+    std::vector<std::size_t> front;
+    for (std::size_t i = 0; i < depth.values.size(); ++i) {
+        if (std::isfinite(depth.values[i])) front.push_back(i);
+    }
+    const std::size_t width = depth.width;
+    for (std::size_t next = 0; next < front.size(); ++next) {
+        const std::size_t from = front[next], column = from % width;
+        const auto take = [&](std::size_t pixel) {
+            if (std::isfinite(depth.values[pixel])) return;
+            depth.values[pixel] = depth.values[from];
+            front.push_back(pixel);
+        };
+        if (column > 0) take(from - 1);
+        if (column + 1 < width) take(from + 1);
+        if (from >= width) take(from - width);
+        if (from + width < depth.values.size()) take(from + width);
+    }
 }
 
 }  // namespace
@@ -155,6 +173,7 @@ void Pen::draw(const HatchStroke& stroke, double width) {
 void Pen::fill(const std::vector<Outline>& outlines) {
     if (outlines.empty()) return;
     auto depths = leastAlong(leastAlong(modalities_.depth));
+    spread(depths);
     const auto off = static_cast<float>(nearer * modalities_.extent);
     for (auto& depth : depths.values) depth -= off;
     strokes_.areaDepths = {depths.width, depths.height, std::move(depths.values)};

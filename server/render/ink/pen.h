@@ -28,7 +28,8 @@ class Pen {
     void draw(const InkLine& line, double width);
     /// A hatch lies at the depths of what is seen along it.
     void draw(const HatchStroke& stroke, double width);
-    /// Outlines of one region after another are areas, at the depths of what is seen in each pixel. Once.
+    /// Outlines of one region after another are areas, at the depths of what is seen in each pixel or nearest
+    /// to it. Once.
     void fill(const std::vector<Outline>& outlines);
 
   private:

@@ -18,6 +18,7 @@ namespace {
 constexpr double toneBlur = 0.5;      // of the reading distance: details of a brush
 constexpr float softness = 0.1F;      // of the tone around the threshold, within which outlines are exact
 constexpr double crowdBlur = 2.0;     // reading distances: wider than a line is blurred
+constexpr float crowded = 0.4F;       // share of what is around: half at a straight side
 constexpr double lessComplex = 0.5;   // share of what is complex that is so among others
 constexpr double edgeBlur = 1.0;      // pixels: rounds the steps of pixels where regions end sharply
 constexpr double everyOnLine = 0.5;   // pixels between places of a line that are looked at
@@ -68,9 +69,9 @@ void eachIndex(std::uint32_t width, std::uint32_t height, const Change& change) 
     });
 }
 
-/// One where a picture is complex, and something is seen. A lone line is complex beside itself, and at most
-/// as far as it is blurred: of complex pixels those count that are at least half of what is around them.
-/// There what is less complex does, too, as long as it is no other surface behind a step in depth.
+/// One where a picture is complex, and something is seen. Beside a lone line it is so, too, as far as this is
+/// blurred: only those complex pixels count that are much of what is around them. There what is less complex
+/// does as well, but no surface without lines behind a step in depth.
 Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double reading,
                                const std::stop_token& stop) {
     const auto& [modalities, wanted, cover] = scene;
@@ -85,9 +86,9 @@ Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double rea
     eachIndex(mask.width, mask.height, [&](std::size_t i) {
         const glm::dvec2 middle(static_cast<double>(i % mask.width) + 0.5,
                                 static_cast<double>(i / mask.width) + 0.5);
-        const bool crowded = toneAt(around, cells, middle) >= 0.5F &&
-                             static_cast<double>(complexity.values[i]) >= lessComplex * least;
-        mask.values[i] = crowded && std::isfinite(modalities.depth.values[i]) ? 1 : 0;
+        const bool counts = toneAt(around, cells, middle) >= crowded &&
+                            static_cast<double>(complexity.values[i]) >= lessComplex * least;
+        mask.values[i] = counts && std::isfinite(modalities.depth.values[i]) ? 1 : 0;
     });
     dropSpecksAndHoles(mask, leastPixels(reading), stop);
     return mask;
