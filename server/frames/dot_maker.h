@@ -17,11 +17,13 @@
 
 namespace mote::server {
 
-/// Where one session's soft dots are on their way.
+/// Where one session's soft dots are on their way, and what its ink remembers.
 struct DotHistory {
     struct Layer {
         std::weak_ptr<const render::StippleSurface> surface = {};
         render::SoftPoints points = {};
+        std::weak_ptr<const void> inked = {};              ///< what the ink drew
+        std::shared_ptr<render::InkMemory> ink = nullptr;  ///< of a coherent layer
     };
     std::vector<Layer> layers = {};  ///< as those of the latest view
 

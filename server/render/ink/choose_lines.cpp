@@ -13,11 +13,14 @@ namespace {
 
 /// By so much all lines are darker than the target where some are left out, share of the paper.
 constexpr double tooDark = 0.02;
+/// By so much more the tone may be off where lines stay as they were before, share of the paper.
+constexpr double slack = 0.05;
 
 /// What is drawn or left out as one: segments of a line from `begin` to `end`.
 struct Piece {
     std::uint32_t line = 0, begin = 0, end = 0;
     float importance = 0.0F;
+    LineBefore before = LineBefore::unknown;
     bool drawn = false;
 };
 
@@ -31,18 +34,23 @@ double lengthOf(const InkLine& line, std::size_t segment) {
     return glm::distance(line.points[segment].at, line.points[segment + 1].at);
 }
 
-std::vector<Piece> piecesOf(const std::vector<InkLine>& lines, double longest) {
+std::vector<Piece> piecesOf(const std::vector<InkLine>& lines, double longest, const Carry* carry) {
     std::vector<Piece> pieces;
+    std::vector<std::vector<LineBefore>> states(lines.size());
+    if (carry != nullptr) states = carry->linesBefore(lines);
     for (std::uint32_t i = 0; i < lines.size(); ++i) {
         const auto segments = static_cast<std::uint32_t>(lines[i].points.size()) - 1;
+        auto& before = states[i];
+        before.resize(segments, LineBefore::unknown);
         Piece piece{.line = i};
         double length = 0.0, steps = 0.0;
         for (std::uint32_t k = 0; k < segments; ++k) {
             const double more = lengthOf(lines[i], k);
             length += more;
             steps += more * lines[i].points[k].step;
-            if (length < longest && k + 1 < segments) continue;
+            if (length < longest && k + 1 < segments && before[k + 1] == before[k]) continue;
             piece.end = k + 1;
+            piece.before = before[k];
             piece.importance = length > 0.0 ? static_cast<float>(steps / length) : 0.0F;
             pieces.push_back(piece);
             piece.begin = piece.end;
@@ -143,10 +151,13 @@ class Trial {
     void tryOne(Piece& piece) {
         spread(piece);
         double error = 0.0;
+        const double lean = leanOf(piece);
         for (const auto cell : touched_) {
             const double more = static_cast<double>(change_.values[cell]);
-            const double off =
-                static_cast<double>(drawn_.values[cell]) - static_cast<double>(wanted_.values[cell]);
+            // A share of the paper is a greater density the darker it is.
+            const double wanted = static_cast<double>(wanted_.values[cell]) +
+                                  lean / std::sqrt(static_cast<double>(weight_.values[cell]));
+            const double off = static_cast<double>(drawn_.values[cell]) - wanted;
             error += static_cast<double>(weight_.values[cell]) * more * (2.0 * off + more);
         }
         piece.drawn = error < 0.0;
@@ -160,11 +171,17 @@ class Trial {
     bool crowded(const Piece& piece, const ToneGrid& all) const {
         const auto& middle = lines_[piece.line].points[(piece.begin + piece.end) / 2].at;
         const double cover = coverOf(static_cast<double>(toneAt(all, cells_, middle)));
-        return cover > coverOf(static_cast<double>(toneAt(wanted_, cells_, middle))) + tooDark;
+        return cover >
+               coverOf(static_cast<double>(toneAt(wanted_, cells_, middle))) + tooDark + leanOf(piece);
     }
     ToneGrid take() { return std::move(drawn_); }
 
   private:
+    /// By how much darker the target counts for a piece.
+    static double leanOf(const Piece& piece) {
+        if (piece.before == LineBefore::unknown) return 0.0;
+        return piece.before == LineBefore::drawn ? slack : -slack;
+    }
     /// What the piece would add, in change_.
     void spread(const Piece& piece) {
         eachDrop(lines_[piece.line], piece.begin, piece.end, cells_, width_, [&](const Drop& drop) {
@@ -193,26 +210,30 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
         else
             tried.push_back(&piece);
     }
+    const auto order = [](const Piece& piece) {
+        return std::pair(piece.before == LineBefore::drawn, piece.importance);
+    };
     std::stable_sort(tried.begin(), tried.end(),
-                     [](const Piece* a, const Piece* b) { return a->importance > b->importance; });
+                     [&](const Piece* a, const Piece* b) { return order(*a) > order(*b); });
     for (Piece* const piece : tried) {
         if (!stop.stop_requested()) trial.tryOne(*piece);
     }
 }
 
-/// What is drawn of lines; pieces that follow one another are one.
-std::vector<InkLine> drawnOf(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces) {
-    std::vector<InkLine> drawn;
+/// What is drawn of lines, or is not; pieces that follow one another are one.
+std::vector<InkLine> joined(const std::vector<InkLine>& lines, const std::vector<Piece>& pieces, bool drawn) {
+    std::vector<InkLine> made;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-        if (!pieces[i].drawn) continue;
+        if (pieces[i].drawn != drawn) continue;
         const InkLine& line = lines[pieces[i].line];
         const std::size_t begin = pieces[i].begin;
-        while (i + 1 < pieces.size() && pieces[i + 1].drawn && pieces[i + 1].line == pieces[i].line) ++i;
-        drawn.push_back({line.kind,
-                         {line.points.begin() + static_cast<std::ptrdiff_t>(begin),
-                          line.points.begin() + static_cast<std::ptrdiff_t>(pieces[i].end) + 1}});
+        while (i + 1 < pieces.size() && pieces[i + 1].drawn == drawn && pieces[i + 1].line == pieces[i].line)
+            ++i;
+        made.push_back({line.kind,
+                        {line.points.begin() + static_cast<std::ptrdiff_t>(begin),
+                         line.points.begin() + static_cast<std::ptrdiff_t>(pieces[i].end) + 1}});
     }
-    return drawn;
+    return made;
 }
 
 }  // namespace
@@ -228,9 +249,10 @@ ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, do
 
 ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle& style,
                         const LineTarget& target, const std::stop_token& stop) {
-    if (style.mode == SilhouetteMode::none) return {{}, ToneGrid(target.cells.columns, target.cells.rows)};
-    if (style.mode == SilhouetteMode::all) return {lines, densityOf(lines, target.cells, target.width)};
-    auto pieces = piecesOf(lines, target.longest);
+    if (style.mode == SilhouetteMode::none)
+        return {{}, lines, ToneGrid(target.cells.columns, target.cells.rows)};
+    if (style.mode == SilhouetteMode::all) return {lines, {}, densityOf(lines, target.cells, target.width)};
+    auto pieces = piecesOf(lines, target.longest, target.before);
     Trial trial(lines, target);
     if (style.mode == SilhouetteMode::adjusted) {
         adjust(pieces, lines, style, target, trial, stop);
@@ -239,7 +261,7 @@ ChosenLines chooseLines(const std::vector<InkLine>& lines, const SilhouetteStyle
             if (static_cast<double>(piece.importance) > style.importance) trial.draw(piece);
         }
     }
-    return {drawnOf(lines, pieces), trial.take()};
+    return {joined(lines, pieces, true), joined(lines, pieces, false), trial.take()};
 }
 
 }  // namespace mote::render

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocol/scene/ink_style.h"
+#include "server/render/ink/carry.h"
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/tone_grid.h"
 
@@ -17,13 +18,15 @@ namespace mote::render {
 /// What the choice is made by, on one grid of cells.
 struct LineTarget {
     const ToneCells& cells;
-    const ToneGrid& target;  ///< share of the paper that ink should cover, blurred
-    double width;            ///< of lines, pixels
-    double longest;          ///< of what is drawn or left out as one, pixels
+    const ToneGrid& target;         ///< share of the paper that ink should cover, blurred
+    double width;                   ///< of lines, pixels
+    double longest;                 ///< of what is drawn or left out as one, pixels
+    const Carry* before = nullptr;  ///< by which lines stay as they were where they can; or null
 };
 
 struct ChosenLines {
     std::vector<InkLine> lines;  ///< pieces of those that there were, in their order
+    std::vector<InkLine> left;   ///< likewise; that are not drawn
     ToneGrid density;            ///< of theirs, blurred (tone.h)
 };
 

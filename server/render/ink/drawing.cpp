@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <utility>
 
+#include "server/render/ink/carry.h"
 #include "server/render/ink/choose_lines.h"
 #include "server/render/ink/complexity.h"
 #include "server/render/ink/hatch.h"
@@ -48,7 +50,8 @@ void eachPixel(Raster<float>& picture, const Take& take) {
 /// One drawing's stages.
 class DrawingMaker {
   public:
-    DrawingMaker(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop)
+    DrawingMaker(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop,
+                 InkMemory* memory)
         : scene_(scene),
           style_(style),
           pixels_(pixels),
@@ -56,7 +59,11 @@ class DrawingMaker {
           reading_(std::max(1.0, style.reading * pixels)),
           cells_(scene.modalities.grey.width, scene.modalities.grey.height, reading_),
           wanted_(wantedOf(scene.modalities, style.inkIsDark)),
-          target_(blurred(meansOf(wanted_, cells_), cells_.blur)) {}
+          target_(blurred(meansOf(wanted_, cells_), cells_.blur)),
+          memory_(memory) {
+        if (memory_ != nullptr && !memory_->depth.values.empty())
+            carry_.emplace(scene.modalities, scene.camera, *memory_);
+    }
 
     Drawing make() {
         Drawing drawing;
@@ -76,13 +83,22 @@ class DrawingMaker {
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines);
         for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
-        if (!hatches) return drawing;
-        for (const auto& stroke : hatched(rest, std::move(regions), chosen.density))
-            pen.draw(stroke, style_.hatch.width * pixels_);
+        HatchPlan plan;
+        if (hatches) {
+            plan = hatchPlan(rest, std::move(regions), chosen.density);
+            for (const auto& stroke : hatched(plan)) pen.draw(stroke, style_.hatch.width * pixels_);
+        }
+        if (memory_ != nullptr && !stop_.stop_requested()) remember(std::move(chosen), std::move(plan));
         return drawing;
     }
 
   private:
+    /// What is hatched, and how.
+    struct HatchPlan {
+        Segments regions;
+        std::vector<HatchFrame> frames;
+        Raster<float> density;
+    };
     /// What is drawn beside solid ink: all where there is none.
     struct Rest {
         SolidInk solid;              // without pixels where the style has none
@@ -116,7 +132,7 @@ class DrawingMaker {
     ChosenLines choose(const Rest& rest) const {
         const auto& lines = rest.solid.ground.values.empty() ? scene_.lines : rest.lines;
         const LineTarget target{cells_, rest.target, style_.silhouettes.width * pixels_,
-                                pieceShare * reading_};
+                                pieceShare * reading_, carry_ ? &*carry_ : nullptr};
         if (!style_.silhouettes.omit) return chooseLines(lines, style_.silhouettes, target, stop_);
         return chooseLines(needed(lines), style_.silhouettes, target, stop_);
     }
@@ -146,21 +162,40 @@ class DrawingMaker {
                static_cast<float>(contrast);
     }
 
-    std::vector<HatchStroke> hatched(const Rest& rest, Segments segments, const ToneGrid& drawn) const {
-        for (std::size_t i = 0; i < segments.label.values.size(); ++i) {
-            if (!rest.isSimple(i)) segments.label.values[i] = Segments::nothing;
-        }
+    HatchOptions hatchOptions() const {
         const auto& hatchStyle = style_.hatch;
-        const HatchOptions options{.spacing = std::max(1.0, hatchStyle.spacing * pixels_),
-                                   .width = hatchStyle.width * pixels_,
-                                   .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
-        const auto density = missing(rest, drawn, options.spacing);
-        return hatch({segments.label, segments.count, scene_.modalities.angle, density}, options, stop_);
+        return {.spacing = std::max(1.0, hatchStyle.spacing * pixels_),
+                .width = hatchStyle.width * pixels_,
+                .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
+    }
+    HatchPlan hatchPlan(const Rest& rest, Segments regions, const ToneGrid& drawn) const {
+        for (std::size_t i = 0; i < regions.label.values.size(); ++i) {
+            if (!rest.isSimple(i)) regions.label.values[i] = Segments::nothing;
+        }
+        HatchPlan plan{std::move(regions), {}, missing(rest, drawn, hatchOptions().spacing)};
+        if (carry_) carry_->even(plan.density);
+        plan.frames = hatchFrames(hatchRegions(plan));
+        if (carry_) plan.frames = carry_->frames(plan.regions, plan.frames);
+        return plan;
+    }
+    HatchRegions hatchRegions(const HatchPlan& plan) const {
+        return {plan.regions.label, plan.regions.count, scene_.modalities.angle, plan.density};
+    }
+    std::vector<HatchStroke> hatched(const HatchPlan& plan) const {
+        return hatch(hatchRegions(plan), plan.frames, hatchOptions(), stop_);
     }
     Segments segments() const {
         SegmentOptions options;
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
-        return segmentsOf(scene_.modalities, options, stop_);
+        auto found = segmentsOf(scene_.modalities, options, stop_);
+        return carry_ && !stop_.stop_requested() ? carry_->regions(found, options) : found;
+    }
+    void remember(ChosenLines chosen, HatchPlan plan) {
+        const auto& modalities = scene_.modalities;
+        carry_.reset();
+        *memory_ = {scene_.camera,           modalities.extent,      modalities.depth,
+                    std::move(chosen.lines), std::move(chosen.left), std::move(plan.regions),
+                    std::move(plan.frames),  std::move(plan.density)};
     }
     /// The density that lines leave to be hatched, where it is.
     Raster<float> missing(const Rest& rest, const ToneGrid& drawn, double spacing) const {
@@ -245,12 +280,15 @@ class DrawingMaker {
     const ToneCells cells_;
     const Raster<float> wanted_;
     const ToneGrid target_;
+    InkMemory* const memory_;  // of the drawing before; or null
+    std::optional<Carry> carry_;
 };
 
 }  // namespace
 
-Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop) {
-    return DrawingMaker(scene, style, pixels, stop).make();
+Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop,
+                InkMemory* memory) {
+    return DrawingMaker(scene, style, pixels, stop, memory).make();
 }
 
 }  // namespace mote::render

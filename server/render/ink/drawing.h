@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "protocol/scene/ink_style.h"
+#include "server/render/ink/ink_camera.h"
 #include "server/render/ink/ink_line.h"
+#include "server/render/ink/ink_memory.h"
 #include "server/render/ink/modalities.h"
 #include "server/render/plan/stroke.h"
 
@@ -20,6 +22,7 @@ namespace mote::render {
 struct InkScene {
     Modalities modalities;
     std::vector<InkLine> lines;
+    InkCamera camera;
 };
 
 struct Drawing {
@@ -28,8 +31,10 @@ struct Drawing {
     Raster<glm::vec3> shown;
 };
 
-/// `pixels`: of the scene, a pixel of the view, in which the style gives lengths. Where `stop` is requested
-/// meanwhile the drawing lacks something.
-Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop);
+/// `pixels`: of the scene, a pixel of the view, in which the style gives lengths. `memory`: of the drawing
+/// before, one that is empty, or null; this one stays like that where it can, and is what is remembered then.
+/// Where `stop` is requested meanwhile the drawing lacks something, and the memory stays.
+Drawing drawInk(const InkScene& scene, const InkStyle& style, double pixels, const std::stop_token& stop,
+                InkMemory* memory = nullptr);
 
 }  // namespace mote::render

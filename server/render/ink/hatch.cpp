@@ -62,17 +62,15 @@ class RegionHatcher {
     RegionHatcher(const HatchRegions& regions, const HatchOptions& options)
         : regions_(regions), options_(options), added_(densities(options)) {}
 
-    void hatch(const std::uint32_t* first, const std::uint32_t* last, std::vector<HatchStroke>& strokes) {
-        DirectionSum direction;
+    void hatch(const std::uint32_t* first, const std::uint32_t* last, const HatchFrame& frame,
+               std::vector<HatchStroke>& strokes) {
         double most = 0.0;
-        for (const auto* pixel = first; pixel != last; ++pixel) {
-            const double angle = static_cast<double>(regions_.angle.values[*pixel]);
-            if (angle != 0.0) direction.add(angle);
+        for (const auto* pixel = first; pixel != last; ++pixel)
             most = std::max(most, static_cast<double>(regions_.density.values[*pixel]));
-        }
+        origin_ = frame.origin;
         double before = 0.0;
         for (std::size_t layer = 0; layer < layers && before < most; ++layer) {
-            fill(first, last, direction.mean(), layer, before);
+            fill(first, last, frame.direction, layer, before);
             take(strokes);
             before += added_[layer];
         }
@@ -92,7 +90,9 @@ class RegionHatcher {
             const double share =
                 (static_cast<double>(regions_.density.values[*pixel]) - before) / added_[layer];
             if (!(share > 0.0)) continue;
-            const glm::dvec2 middle(*pixel % regions_.label.width + 0.5, *pixel / regions_.label.width + 0.5);
+            const glm::dvec2 middle =
+                glm::dvec2(*pixel % regions_.label.width + 0.5, *pixel / regions_.label.width + 0.5) -
+                origin_;
             const double place = glm::dot(across_, middle);
             const auto begin =
                 static_cast<std::int64_t>(std::ceil((place - half) / options_.spacing - offset_));
@@ -130,7 +130,7 @@ class RegionHatcher {
             for (; i < runs_.size() && runs_[i].line == run.line && runs_[i].begin <= run.end + gap; ++i)
                 run.end = std::max(run.end, runs_[i].end);
             if (run.end - run.begin < options_.shortest) continue;
-            const glm::dvec2 start = distance(run.line) * across_;
+            const glm::dvec2 start = origin_ + distance(run.line) * across_;
             strokes.push_back({start + run.begin * along_, start + run.end * along_});
         }
     }
@@ -138,7 +138,7 @@ class RegionHatcher {
     const HatchRegions& regions_;
     const HatchOptions& options_;
     const std::array<double, layers> added_;
-    glm::dvec2 along_{0.0}, across_{0.0};
+    glm::dvec2 origin_{0.0}, along_{0.0}, across_{0.0};
     double offset_ = 0.0;
     std::vector<Run> runs_;
 };
@@ -172,15 +172,26 @@ double mostHatched(const HatchOptions& options) {
     return std::accumulate(added.begin(), added.end(), 0.0);
 }
 
-std::vector<HatchStroke> hatch(const HatchRegions& regions, const HatchOptions& options,
-                               const std::stop_token& stop) {
+std::vector<HatchFrame> hatchFrames(const HatchRegions& regions) {
+    std::vector<DirectionSum> sums(regions.count);
+    for (std::size_t i = 0; i < regions.label.values.size(); ++i) {
+        const double angle = static_cast<double>(regions.angle.values[i]);
+        if (regions.label.values[i] < regions.count && angle != 0.0) sums[regions.label.values[i]].add(angle);
+    }
+    std::vector<HatchFrame> frames;
+    for (const auto& sum : sums) frames.push_back({.direction = sum.mean()});
+    return frames;
+}
+
+std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchFrame>& frames,
+                               const HatchOptions& options, const std::stop_token& stop) {
     const auto all = pixelsOf(regions);
     std::vector<std::vector<HatchStroke>> made(regions.count);
     tbb::parallel_for(std::uint32_t{0}, regions.count, [&](std::uint32_t region) {
         if (stop.stop_requested()) return;
         RegionHatcher hatcher(regions, options);
         hatcher.hatch(all.pixels.data() + all.begins[region], all.pixels.data() + all.begins[region + 1],
-                      made[region]);
+                      frames[region], made[region]);
     });
     std::vector<HatchStroke> strokes;
     for (const auto& region : made) strokes.insert(strokes.end(), region.begin(), region.end());

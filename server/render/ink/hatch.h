@@ -18,6 +18,12 @@ struct HatchOptions {
     double shortest = 2.0;  ///< of a stroke, pixels
 };
 
+/// How the strokes of a region's first layer lie: those of others are turned around the same place.
+struct HatchFrame {
+    double direction = 0.0;  ///< radians
+    glm::dvec2 origin{0.0};  ///< through which one would pass; pixels
+};
+
 /// A straight stroke; pixels.
 struct HatchStroke {
     glm::dvec2 from, to;
@@ -31,10 +37,13 @@ struct HatchRegions {
     const Raster<float>& density;  ///< of ink that is wanted (tone.h)
 };
 
-/// Region by region, layer by layer. Lines lie on one raster of the whole picture for each direction, so what
+/// Along the mean direction of each region, on one raster of the whole picture for each direction, so what
 /// changes in one region leaves the others alone.
-std::vector<HatchStroke> hatch(const HatchRegions& regions, const HatchOptions& options,
-                               const std::stop_token& stop);
+std::vector<HatchFrame> hatchFrames(const HatchRegions& regions);
+
+/// Region by region, layer by layer. `frames`: of the regions.
+std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchFrame>& frames,
+                               const HatchOptions& options, const std::stop_token& stop);
 
 /// The density that all layers have together.
 double mostHatched(const HatchOptions& options);

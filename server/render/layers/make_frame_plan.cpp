@@ -106,9 +106,9 @@ struct LayerLowering {
     void operator()(const StippleStyle&) const {}
     void operator()(const InkStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());
-        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], &out = out] {
-            lowerInk(layer, style, surface, out);
-        });
+        InkMemory* const memory = index < scene.inks.size() ? scene.inks[index].get() : nullptr;
+        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], memory,
+                               &out = out] { lowerInk(layer, style, surface, memory, out); });
     }
     void operator()(const MeshStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());

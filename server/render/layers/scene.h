@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/scene/view.h"
+#include "server/render/ink/ink_memory.h"
 #include "server/render/layers/mesh/mesh_surface.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/grid_field.h"
@@ -23,6 +24,9 @@ struct Scene {
     /// One a layer, null where it is of another kind; or empty where all are.
     std::vector<std::shared_ptr<const GridField>> hybrids = {};
     std::vector<std::shared_ptr<const MeshSurface>> meshes = {};  ///< likewise
+    /// Likewise, of coherent drawings: what is remembered of the one before, and then of this one. Of one
+    /// thread at a time.
+    std::vector<std::shared_ptr<InkMemory>> inks = {};
 };
 
 }  // namespace mote::render

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // A drawing of a mesh in pen and ink: what its stages cost, how much of its lines is what is seen, by a dense
-// trial, and how far its tones are from what is to be drawn.
-//   bench-ink NAME.mote VIEW.json [--lines] [--times N]
+// trial, how far its tones are from what is to be drawn, and how it flickers as the camera turns.
+//   bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES]
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -15,6 +15,7 @@
 #include <iterator>
 #include <map>
 #include <mutex>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,7 @@ namespace {
 using namespace render;
 using Clock = std::chrono::steady_clock;
 
-constexpr double sampling = 0.35;     // as at rest
+constexpr double sampling = 0.35;    // as at rest
 constexpr double tried = 0.1;        // pixels between places of the trial
 constexpr double complexFrom = 0.3;  // what lines would cover
 
@@ -84,6 +85,13 @@ struct Made {
     Drawing drawing;
 };
 
+InkCamera inkCamera(const FramePlan& plan, const Layer& layer) {
+    return {.toEye = plan.camera.worldToEye() * layer.transform,
+            .perspective = plan.camera.perspective(),
+            .pixels = plan.height / (2.0 * plan.camera.halfHeight()),
+            .size = {plan.width, plan.height}};
+}
+
 Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan) {
     const InkStyle& style = *layer.ink();
     const auto begun = Clock::now();
@@ -91,6 +99,7 @@ Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan)
     Made made;
     auto seen = modalitiesOf(surface, layer.transform, style, plan, {});
     made.scene.modalities = std::move(seen.modalities);
+    made.scene.camera = inkCamera(plan, layer);
     watch.lap("modalities");
     const LineView view(plan, layer.transform);
     made.edges = linesOf(surface, view, style.silhouettes.crease, {});
@@ -220,20 +229,168 @@ void tryTones(const Made& made, const FramePlan& plan, const InkStyle& style) {
     }
 }
 
+/// Strokes of a picture, in short steps, where the place on the surface is seen in another picture too; there
+/// they are where they go with the surface.
+struct SharedStrokes {
+    Strokes here, there;
+
+    SharedStrokes(const Strokes& strokes, const PictureMotion& motion, const Raster<float>& depthThere,
+                  double alike) {
+        for (const auto& line : strokes.lines) {
+            for (auto i = line.begin; i < line.end; ++i) {
+                const auto& from = strokes.points[i];
+                const auto& to = strokes.points[std::min(i + 1, line.end - 1)];
+                const int count = std::max(
+                    1, static_cast<int>(std::hypot(to.x - from.x, to.y - from.y) / static_cast<float>(step)));
+                for (int k = 0; k < count; ++k) {
+                    const float share = static_cast<float>(k) / static_cast<float>(count);
+                    add({std::lerp(from.x, to.x, share), std::lerp(from.y, to.y, share),
+                         std::lerp(from.width, to.width, share),
+                         std::lerp(from.depth, to.depth, static_cast<double>(share))},
+                        motion, depthThere, alike);
+                }
+            }
+            end();
+        }
+    }
+
+  private:
+    static constexpr double step = 2.0;  // pixels
+
+    void add(const StrokePoint& point, const PictureMotion& motion, const Raster<float>& depthThere,
+             double alike) {
+        const auto moved = motion({{point.x, point.y}, point.depth});
+        bool seen = false;
+        for (const double down : {-1.0, 0.0, 1.0}) {
+            for (const double across : {-1.0, 0.0, 1.0}) {
+                const glm::dvec2 at = moved.at + glm::dvec2(across, down);
+                if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < depthThere.width && at.y < depthThere.height))
+                    continue;
+                seen |= static_cast<double>(depthThere.near(at.x, at.y)) >= moved.depth - alike;
+            }
+        }
+        if (!seen) return end();
+        here.points.push_back(point);
+        there.points.push_back(
+            {static_cast<float>(moved.at.x), static_cast<float>(moved.at.y), point.width, moved.depth});
+    }
+    void end() {
+        const auto begin = here.lines.empty() ? 0U : here.lines.back().end;
+        const auto last = static_cast<std::uint32_t>(here.points.size());
+        if (last == begin) return;
+        here.lines.push_back({begin, last});
+        there.lines.push_back({begin, last});
+    }
+};
+
+/// What of a film's ink comes or goes where a motion does not explain it: strokes go with the surface that
+/// they are drawn on, and where that is seen in both of two pictures, ink of the one is compared with that of
+/// the other, as the eye sees it.
+class Film {
+  public:
+    /// `memory`: as drawInk left it.
+    void show(const InkScene& scene, const Drawing& drawing, const InkMemory& memory, const FramePlan& plan) {
+        const auto& modalities = scene.modalities;
+        const auto strokes = onSurface(drawing.strokes, memory.drawn);
+        if (!depth_.values.empty()) {
+            const double alike = alikeDepth * modalities.extent;
+            const SharedStrokes then(strokes_, PictureMotion(camera_, scene.camera), modalities.depth, alike);
+            const SharedStrokes now(strokes, PictureMotion(scene.camera, camera_), depth_, alike);
+            const auto was = blurred(coverOf(then.there, plan), inkBlur);
+            const auto is = blurred(coverOf(now.here, plan), inkBlur);
+            for (std::size_t i = 0; i < is.values.size(); ++i) {
+                changed_ += std::abs(static_cast<double>(is.values[i]) - static_cast<double>(was.values[i]));
+                inked_ += 0.5 * (static_cast<double>(is.values[i]) + static_cast<double>(was.values[i]));
+            }
+        }
+        strokes_ = strokes;
+        depth_ = modalities.depth;
+        camera_ = scene.camera;
+    }
+    /// As a share of the ink.
+    double flicker() const { return changed_ / inked_; }
+
+  private:
+    static constexpr double inkBlur = 1.5;      // standard deviation, pixels: less than that is no flicker
+    static constexpr double alikeDepth = 2e-3;  // of the extent
+
+    /// Lines, which are the first strokes, at the depths of their edges: a pen brings them nearer.
+    static Strokes onSurface(const Strokes& strokes, const std::vector<InkLine>& lines) {
+        Strokes made = strokes;
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            const float width = strokes.points[strokes.lines[i].begin].width;
+            const auto begin = static_cast<std::uint32_t>(made.points.size());
+            for (const auto& point : lines[i].points)
+                made.points.push_back(
+                    {static_cast<float>(point.at.x), static_cast<float>(point.at.y), width, point.depth});
+            made.lines[i] = {begin, static_cast<std::uint32_t>(made.points.size())};
+        }
+        return made;
+    }
+
+    Strokes strokes_;
+    Raster<float> depth_;
+    InkCamera camera_;
+    double changed_ = 0.0, inked_ = 0.0;
+};
+
+/// The camera turns around its target.
+void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, double degrees, int frames) {
+    const InkStyle& style = *layer.ink();
+    InkStyle all = style;
+    all.silhouettes.mode = SilhouetteMode::all;
+    all.hatch.strength = 0.0;
+    Film still, coherent, lines;
+    InkMemory memory;
+    const auto show = [&](Film& film, const InkScene& scene, const InkStyle& of, InkMemory& kept) {
+        const auto drawing = drawInk(scene, of, 1.0, {}, &kept);
+        film.show(scene, drawing, kept, plan);
+    };
+    const glm::dvec3 off = plan.camera.eye - plan.camera.target;
+    const glm::dvec3 up = glm::normalize(plan.camera.up);
+    for (int i = 0; i < frames; ++i) {
+        const double turn = i * degrees * std::numbers::pi / 180.0;
+        plan.camera.eye = plan.camera.target + std::cos(turn) * off + std::sin(turn) * glm::cross(up, off) +
+                          (1.0 - std::cos(turn)) * glm::dot(up, off) * up;
+        auto seen = modalitiesOf(surface, layer.transform, style, plan, {});
+        const LineView view(plan, layer.transform);
+        const auto edges = linesOf(surface, view, style.silhouettes.crease, {});
+        const auto pieces =
+            visible(surface, view, edges, {.sampling = sampling, .likely = &seen.triangle}, {});
+        const double extent = seen.modalities.extent;
+        const InkScene scene{std::move(seen.modalities), chained(surface, view, pieces, extent, {}),
+                             inkCamera(plan, layer)};
+        InkMemory none, empty;
+        show(still, scene, style, none);
+        show(coherent, scene, style, memory);
+        show(lines, scene, all, empty);
+    }
+    fmt::print(
+        "film of {} pictures, {} degrees each: ink that changes {:.4f} of independent pictures, {:.4f} of "
+        "coherent ones, {:.4f} of all lines alone\n",
+        frames, degrees, still.flicker(), coherent.flicker(), lines.flicker());
+}
+
 int run(int count, char** arguments) {
     if (count < 3) {
-        fmt::print(stderr, "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N]\n");
+        fmt::print(stderr,
+                   "bench-ink NAME.mote VIEW.json [--lines] [--tones] [--times N] [--film DEGREES FRAMES]\n");
         return 2;
     }
     const MeshSurface surface = read(arguments[1]);
     auto view = readView(arguments[2]);
     bool lines = false, tones = false;
-    int times = 1;
+    int times = 1, frames = 0;
+    double degrees = 0.0;
     for (int i = 3; i < count; ++i) {
         const std::string word = arguments[i];
         lines |= word == "--lines";
         tones |= word == "--tones";
         if (word == "--times" && i + 1 < count) times = std::atoi(arguments[++i]);
+        if (word == "--film" && i + 2 < count) {
+            degrees = std::atof(arguments[++i]);
+            frames = std::atoi(arguments[++i]);
+        }
     }
     FramePlan plan;
     plan.width = view.width;
@@ -243,6 +400,7 @@ int run(int count, char** arguments) {
     for (int i = 0; i < times; ++i) made = draw(surface, view.layers[0], plan);
     if (lines) tryLines(surface, made, plan);
     if (tones) tryTones(made, plan, *view.layers[0].ink());
+    if (frames > 1) tryFilm(surface, view.layers[0], plan, degrees, frames);
     return 0;
 }
 

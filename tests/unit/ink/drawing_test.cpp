@@ -47,7 +47,7 @@ FramePlan lowered(const MeshSurface& surface, const InkStyle& style, const Look&
                  .slabs = 192,
                  .stop = look.stop};
     const Layer layer{.dataset = "data/a", .transform = look.transform, .style = style};
-    lowerInk(layer, style, surface, out);
+    lowerInk(layer, style, surface, nullptr, out);
     return plan;
 }
 

@@ -26,7 +26,8 @@ struct Region {
         : label(size, size), angle(size, size, direction), density(size, size, static_cast<float>(wanted)) {}
 
     std::vector<HatchStroke> hatched(const HatchOptions& options, std::uint32_t count = 1) const {
-        return hatch({label, count, angle, density}, options, {});
+        const HatchRegions regions{label, count, angle, density};
+        return hatch(regions, hatchFrames(regions), options, {});
     }
 };
 
@@ -188,7 +189,8 @@ TEST(Hatch, ExtremesDoNoHarm) {
     std::stop_source source;
     source.request_stop();
     const Region region(8, 0.0F, 1.0);
-    EXPECT_TRUE(hatch({region.label, 1, region.angle, region.density}, {}, source.get_token()).empty());
+    const HatchRegions regions{region.label, 1, region.angle, region.density};
+    EXPECT_TRUE(hatch(regions, hatchFrames(regions), {}, source.get_token()).empty());
 }
 
 }  // namespace

@@ -79,6 +79,12 @@ MeshRay LineView::towardsEye(const glm::dvec3& inEye, double gap) const {
     return {from, way, gap / glm::length(way), leave};
 }
 
+MeshRay LineView::fromEye(const glm::dvec3& inEye, double gap) const {
+    if (!perspective_) return towardsEye(inEye, gap);
+    const glm::dvec3 way = glm::dvec3(fromEye_ * glm::dvec4(inEye, 1.0)) - eye_;
+    return {eye_, way, nearest_ / -inEye.z, 1.0 - gap / glm::length(way)};
+}
+
 MeshRay LineView::through(const glm::dvec2& place) const {
     const glm::dvec2 window = glm::dvec2(place.x - 0.5 * size_.x, 0.5 * size_.y - place.y) / pixels_;
     const glm::dvec3 origin = perspective_ ? glm::dvec3(0.0) : glm::dvec3(window, 0.0);

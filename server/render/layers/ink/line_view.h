@@ -41,6 +41,8 @@ class LineView {
     /// From a place in eye space to the eye, or to where nothing nearer is seen. `gap`: so much of the way,
     /// layer space, meets nothing.
     MeshRay towardsEye(const glm::dvec3& inEye, double gap) const;
+    /// The same the other way, where that serves many places: from the eye of a perspective camera.
+    MeshRay fromEye(const glm::dvec3& inEye, double gap) const;
     /// Through a place of the picture, told by depth from the eye.
     MeshRay through(const glm::dvec2& place) const;
     /// The part of a line in eye space that a triangle covers and lies in front of.

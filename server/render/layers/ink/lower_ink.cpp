@@ -30,11 +30,18 @@ bool needsLines(const InkStyle& style) {
     }
 }
 
+InkCamera cameraOf(const FramePlan& plan, const glm::dmat4& transform) {
+    return {.toEye = plan.camera.worldToEye() * transform,
+            .perspective = plan.camera.perspective(),
+            .pixels = plan.height / (2.0 * plan.camera.halfHeight()),
+            .size = {plan.width, plan.height}};
+}
+
 /// The 3D stage.
 InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
                  const std::stop_token& stop) {
     auto seen = modalitiesOf(surface, layer.transform, style, plan, stop);
-    InkScene scene{std::move(seen.modalities), {}};
+    InkScene scene{std::move(seen.modalities), {}, cameraOf(plan, layer.transform)};
     if (!needsLines(style)) return scene;
     const LineView view(plan, layer.transform);
     const auto edges = linesOf(surface, view, style.silhouettes.crease, stop);
@@ -65,10 +72,10 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
 }  // namespace
 
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
-                 double pixels, const std::stop_token& stop) {
+                 double pixels, const std::stop_token& stop, InkMemory* memory) {
     const auto scene = sceneOf(layer, style, surface, plan, stop);
     if (stop.stop_requested()) return {};
-    auto drawing = drawInk(scene, style, pixels, stop);
+    auto drawing = drawInk(scene, style, pixels, stop, memory);
     const Bounds inEye = surface.bounds().transformed(plan.camera.worldToEye() * layer.transform);
     InkDrawing made{.strokes = std::move(drawing.strokes),
                     .fragments = {},
@@ -79,8 +86,9 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& s
     return made;
 }
 
-void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, Lowering& out) {
-    auto ink = inkOf(layer, style, surface, out.plan, out.pixels, out.stop);
+void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, InkMemory* memory,
+              Lowering& out) {
+    auto ink = inkOf(layer, style, surface, out.plan, out.pixels, out.stop, memory);
     if (!ink.fragments.empty()) {
         out.plan.fragments.push_back(std::make_shared<const Fragments>(std::move(ink.fragments)));
         out.addDots(ink.nearDepth, ink.farDepth);

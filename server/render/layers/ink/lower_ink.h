@@ -4,6 +4,7 @@
 // (docs/INK.md).
 #pragma once
 
+#include "server/render/ink/ink_memory.h"
 #include "server/render/layers/lowering.h"
 #include "server/render/layers/mesh/mesh_surface.h"
 
@@ -17,12 +18,13 @@ struct InkDrawing {
 };
 
 /// `plan`: its size and its camera are told, and whether it is exact. `pixels`: of the plan, a pixel of the
-/// view. Uses all threads of the calling arena; the same strokes on any number of them. Where `stop` is
-/// requested meanwhile they lack something. Throws std::bad_alloc.
+/// view. `memory`: as drawInk's. Uses all threads of the calling arena; the same strokes on any number of
+/// them. Where `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
-                 double pixels, const std::stop_token& stop);
+                 double pixels, const std::stop_token& stop, InkMemory* memory = nullptr);
 
 /// As inkOf.
-void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, Lowering& out);
+void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, InkMemory* memory,
+              Lowering& out);
 
 }  // namespace mote::render

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <span>
 #include <tuple>
 
 #include "server/render/layers/ink/mesh_lines.h"
@@ -18,6 +21,8 @@ constexpr std::size_t crowd = 16;       // lines that meet in a place and are st
 constexpr double tolerance = 0.125;     // pixels that a line may be off its points
 constexpr double alikeSteps = 0.02;     // of depth, extents
 constexpr std::size_t longestRun = 32;  // points of which none is needed
+
+constexpr std::size_t piecesATime = 256;  // that a thread takes
 
 constexpr std::uint32_t nowhere = UINT32_MAX;
 
@@ -39,53 +44,80 @@ struct Link {
     }
 };
 
-class LinkMaker {
+/// A piece's way on the screen; its depth steps are not told yet.
+Link linkOf(const MeshSurface& surface, const LineView& view, const EdgeLine& piece) {
+    const auto& mesh = surface.mesh();
+    const glm::dvec3 begin = view.toEye(mesh.positions[piece.vertices[0]]);
+    const glm::dvec3 way = view.toEye(mesh.positions[piece.vertices[1]]) - begin;
+    // The whole edge may reach behind the eye.
+    const glm::dvec3 from = begin + piece.piece.begin * way, to = begin + piece.piece.end * way;
+    const double length = glm::distance(view.onScreen(from), view.onScreen(to));
+    const auto parts = static_cast<std::size_t>(std::clamp(std::ceil(length / measured), 1.0, 4096.0));
+    Link link;
+    link.kind = piece.kind;
+    for (std::size_t i = 0; i <= parts; ++i) {
+        const double share = static_cast<double>(i) / static_cast<double>(parts);
+        const glm::dvec3 place = from + view.alongLine(from, to, share) * (to - from);
+        link.points.push_back({view.onScreen(place), -place.z});
+    }
+    return link;
+}
+
+/// Finds the depth steps beside segments of links, several at a time; one thread's.
+class StepFinder {
   public:
-    LinkMaker(const MeshSurface& surface, const LineView& view, double extent)
+    StepFinder(const MeshSurface& surface, const LineView& view, double extent)
         : surface_(surface), view_(view), extent_(extent) {}
 
-    Link make(const EdgeLine& piece) const {
-        const auto& mesh = surface_.mesh();
-        const glm::dvec3 begin = view_.toEye(mesh.positions[piece.vertices[0]]);
-        const glm::dvec3 way = view_.toEye(mesh.positions[piece.vertices[1]]) - begin;
-        // The whole edge may reach behind the eye.
-        const glm::dvec3 from = begin + piece.piece.begin * way, to = begin + piece.piece.end * way;
-        const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
-        const auto parts = static_cast<std::size_t>(std::clamp(std::ceil(length / measured), 1.0, 4096.0));
-        Link link;
-        link.kind = piece.kind;
-        for (std::size_t i = 0; i <= parts; ++i) {
-            const double share = static_cast<double>(i) / static_cast<double>(parts);
-            const glm::dvec3 place = from + view_.alongLine(from, to, share) * (to - from);
-            link.points.push_back({view_.onScreen(place), -place.z});
+    void find(std::span<Link> links) {
+        for (auto& link : links) {
+            for (std::size_t i = 0; i + 1 < link.points.size(); ++i) add(link.points[i], link.points[i + 1]);
         }
-        for (std::size_t i = 0; i < parts; ++i)
-            link.points[i].step = stepBeside(link.points[i], link.points[i + 1]);
-        link.points.back().step = link.points[parts - 1].step;
-        return link;
+        measure();
+        for (auto& link : links) link.points.back().step = link.points[link.points.size() - 2].step;
     }
 
   private:
-    double stepBeside(const LinePoint& from, const LinePoint& to) const {
+    static constexpr std::size_t most = MeshRays::packet / 2;
+
+    void add(LinePoint& from, const LinePoint& to) {
         const glm::dvec2 way = to.at - from.at;
         const double length = glm::length(way);
-        if (!(length > 0.0)) return 0.0;
+        if (!(length > 0.0)) return;
         const glm::dvec2 across = beside / length * glm::dvec2(-way.y, way.x);
         const glm::dvec2 middle = 0.5 * (from.at + to.at);
-        const double depth = 0.5 * (from.depth + to.depth);
-        const double farthest = std::max(depthAt(middle + across), depthAt(middle - across));
-        return std::clamp((farthest - depth) / extent_, 0.0, 1.0);
+        for (const auto& place : {middle + across, middle - across}) {
+            auto& ray = rays_[asked_++];
+            ray = view_.through(place);
+            ray.clip(surface_.rays().box());
+        }
+        points_[asked_ / 2 - 1] = {&from, 0.5 * (from.depth + to.depth)};
+        if (asked_ == rays_.size()) measure();
     }
-    double depthAt(const glm::dvec2& place) const {
-        auto ray = view_.through(place);
-        ray.clip(surface_.rays().box());
-        const auto met = surface_.rays().firstBut(ray, {MeshMeeting::none, MeshMeeting::none});
-        return met.triangle == MeshMeeting::none ? HUGE_VAL : met.at;
+    void measure() {
+        std::fill(rays_.begin() + static_cast<std::ptrdiff_t>(asked_), rays_.end(), MeshRay{});
+        surface_.rays().first(rays_, met_);
+        const auto depth = [&](const MeshMeeting& met) {
+            return met.triangle == MeshMeeting::none ? HUGE_VAL : met.at;
+        };
+        for (std::size_t i = 0; 2 * i < asked_; ++i) {
+            const double farthest = std::max(depth(met_[2 * i]), depth(met_[2 * i + 1]));
+            points_[i].point->step = std::clamp((farthest - points_[i].depth) / extent_, 0.0, 1.0);
+        }
+        asked_ = 0;
     }
 
+    struct Asked {
+        LinePoint* point;
+        double depth;
+    };
     const MeshSurface& surface_;
     const LineView& view_;
     const double extent_;
+    std::array<MeshRay, MeshRays::packet> rays_{};
+    std::array<MeshMeeting, MeshRays::packet> met_{};
+    std::array<Asked, most> points_{};
+    std::size_t asked_ = 0;
 };
 
 using Place = std::tuple<float, float, float>;
@@ -216,9 +248,10 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
                              const std::vector<EdgeLine>& pieces, double extent,
                              const std::stop_token& stop) {
     std::vector<Link> links(pieces.size());
-    const LinkMaker maker(surface, view, extent);
-    tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
-        if (!stop.stop_requested()) links[i] = maker.make(pieces[i]);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces.size(), piecesATime), [&](const auto& run) {
+        if (stop.stop_requested()) return;
+        for (auto i = run.begin(); i < run.end(); ++i) links[i] = linkOf(surface, view, pieces[i]);
+        StepFinder(surface, view, extent).find(std::span(links).subspan(run.begin(), run.size()));
     });
     if (stop.stop_requested()) return {};
     numberPlaces(surface.mesh(), pieces, links);

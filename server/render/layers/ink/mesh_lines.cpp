@@ -4,9 +4,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "server/render/layers/ink/line_crossings.h"
 
@@ -116,7 +118,7 @@ class LineFinder {
     std::vector<std::int8_t> sides_;
 };
 
-/// What is seen of one edge after another; one thread's.
+/// What is seen of some edges after another; one thread's.
 class PieceFinder {
   public:
     PieceFinder(const MeshSurface& surface, const LineView& view, const LineCrossings& crossings,
@@ -127,23 +129,19 @@ class PieceFinder {
           search_(search),
           gap_(gapShare * glm::length(surface.bounds().size())) {}
 
-    void find(const EdgeLine& edge, std::vector<EdgeLine>& pieces) {
-        const auto [from, to] = endsOf(surface_.mesh(), edge, view_);
-        const Ends ends{from, to};
-        hidden_.clear();
-        seen_.clear();
-        passAlong(edge, ends);
-        std::sort(hidden_.begin(), hidden_.end(),
-                  [](const Span& a, const Span& b) { return a.begin < b.begin; });
-        const std::vector<Span> hidden = hidden_;
-        crossed_.clear();
-        own_ = pieces.size();
-        double begin = edge.piece.begin;
-        for (const Span& span : hidden) {
-            if (begin < span.begin) settleParts(edge, ends, {begin, span.begin}, pieces);
-            begin = std::max(begin, span.end);
+    void find(std::span<const EdgeLine> edges, std::vector<EdgeLine>& pieces, const std::stop_token& stop) {
+        tried_.clear();
+        covered_.assign(edges.size(), {});
+        for (std::uint32_t i = 0; i < edges.size() && !stop.stop_requested(); ++i) choosePlaces(edges[i], i);
+        tryPlaces(edges, stop);
+        auto next = tried_.begin();
+        for (std::uint32_t i = 0; i < edges.size() && !stop.stop_requested(); ++i) {
+            const Ends ends = endsOf(surface_.mesh(), edges[i], view_);
+            hidden_ = std::move(covered_[i]);
+            seen_.clear();
+            for (; next != tried_.end() && next->edge == i; ++next) take(*next, ends);
+            settleAll(edges[i], ends, pieces);
         }
-        if (begin < edge.piece.end) settleParts(edge, ends, {begin, edge.piece.end}, pieces);
     }
 
   private:
@@ -206,28 +204,69 @@ class PieceFinder {
         return glm::distance(view_.onScreen(ends.from + gap.begin * way),
                              view_.onScreen(ends.from + gap.end * way)) < smallestStep;
     }
-    /// From place to place, past what hides it.
-    void passAlong(const EdgeLine& edge, const Ends& ends) {
+    /// Places all along an edge, but where the triangle that is seen there hides it.
+    void choosePlaces(const EdgeLine& edge, std::uint32_t number) {
         // The whole edge may reach behind the eye, where places on the screen have no order.
         const auto [begin, end] = edge.piece;
+        const Ends ends = endsOf(surface_.mesh(), edge, view_);
         const auto [from, to] = partOf(ends, edge.piece);
         const double length = glm::distance(view_.onScreen(from), view_.onScreen(to));
-        const double pixel = length > 0.0 ? 1.0 / length : 1.0;
-        const double step = 1.0 / std::max(1.0, std::ceil(length / search_.sampling));
-        for (double place = 0.5 * step; place < 1.0;) {
-            const double along = begin + (end - begin) * view_.alongLine(from, to, place);
-            Span span = hiddenAt(along);
-            if (span.empty()) span = soughtAt(edge, ends, along);
-            if (span.empty()) {
-                seen_.push_back(along);
-                place += step;
-                continue;
-            }
-            if (span.end >= end) return;
-            const double passed = view_.alongScreen(from, to, (span.end - begin) / (end - begin));
-            place = std::max(passed, place + smallestStep * pixel);
-            place += std::min(0.5 * step, 0.5 * std::max(1.0 - place, smallestStep * pixel));
+        const double count = std::max(1.0, std::ceil(length / search_.sampling));
+        hidden_.clear();
+        for (double place = 0.5; place < count; ++place) {
+            const double along = begin + (end - begin) * view_.alongLine(from, to, place / count);
+            if (!hiddenAt(along).empty()) continue;
+            const std::uint32_t likely = likelyHider(edge, ends.from + along * (ends.to - ends.from));
+            if (likely == MeshMeeting::none)
+                tried_.push_back({number, along, MeshMeeting::none});
+            else
+                hide(ends, along, likely);
         }
+        covered_[number] = hidden_;
+    }
+    /// What hides the chosen places, many at a time.
+    void tryPlaces(std::span<const EdgeLine> edges, const std::stop_token& stop) {
+        std::array<MeshRay, MeshRays::packet> rays;
+        std::array<IgnoredTriangles, MeshRays::packet> own;
+        std::array<MeshMeeting, MeshRays::packet> met;
+        for (std::size_t first = 0; first < tried_.size() && !stop.stop_requested(); first += rays.size()) {
+            rays.fill({});
+            const std::size_t count = std::min(rays.size(), tried_.size() - first);
+            for (std::size_t i = 0; i < count; ++i) {
+                const auto& place = tried_[first + i];
+                const auto [from, to] = endsOf(surface_.mesh(), edges[place.edge], view_);
+                rays[i] = view_.fromEye(from + place.along * (to - from), gap_);
+                rays[i].clip(surface_.rays().box());
+                own[i] = edges[place.edge].triangles;
+            }
+            surface_.rays().firstBut(rays, own, met);
+            for (std::size_t i = 0; i < count; ++i) tried_[first + i].hider = met[i].triangle;
+        }
+    }
+    struct TriedPlace {
+        std::uint32_t edge;
+        double along;         // the edge
+        std::uint32_t hider;  // or none
+    };
+    void take(const TriedPlace& place, const Ends& ends) {
+        if (!hiddenAt(place.along).empty()) return;
+        if (place.hider == MeshMeeting::none)
+            seen_.push_back(place.along);
+        else
+            hide(ends, place.along, place.hider);
+    }
+    void settleAll(const EdgeLine& edge, const Ends& ends, std::vector<EdgeLine>& pieces) {
+        std::sort(hidden_.begin(), hidden_.end(),
+                  [](const Span& a, const Span& b) { return a.begin < b.begin; });
+        const std::vector<Span> hidden = hidden_;
+        crossed_.clear();
+        own_ = pieces.size();
+        double begin = edge.piece.begin;
+        for (const Span& span : hidden) {
+            if (begin < span.begin) settleParts(edge, ends, {begin, span.begin}, pieces);
+            begin = std::max(begin, span.end);
+        }
+        if (begin < edge.piece.end) settleParts(edge, ends, {begin, edge.piece.end}, pieces);
     }
     Span hiddenAt(double along) const {
         for (const Span& span : hidden_) {
@@ -237,7 +276,10 @@ class PieceFinder {
     }
     Span soughtAt(const EdgeLine& edge, const Ends& ends, double along) {
         const std::uint32_t triangle = hider(edge, ends.from + along * (ends.to - ends.from));
-        if (triangle == MeshMeeting::none) return {};
+        return triangle == MeshMeeting::none ? Span{} : hide(ends, along, triangle);
+    }
+    /// What of an edge a triangle hides around a place.
+    Span hide(const Ends& ends, double along, std::uint32_t triangle) {
         const auto& mesh = surface_.mesh();
         const auto [i, j, k] = mesh.triangles[triangle];
         Span span = view_.hidden(
@@ -251,13 +293,20 @@ class PieceFinder {
 
     /// A triangle that hides a place of the edge, in eye space.
     std::uint32_t hider(const EdgeLine& edge, const glm::dvec3& place) const {
+        const std::uint32_t likely = likelyHider(edge, place);
+        if (likely != MeshMeeting::none) return likely;
         auto ray = view_.towardsEye(place, gap_);
         ray.clip(surface_.rays().box());
-        const std::uint32_t likely = likelyAt(view_.onScreen(place));
-        const bool other = likely != edge.triangles[0] && likely != edge.triangles[1];
-        if (likely != MeshMeeting::none && other && !ray.empty() && meet(surface_.mesh(), likely, ray))
-            return likely;
         return surface_.rays().firstBut(ray, edge.triangles).triangle;
+    }
+    /// The same, if it is the one that is seen in the pixel.
+    std::uint32_t likelyHider(const EdgeLine& edge, const glm::dvec3& place) const {
+        const std::uint32_t likely = likelyAt(view_.onScreen(place));
+        if (likely == MeshMeeting::none || likely == edge.triangles[0] || likely == edge.triangles[1])
+            return MeshMeeting::none;
+        auto ray = view_.towardsEye(place, gap_);
+        ray.clip(surface_.rays().box());
+        return !ray.empty() && meet(surface_.mesh(), likely, ray) ? likely : MeshMeeting::none;
     }
     std::uint32_t likelyAt(const glm::dvec2& place) const {
         if (search_.likely == nullptr) return MeshMeeting::none;
@@ -269,11 +318,13 @@ class PieceFinder {
     const LineCrossings& crossings_;
     const HiderSearch search_;
     const double gap_;
-    std::vector<Span> hidden_;     // of the edge
-    std::vector<double> seen_;     // places of it, in order
-    std::vector<double> crossed_;  // places of it, in order; empty while they are not known
-    std::size_t own_ = 0;          // pieces before its own
-    std::vector<Span> gaps_;       // of which it is not known whether they are seen, the next one last
+    std::vector<Span> hidden_;                // of the edge
+    std::vector<double> seen_;                // places of it, in order
+    std::vector<double> crossed_;             // places of it, in order; empty while they are not known
+    std::size_t own_ = 0;                     // pieces before its own
+    std::vector<TriedPlace> tried_;           // of all edges, in order
+    std::vector<std::vector<Span>> covered_;  // hidden by what is seen, of each edge
+    std::vector<Span> gaps_;  // of which it is not known whether they are seen, the next one last
 };
 
 /// Of lines behind which something may be hidden: a surface ends there for the eye.
@@ -305,8 +356,8 @@ std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
                               const std::stop_token& stop) {
     const auto crossings = crossingsOf(surface.mesh(), view, edges, stop);
     return inOrder<EdgeLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
-        PieceFinder finder(surface, view, crossings, search);
-        for (std::size_t i = first; i < last && !stop.stop_requested(); ++i) finder.find(edges[i], pieces);
+        PieceFinder(surface, view, crossings, search)
+            .find(std::span(edges).subspan(first, last - first), pieces, stop);
     });
 }
 

@@ -3,11 +3,14 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "protocol/scene/srgb.h"
+#include "server/render/ink/complexity.h"
+#include "server/render/layers/ink/ambient_occlusion.h"
 #include "server/render/layers/mesh/mesh_sight.h"
 
 namespace mote::render {
@@ -18,6 +21,8 @@ constexpr std::array<std::array<double, 2>, mostPlaces> places{
     {{-0.125, -0.375}, {0.375, -0.125}, {-0.375, 0.125}, {0.125, 0.375}}};
 // Below this share of its length a normal that is seen points at the eye.
 constexpr double leastAcross = 1e-3;
+// Rays of a pixel that look for what keeps light from all sides away, at rest and in motion.
+constexpr std::uint32_t exactOcclusion = 4, quickOcclusion = 1;
 
 MeshStyle white(const InkStyle& style) {
     MeshStyle mesh;
@@ -29,13 +34,17 @@ MeshStyle white(const InkStyle& style) {
 /// Rows of a mesh's modalities, one thread's.
 class RowMaker {
   public:
-    RowMaker(const MeshSight& sight, const MeshRays& rays, float paper, bool exact, MeshModalities& made)
+    /// `closed`: the share of light from all sides that is kept away; or empty.
+    RowMaker(const MeshSight& sight, const MeshRays& rays, const AmbientOcclusion& occlusion, float paper,
+             bool exact, MeshModalities& made, Raster<float>& closed)
         : sight_(sight),
           mesh_(rays),
+          occlusion_(occlusion),
           paper_(paper),
           samples_(exact ? mostPlaces : 1),
           made_(made.modalities),
-          triangle_(made.triangle) {}
+          triangle_(made.triangle),
+          closed_(closed) {}
 
     void make(std::uint32_t row) {
         const std::uint32_t step = MeshRays::packet / samples_;
@@ -60,13 +69,16 @@ class RowMaker {
     }
     void take(std::uint32_t column, std::uint32_t row, std::uint32_t first) {
         double grey = 0.0;
+        std::uint32_t nearest = first, hits = 0;
         auto& depth = made_.depth.at(column, row);
         for (std::uint32_t i = first; i < first + samples_; ++i) {
             const bool any = met_[i].triangle != MeshMeeting::none;
             const auto hit = any ? sight_.hit(rays_[i], met_[i]) : std::nullopt;
+            hits += hit ? 1U : 0U;
             grey += hit ? std::min(luminance(hit->color), 1.0) : paper_;
             if (!hit || static_cast<float>(hit->depth) >= depth) continue;
             depth = static_cast<float>(hit->depth);
+            nearest = i;
             const glm::dvec2 across(hit->normal.x, -hit->normal.y);
             made_.angle.at(column, row) =
                 glm::length(across) > leastAcross ? static_cast<float>(std::atan2(across.y, across.x)) : 0.0F;
@@ -74,18 +86,36 @@ class RowMaker {
             triangle_.at(column, row) = met_[i].triangle;
         }
         made_.grey.at(column, row) = static_cast<float>(grey / samples_);
+        if (closed_.values.empty() || hits == 0) return;
+        const double closed = occlusion_.at(inLayer_[nearest], met_[nearest], column, row);
+        closed_.at(column, row) = static_cast<float>(closed * hits / samples_);
     }
 
     const MeshSight& sight_;
     const MeshRays& mesh_;
+    const AmbientOcclusion& occlusion_;
     const float paper_;
     const std::uint32_t samples_;
     Modalities& made_;
     Raster<std::uint32_t>& triangle_;
+    Raster<float>& closed_;
     std::array<SightRay, MeshRays::packet> rays_;
     std::array<MeshRay, MeshRays::packet> inLayer_;
     std::array<MeshMeeting, MeshRays::packet> met_;
 };
+
+/// Takes from the grey what of the ambient light is kept away. Each pixel has looked in few directions: its
+/// neighbours on the surface have looked in the others.
+void darken(Modalities& modalities, const Raster<float>& closed, const InkStyle& style) {
+    const auto even =
+        blurredWithin(closed, modalities.depth, modalities.extent, 0.5 * AmbientOcclusion::tile);
+    const auto most = static_cast<float>(std::min(1.0, style.light.ambient) * style.occlusion);
+    for (std::size_t i = 0; i < even.values.size(); ++i) {
+        if (!std::isfinite(modalities.depth.values[i])) continue;
+        auto& grey = modalities.grey.values[i];
+        grey = std::max(0.0F, grey - most * even.values[i]);
+    }
+}
 
 }  // namespace
 
@@ -101,9 +131,14 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
     const MeshStyle mesh = white(style);
     const MeshSight sight(plan, transform, mesh, surface, 1.0);
     made.modalities.extent = std::max(sight.farDepth() - sight.nearDepth(), 1e-300);
+    const AmbientOcclusion occlusion(surface, plan.exact ? exactOcclusion : quickOcclusion);
+    Raster<float> closed;
+    if (style.occlusion > 0.0) closed = Raster<float>(width, height);
     tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
-        if (!stop.stop_requested()) RowMaker(sight, surface.rays(), paper, plan.exact, made).make(row);
+        if (stop.stop_requested()) return;
+        RowMaker(sight, surface.rays(), occlusion, paper, plan.exact, made, closed).make(row);
     });
+    if (!closed.values.empty() && !stop.stop_requested()) darken(made.modalities, closed, style);
     return made;
 }
 

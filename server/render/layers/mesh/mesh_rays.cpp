@@ -16,17 +16,6 @@ namespace {
 /// wider there, many times what rounding moves a ray or a corner.
 constexpr double margin = 2e-6;
 
-/// What is asked of Embree; its callbacks know it by the context that it begins with.
-struct Query {
-    explicit Query(std::span<const MeshRay> asked) : rays(asked) { rtcInitIntersectContext(&context); }
-
-    RTCIntersectContext context{};
-    std::span<const MeshRay> rays;  // by the id of Embree's ray
-    MeshMeeting* first = nullptr;   // of each ray; or:
-    std::vector<MeshMeeting>* all = nullptr;
-    std::array<std::uint32_t, 2> ignored{MeshMeeting::none, MeshMeeting::none};
-};
-
 double diagonalOf(const Bounds& bounds) {
     const double diagonal = glm::length(bounds.size());
     return diagonal > 0.0 ? diagonal : 1.0;
@@ -88,6 +77,21 @@ std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t 
                                 const MeshRay& ray) {
     return TriangleFrom(mesh, triangle, ray.origin).meet(ray);
 }
+
+/// What is asked of Embree; its callbacks know it by the context that it begins with.
+struct MeshRays::Query {
+    explicit Query(std::span<const MeshRay> asked) : rays(asked) { rtcInitIntersectContext(&context); }
+
+    RTCIntersectContext context{};
+    std::span<const MeshRay> rays;  // by the id of Embree's ray
+    MeshMeeting* first = nullptr;   // of each ray; or:
+    std::vector<MeshMeeting>* all = nullptr;
+    std::span<const IgnoredTriangles> ignored = {};  // of each ray, or of none
+
+    bool ignores(std::uint32_t id, std::uint32_t triangle) const {
+        return !ignored.empty() && (ignored[id][0] == triangle || ignored[id][1] == triangle);
+    }
+};
 
 struct MeshRays::Scene : EmbreeScene {
     const storage::SurfaceMesh& mesh;
@@ -165,11 +169,11 @@ void MeshRays::Scene::intersect(const RTCIntersectFunctionNArguments* asked) {
     const auto& self = *static_cast<const Scene*>(asked->geometryUserPtr);
     const auto& query = *reinterpret_cast<const Query*>(asked->context);
     RTCRayN* const rays = RTCRayHitN_RayN(asked->rayhit, asked->N);
-    if (asked->primID == query.ignored[0] || asked->primID == query.ignored[1]) return;
     std::optional<TriangleFrom> triangle;  // in a perspective all rays begin in one place
     for (unsigned i = 0; i < asked->N; ++i) {
         if (asked->valid[i] == 0) continue;
         const unsigned id = RTCRayN_id(rays, asked->N, i);
+        if (query.ignores(id, asked->primID)) continue;
         const MeshRay& ray = query.rays[id];
         if (!triangle || triangle->origin() != ray.origin)
             triangle.emplace(self.mesh, asked->primID, ray.origin);
@@ -217,15 +221,29 @@ std::uint64_t MeshRays::bytes() const {
 void MeshRays::first(std::span<const MeshRay, packet> rays, std::span<MeshMeeting, packet> met) const {
     Query query(rays);
     query.first = met.data();
+    trace(query);
+}
+
+void MeshRays::firstBut(std::span<const MeshRay, packet> rays,
+                        std::span<const IgnoredTriangles, packet> ignored,
+                        std::span<MeshMeeting, packet> met) const {
+    Query query(rays);
+    query.first = met.data();
+    query.ignored = ignored;
+    trace(query);
+}
+
+/// Of a packet that goes almost one way.
+void MeshRays::trace(Query& query) const {
     query.context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    std::fill(met.begin(), met.end(), MeshMeeting{});
+    std::fill_n(query.first, packet, MeshMeeting{});
     RTCRayHit16 hits{};
     alignas(64) std::array<int, packet> valid{};
     for (unsigned i = 0; i < packet; ++i) {
         hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-        if (rays[i].empty()) continue;
+        if (query.rays[i].empty()) continue;
         valid[i] = -1;
-        const RTCRay ray = scene_->toEmbree(rays[i], i);
+        const RTCRay ray = scene_->toEmbree(query.rays[i], i);
         hits.ray.org_x[i] = ray.org_x;
         hits.ray.org_y[i] = ray.org_y;
         hits.ray.org_z[i] = ray.org_z;
@@ -255,12 +273,12 @@ void MeshRays::all(const MeshRay& ray, std::vector<MeshMeeting>& met) const {
     met.erase(std::unique(met.begin(), met.end(), same), met.end());
 }
 
-MeshMeeting MeshRays::firstBut(const MeshRay& ray, const std::array<std::uint32_t, 2>& ignored) const {
+MeshMeeting MeshRays::firstBut(const MeshRay& ray, const IgnoredTriangles& ignored) const {
     MeshMeeting met;
     if (ray.empty()) return met;
     Query query({&ray, 1});
     query.first = &met;
-    query.ignored = ignored;
+    query.ignored = {&ignored, 1};
     RTCRayHit way{.ray = scene_->toEmbree(ray, 0), .hit = {}};
     way.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene_->scene, &query.context, &way);

@@ -43,6 +43,9 @@ struct MeshMeeting {
 /// Whether and where a ray meets a triangle: what decides, whatever finds it.
 std::optional<MeshMeeting> meet(const storage::SurfaceMesh& mesh, std::uint32_t triangle, const MeshRay& ray);
 
+/// Two triangles, or MeshMeeting::none, which a ray goes through.
+using IgnoredTriangles = std::array<std::uint32_t, 2>;
+
 class MeshRays {
   public:
     static constexpr std::size_t packet = 16;
@@ -58,10 +61,13 @@ class MeshRays {
     /// What each of some rays that go almost the same way meets first; of triangles in one place, that with
     /// the least number.
     void first(std::span<const MeshRay, packet> rays, std::span<MeshMeeting, packet> met) const;
+    /// The same but for two triangles of each ray's own.
+    void firstBut(std::span<const MeshRay, packet> rays, std::span<const IgnoredTriangles, packet> ignored,
+                  std::span<MeshMeeting, packet> met) const;
     /// All that a ray meets, in order, each triangle once.
     void all(const MeshRay& ray, std::vector<MeshMeeting>& met) const;
     /// What a ray meets first but for two triangles.
-    MeshMeeting firstBut(const MeshRay& ray, const std::array<std::uint32_t, 2>& ignored) const;
+    MeshMeeting firstBut(const MeshRay& ray, const IgnoredTriangles& ignored) const;
     /// Whether it meets anything.
     bool blocked(const MeshRay& ray) const;
 
@@ -70,6 +76,9 @@ class MeshRays {
 
   private:
     struct Scene;
+    struct Query;
+    void trace(Query& query) const;
+
     std::unique_ptr<const Scene> scene_;
 };
 
