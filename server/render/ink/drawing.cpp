@@ -81,7 +81,7 @@ class DrawingMaker {
                                  if (hatches) regions = segments();
                              });
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
-        pen.fill(rest.solid.outlines);
+        pen.fill(rest.solid.outlines, stop_);
         for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
         HatchPlan plan;
         if (hatches) {
@@ -117,7 +117,8 @@ class DrawingMaker {
             coverOf(scene_.lines, wanted_.width, wanted_.height, style_.silhouettes.width * pixels_);
         rest.solid = solidInk({scene_.modalities, wanted_, cover}, style_.solid, reading_, stop_);
         if (stop_.stop_requested()) return {{}, {}, target_};
-        rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities, contourStep(), reading_);
+        rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
+                                 {.leastStep = contourStep(), .shortest = reading_}, stop_);
         auto wanted = wanted_;
         for (std::size_t i = 0; i < wanted.values.size(); ++i) {
             if (rest.solid.ground.values[i] == Ground::solid) wanted.values[i] = 0.0F;

@@ -21,10 +21,11 @@ constexpr double nearer = 1e-3;
 constexpr double mostSlope = 0.01;
 // Of the extent: so much nearer a surface may bulge within a pixel of its silhouette.
 constexpr double mostBulge = 0.15;
-constexpr double handEvery = 5.0;     // pixels between places of a stroke that a hand moves
-constexpr double wave = 24.0;         // pixels between the places where a hand leaves its way anew
-constexpr double mostTapered = 20.0;  // pixels at each end
-constexpr double thinnest = 0.25;     // of the width, at the end
+constexpr std::size_t stopEvery = 65536;  // pixels whose depth is spread
+constexpr double handEvery = 5.0;         // pixels between places of a stroke that a hand moves
+constexpr double wave = 24.0;             // pixels between the places where a hand leaves its way anew
+constexpr double mostTapered = 20.0;      // pixels at each end
+constexpr double thinnest = 0.25;         // of the width, at the end
 
 /// A number from 0 to 1 that belongs to a stroke and a place on it, and changes with no other stroke.
 double noise(std::uint64_t stroke, std::uint64_t place) {
@@ -62,13 +63,14 @@ Raster<float> leastAlong(const Raster<float>& picture) {
 }
 
 /// Where nothing is seen, the depth of what is seen nearest, by steps from pixel to pixel.
-void spread(Raster<float>& depth) {
+void spread(Raster<float>& depth, const std::stop_token& stop) {
     std::vector<std::size_t> front;
     for (std::size_t i = 0; i < depth.values.size(); ++i) {
         if (std::isfinite(depth.values[i])) front.push_back(i);
     }
     const std::size_t width = depth.width;
     for (std::size_t next = 0; next < front.size(); ++next) {
+        if (next % stopEvery == 0 && stop.stop_requested()) return;
         const std::size_t from = front[next], column = from % width;
         const auto take = [&](std::size_t pixel) {
             if (std::isfinite(depth.values[pixel])) return;
@@ -170,10 +172,10 @@ void Pen::draw(const HatchStroke& stroke, double width) {
     put();
 }
 
-void Pen::fill(const std::vector<Outline>& outlines) {
+void Pen::fill(const std::vector<Outline>& outlines, const std::stop_token& stop) {
     if (outlines.empty()) return;
     auto depths = leastAlong(leastAlong(modalities_.depth));
-    spread(depths);
+    spread(depths, stop);
     const auto off = static_cast<float>(nearer * modalities_.extent);
     for (auto& depth : depths.values) depth -= off;
     strokes_.areaDepths = {depths.width, depths.height, std::move(depths.values)};

@@ -4,6 +4,7 @@
 // strokes, whose owner owns it; one thread.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "server/render/ink/contour.h"
@@ -29,8 +30,8 @@ class Pen {
     /// A hatch lies at the depths of what is seen along it.
     void draw(const HatchStroke& stroke, double width);
     /// Outlines of one region after another are areas, at the depths of what is seen in each pixel or nearest
-    /// to it. Once.
-    void fill(const std::vector<Outline>& outlines);
+    /// to it. Once. Where `stop` is requested meanwhile some depths are missing.
+    void fill(const std::vector<Outline>& outlines, const std::stop_token& stop);
 
   private:
     struct Point {

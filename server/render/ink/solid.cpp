@@ -97,8 +97,8 @@ Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double rea
 /// Where a line's parts are looked at.
 class LineParting {
   public:
-    LineParting(const Raster<Ground>& ground, const Modalities& modalities, double leastStep, double shortest)
-        : ground_(ground), modalities_(modalities), leastStep_(leastStep), shortest_(shortest) {}
+    LineParting(const Raster<Ground>& ground, const Modalities& modalities, const BesideOptions& options)
+        : ground_(ground), modalities_(modalities), options_(options) {}
 
     void add(const InkLine& line, std::vector<InkLine>& out) {
         kind_ = line.kind;
@@ -113,7 +113,7 @@ class LineParting {
   private:
     bool isDrawn(const glm::dvec2& place, double step) const {
         const Ground ground = groundBeside(place);
-        return ground == Ground::simple || (ground == Ground::paper && step > leastStep_);
+        return ground == Ground::simple || (ground == Ground::paper && step > options_.leastStep);
     }
     Ground groundBeside(const glm::dvec2& place) const {
         Ground ground = ground_.near(place.x, place.y);
@@ -151,13 +151,13 @@ class LineParting {
         double length = 0.0;
         for (std::size_t i = 0; i + 1 < points_.size(); ++i)
             length += glm::distance(points_[i].at, points_[i + 1].at);
-        if (!drawn_ || !(length > 0.0) || (cut_ && length < shortest_)) return;
+        if (!drawn_ || !(length > 0.0) || (cut_ && length < options_.shortest)) return;
         out.push_back({kind_, points_});
     }
 
     const Raster<Ground>& ground_;
     const Modalities& modalities_;
-    const double leastStep_, shortest_;
+    const BesideOptions options_;
     LineKind kind_ = LineKind::silhouette;
     bool drawn_ = false;  // the part that is looked at
     bool cut_ = false;    // the line before it or behind
@@ -198,10 +198,14 @@ SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double readi
 }
 
 std::vector<InkLine> linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
-                                 const Modalities& modalities, double leastStep, double shortest) {
+                                 const Modalities& modalities, const BesideOptions& options,
+                                 const std::stop_token& stop) {
     std::vector<InkLine> made;
-    LineParting parting(ground, modalities, leastStep, shortest);
-    for (const auto& line : lines) parting.add(line, made);
+    LineParting parting(ground, modalities, options);
+    for (const auto& line : lines) {
+        if (stop.stop_requested()) break;
+        parting.add(line, made);
+    }
     return made;
 }
 

@@ -36,10 +36,16 @@ struct SolidScene {
 SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double reading,
                   const std::stop_token& stop);
 
-/// What of lines lies in simple regions, and on paper in complex ones where their step is above `leastStep`.
-/// A line lies where the nearest pixel around it does, as the surface that it bounds is seen there.
-/// `shortest`: pixels; shorter parts of what is cut are left out.
+struct BesideOptions {
+    double leastStep = 1.0;  ///< of lines (LinePoint::step), above which they may be drawn on paper, too
+    double shortest = 0.0;   ///< pixels; what is shorter of a line that is cut is left out
+};
+
+/// What of lines lies in simple regions, and what may be drawn on paper in complex ones. A line lies where
+/// the nearest pixel around it does, as the surface that it bounds is seen there. Where `stop` is requested
+/// meanwhile some are missing.
 std::vector<InkLine> linesBeside(const std::vector<InkLine>& lines, const Raster<Ground>& ground,
-                                 const Modalities& modalities, double leastStep, double shortest);
+                                 const Modalities& modalities, const BesideOptions& options,
+                                 const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -251,9 +251,9 @@ TEST(Pen, FillsRegionsAtTheDepthsOfWhatIsSeen) {
     };
     Strokes strokes;
     Pen pen(scene, {}, strokes);
-    pen.fill({});
+    pen.fill({}, {});
     EXPECT_EQ(strokes, Strokes{});
-    pen.fill({{ring(9.0), 4}, {ring(6.0), 4}, {ring(3.0), 7}});
+    pen.fill({{ring(9.0), 4}, {ring(6.0), 4}, {ring(3.0), 7}}, {});
     ASSERT_EQ(strokes.areas.size(), 2U);
     EXPECT_EQ(strokes.areas[0], (InkArea{0, 2}));
     EXPECT_EQ(strokes.areas[1], (InkArea{2, 3}));

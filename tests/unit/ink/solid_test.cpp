@@ -194,7 +194,7 @@ TEST(LinesBeside, KeepsWhatLiesOnSimpleGround) {
                 }
             }
         }
-        const auto kept = linesBeside(lines, ground, flat.modalities, 0.5, 0.0);
+        const auto kept = linesBeside(lines, ground, flat.modalities, {.leastStep = 0.5}, {});
         double length = 0.0;
         for (const auto& line : kept) {
             ASSERT_GE(line.points.size(), 2U);
@@ -210,14 +210,15 @@ TEST(LinesBeside, KeepsWhatLiesOnSimpleGround) {
             }
         }
         EXPECT_NEAR(length / expected, 1.0, 0.01);
-        const auto longer = linesBeside(lines, ground, flat.modalities, 0.5, 8.0);
+        const auto longer =
+            linesBeside(lines, ground, flat.modalities, {.leastStep = 0.5, .shortest = 8.0}, {});
         EXPECT_LT(longer.size(), kept.size());
     }
 }
 
 /// Left a crowd of short lines whose tone changes from top to bottom, right a few.
 InkScene crowdedScene(test::Random& random) {
-    InkScene scene{Flat().modalities, {}};
+    InkScene scene{.modalities = Flat().modalities, .lines = {}, .camera = {}};
     eachPixel([&](std::size_t pixel, const glm::dvec2& at) {
         scene.modalities.grey.values[pixel] = at.x < 80.0 ? static_cast<float>(at.y / side) : 0.6F;
     });
