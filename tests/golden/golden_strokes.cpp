@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/golden/golden_strokes.h"
 
+#include <algorithm>
+
 #include "tests/support/random.h"
 
 namespace mote::test {
@@ -24,6 +26,23 @@ void addWay(Strokes& strokes, const render::FramePlan& plan, Random& random, std
     }
 }
 
+/// A slanted plane that is cut off at the nearest and the farthest depth, with pixels that have none.
+render::AreaDepths depthsFor(const render::FramePlan& plan, Random& random) {
+    render::AreaDepths depths{plan.width, plan.height, {}};
+    const double across = random.between(-2.0, 2.0), down = random.between(-2.0, 2.0);
+    for (std::uint32_t row = 0; row < plan.height; ++row) {
+        for (std::uint32_t column = 0; column < plan.width; ++column) {
+            const double share =
+                0.5 + across * (double(column) / plan.width - 0.5) + down * (double(row) / plan.height - 0.5);
+            const double depth =
+                plan.nearDepth + std::clamp(share, 0.0, 1.0) * (plan.farDepth - plan.nearDepth);
+            depths.values.push_back(random.chance(0.02) ? render::AreaDepths::none
+                                                        : static_cast<float>(depth));
+        }
+    }
+    return depths;
+}
+
 }  // namespace
 
 std::shared_ptr<const Strokes> strokesFor(const render::FramePlan& plan, std::uint64_t seed) {
@@ -39,9 +58,9 @@ std::shared_ptr<const Strokes> strokesFor(const render::FramePlan& plan, std::ui
         const auto begin = static_cast<std::uint32_t>(made->outlines.size());
         for (std::uint64_t left = 1 + random.below(3); left > 0; --left)
             made->outlines.push_back(way(3 + random.below(5)));
-        made->areas.push_back({begin, static_cast<std::uint32_t>(made->outlines.size()),
-                               plan.nearDepth + random.unit() * (plan.farDepth - plan.nearDepth)});
+        made->areas.push_back({begin, static_cast<std::uint32_t>(made->outlines.size())});
     }
+    made->areaDepths = depthsFor(plan, random);
     made->color = {random.unit(), random.unit(), random.unit()};
     return made;
 }

@@ -55,6 +55,13 @@ double StrokeHits::shareOf(const render::InkArea& area, std::uint32_t column, st
     return sum / 16.0;
 }
 
+/// Infinite where a pixel has none.
+double StrokeHits::areaDepthAt(std::uint32_t column, std::uint32_t row) const {
+    const auto& depths = strokes_.areaDepths;
+    if (row >= depths.height || column >= depths.width) return std::numeric_limits<double>::infinity();
+    return depths.values[row * std::size_t{depths.width} + column];
+}
+
 void StrokeHits::addPixel(std::uint32_t column, std::uint32_t row, std::vector<Hit>& hits) const {
     const auto add = [&](double depth, double alpha) {
         if (alpha > 0.0 && depth >= nearestDepth(view_.camera))
@@ -71,7 +78,9 @@ void StrokeHits::addPixel(std::uint32_t column, std::uint32_t row, std::vector<H
         const double half = 0.5 * nearest.width;
         add(nearest.depth, overlap(-half, half, nearest.distance - 0.5, nearest.distance + 0.5));
     }
-    for (const auto& area : strokes_.areas) add(area.depth, shareOf(area, column, row));
+    const double depth = areaDepthAt(column, row);
+    if (!std::isfinite(depth)) return;
+    for (const auto& area : strokes_.areas) add(depth, shareOf(area, column, row));
 }
 
 void StrokeHits::addRow(std::uint32_t row, std::vector<Hit>& hits) const {

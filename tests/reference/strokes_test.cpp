@@ -24,13 +24,20 @@ Picture picture(Strokes strokes) {
 
 Picture lineOf(std::vector<StrokePoint> points) {
     const auto end = static_cast<std::uint32_t>(points.size());
-    return picture({.points = std::move(points), .lines = {{0, end}}, .outlines = {}, .areas = {}});
+    return picture(
+        {.points = std::move(points), .lines = {{0, end}}, .outlines = {}, .areas = {}, .areaDepths = {}});
 }
 
 Picture areaOf(std::vector<StrokePoint> points, double depth = 4.0) {
     const auto end = static_cast<std::uint32_t>(points.size());
-    return picture(
-        {.points = std::move(points), .lines = {}, .outlines = {{0, end}}, .areas = {{0, 1, depth}}});
+    std::vector<float> depths(40 * 40, static_cast<float>(depth));
+    // A pixel that has no depth.
+    depths[30 * 40 + 4] = render::AreaDepths::none;
+    return picture({.points = std::move(points),
+                    .lines = {},
+                    .outlines = {{0, end}},
+                    .areas = {{0, 1}},
+                    .areaDepths = {40, 40, std::move(depths)}});
 }
 
 double ink(const Picture& picture) {
@@ -69,6 +76,13 @@ TEST(ReferenceStrokes, AnAreaIsWhatItsOutlinesSurround) {
     }
     EXPECT_EQ(areaOf(star).at(20, 20).x, 0.0);
     EXPECT_EQ(areaOf(star).at(19, 9).x, 1.0);
+}
+
+TEST(ReferenceStrokes, AnAreaIsNotDrawnWhereItHasNoDepth) {
+    const std::vector<StrokePoint> square{{2.0F, 28.0F}, {8.0F, 28.0F}, {8.0F, 34.0F}, {2.0F, 34.0F}};
+    EXPECT_NEAR(ink(areaOf(square)), 35.0, 1e-9);
+    EXPECT_EQ(areaOf(square).at(4, 30).x, 0.0);
+    EXPECT_EQ(areaOf(square).at(5, 30).x, 1.0);
 }
 
 TEST(ReferenceStrokes, NothingIsNearerThanWhatIsSeen) {

@@ -17,15 +17,17 @@
 #include "server/render/ink/pen.h"
 #include "server/render/ink/segments.h"
 #include "server/render/ink/show.h"
+#include "server/render/ink/solid.h"
 #include "server/render/ink/tone.h"
 
 namespace mote::render {
 namespace {
 
-constexpr double pieceShare = 2.0;  // of the reading distance: what is drawn or left out as one
-constexpr double hatchBlur = 1.5;   // strokes' spacings over which the tone of hatches is even
-constexpr double sideShare = 0.5;   // of the reading distance: tones beside a line are taken so far off
-constexpr double contrast = 0.25;   // of tones that part two sides without a line, share of the paper
+constexpr double pieceShare = 2.0;       // of the reading distance: what is drawn or left out as one
+constexpr double hatchBlur = 1.5;        // strokes' spacings over which the tone of hatches is even
+constexpr double sideShare = 0.5;        // of the reading distance: tones beside a line are taken so far off
+constexpr double contrast = 0.25;        // of tones that part two sides without a line, share of the paper
+constexpr double besideNothing = 0.999;  // step of a line
 
 /// How much of each pixel ink is to cover.
 Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
@@ -70,18 +72,20 @@ class DrawingMaker {
             drawing.shown = shown();
             return drawing;
         }
+        const Rest rest = inkSolid();
         ChosenLines chosen;
         Segments regions;
         const bool hatches = style_.hatch.strength > 0.0;
-        tbb::parallel_invoke([&] { chosen = choose(); },
+        tbb::parallel_invoke([&] { chosen = choose(rest); },
                              [&] {
                                  if (hatches) regions = segments();
                              });
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
+        pen.fill(rest.solid.outlines, stop_);
         for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
         HatchPlan plan;
         if (hatches) {
-            plan = hatchPlan(std::move(regions), chosen.density);
+            plan = hatchPlan(rest, std::move(regions), chosen.density);
             for (const auto& stroke : hatched(plan)) pen.draw(stroke, style_.hatch.width * pixels_);
         }
         if (memory_ != nullptr && !stop_.stop_requested()) remember(std::move(chosen), std::move(plan));
@@ -95,25 +99,53 @@ class DrawingMaker {
         std::vector<HatchFrame> frames;
         Raster<float> density;
     };
+    /// What is drawn beside solid ink: all where there is none.
+    struct Rest {
+        SolidInk solid;              // without pixels where the style has none
+        std::vector<InkLine> lines;  // likewise without any
+        ToneGrid target;
 
-    LineTarget lineTarget() const {
-        return {cells_,
-                target_,
-                style_.silhouettes.width * pixels_,
-                pieceShare * reading_,
-                scene_.quick,
-                carry_ ? &*carry_ : nullptr};
+        bool isSimple(std::size_t pixel) const {
+            return solid.ground.values.empty() || solid.ground.values[pixel] == Ground::simple;
+        }
+    };
+
+    Rest inkSolid() const {
+        if (!(style_.solid.strength > 0.0)) return {{}, {}, target_};
+        Rest rest;
+        const auto cover =
+            coverOf(scene_.lines, wanted_.width, wanted_.height, style_.silhouettes.width * pixels_);
+        rest.solid = solidInk({scene_.modalities, wanted_, cover}, style_.solid, reading_, stop_);
+        if (stop_.stop_requested()) return {{}, {}, target_};
+        rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
+                                 {.leastStep = contourStep(), .shortest = reading_}, stop_);
+        auto wanted = wanted_;
+        for (std::size_t i = 0; i < wanted.values.size(); ++i) {
+            if (rest.solid.ground.values[i] == Ground::solid) wanted.values[i] = 0.0F;
+        }
+        rest.target = blurred(meansOf(wanted, cells_), cells_.blur);
+        return rest;
     }
-    ChosenLines choose() const {
-        if (!style_.silhouettes.omit)
-            return chooseLines(scene_.lines, style_.silhouettes, lineTarget(), stop_);
-        return chooseLines(needed(), style_.silhouettes, lineTarget(), stop_);
+    /// Of lines on paper in complex regions, only those may be drawn that always are, and those beside
+    /// nothing.
+    double contourStep() const { return std::min(style_.silhouettes.importance, besideNothing); }
+
+    ChosenLines choose(const Rest& rest) const {
+        const auto& lines = rest.solid.ground.values.empty() ? scene_.lines : rest.lines;
+        const LineTarget target{cells_,
+                                rest.target,
+                                style_.silhouettes.width * pixels_,
+                                pieceShare * reading_,
+                                scene_.quick,
+                                carry_ ? &*carry_ : nullptr};
+        if (!style_.silhouettes.omit) return chooseLines(lines, style_.silhouettes, target, stop_);
+        return chooseLines(needed(lines), style_.silhouettes, target, stop_);
     }
     /// Lines without those between tones that differ enough.
-    std::vector<InkLine> needed() const {
+    std::vector<InkLine> needed(const std::vector<InkLine>& all) const {
         std::vector<InkLine> lines;
-        for (const auto& line : scene_.lines) {
-            InkLine part{line.kind, {line.points.front()}};
+        for (const auto& line : all) {
+            InkLine part{line.kind, {line.points.front()}, line.rank};
             for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
                 if (parted(line.points[i].at, line.points[i + 1].at)) {
                     if (part.points.size() > 1) lines.push_back(part);
@@ -141,8 +173,11 @@ class DrawingMaker {
                 .width = hatchStyle.width * pixels_,
                 .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
     }
-    HatchPlan hatchPlan(Segments regions, const ToneGrid& drawn) const {
-        HatchPlan plan{std::move(regions), {}, missing(drawn, hatchOptions().spacing)};
+    HatchPlan hatchPlan(const Rest& rest, Segments regions, const ToneGrid& drawn) const {
+        for (std::size_t i = 0; i < regions.label.values.size(); ++i) {
+            if (!rest.isSimple(i)) regions.label.values[i] = Segments::nothing;
+        }
+        HatchPlan plan{std::move(regions), {}, missing(rest, drawn, hatchOptions().spacing)};
         if (carry_) carry_->even(plan.density);
         plan.frames = hatchFrames(hatchRegions(plan));
         if (carry_) plan.frames = carry_->frames(plan.regions, plan.frames);
@@ -167,8 +202,8 @@ class DrawingMaker {
                     std::move(chosen.lines), std::move(chosen.left), std::move(plan.regions),
                     std::move(plan.frames),  std::move(plan.density)};
     }
-    /// The density that lines leave to be hatched.
-    Raster<float> missing(const ToneGrid& drawn, double spacing) const {
+    /// The density that lines leave to be hatched, where it is.
+    Raster<float> missing(const Rest& rest, const ToneGrid& drawn, double spacing) const {
         const auto& modalities = scene_.modalities;
         auto density = blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing);
         auto inked = density;  // once it is hatched
@@ -176,23 +211,24 @@ class DrawingMaker {
             const double lines = static_cast<double>(toneAt(drawn, cells_, place));
             const double more =
                 style_.hatch.strength * std::max(0.0, densityOf(static_cast<double>(value)) - lines);
-            inked.values[inked.index(static_cast<std::uint32_t>(place.x),
-                                     static_cast<std::uint32_t>(place.y))] =
-                static_cast<float>(coverOf(lines + more));
+            const auto pixel =
+                inked.index(static_cast<std::uint32_t>(place.x), static_cast<std::uint32_t>(place.y));
+            inked.values[pixel] = rest.isSimple(pixel) ? static_cast<float>(coverOf(lines + more)) : 0.0F;
             value = static_cast<float>(more);
         });
-        const auto share = neededOf(drawn, blurred(meansOf(inked, cells_), cells_.blur));
+        const auto share = neededOf(rest, drawn, blurred(meansOf(inked, cells_), cells_.blur));
         eachPixel(density,
                   [&](float& value, const glm::dvec2& place) { value *= toneAt(share, cells_, place); });
         return density;
     }
     /// Lines are too dark in one place where they are too light in another: of what hatches would add, the
     /// share that brings the whole, blurred, to the target.
-    ToneGrid neededOf(const ToneGrid& drawn, const ToneGrid& inked) const {
+    ToneGrid neededOf(const Rest& rest, const ToneGrid& drawn, const ToneGrid& inked) const {
         ToneGrid share(drawn.width, drawn.height, 1.0F);
         for (std::size_t i = 0; i < share.values.size(); ++i) {
             const double lines = coverOf(static_cast<double>(drawn.values[i]));
-            const double wanted = style_.hatch.strength * (static_cast<double>(target_.values[i]) - lines);
+            const double wanted =
+                style_.hatch.strength * (static_cast<double>(rest.target.values[i]) - lines);
             const double added = static_cast<double>(inked.values[i]) - lines;
             if (added > wanted) share.values[i] = static_cast<float>(std::max(0.0, wanted) / added);
         }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/pen.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -19,10 +21,11 @@ constexpr double nearer = 1e-3;
 constexpr double mostSlope = 0.01;
 // Of the extent: so much nearer a surface may bulge within a pixel of its silhouette.
 constexpr double mostBulge = 0.15;
-constexpr double handEvery = 5.0;     // pixels between places of a stroke that a hand moves
-constexpr double wave = 24.0;         // pixels between the places where a hand leaves its way anew
-constexpr double mostTapered = 20.0;  // pixels at each end
-constexpr double thinnest = 0.25;     // of the width, at the end
+constexpr std::size_t stopEvery = 65536;  // pixels whose depth is spread
+constexpr double handEvery = 5.0;         // pixels between places of a stroke that a hand moves
+constexpr double wave = 24.0;             // pixels between the places where a hand leaves its way anew
+constexpr double mostTapered = 20.0;      // pixels at each end
+constexpr double thinnest = 0.25;         // of the width, at the end
 
 /// A number from 0 to 1 that belongs to a stroke and a place on it, and changes with no other stroke.
 double noise(std::uint64_t stroke, std::uint64_t place) {
@@ -43,6 +46,42 @@ std::uint64_t seedOf(const glm::dvec2& place) {
 /// In how many parts depths are taken along a way.
 double partsOf(const glm::dvec2& from, const glm::dvec2& to) {
     return std::clamp(std::ceil(glm::distance(from, to) / depthEvery), 1.0, mostPlaces);
+}
+
+/// The least of a pixel and its neighbours along rows, with rows turned into columns.
+Raster<float> leastAlong(const Raster<float>& picture) {
+    Raster<float> turned(picture.height, picture.width);
+    tbb::parallel_for(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
+        for (std::uint32_t column = 0; column < picture.width; ++column) {
+            const std::uint32_t left = std::max(column, 1U) - 1,
+                                right = std::min(column + 1, picture.width - 1);
+            turned.at(row, column) =
+                std::min({picture.at(left, row), picture.at(column, row), picture.at(right, row)});
+        }
+    });
+    return turned;
+}
+
+/// Where nothing is seen, the depth of what is seen nearest, by steps from pixel to pixel.
+void spread(Raster<float>& depth, const std::stop_token& stop) {
+    std::vector<std::size_t> front;
+    for (std::size_t i = 0; i < depth.values.size(); ++i) {
+        if (std::isfinite(depth.values[i])) front.push_back(i);
+    }
+    const std::size_t width = depth.width;
+    for (std::size_t next = 0; next < front.size(); ++next) {
+        if (next % stopEvery == 0 && stop.stop_requested()) return;
+        const std::size_t from = front[next], column = from % width;
+        const auto take = [&](std::size_t pixel) {
+            if (std::isfinite(depth.values[pixel])) return;
+            depth.values[pixel] = depth.values[from];
+            front.push_back(pixel);
+        };
+        if (column > 0) take(from - 1);
+        if (column + 1 < width) take(from + 1);
+        if (from >= width) take(from - width);
+        if (from + width < depth.values.size()) take(from + width);
+    }
 }
 
 }  // namespace
@@ -131,6 +170,25 @@ void Pen::draw(const HatchStroke& stroke, double width) {
     points_.assign(1, {stroke.from, aims_.front().depth, width});
     lay(stroke.from, stroke.to, width);
     put();
+}
+
+void Pen::fill(const std::vector<Outline>& outlines, const std::stop_token& stop) {
+    if (outlines.empty()) return;
+    auto depths = leastAlong(leastAlong(modalities_.depth));
+    spread(depths, stop);
+    const auto off = static_cast<float>(nearer * modalities_.extent);
+    for (auto& depth : depths.values) depth -= off;
+    strokes_.areaDepths = {depths.width, depths.height, std::move(depths.values)};
+    for (std::size_t i = 0; i < outlines.size(); ++i) {
+        const auto begin = static_cast<std::uint32_t>(strokes_.points.size());
+        for (const auto& at : outlines[i].points)
+            strokes_.points.push_back({static_cast<float>(at.x), static_cast<float>(at.y), 1.0F, 0.0});
+        const auto number = static_cast<std::uint32_t>(strokes_.outlines.size());
+        strokes_.outlines.push_back({begin, static_cast<std::uint32_t>(strokes_.points.size())});
+        if (i == 0 || outlines[i].region != outlines[i - 1].region)
+            strokes_.areas.push_back({number, number});
+        strokes_.areas.back().end = number + 1;
+    }
 }
 
 void Pen::put() {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Pen: lines and hatches become strokes, with the hand that draws them. Appends to a list of strokes, whose
-// owner owns it; one thread.
+// Pen: lines, hatches and solid ink become strokes, with the hand that draws them. Appends to a list of
+// strokes, whose owner owns it; one thread.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
+#include "server/render/ink/contour.h"
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/modalities.h"
@@ -27,6 +29,9 @@ class Pen {
     void draw(const InkLine& line, double width);
     /// A hatch lies at the depths of what is seen along it.
     void draw(const HatchStroke& stroke, double width);
+    /// Outlines of one region after another are areas, at the depths of what is seen in each pixel or nearest
+    /// to it. Once. Where `stop` is requested meanwhile some depths are missing.
+    void fill(const std::vector<Outline>& outlines, const std::stop_token& stop);
 
   private:
     struct Point {

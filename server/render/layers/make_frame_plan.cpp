@@ -33,7 +33,8 @@ std::pair<double, double> finiteDepths(const Dots& dots) {
     return low > high ? std::pair(1.0, 1.0) : std::pair(low, high);
 }
 
-/// Least and greatest of all depths.
+/// Least and greatest of all depths, of areas also beside what is inked; the first is greater where there are
+/// none.
 std::pair<double, double> depthsOf(const Strokes& strokes) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
@@ -44,7 +45,9 @@ std::pair<double, double> depthsOf(const Strokes& strokes) {
     for (const auto& line : strokes.lines) {
         for (auto i = line.begin; i < line.end; ++i) add(strokes.points[i].depth);
     }
-    for (const auto& area : strokes.areas) add(area.depth);
+    for (const float depth : strokes.areaDepths.values) {
+        if (std::isfinite(depth)) add(static_cast<double>(depth));
+    }
     return {low, high};
 }
 
@@ -171,7 +174,7 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
     }
     for (const auto& strokes : plan.strokes) {
         const auto [first, last] = depthsOf(*strokes);
-        lowering.addDots(first, last);
+        if (first <= last) lowering.addDots(first, last);
     }
     cutDepths(plan, std::move(lowering.depths));
     return plan;

@@ -5,8 +5,10 @@
 // is immutable and shared by plans.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <vector>
 
 namespace mote::render {
@@ -30,9 +32,22 @@ struct Stroke {
 /// What is inked solid: the pixels' share that an odd number of closed outlines surrounds.
 struct InkArea {
     std::uint32_t begin = 0, end = 0;  ///< of its list's outlines
-    double depth = 0.0;                ///< of all of it, world units; finite
 
     bool operator==(const InkArea&) const = default;
+};
+
+/// At what depth areas lie in each pixel of the picture: one region of it may show what is near and what is
+/// far. An area is not drawn in a pixel that has none.
+struct AreaDepths {
+    static constexpr float none = std::numeric_limits<float>::infinity();
+
+    std::uint32_t width = 0, height = 0;  ///< of the picture; 0 where there are no areas
+    std::vector<float> values;  ///< [height][width]; along the line of sight, world units, or `none`
+
+    float at(std::uint32_t column, std::uint32_t row) const {
+        return column < width && row < height ? values[std::size_t{row} * width + column] : none;
+    }
+    bool operator==(const AreaDepths&) const = default;
 };
 
 /// What one ink draws.
@@ -41,6 +56,7 @@ struct Strokes {
     std::vector<Stroke> lines;
     std::vector<Stroke> outlines;  ///< closed; of areas
     std::vector<InkArea> areas;
+    AreaDepths areaDepths;
     glm::vec3 color{0.0F};  ///< linear RGB
 
     bool empty() const { return lines.empty() && areas.empty(); }

@@ -102,6 +102,11 @@ class BandPainter {
         if (opacity > 0.0F && depth >= nearDepth_)
             fragments_.push_back({cell.column, top_ + cell.row, depth, opacity, strokes_.color});
     }
+    void addShare(Cell cell, double share) {
+        const float depth = strokes_.areaDepths.at(cell.column, top_ + cell.row);
+        if (std::isfinite(depth))
+            add(cell, static_cast<double>(depth), static_cast<float>(std::min(share, 1.0)));
+    }
     std::size_t indexOf(Cell cell) const { return std::size_t{cell.row} * width_ + cell.column; }
 
     const Strokes& strokes_;
@@ -170,7 +175,6 @@ void BandPainter::approachRow(std::uint32_t row, PixelSpan columns, const Segmen
 }
 
 void BandPainter::drawArea(const InkArea& area) {
-    if (area.depth < nearDepth_) return;
     crossings_.clear();
     for (auto i = area.begin; i < area.end; ++i) {
         const auto [begin, end] = strokes_.outlines[i];
@@ -192,7 +196,7 @@ void BandPainter::drawArea(const InkArea& area) {
     for (auto row = crossings_.front().line / rowLines; row <= crossings_.back().line / rowLines; ++row) {
         for (auto column = static_cast<std::uint32_t>(left); column < end; ++column) {
             double& share = shares_[indexOf({column, row})];
-            add({column, row}, area.depth, static_cast<float>(std::min(share, 1.0)));
+            if (share > 0.0) addShare({column, row}, share);
             share = 0.0;
         }
     }

@@ -95,7 +95,9 @@ void passShared(Way& way, Shared& shared) {
 template <class Way, class Shared>
 void passStrokes(Way& way, Shared& shared) {
     const auto pass = [&way](auto& strokes) {
-        way(strokes.points, strokes.lines, strokes.outlines, strokes.areas, strokes.color);
+        auto& depths = strokes.areaDepths;
+        way(strokes.points, strokes.lines, strokes.outlines, strokes.areas, depths.width, depths.height,
+            depths.values, strokes.color);
     };
     if constexpr (Way::reads) {
         Strokes strokes;

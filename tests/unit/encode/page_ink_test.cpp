@@ -37,7 +37,7 @@ Strokes generated(std::uint64_t seed) {
     for (int i = 0; i < 60; ++i) strokes.lines.push_back(way(1 + i % 9, 24.0F));
     for (std::uint32_t i = 0; i < 6; ++i) {
         strokes.outlines.push_back(way(5, 60.0F));
-        strokes.areas.push_back({i, i + 1, 0.0});
+        strokes.areas.push_back({i, i + 1});
     }
     return strokes;
 }
@@ -57,18 +57,19 @@ Strokes strokesOf(const PageInk& ink) {
     for (std::uint32_t i = 0; i < ink.outlines.size(); ++i) {
         const auto index = static_cast<std::uint32_t>(strokes.outlines.size());
         strokes.outlines.push_back(add(ink.outlines.of(i), 1.0));
-        strokes.areas.push_back({index, index + 1, 0.0});
+        strokes.areas.push_back({index, index + 1});
     }
     for (const auto& area : ink.areas) {
         const auto begin = static_cast<std::uint32_t>(strokes.outlines.size());
         for (std::size_t i = 0; i < area.size(); ++i) strokes.outlines.push_back(add(area.of(i), 1.0));
-        strokes.areas.push_back({begin, static_cast<std::uint32_t>(strokes.outlines.size()), 0.0});
+        strokes.areas.push_back({begin, static_cast<std::uint32_t>(strokes.outlines.size())});
     }
     return strokes;
 }
 
 /// How light white paper remains in each pixel.
-std::vector<double> paperUnder(const Strokes& strokes) {
+std::vector<double> paperUnder(Strokes strokes) {
+    strokes.areaDepths = {width, height, std::vector<float>(std::size_t{width} * height)};
     std::vector<double> light(std::size_t{width} * height, 1.0);
     for (const auto& part : render::strokeFragments(strokes, width, height, -1.0)) {
         for (const auto& one : part) light[std::size_t{one.row} * width + one.column] *= 1.0 - one.opacity;
@@ -117,7 +118,7 @@ TEST(PageInk, ExtremesDoNoHarm) {
     strokes.points = {{-1e6F, 5.0F, 0.0F}, {1e6F, 5.0F, 1e6F}, {5.0F, 5.0F, 1e-30F}, {6.0F, 6.0F, 64.0F}};
     strokes.lines = {{0, 2}, {0, 1}, {2, 3}, {2, 4}, {0, 4}};
     strokes.outlines = {{0, 4}, {1, 1}, {2, 3}};
-    strokes.areas = {{0, 3, 1.0}, {1, 2, 1.0}};
+    strokes.areas = {{0, 3}, {1, 2}};
     for (const bool plotter : {false, true}) {
         const auto ink = inkOnPage(strokes, width, height, plotter);
         for (const auto& [wide, paths] : ink.lines) {

@@ -178,7 +178,7 @@ VectorDrawing strokesOf(const std::vector<Points>& lines, const std::vector<Poin
     for (const auto& area : areas) {
         const auto index = static_cast<std::uint32_t>(strokes->outlines.size());
         strokes->outlines.push_back(add(area));
-        strokes->areas.push_back({index, index + 1, 1.0});
+        strokes->areas.push_back({index, index + 1});
     }
     strokes->color = {1.0F, 0.0F, 0.0F};
     VectorDrawing drawing{200, 200, glm::vec3(1.0F), std::nullopt, {}};

@@ -113,6 +113,7 @@ TEST(InkDrawing, ThreadsChangeNothing) {
         InkStyle style;
         style.waver = 1.0;
         style.taper = true;
+        style.solid.strength = 0.7;
         auto look = fitted(*surface);
         look.width = 160;
         look.height = 120;
@@ -172,6 +173,7 @@ InkStyle anyStyle(test::Random& random) {
     style.silhouettes.crease = number(0.0, 180.0);
     style.silhouettes.omit = random.chance(0.5);
     style.hatch = {.strength = number(0.0, 1.0), .spacing = number(1.0, 256.0), .width = number(0.1, 64.0)};
+    if (random.chance(0.5)) style.solid = {.strength = number(0.0, 1.0), .complexity = number(0.0, 1.0)};
     style.reading = number(1.0, 256.0);
     style.light.ambient = number(0.0, 1.0);
     style.light.shadow = random.chance(0.5);

@@ -235,5 +235,36 @@ TEST(Pen, ExtremesStayFinite) {
     }
 }
 
+TEST(Pen, FillsRegionsAtTheDepthsOfWhatIsSeen) {
+    Modalities scene;
+    scene.depth = Raster<float>(40, 30, HUGE_VALF);
+    for (std::uint32_t row = 0; row < 30; ++row) {
+        for (std::uint32_t column = 0; column < 20; ++column)
+            scene.depth.at(column, row) = static_cast<float>(column < 10 ? 5.0 : 3.0);
+    }
+    scene.extent = 2.0;
+    const auto ring = [](double radius) {
+        std::vector<glm::dvec2> points;
+        for (int i = 0; i < 32; ++i)
+            points.push_back(15.0 + radius * glm::dvec2(std::cos(0.2 * i), std::sin(0.2 * i)));
+        return points;
+    };
+    Strokes strokes;
+    Pen pen(scene, {}, strokes);
+    pen.fill({}, {});
+    EXPECT_EQ(strokes, Strokes{});
+    pen.fill({{ring(9.0), 4}, {ring(6.0), 4}, {ring(3.0), 7}}, {});
+    ASSERT_EQ(strokes.areas.size(), 2U);
+    EXPECT_EQ(strokes.areas[0], (InkArea{0, 2}));
+    EXPECT_EQ(strokes.areas[1], (InkArea{2, 3}));
+    ASSERT_EQ(strokes.outlines.size(), 3U);
+    EXPECT_EQ(strokes.outlines[1], (Stroke{32, 64}));
+    // A thousandth of the extent in front; beside a step as near as what is nearer.
+    EXPECT_NEAR(strokes.areaDepths.at(8, 15), 4.998, 1e-5);
+    EXPECT_NEAR(strokes.areaDepths.at(9, 15), 2.998, 1e-5);
+    EXPECT_NEAR(strokes.areaDepths.at(39, 29), 2.998, 1e-5);
+    EXPECT_EQ(strokes.areaDepths.at(40, 0), AreaDepths::none);
+}
+
 }  // namespace
 }  // namespace mote::render

@@ -25,14 +25,16 @@ void addLine(Strokes& strokes, const std::vector<StrokePoint>& points) {
     strokes.lines.push_back({begin, static_cast<std::uint32_t>(strokes.points.size())});
 }
 
-void addArea(Strokes& strokes, const std::vector<std::vector<StrokePoint>>& outlines, double depth) {
+/// All areas lie at the depth of the last one.
+void addArea(Strokes& strokes, const std::vector<std::vector<StrokePoint>>& outlines, float depth) {
     const auto begin = static_cast<std::uint32_t>(strokes.outlines.size());
     for (const auto& outline : outlines) {
         addLine(strokes, outline);
         strokes.outlines.push_back(strokes.lines.back());
         strokes.lines.pop_back();
     }
-    strokes.areas.push_back({begin, static_cast<std::uint32_t>(strokes.outlines.size()), depth});
+    strokes.areas.push_back({begin, static_cast<std::uint32_t>(strokes.outlines.size())});
+    strokes.areaDepths = {64, 48, std::vector<float>(64 * 48, depth)};
 }
 
 Fragments all(const Strokes& strokes, std::uint32_t width = 64, std::uint32_t height = 48,
@@ -109,16 +111,33 @@ TEST(StrokeFragments, AnAreaIsAsLargeAsItsOutlinesSay) {
         around.push_back({static_cast<float>(30.3 + 12.0 * std::cos(angle)),
                           static_cast<float>(20.7 + 12.0 * std::sin(angle))});
     }
-    addArea(disc, {around}, 3.0);
+    addArea(disc, {around}, 3.0F);
     EXPECT_NEAR(ink(all(disc)), std::numbers::pi * 144.0, 0.3);
     for (const auto& one : all(disc)) EXPECT_EQ(one.depth, 3.0);
 
     Strokes frame;
-    addArea(frame, {rectangle(10.25F, 10.25F, 30.75F, 30.5F), rectangle(15.5F, 15.5F, 20.0F, 20.0F)}, 3.0);
+    addArea(frame, {rectangle(10.25F, 10.25F, 30.75F, 30.5F), rectangle(15.5F, 15.5F, 20.0F, 20.0F)}, 3.0F);
     EXPECT_NEAR(ink(all(frame)), 20.5 * 20.25 - 4.5 * 4.5, 1e-3);
     EXPECT_EQ(opacityAt(all(frame), 17, 17), 0.0F);
     EXPECT_EQ(opacityAt(all(frame), 12, 12), 1.0F);
     EXPECT_NEAR(opacityAt(all(frame), 10, 10), 0.75 * 0.75, 1e-6);
+}
+
+TEST(StrokeFragments, AnAreaLiesAtTheDepthOfEachPixel) {
+    Strokes strokes;
+    addArea(strokes, {rectangle(10.0F, 10.0F, 20.0F, 30.0F)}, 1.0F);
+    auto& depths = strokes.areaDepths;
+    for (std::uint32_t i = 0; i < 64 * 48; ++i) depths.values[i] = static_cast<float>(i % 64);
+    depths.values[12 * 64 + 13] = AreaDepths::none;
+    depths.values[12 * 64 + 14] = std::nanf("");
+    const auto made = all(strokes);
+    EXPECT_EQ(made.size(), 10U * 20U - 2U);
+    for (const auto& one : made) EXPECT_EQ(one.depth, one.column);
+    EXPECT_EQ(opacityAt(made, 13, 12), 0.0F);
+    EXPECT_EQ(opacityAt(made, 15, 12), 1.0F);
+    // A picture that is larger than its depths.
+    depths = {12, 48, std::vector<float>(12 * 48, 1.0F)};
+    EXPECT_EQ(all(strokes).size(), 2U * 20U);
 }
 
 TEST(StrokeFragments, WhatCrossesItselfIsOutsideWhereItGoesAroundTwice) {
@@ -128,14 +147,14 @@ TEST(StrokeFragments, WhatCrossesItselfIsOutsideWhereItGoesAroundTwice) {
     outline.push_back(outline.front());
     outline.insert(outline.end(), inner.begin(), inner.end());
     outline.push_back(inner.front());
-    addArea(twice, {outline}, 1.0);
+    addArea(twice, {outline}, 1.0F);
     EXPECT_NEAR(ink(all(twice)), 100.0 - 16.0, 1e-3);
 }
 
 TEST(StrokeFragments, NothingIsNearerThanWhatIsSeen) {
     Strokes strokes;
     addLine(strokes, {{10.0F, 20.5F, 1.0F, 0.0}, {30.0F, 20.5F, 1.0F, 2.0}});
-    addArea(strokes, {rectangle(1.0F, 1.0F, 5.0F, 5.0F)}, 0.5);
+    addArea(strokes, {rectangle(1.0F, 1.0F, 5.0F, 5.0F)}, 0.5F);
     const auto made = all(strokes, 64, 48, 1.0);
     EXPECT_FALSE(made.empty());
     for (const auto& one : made) EXPECT_GE(one.depth, 1.0);
@@ -148,8 +167,8 @@ TEST(StrokeFragments, PointsFarAwayAndWideLinesDoNoHarm) {
     addLine(strokes, {{1e6F, 1e6F, 64.0F}, {1e6F, 1e6F, 64.0F}});
     addLine(strokes, {{5.0F, 5.0F, 0.0F}, {6.0F, 6.0F, 0.0F}});
     addLine(strokes, {{32.0F, 24.0F, 1e9F}});
-    addArea(strokes, {rectangle(-1e6F, -1e6F, 1e6F, 1e6F)}, 2.0);
-    addArea(strokes, {{{3.0F, 3.0F}}, {{4.0F, 4.0F}, {9.0F, 4.0F}}, {}}, 2.0);
+    addArea(strokes, {rectangle(-1e6F, -1e6F, 1e6F, 1e6F)}, 2.0F);
+    addArea(strokes, {{{3.0F, 3.0F}}, {{4.0F, 4.0F}, {9.0F, 4.0F}}, {}}, 2.0F);
     const auto made = all(strokes);
     for (const auto& one : made) {
         EXPECT_LT(one.column, 64U);
@@ -170,7 +189,7 @@ TEST(StrokeFragments, ThreadsChangeNothing) {
             points.push_back({static_cast<float>(random.between(-20.0, 84.0)),
                               static_cast<float>(random.between(-20.0, 68.0)),
                               static_cast<float>(random.between(0.0, 6.0)), random.between(0.0, 4.0)});
-        i % 7 == 0 ? addArea(strokes, {points}, 2.0) : addLine(strokes, points);
+        i % 7 == 0 ? addArea(strokes, {points}, 2.0F) : addLine(strokes, points);
     }
     tbb::task_arena one(1), two(2);
     const auto alone = one.execute([&] { return all(strokes); });

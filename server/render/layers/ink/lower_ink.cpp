@@ -20,7 +20,7 @@ constexpr double sampling = 0.35;
 bool needsLines(const InkStyle& style) {
     switch (style.show) {
         case InkPicture::drawing:
-            return style.silhouettes.mode != SilhouetteMode::none;
+            return style.silhouettes.mode != SilhouetteMode::none || style.solid.strength > 0.0;
         case InkPicture::edges:
         case InkPicture::complexity:
         case InkPicture::lighten:
