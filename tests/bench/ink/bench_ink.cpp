@@ -108,7 +108,8 @@ Made draw(const MeshSurface& surface, const Layer& layer, const FramePlan& plan)
     watch.lap("lines");
     if (plan.exact) {
         made.pieces =
-            visible(surface, view, made.edges, {.sampling = sampling, .likely = &seen.triangle}, {});
+            visible(surface, view, made.edges,
+                    {.sampling = sampling, .likely = &seen.triangle, .farthest = &seen.farthest}, {});
         watch.lap("visible");
         made.scene.lines = chained(surface, view, made.pieces, made.scene.modalities.extent, {});
         watch.lap("chained");
@@ -365,7 +366,8 @@ void tryFilm(const MeshSurface& surface, const Layer& layer, FramePlan plan, dou
         const LineView view(plan, layer.transform);
         const auto edges = linesOf(surface, view, style.silhouettes.crease, {});
         const auto pieces =
-            visible(surface, view, edges, {.sampling = sampling, .likely = &seen.triangle}, {});
+            visible(surface, view, edges,
+                    {.sampling = sampling, .likely = &seen.triangle, .farthest = &seen.farthest}, {});
         const double extent = seen.modalities.extent;
         const InkScene scene{std::move(seen.modalities), chained(surface, view, pieces, extent, {}),
                              inkCamera(plan, layer)};

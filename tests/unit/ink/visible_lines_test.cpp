@@ -139,12 +139,14 @@ struct Agreement {
 
 using EdgeKey = std::pair<std::array<std::uint32_t, 2>, std::array<std::uint32_t, 2>>;
 
-/// `likely`: what is seen in each pixel is tried first.
+/// `likely`: what is seen in each pixel is tried first, and what lies far behind it is not tried.
 void compare(const MeshSurface& surface, const FramePlan& plan, const glm::dmat4& transform, bool likely,
              Agreement& total) {
     const LineView view(plan, transform);
     const auto pictures = modalitiesOf(surface, transform, {}, plan, {});
-    const HiderSearch search{.sampling = 0.5, .likely = likely ? &pictures.triangle : nullptr};
+    const HiderSearch search{.sampling = 0.5,
+                             .likely = likely ? &pictures.triangle : nullptr,
+                             .farthest = likely ? &pictures.farthest : nullptr};
     const auto edges = linesOf(surface, view, crease, {});
     std::map<EdgeKey, LineKind> lines;
     for (const auto& edge : edges) lines[{edge.vertices, edge.triangles}] = edge.kind;

@@ -71,6 +71,11 @@ double LineView::alongScreen(const glm::dvec3& from, const glm::dvec3& to, doubl
     return alongLine * to.z / (from.z + alongLine * (to.z - from.z));
 }
 
+double LineView::scale() const {
+    const glm::dmat3 linear(toEye_);
+    return std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+}
+
 MeshRay LineView::towardsEye(const glm::dvec3& inEye, double gap) const {
     const glm::dvec3 from(fromEye_ * glm::dvec4(inEye, 1.0));
     const glm::dvec3 way = perspective_ ? eye_ - from : direction_;

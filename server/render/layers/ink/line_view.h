@@ -49,6 +49,8 @@ class LineView {
     Span hidden(const glm::dvec3& from, const glm::dvec3& to,
                 const std::array<glm::dvec3, 3>& triangle) const;
 
+    /// World units along the line of sight, of one of layer space in any direction, at most.
+    double scale() const;
     bool perspective() const { return perspective_; }
     double nearest() const { return nearest_; }
     const glm::dvec2& size() const { return size_; }

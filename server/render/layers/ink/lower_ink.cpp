@@ -51,7 +51,9 @@ InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& s
         scene.lines = quickLines(surface, view, edges, scene.modalities, stop);
         return scene;
     }
-    const auto pieces = visible(surface, view, edges, {.sampling = sampling, .likely = &seen.triangle}, stop);
+    const auto pieces =
+        visible(surface, view, edges,
+                {.sampling = sampling, .likely = &seen.triangle, .farthest = &seen.farthest}, stop);
     scene.lines = chained(surface, view, pieces, scene.modalities.extent, stop);
     return scene;
 }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <numbers>
 #include <span>
 
@@ -20,6 +21,8 @@ constexpr std::size_t edgesATime = 1024;   // that a thread takes
 constexpr double smallestStep = 1.0 / 64;  // pixels; of what is hidden, at least so much is passed by
 // Of the bounds' diagonal: what lies so little nearer than a line does not hide it.
 constexpr double gapShare = 1e-7;
+// Likewise: what is nearer by so much is another part of the surface.
+constexpr double behindShare = 1e-2;
 
 struct Ends {
     glm::dvec3 from, to;
@@ -327,6 +330,50 @@ class PieceFinder {
     std::vector<Span> gaps_;  // of which it is not known whether they are seen, the next one last
 };
 
+/// Of each pixel and those around it.
+Raster<float> greatestAround(const Raster<float>& picture) {
+    const auto along = [](const Raster<float>& of, bool down) {
+        Raster<float> made(of.width, of.height);
+        tbb::parallel_for(std::uint32_t{0}, of.height, [&](std::uint32_t row) {
+            for (std::uint32_t column = 0; column < of.width; ++column) {
+                const std::uint32_t here = down ? row : column, last = (down ? of.height : of.width) - 1;
+                const std::uint32_t before = here > 0 ? here - 1 : 0, next = std::min(here + 1, last);
+                const auto value = [&](std::uint32_t at) {
+                    return down ? of.at(column, at) : of.at(at, row);
+                };
+                made.at(column, row) = std::max({value(before), value(here), value(next)});
+            }
+        });
+        return made;
+    };
+    return along(along(picture, false), true);
+}
+
+/// Edges but for those that lie behind everything that is seen around them: neither are they seen, nor
+/// anything behind them. `farthest`: of HiderSearch.
+std::vector<EdgeLine> inSight(const MeshSurface& surface, const LineView& view,
+                              const std::vector<EdgeLine>& edges, const Raster<float>* farthest,
+                              const std::stop_token& stop) {
+    if (farthest == nullptr) return edges;
+    const auto around = greatestAround(*farthest);
+    const double gap = behindShare * view.scale() * glm::length(surface.bounds().size());
+    const auto behind = [&](const EdgeLine& edge) {
+        const auto [from, to] = partOf(endsOf(surface.mesh(), edge, view), edge.piece);
+        const double parts = std::ceil(glm::distance(view.onScreen(from), view.onScreen(to))) + 1.0;
+        for (double part = 0.0; part <= parts; ++part) {
+            const glm::dvec3 place = from + view.alongLine(from, to, part / parts) * (to - from);
+            const glm::dvec2 at = view.onScreen(place);
+            if (!(static_cast<double>(around.near(at.x, at.y)) < -place.z - gap)) return false;
+        }
+        return true;
+    };
+    return inOrder<EdgeLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& kept) {
+        std::copy_if(edges.begin() + static_cast<std::ptrdiff_t>(first),
+                     edges.begin() + static_cast<std::ptrdiff_t>(last), std::back_inserter(kept),
+                     [&](const EdgeLine& edge) { return !behind(edge); });
+    });
+}
+
 /// Of lines behind which something may be hidden: a surface ends there for the eye.
 LineCrossings crossingsOf(const storage::SurfaceMesh& mesh, const LineView& view,
                           const std::vector<EdgeLine>& edges, const std::stop_token& stop) {
@@ -354,10 +401,11 @@ std::vector<EdgeLine> linesOf(const MeshSurface& surface, const LineView& view, 
 std::vector<EdgeLine> visible(const MeshSurface& surface, const LineView& view,
                               const std::vector<EdgeLine>& edges, const HiderSearch& search,
                               const std::stop_token& stop) {
-    const auto crossings = crossingsOf(surface.mesh(), view, edges, stop);
-    return inOrder<EdgeLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
+    const auto near = inSight(surface, view, edges, search.farthest, stop);
+    const auto crossings = crossingsOf(surface.mesh(), view, near, stop);
+    return inOrder<EdgeLine>(near.size(), stop, [&](std::size_t first, std::size_t last, auto& pieces) {
         PieceFinder(surface, view, crossings, search)
-            .find(std::span(edges).subspan(first, last - first), pieces, stop);
+            .find(std::span(near).subspan(first, last - first), pieces, stop);
     });
 }
 

@@ -37,6 +37,9 @@ struct HiderSearch {
     /// A triangle that is seen in each pixel of the picture, or MeshMeeting::none: it is tried first. Time
     /// depends on it, and what of narrower hiders is found.
     const Raster<std::uint32_t>* likely = nullptr;
+    /// MeshModalities::farthest, or null: edges far behind all that is seen around them are hidden, and not
+    /// looked at. Time depends on it, and what of them is seen through gaps narrower than a pixel.
+    const Raster<float>* farthest = nullptr;
 };
 
 /// What of the edges no triangle but their own hides, in order. Where a triangle's shadow on an edge begins

@@ -44,6 +44,7 @@ class RowMaker {
           samples_(exact ? mostPlaces : 1),
           made_(made.modalities),
           triangle_(made.triangle),
+          farthest_(made.farthest),
           closed_(closed) {}
 
     void make(std::uint32_t row) {
@@ -69,12 +70,14 @@ class RowMaker {
     }
     void take(std::uint32_t column, std::uint32_t row, std::uint32_t first) {
         double grey = 0.0;
+        double farthest = 0.0;
         std::uint32_t nearest = first, hits = 0;
         auto& depth = made_.depth.at(column, row);
         for (std::uint32_t i = first; i < first + samples_; ++i) {
             const bool any = met_[i].triangle != MeshMeeting::none;
             const auto hit = any ? sight_.hit(rays_[i], met_[i]) : std::nullopt;
             hits += hit ? 1U : 0U;
+            farthest = std::max(farthest, hit ? hit->depth : HUGE_VAL);
             grey += hit ? std::min(luminance(hit->color), 1.0) : paper_;
             if (!hit || static_cast<float>(hit->depth) >= depth) continue;
             depth = static_cast<float>(hit->depth);
@@ -86,6 +89,7 @@ class RowMaker {
             triangle_.at(column, row) = met_[i].triangle;
         }
         made_.grey.at(column, row) = static_cast<float>(grey / samples_);
+        farthest_.at(column, row) = static_cast<float>(farthest);
         if (closed_.values.empty() || hits == 0) return;
         const double closed = occlusion_.at(inLayer_[nearest], met_[nearest], column, row);
         closed_.at(column, row) = static_cast<float>(closed * hits / samples_);
@@ -98,6 +102,7 @@ class RowMaker {
     const std::uint32_t samples_;
     Modalities& made_;
     Raster<std::uint32_t>& triangle_;
+    Raster<float>& farthest_;
     Raster<float>& closed_;
     std::array<SightRay, MeshRays::packet> rays_;
     std::array<MeshRay, MeshRays::packet> inLayer_;
@@ -127,7 +132,8 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
                          .depth = Raster<float>(width, height, HUGE_VALF),
                          .angle = Raster<float>(width, height),
                          .part = Raster<std::uint32_t>(width, height, Modalities::nothing)},
-                        Raster<std::uint32_t>(width, height, MeshMeeting::none)};
+                        Raster<std::uint32_t>(width, height, MeshMeeting::none),
+                        Raster<float>(width, height, HUGE_VALF)};
     const MeshStyle mesh = white(style);
     const MeshSight sight(plan, transform, mesh, surface, 1.0);
     made.modalities.extent = std::max(sight.farDepth() - sight.nearDepth(), 1e-300);

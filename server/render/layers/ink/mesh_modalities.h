@@ -17,6 +17,8 @@ struct MeshModalities {
     Modalities modalities;
     /// The triangle that is seen in each pixel, or MeshMeeting::none.
     Raster<std::uint32_t> triangle;
+    /// The greatest depth that is seen in each pixel; infinity where nothing is in a part of it.
+    Raster<float> farthest;
 };
 
 /// In the size of the plan, whose camera is told; one place a pixel where it is not exact. Grey is the mean
