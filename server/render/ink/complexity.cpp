@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/complexity.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <cmath>
@@ -12,20 +13,40 @@ namespace {
 
 constexpr double farStep = 0.05;  // of the extent: neighbours in depth are nearer
 constexpr int passes = 3;
+constexpr std::size_t columnsAtOnce = 64;
 
-/// Along one axis there and back, with `keep` of what came so far at each pixel that is connected.
-void passLine(float* values, const float* depth, std::size_t count, std::size_t stride, float keep,
-              float step) {
-    const auto connected = [&](std::size_t a, std::size_t b) {
-        return depth[a * stride] == depth[b * stride] ||
-               std::abs(depth[a * stride] - depth[b * stride]) <= step;
-    };
-    for (std::size_t i = 1; i < count; ++i) {
-        if (connected(i - 1, i)) values[i * stride] += keep * (values[(i - 1) * stride] - values[i * stride]);
+/// What comes along a way from pixel to pixel: of what came so far, so much is kept at each that is
+/// connected.
+class Pass {
+  public:
+    Pass(const float* depth, float keep, float step) : depth_(depth), keep_(keep), step_(step) {}
+
+    void operator()(float* values, std::size_t from, std::size_t to) const {
+        const bool connected = depth_[from] == depth_[to] || std::abs(depth_[from] - depth_[to]) <= step_;
+        values[to] += connected ? keep_ * (values[from] - values[to]) : 0.0F;
     }
-    for (std::size_t i = count - 1; i > 0; --i) {
-        if (connected(i - 1, i))
-            values[(i - 1) * stride] += keep * (values[i * stride] - values[(i - 1) * stride]);
+
+  private:
+    const float* depth_;
+    const float keep_, step_;
+};
+
+/// Along a row there and back.
+void passRow(float* values, const Pass& pass, std::size_t first, std::size_t width) {
+    for (std::size_t i = first + 1; i < first + width; ++i) pass(values, i - 1, i);
+    for (std::size_t i = first + width - 1; i > first; --i) pass(values, i, i - 1);
+}
+
+/// Down some columns and back, row by row, as memory lies.
+void passColumns(float* values, const Pass& pass, const tbb::blocked_range<std::size_t>& columns,
+                 std::size_t width, std::size_t height) {
+    for (std::size_t row = 1; row < height; ++row) {
+        for (std::size_t i = row * width + columns.begin(); i < row * width + columns.end(); ++i)
+            pass(values, i - width, i);
+    }
+    for (std::size_t row = height - 1; row > 0; --row) {
+        for (std::size_t i = row * width + columns.begin(); i < row * width + columns.end(); ++i)
+            pass(values, i, i - width);
     }
 }
 
@@ -46,20 +67,23 @@ Raster<float> coverOf(const std::vector<InkLine>& lines, std::uint32_t columns, 
 }
 
 Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& depth, double extent,
-                            double deviation) {
+                            double deviation, const std::stop_token& stop) {
     Raster<float> made = picture;
     const auto step = static_cast<float>(farStep * extent);
     for (int pass = 0; pass < passes; ++pass) {
         const double share =
             std::sqrt(3.0) * std::pow(2.0, passes - pass - 1) / std::sqrt(std::pow(4.0, passes) - 1.0);
         const auto keep = static_cast<float>(std::exp(-std::sqrt(2.0) / (deviation * share)));
+        const Pass along(depth.values.data(), keep, step);
         tbb::parallel_for(std::uint32_t{0}, made.height, [&](std::uint32_t row) {
-            const auto first = made.index(0, row);
-            passLine(&made.values[first], &depth.values[first], made.width, 1, keep, step);
+            if (stop.stop_requested()) return;
+            passRow(made.values.data(), along, made.index(0, row), made.width);
         });
-        tbb::parallel_for(std::uint32_t{0}, made.width, [&](std::uint32_t column) {
-            passLine(&made.values[column], &depth.values[column], made.height, made.width, keep, step);
-        });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, made.width, columnsAtOnce),
+                          [&](const auto& columns) {
+                              if (!stop.stop_requested())
+                                  passColumns(made.values.data(), along, columns, made.width, made.height);
+                          });
     }
     return made;
 }

@@ -72,14 +72,18 @@ class DrawingMaker {
             drawing.shown = shown();
             return drawing;
         }
-        const Rest rest = inkSolid();
+        Rest rest;
         ChosenLines chosen;
         Segments regions;
         const bool hatches = style_.hatch.strength > 0.0;
-        tbb::parallel_invoke([&] { chosen = choose(rest); },
-                             [&] {
-                                 if (hatches) regions = segments();
-                             });
+        tbb::parallel_invoke(
+            [&] {
+                rest = inkSolid();
+                chosen = choose(rest);
+            },
+            [&] {
+                if (hatches) regions = segments();
+            });
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines, stop_);
         for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);

@@ -75,7 +75,7 @@ void eachIndex(std::uint32_t width, std::uint32_t height, const Change& change) 
 Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double reading,
                                const std::stop_token& stop) {
     const auto& [modalities, wanted, cover] = scene;
-    const auto complexity = blurredWithin(cover, modalities.depth, modalities.extent, reading);
+    const auto complexity = blurredWithin(cover, modalities.depth, modalities.extent, reading, stop);
     Raster<float> crowd(cover.width, cover.height);
     eachIndex(crowd.width, crowd.height, [&](std::size_t i) {
         crowd.values[i] = static_cast<double>(complexity.values[i]) >= least ? 1.0F : 0.0F;
@@ -173,7 +173,8 @@ SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double readi
     const auto& modalities = scene.modalities;
     const std::uint32_t width = scene.wanted.width, height = scene.wanted.height;
     const auto complex = complexOf(scene, style.complexity, reading, stop);
-    const auto tone = blurredWithin(scene.wanted, modalities.depth, modalities.extent, toneBlur * reading);
+    const auto tone =
+        blurredWithin(scene.wanted, modalities.depth, modalities.extent, toneBlur * reading, stop);
     // Above 0 what is to be solid.
     Raster<float> excess(width, height);
     const auto threshold = static_cast<float>(1.0 - style.strength);
