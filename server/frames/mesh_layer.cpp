@@ -7,8 +7,6 @@
 
 namespace mote::server {
 
-namespace {
-
 /// Without the mesh there is nothing to be shown of it: a view in motion waits, too.
 Result<LayerPart> meshPart(const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
@@ -22,25 +20,14 @@ Result<LayerPart> meshPart(const LayerRequest& asked) {
     });
 }
 
-Result<std::optional<Bounds>> meshBounds(const Layer& layer, StepSource& data) {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
-    if (entry.manifest->kind() != "mesh") return std::optional<Bounds>();
-    return std::optional(datasetBounds(*entry.manifest));
-}
-
-}  // namespace
-
 Result<LayerPart> partOf(const MeshStyle&, const LayerRequest& asked) {
     return meshPart(asked);
 }
-Result<LayerPart> partOf(const InkStyle&, const LayerRequest& asked) {
-    return meshPart(asked);
-}
+
 Result<std::optional<Bounds>> boundsOf(const MeshStyle&, const Layer& layer, StepSource& data) {
-    return meshBounds(layer, data);
-}
-Result<std::optional<Bounds>> boundsOf(const InkStyle&, const Layer& layer, StepSource& data) {
-    return meshBounds(layer, data);
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    if (entry.manifest->kind() != "mesh") return std::optional<Bounds>();
+    return std::optional(datasetBounds(*entry.manifest));
 }
 
 }  // namespace mote::server

@@ -102,9 +102,8 @@ struct LayerLowering {
     }
     void operator()(const StippleStyle&) const {}
     void operator()(const InkStyle& style) const {
-        MOTE_CHECK(index < scene.meshes.size());
-        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], &out = out] {
-            lowerInk(layer, style, surface, out);
+        out.last.emplace_back([&layer = layer(), &style, data = inkDataOf(scene, index), &out = out] {
+            lowerInk(layer, style, data, out);
         });
     }
     void operator()(const MeshStyle& style) const {
