@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
+#include <utility>
 
 #include "server/render/plan/seen_fields.h"
 
@@ -14,12 +15,15 @@ namespace mote::render {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double exactStep = 0.5, quickStep = 1.0;  // cells
-constexpr double mostSteps = 1 << 16;               // of a ray
-constexpr double leastLeft = 2e-3;                  // of a ray's light: what lies behind is not seen
-constexpr double leastLost = 1e-5;                  // of a ray's light in a step: less is nothing
-constexpr double finest = 0.08;                     // of a ray's light, that a part of a step absorbs
+constexpr double exactStep = 0.75, quickStep = 1.5;  // cells
+constexpr double mostSteps = 1 << 16;                // of a ray
+constexpr double leastLeft = 2e-3;                   // of a ray's light: what lies behind is not seen
+constexpr double leastLost = 1e-5;                   // of a ray's light in a step: less is nothing
+constexpr double finest = 0.08;                      // of a ray's light, that a part of a step absorbs
 constexpr double mostParts = 8.0;
+
+constexpr double shadedTogether = 0.04;  // of a ray's light, and so many cells of a way, have one normal
+constexpr double shadedWithin = 2.0;
 
 /// As shadesOf() has it (layers/hybrid/shades.h).
 double frontShare(double towardsEye) {
@@ -57,6 +61,15 @@ struct VolumeRays::Sight {
     double light = 0.0;
     glm::dvec3 normal{0.0};
     Marks& marks;
+    // What is yet to be shaded: how much of the ray, from which step on, and the sum of steps by it.
+    double absorbed = 0.0, from = 0.0, places = 0.0;
+
+    void absorb(double step, double more) {
+        if (absorbed == 0.0) from = step;
+        absorbed += more;
+        places += more * step;
+        left -= more;
+    }
 };
 
 VolumeRays::VolumeRays(const InkVolume& volume, const glm::dmat4& transform, const Light& light,
@@ -163,30 +176,30 @@ double VolumeRays::skip(const Way& way, double step) const {
 
 /// By parts in which little is absorbed, so that depths within a step are told.
 void VolumeRays::meet(const Way& way, double step, double from, double to, Sight& sight) const {
-    const double lost = -std::expm1(-extinction_.mean(from, to) * way.length);
-    if (!(sight.left * lost > leastLost)) return;
-    const double parts = std::clamp(std::ceil(lost / finest), 1.0, mostParts);
-    const double before = sight.left;
-    double place = 0.0;
+    const double thickness = extinction_.mean(from, to) * way.length;
+    if (!(sight.left * thickness > leastLost)) return;
+    const double parts = std::clamp(std::ceil(thickness / finest), 1.0, mostParts);
+    const double start = way.depth + step * way.perStep;
+    if (sight.marks.empty() || sight.marks.back().depth < start)
+        sight.marks.push_back({start, 1.0 - sight.left});
     for (double part = 0.0; part < parts; ++part) {
         const double begin = part / parts, end = (part + 1.0) / parts;
-        const double mean = extinction_.mean(std::lerp(from, to, begin), std::lerp(from, to, end));
-        const double absorbed = -sight.left * std::expm1(-mean * way.length / parts);
-        if (!(absorbed > 0.0)) continue;
-        const double depth = way.depth + (step + begin) * way.perStep;
-        if (sight.marks.empty() || sight.marks.back().depth < depth)
-            sight.marks.push_back({depth, 1.0 - sight.left});
-        sight.left -= absorbed;
-        place += absorbed * 0.5 * (begin + end);
+        const double mean = parts == 1.0 ? thickness
+                                         : way.length * extinction_.mean(std::lerp(from, to, begin),
+                                                                         std::lerp(from, to, end));
+        sight.absorb(step + 0.5 * (begin + end), -sight.left * std::expm1(-mean / parts));
         sight.marks.push_back({way.depth + (step + end) * way.perStep, 1.0 - sight.left});
     }
-    const double absorbed = before - sight.left;
-    if (absorbed > 0.0) shade(way.at(step + place / absorbed), absorbed, sight);
+    const bool far = (step + 1.0 - sight.from) * stepLength_ >= shadedWithin;
+    if (far || sight.absorbed > shadedTogether) shade(way, sight);
 }
 
 /// As docs/PICTURE.md, "Light", has it, of the normal that the field has there.
-void VolumeRays::shade(const glm::dvec3& place, double absorbed, Sight& sight) const {
-    const glm::dvec3 across = slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(place)));
+void VolumeRays::shade(const Way& way, Sight& sight) const {
+    const double absorbed = std::exchange(sight.absorbed, 0.0), places = std::exchange(sight.places, 0.0);
+    if (!(absorbed > 0.0)) return;
+    const glm::dvec3 across =
+        slopeToNormal_ * glm::dvec3(samples_.slope(glm::vec3(way.at(places / absorbed))));
     const double length = glm::length(across);
     if (!(length > 0.0)) {
         sight.light += absorbed * std::min(1.0, light_.ambient + light_.diffuse);
@@ -210,6 +223,7 @@ VolumeSeenOn VolumeRays::look(double x, double y, Marks& marks) const {
     bool known = false;
     for (double step = 0.0; step < way.steps && sight.left > leastLeft;) {
         if (!visibleAt(glm::vec3(way.at(step))) && !visibleAt(glm::vec3(way.at(step + 1.0)))) {
+            shade(way, sight);
             step = skip(way, step);
             known = false;
             continue;
@@ -221,6 +235,7 @@ VolumeSeenOn VolumeRays::look(double x, double y, Marks& marks) const {
         known = true;
         step += 1.0;
     }
+    shade(way, sight);
     VolumeSeenOn seen{.opacity = 1.0 - sight.left, .light = sight.light, .normal = sight.normal};
     if (marks.empty()) return seen;
     const double middle = 0.5 * marks.back().absorbed;

@@ -59,7 +59,8 @@ class VolumeRays {
     /// The first step of a way from `step` on before which nothing is seen.
     double skip(const Way& way, double step) const;
     void meet(const Way& way, double step, double from, double to, Sight& sight) const;
-    void shade(const glm::dvec3& place, double absorbed, Sight& sight) const;
+    /// What waits for it.
+    void shade(const Way& way, Sight& sight) const;
 
     const GridField& field_;
     VolumeSamples samples_;
