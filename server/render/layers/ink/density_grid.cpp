@@ -84,6 +84,13 @@ float between(const DensitySamples& coarse, std::uint32_t x, std::uint32_t y, st
            0.25F * (0.75F * row(k, l2) + 0.25F * row(k2, l2));
 }
 
+/// Choices among means favour what is dense by some hundredths.
+void keepWeight(DensitySamples& samples, double sum) {
+    double made = 0.0;
+    for (const float value : samples.values) made += static_cast<double>(value);
+    for (auto& value : samples.values) value *= static_cast<float>(sum / made);
+}
+
 }  // namespace
 
 DensitySamples densitySamples(const storage::ParticleStep& step) {
@@ -124,6 +131,7 @@ DensitySamples smoothed(const DensitySamples& samples, double particles) {
         });
         made = std::move(finer);
     }
+    keepWeight(made, sum);
     return made;
 }
 

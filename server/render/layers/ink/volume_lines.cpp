@@ -109,14 +109,14 @@ class Cracks {
         if (at >= last) return false;
         const double from = depth(ray), to = depth(ray + stride);
         if (!std::isfinite(from) || !std::isfinite(to)) return std::isfinite(from) != std::isfinite(to);
-        const double most = leastStep * seen_.modalities.extent;
+        const double most = leastStep * seen_.modalities.extent, step = to - from;
         const double before = at > 0 ? from - depth(ray - stride) : HUGE_VAL;
         const double behind = at + 1 < last ? depth(ray + 2 * stride) - to : HUGE_VAL;
-        // On either side of it: beside nothing a slope is told by one of them.
+        // A surface that turns away grows steeper from ray to ray, but not by as much again.
         const auto goesOn = [&](double slope) {
-            return std::isfinite(slope) && std::abs(to - from - slope) <= most;
+            return std::isfinite(slope) && std::abs(step - slope) <= most + std::abs(slope);
         };
-        return std::abs(to - from) > most && !goesOn(before) && !goesOn(behind);
+        return std::abs(step) > most && !goesOn(before) && !goesOn(behind);
     }
 
     const VolumeModalities& seen_;
