@@ -43,8 +43,8 @@ struct Kind {
     Bounds (*bounds)(const proto::Manifest&);
 };
 
-constexpr std::array particleLayers{proto::Layer::kParticles};
-constexpr std::array hybridLayers{proto::Layer::kHybrid};
+constexpr std::array particleLayers{proto::Layer::kParticles, proto::Layer::kInk};
+constexpr std::array hybridLayers{proto::Layer::kHybrid, proto::Layer::kInk};
 constexpr std::array stippleLayers{proto::Layer::kStipple};
 constexpr std::array meshLayers{proto::Layer::kMesh, proto::Layer::kInk};
 constexpr std::span<const proto::Layer::KindCase> noLayers;

@@ -9,9 +9,9 @@ namespace mote::server {
 
 /// A view in motion is drawn from the volume alone where the rest is not there; but while a series is played
 /// and no hand is on the view, each step is worth waiting for.
-Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
+Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
-    auto found = asked.data.get(hybridStep(entry, asked.layer.step, style.representation));
+    auto found = asked.data.get(hybridStep(entry, asked.layer.step, representation));
     const bool inMotion = asked.job.stage != Stage::exact;
     if (found.ok() && !*found && inMotion && (asked.job.task->moving || !asked.data.played(entry)))
         found = asked.data.get(hybridVolume(entry, asked.layer.step));
@@ -21,6 +21,10 @@ Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
         scene.hybrids[index] = step;
         return DotHistory::Layer();
     });
+}
+
+Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
+    return hybridPart(style.representation, asked);
 }
 
 Result<std::optional<Bounds>> boundsOf(const HybridStyle&, const Layer& layer, StepSource& data) {

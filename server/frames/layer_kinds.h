@@ -42,6 +42,10 @@ Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked);
 Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 
+/// What several kinds of layers draw alike: a mesh; a hybrid volume. As partOf.
+Result<LayerPart> meshPart(const LayerRequest& asked);
+Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerRequest& asked);
+
 /// What a camera should show of a layer, in layer space. Nothing where it lies on the screen, or has a
 /// dataset of another kind: that is said when it is drawn. Errors: notFound.
 Result<std::optional<Bounds>> boundsOf(const ParticlesStyle& style, const Layer& layer, StepSource& data);

@@ -7,52 +7,27 @@
 
 namespace mote::server {
 
-namespace {
-
-/// A coherent drawing remembers what it drew while it draws the same.
-DotHistory::Layer inkHistory(render::Scene& scene, std::size_t index,
-                             const std::shared_ptr<const void>& drawn, DotHistory::Layer before) {
-    const InkStyle* const style = scene.view.layers[index].ink();
-    if (style == nullptr || !style->coherent) return {};
-    if (before.ink == nullptr || before.inked.lock() != drawn)
-        before = {.inked = drawn, .ink = std::make_shared<render::InkMemory>()};
-    scene.inks.resize(scene.view.layers.size());
-    scene.inks[index] = before.ink;
-    return before;
-}
-
 /// Without the mesh there is nothing to be shown of it: a view in motion waits, too.
 Result<LayerPart> meshPart(const LayerRequest& asked) {
     MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
     const auto surface = asked.data.get(meshSurface(entry));
     if (!surface.ok()) return surface.error();
     if (!*surface) return LayerPart();
-    return LayerPart([surface = *surface](render::Scene& scene, std::size_t index, DotHistory::Layer before) {
+    return LayerPart([surface = *surface](render::Scene& scene, std::size_t index, const auto&) {
         scene.meshes.resize(scene.view.layers.size());
         scene.meshes[index] = surface;
-        return inkHistory(scene, index, surface, std::move(before));
+        return DotHistory::Layer();
     });
 }
-
-Result<std::optional<Bounds>> meshBounds(const Layer& layer, StepSource& data) {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
-    if (entry.manifest->kind() != "mesh") return std::optional<Bounds>();
-    return std::optional(datasetBounds(*entry.manifest));
-}
-
-}  // namespace
 
 Result<LayerPart> partOf(const MeshStyle&, const LayerRequest& asked) {
     return meshPart(asked);
 }
-Result<LayerPart> partOf(const InkStyle&, const LayerRequest& asked) {
-    return meshPart(asked);
-}
+
 Result<std::optional<Bounds>> boundsOf(const MeshStyle&, const Layer& layer, StepSource& data) {
-    return meshBounds(layer, data);
-}
-Result<std::optional<Bounds>> boundsOf(const InkStyle&, const Layer& layer, StepSource& data) {
-    return meshBounds(layer, data);
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    if (entry.manifest->kind() != "mesh") return std::optional<Bounds>();
+    return std::optional(datasetBounds(*entry.manifest));
 }
 
 }  // namespace mote::server

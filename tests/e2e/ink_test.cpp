@@ -12,6 +12,7 @@
 #include "tests/e2e/station.h"
 #include "tests/support/ball_surface.h"
 #include "tests/support/image.h"
+#include "tests/unit/hybrid/small_hybrid.h"
 
 namespace mote::test {
 namespace {
@@ -115,6 +116,41 @@ TEST_F(Ink, ShowsWhatItIsMadeFrom) {
     EXPECT_GT(inkIn(picture("frame-000003.png")).rim, 10.0);
 }
 
+/// Share of a picture's pixels that ink covers.
+double coveredOf(const Image& image) {
+    double dark = 0.0;
+    for (std::size_t i = 0; i < image.pixels.size(); i += 4) dark += 1.0 - image.pixels[i] / 255.0;
+    return 4.0 * dark / static_cast<double>(image.pixels.size());
+}
+
+TEST_F(Ink, DrawsVolumesAndParticles) {
+    writeSmallHybrid(station_.root() / "small.mote", smallPoints(5), smallManifest(5, 8));
+    const auto view = [](const std::string& dataset, const std::string& style) {
+        return "{'width': 200, 'height': 150, 'background': [1, 1, 1], 'layers': [{'dataset': 'data/" +
+               dataset + "', 'ink': {" + style + "}}]}";
+    };
+    const std::string dark = "'light': {'ambient': 0.1, 'diffuse': 0.3}, ";
+    const auto done = station_.frames(scriptOf(
+        {view("small", dark + "'curve': [{'value': -10, 'opacity': 0.5}]"),
+         view("beam", dark + "'curve': [{'value': 0, 'opacity': 0}, {'value': 0.3, 'opacity': 0.9}]"),
+         view("small", "'curve': [{'value': 0, 'opacity': 0}]"), view("beam", ""),
+         view("beam", "'show': 'grey'")}));
+    ASSERT_EQ(done.status, 0) << done.errors;
+    // A box in the middle of the view, and a beam: a good part of the picture, but not its border.
+    EXPECT_GT(coveredOf(picture("frame-000000.png")), 0.1);
+    EXPECT_GT(coveredOf(picture("frame-000001.png")), 0.02);
+    EXPECT_EQ(coveredOf(picture("frame-000002.png")), 0.0) << "nothing is seen";
+    EXPECT_LT(coveredOf(picture("frame-000003.png")), 0.5);
+    EXPECT_GT(coveredOf(picture("frame-000004.png")), 0.001);
+    const auto sheet = station_.frames(scriptOf({view("beam", "'curve': [{'value': 0.1, 'opacity': 0.5}]")}),
+                                       {"--format", "svg"});
+    ASSERT_EQ(sheet.status, 0) << sheet.errors;
+    EXPECT_THAT(bytesOf(station_.out() / "frame-000000.svg"), HasSubstr("<path"));
+    const auto step = station_.frames(scriptOf(
+        {"{'width': 32, 'height': 24, 'layers': [{'dataset': 'data/beam', 'step': 9, 'ink': {}}]}"}));
+    EXPECT_THAT(step.errors, HasSubstr("layers[0]"));
+}
+
 TEST_F(Ink, SaysWhatIsWrong) {
     const auto word = station_.frames(scriptOf({ballView("'silhouettes': {'mode': 'some'}")}));
     EXPECT_NE(word.status, 0);
@@ -123,9 +159,14 @@ TEST_F(Ink, SaysWhatIsWrong) {
         HasSubstr("ink.silhouettes.mode: \"some\" is not known: there are none, all, important, adjusted"));
     const auto number = station_.frames(scriptOf({ballView("'reading': 0")}));
     EXPECT_THAT(number.errors, HasSubstr("ink.reading"));
+    writeBall(station_.root() / "dots.mote", 1000);
     const auto kind = station_.frames(
-        scriptOf({"{'width': 32, 'height': 24, 'layers': [{'dataset': 'data/beam', 'ink': {}}]}"}));
-    EXPECT_THAT(kind.errors, HasSubstr("not a mesh"));
+        scriptOf({"{'width': 32, 'height': 24, 'layers': [{'dataset': 'data/dots', 'ink': {}}]}"}));
+    EXPECT_THAT(kind.errors,
+                HasSubstr("layers[0].dataset: \"data/dots\" is of kind \"stipple\", not a mesh, a "
+                          "hybrid volume or particles"));
+    const auto curve = station_.frames(scriptOf({ballView("'curve': [{'value': 0, 'opacity': 1}]")}));
+    EXPECT_THAT(curve.errors, HasSubstr("layers[0].ink.curve: a curve is of a volume or of particles"));
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
     const render::FramePlan plan{
         .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
     const Layer& of = scene.view.layers[layer];
-    inks_.push_back(render::inkOf(of, *of.ink(), *scene.meshes[layer], plan, 1.0, {}));
+    inks_.push_back(render::inkOf(of, *of.ink(), render::inkDataOf(scene, layer), plan, 1.0, {}));
     strokes_.emplace_back(scene.view, inks_.back().strokes);
 }
 

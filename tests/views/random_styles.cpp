@@ -184,6 +184,17 @@ proto::InkStyle anyInkStyle(Random& random) {
     return style;
 }
 
+proto::InkStyle anyInkStyle(Random& random, const DatasetTraits& data) {
+    auto style = anyInkStyle(random);
+    if (random.chance(0.3)) return style;
+    for (const auto& knot : anyKnots(random, data.range)) {
+        auto* const added = style.add_curve();
+        added->set_value(knot.x);
+        added->set_opacity(knot.y);
+    }
+    return style;
+}
+
 proto::MeshStyle anyMeshStyle(Random& random) {
     proto::MeshStyle style;
     if (random.chance(0.6)) setAnyColor(random, style.mutable_color());

@@ -14,6 +14,8 @@ proto::ParticlesStyle anyParticlesStyle(Random& random);
 proto::HybridStyle anyHybridStyle(Random& random, const DatasetTraits& data);
 proto::StippleStyle anyStippleStyle(Random& random);
 proto::InkStyle anyInkStyle(Random& random);
+/// The same of a volume, or of particles.
+proto::InkStyle anyInkStyle(Random& random, const DatasetTraits& data);
 proto::MeshStyle anyMeshStyle(Random& random);
 
 }  // namespace mote::test

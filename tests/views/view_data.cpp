@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <vector>
 
+#include "server/render/layers/ink/density_grid.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
 #include "tests/views/hybrid_data.h"
@@ -22,14 +24,24 @@ std::span<const std::string_view> formsOf(DataKind kind) {
     return kind == DataKind::hybrid ? hybridForms() : dotForms();
 }
 
-DataKind kindOf(const Layer& layer) {
-    if (layer.particles() != nullptr) return DataKind::particles;
-    if (layer.mesh() != nullptr || layer.ink() != nullptr) return DataKind::mesh;
-    return layer.hybrid() != nullptr ? DataKind::hybrid : DataKind::dots;
-}
-
 Error missing(const std::string& name) {
     return {ErrorCode::notFound, "dataset", "no generated dataset is called \"" + name + '"'};
+}
+
+/// Kinds of data that a layer draws; the first that has a dataset of its name.
+std::vector<DataKind> kindsOf(const Layer& layer) {
+    if (layer.particles() != nullptr) return {DataKind::particles};
+    if (layer.mesh() != nullptr) return {DataKind::mesh};
+    if (layer.ink() != nullptr) return {DataKind::mesh, DataKind::hybrid, DataKind::particles};
+    return {layer.hybrid() != nullptr ? DataKind::hybrid : DataKind::dots};
+}
+
+Result<DatasetName> datasetOf(const Layer& layer) {
+    for (const auto kind : kindsOf(layer)) {
+        auto found = ViewData::find(layer.dataset, kind);
+        if (found.ok()) return found;
+    }
+    return missing(layer.dataset);
 }
 
 Status checkRepresentation(const HybridStyle& style, const render::GridField& step) {
@@ -90,19 +102,24 @@ std::shared_ptr<const render::MeshSurface> ViewData::mesh(const DatasetName& nam
 }
 
 Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dots) {
-    const auto name = find(layer.dataset, kindOf(layer));
+    const auto name = datasetOf(layer);
     MOTE_RETURN_IF_ERROR(name);
     if (layer.step >= steps)
         return Error{ErrorCode::notFound, "step", fmt::format("there are {} steps", steps)};
     scene.steps.emplace_back();
     scene.hybrids.emplace_back();
     scene.meshes.emplace_back();
-    if (name->kind == DataKind::particles) scene.steps.back() = particles(*name, layer.step);
+    scene.densities.emplace_back();
+    const bool inked = layer.ink() != nullptr;
+    if (name->kind == DataKind::particles && inked)
+        scene.densities.back() = render::densityGrid(*particles(*name, layer.step));
+    else if (name->kind == DataKind::particles)
+        scene.steps.back() = particles(*name, layer.step);
     if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
     if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
     if (name->kind != DataKind::hybrid) return success();
     scene.hybrids.back() = hybrid(*name, layer.step);
-    return checkRepresentation(*layer.hybrid(), *scene.hybrids.back());
+    return inked ? success() : checkRepresentation(*layer.hybrid(), *scene.hybrids.back());
 }
 
 Result<render::Scene> ViewData::scene(const proto::View& message) {

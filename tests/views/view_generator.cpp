@@ -63,7 +63,17 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
         *layer.mutable_ink() = anyInkStyle(random);
     else if (data.kind == DataKind::mesh)
         *layer.mutable_mesh() = anyMeshStyle(random);
+    drawInInk(data, layer);
     return layer;
+}
+
+/// Some layers of volumes and particles are drawings instead. By numbers of their own: all else stays as it
+/// would be.
+void drawInInk(const DatasetName& data, proto::Layer& layer) {
+    constexpr double share = 0.1;
+    if (data.kind != DataKind::hybrid && data.kind != DataKind::particles) return;
+    Random random(layer.ByteSizeLong(), data.number);
+    if (random.chance(share)) *layer.mutable_ink() = anyInkStyle(random, ViewData::traits(data));
 }
 
 /// A negative zero, which does not come back from a file, is none.

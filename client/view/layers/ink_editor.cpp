@@ -2,6 +2,7 @@
 #include "client/view/layers/ink_editor.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <string_view>
@@ -35,6 +36,14 @@ void drawHatches(InkControls& controls, PanelActions& actions) {
     slider(actions, "spacing", controls.spacing, 1.0F, 32.0F, "%.1f pixels");
     slider(actions, "width##hatch", controls.hatchWidth, 0.1F, 8.0F);
     nameList(actions, "regions", controls.segments, segmentations);
+}
+
+std::string factsOf(const proto::Manifest& manifest) {
+    if (manifest.has_hybrid()) return fmt::format("{}", fmt::join(manifest.hybrid().source_size(), " x "));
+    if (manifest.has_mesh()) return metric(static_cast<double>(manifest.mesh().triangles()), "triangles");
+    double particles = 0.0;
+    for (const auto& step : manifest.particles().steps()) particles += static_cast<double>(step.particles());
+    return metric(particles, "particles");
 }
 
 }  // namespace
@@ -94,8 +103,7 @@ void InkControls::read(const proto::InkStyle& message) {
 }
 
 void InkEditor::drawFacts(const LayerPanel& panel) {
-    const auto& mesh = panel.server.shown->manifest().mesh();
-    dim(metric(static_cast<double>(mesh.triangles()), "triangles"));
+    dim(factsOf(panel.server.shown->manifest()));
 }
 
 void InkEditor::draw(const LayerPanel& panel) {

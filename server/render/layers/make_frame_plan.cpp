@@ -105,10 +105,10 @@ struct LayerLowering {
     }
     void operator()(const StippleStyle&) const {}
     void operator()(const InkStyle& style) const {
-        MOTE_CHECK(index < scene.meshes.size());
         InkMemory* const memory = index < scene.inks.size() ? scene.inks[index].get() : nullptr;
-        out.last.emplace_back([&layer = layer(), &style, &surface = *scene.meshes[index], memory,
-                               &out = out] { lowerInk(layer, style, surface, memory, out); });
+        out.last.emplace_back([&layer = layer(), &style, data = inkDataOf(scene, index), memory, &out = out] {
+            lowerInk(layer, style, data, memory, out);
+        });
     }
     void operator()(const MeshStyle& style) const {
         MOTE_CHECK(index < scene.meshes.size());

@@ -24,6 +24,8 @@ struct Scene {
     /// One a layer, null where it is of another kind; or empty where all are.
     std::vector<std::shared_ptr<const GridField>> hybrids = {};
     std::vector<std::shared_ptr<const MeshSurface>> meshes = {};  ///< likewise
+    /// Likewise: particles that are drawn as a field of their density (layers/ink/density_grid.h).
+    std::vector<std::shared_ptr<const GridField>> densities = {};
     /// Likewise, of coherent drawings: what is remembered of the one before, and then of this one. Of one
     /// thread at a time.
     std::vector<std::shared_ptr<InkMemory>> inks = {};

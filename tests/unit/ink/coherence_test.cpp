@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <memory>
 
 #include "server/render/layers/ink/lower_ink.h"
 #include "tests/support/generated_mesh.h"
@@ -20,7 +21,7 @@ namespace {
 constexpr std::uint32_t side = 160;
 
 /// Leaves: many quads in a ball, each with borders all around.
-MeshSurface leaves(test::Random& random) {
+std::shared_ptr<const MeshSurface> leaves(test::Random& random) {
     storage::SurfaceMesh mesh;
     Bounds bounds{glm::dvec3(-1.2), glm::dvec3(1.2)};
     for (std::uint32_t i = 0; i < 1500; ++i) {
@@ -36,7 +37,7 @@ MeshSurface leaves(test::Random& random) {
         mesh.triangles.push_back({4 * i, 4 * i + 2, 4 * i + 3});
     }
     mesh.edges = test::edgesOf(mesh);
-    return {std::move(mesh), bounds};
+    return std::make_shared<const MeshSurface>(std::move(mesh), bounds);
 }
 
 Camera turned(double degrees) {
@@ -56,7 +57,7 @@ InkStyle styleOf(double hatches) {
     return style;
 }
 
-Strokes drawn(const MeshSurface& surface, const InkStyle& style, const Camera& camera, InkMemory* memory,
+Strokes drawn(const InkData& surface, const InkStyle& style, const Camera& camera, InkMemory* memory,
               const glm::dmat4& transform = glm::dmat4(1.0)) {
     const Layer layer{.dataset = "data/a", .transform = transform, .style = style};
     return inkOf(layer, style, surface, test::planOf(camera, side, side), 1.0, {}, memory).strokes;
@@ -74,7 +75,7 @@ double difference(const Strokes& a, const Strokes& b) {
 }
 
 /// Of films of turns by so small an angle that nothing but the drawing changes.
-double flicker(const MeshSurface& surface, const InkStyle& style, bool coherent) {
+double flicker(const InkData& surface, const InkStyle& style, bool coherent) {
     InkMemory memory;
     Strokes before;
     double sum = 0.0;
@@ -138,7 +139,7 @@ TEST(Coherence, AnyMemoryServesAnyPicture) {
                        height = static_cast<std::uint32_t>(random.between(1.0, 60.0));
             const Layer layer{.dataset = "data/a", .style = style};
             const auto plan = test::planOf(camera, width, height);
-            for (const auto& point : inkOf(layer, style, *surface, plan, 1.0, {}, &memory).strokes.points) {
+            for (const auto& point : inkOf(layer, style, surface, plan, 1.0, {}, &memory).strokes.points) {
                 EXPECT_TRUE(std::isfinite(point.x) && std::isfinite(point.y));
                 EXPECT_TRUE(std::isfinite(point.depth));
             }

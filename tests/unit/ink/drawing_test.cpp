@@ -33,7 +33,7 @@ struct Look {
     std::stop_token stop = {};
 };
 
-FramePlan lowered(const MeshSurface& surface, const InkStyle& style, const Look& look) {
+FramePlan lowered(const InkData& data, const InkStyle& style, const Look& look) {
     auto plan = test::planOf(look.camera, look.width, look.height);
     plan.exact = look.exact;
     const Quality quality;
@@ -47,7 +47,7 @@ FramePlan lowered(const MeshSurface& surface, const InkStyle& style, const Look&
                  .slabs = 192,
                  .stop = look.stop};
     const Layer layer{.dataset = "data/a", .transform = look.transform, .style = style};
-    lowerInk(layer, style, surface, nullptr, out);
+    lowerInk(layer, style, data, nullptr, out);
     return plan;
 }
 
@@ -65,7 +65,7 @@ TEST(InkDrawing, EveryShowIsAPictureOfTheSize) {
         for (const auto show : shows) {
             InkStyle style;
             style.show = show;
-            const auto plan = lowered(*surface, style, fitted(*surface));
+            const auto plan = lowered(surface, style, fitted(*surface));
             if (show == InkPicture::drawing) {
                 EXPECT_TRUE(plan.fragments.empty());
                 ASSERT_EQ(plan.strokes.size(), 1U) << form;
@@ -102,7 +102,7 @@ TEST(InkDrawing, ARequestToStopIsHeard) {
     for (const auto show : shows) {
         InkStyle style;
         style.show = show;
-        const auto plan = lowered(*surface, style, look);
+        const auto plan = lowered(surface, style, look);
         EXPECT_TRUE(plan.strokes.empty() && plan.fragments.empty());
     }
 }
@@ -119,8 +119,8 @@ TEST(InkDrawing, ThreadsChangeNothing) {
         look.height = 120;
         tbb::task_arena one(1), more(2);
         FramePlan alone, together;
-        one.execute([&] { alone = lowered(*surface, style, look); });
-        more.execute([&] { together = lowered(*surface, style, look); });
+        one.execute([&] { alone = lowered(surface, style, look); });
+        more.execute([&] { together = lowered(surface, style, look); });
         ASSERT_EQ(alone.strokes.size(), together.strokes.size());
         for (std::size_t i = 0; i < alone.strokes.size(); ++i)
             EXPECT_EQ(*alone.strokes[i], *together.strokes[i]) << form;
@@ -136,7 +136,7 @@ TEST(InkDrawing, IsAsDarkAsWhatItShows) {
     look.width = 256;
     look.height = 192;
     look.camera.orthographicHeight = 2.0;
-    const auto plan = lowered(*surface, style, look);
+    const auto plan = lowered(surface, style, look);
     const auto scene = modalitiesOf(*surface, look.transform, style, plan, {}).modalities;
     const auto cover = test::coverOf(*plan.strokes.at(0), look.width, look.height);
     // Over blocks, as the eye blurs.
@@ -198,7 +198,7 @@ TEST(InkDrawing, AnyStyleDoesNoHarm) {
         look.pixels = random.oneOf({0.05, 0.5, 1.0, 4.0});
         look.exact = random.chance(0.5);
         if (i % 20 == 0) look.width = look.height = 1;
-        const auto plan = lowered(*surface, style, look);
+        const auto plan = lowered(surface, style, look);
         for (const auto& strokes : plan.strokes) {
             EXPECT_FALSE(strokes->empty());
             for (const auto& point : strokes->points) {

@@ -9,8 +9,8 @@ namespace {
 
 TEST(Dataset, EachKindHasItsLayer) {
     using testing::ElementsAre;
-    EXPECT_THAT(layersThatDraw("particles"), ElementsAre(proto::Layer::kParticles));
-    EXPECT_THAT(layersThatDraw("hybrid"), ElementsAre(proto::Layer::kHybrid));
+    EXPECT_THAT(layersThatDraw("particles"), ElementsAre(proto::Layer::kParticles, proto::Layer::kInk));
+    EXPECT_THAT(layersThatDraw("hybrid"), ElementsAre(proto::Layer::kHybrid, proto::Layer::kInk));
     EXPECT_THAT(layersThatDraw("stipple"), ElementsAre(proto::Layer::kStipple));
     EXPECT_THAT(layersThatDraw("mesh"), ElementsAre(proto::Layer::kMesh, proto::Layer::kInk));
     EXPECT_TRUE(layersThatDraw("image").empty());

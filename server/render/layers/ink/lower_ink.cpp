@@ -6,16 +6,10 @@
 #include <utility>
 
 #include "server/render/ink/drawing.h"
-#include "server/render/layers/ink/line_view.h"
-#include "server/render/layers/ink/mesh_lines.h"
-#include "server/render/layers/ink/mesh_modalities.h"
-#include "server/render/layers/ink/quick_lines.h"
+#include "server/render/layers/ink/ink_seen.h"
 
 namespace mote::render {
 namespace {
-
-// Pixels between places of a line at which what hides it is sought.
-constexpr double sampling = 0.35;
 
 bool needsLines(const InkStyle& style) {
     switch (style.show) {
@@ -29,33 +23,6 @@ bool needsLines(const InkStyle& style) {
         default:
             return false;
     }
-}
-
-InkCamera cameraOf(const FramePlan& plan, const glm::dmat4& transform) {
-    return {.toEye = plan.camera.worldToEye() * transform,
-            .perspective = plan.camera.perspective(),
-            .pixels = plan.height / (2.0 * plan.camera.halfHeight()),
-            .size = {plan.width, plan.height}};
-}
-
-/// The 3D stage.
-InkScene sceneOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
-                 const std::stop_token& stop) {
-    auto seen = modalitiesOf(surface, layer.transform, style, plan, stop);
-    InkScene scene{std::move(seen.modalities), {}, cameraOf(plan, layer.transform)};
-    if (!needsLines(style)) return scene;
-    const LineView view(plan, layer.transform);
-    const auto edges = linesOf(surface, view, style.silhouettes.crease, stop);
-    if (!plan.exact) {
-        scene.quick = true;
-        scene.lines = quickLines(surface, view, edges, scene.modalities, stop);
-        return scene;
-    }
-    const auto pieces =
-        visible(surface, view, edges,
-                {.sampling = sampling, .likely = &seen.triangle, .farthest = &seen.farthest}, stop);
-    scene.lines = chained(surface, view, pieces, scene.modalities.extent, stop);
-    return scene;
 }
 
 /// A picture as a surface at the depths of what it shows; what shows nothing lies behind that.
@@ -77,12 +44,12 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
 
 }  // namespace
 
-InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
+InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory) {
-    const auto scene = sceneOf(layer, style, surface, plan, stop);
+    const auto scene = seenOf(data, layer.transform, style, plan, needsLines(style), stop);
     if (stop.stop_requested()) return {};
     auto drawing = drawInk(scene, style, pixels, stop, memory);
-    const Bounds inEye = surface.bounds().transformed(plan.camera.worldToEye() * layer.transform);
+    const Bounds inEye = boundsOf(data).transformed(plan.camera.worldToEye() * layer.transform);
     InkDrawing made{.strokes = std::move(drawing.strokes),
                     .fragments = {},
                     .nearDepth = -inEye.max.z,
@@ -92,9 +59,9 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& s
     return made;
 }
 
-void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, InkMemory* memory,
+void lowerInk(const Layer& layer, const InkStyle& style, const InkData& data, InkMemory* memory,
               Lowering& out) {
-    auto ink = inkOf(layer, style, surface, out.plan, out.pixels, out.stop, memory);
+    auto ink = inkOf(layer, style, data, out.plan, out.pixels, out.stop, memory);
     if (!ink.fragments.empty()) {
         out.plan.fragments.push_back(std::make_shared<const Fragments>(std::move(ink.fragments)));
         out.addDots(ink.nearDepth, ink.farDepth);

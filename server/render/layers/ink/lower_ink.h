@@ -5,8 +5,8 @@
 #pragma once
 
 #include "server/render/ink/ink_memory.h"
+#include "server/render/layers/ink/ink_data.h"
 #include "server/render/layers/lowering.h"
-#include "server/render/layers/mesh/mesh_surface.h"
 
 namespace mote::render {
 
@@ -14,17 +14,17 @@ namespace mote::render {
 struct InkDrawing {
     Strokes strokes;
     Fragments fragments;
-    double nearDepth = 0.0, farDepth = 0.0;  ///< between which the mesh lies, and all fragments
+    double nearDepth = 0.0, farDepth = 0.0;  ///< between which the data lie, and all fragments
 };
 
 /// `plan`: its size and its camera are told, and whether it is exact. `pixels`: of the plan, a pixel of the
 /// view. `memory`: as drawInk's. Uses all threads of the calling arena; the same strokes on any number of
 /// them. Where `stop` is requested meanwhile they lack something. Throws std::bad_alloc.
-InkDrawing inkOf(const Layer& layer, const InkStyle& style, const MeshSurface& surface, const FramePlan& plan,
+InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory = nullptr);
 
 /// As inkOf.
-void lowerInk(const Layer& layer, const InkStyle& style, const MeshSurface& surface, InkMemory* memory,
+void lowerInk(const Layer& layer, const InkStyle& style, const InkData& data, InkMemory* memory,
               Lowering& out);
 
 }  // namespace mote::render

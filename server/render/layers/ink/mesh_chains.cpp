@@ -9,18 +9,16 @@
 #include <span>
 #include <tuple>
 
+#include "server/render/ink/simplify.h"
 #include "server/render/layers/ink/mesh_lines.h"
 
 namespace mote::render {
 namespace {
 
-constexpr double measured = 8.0;        // pixels of a line that share a depth step
-constexpr double beside = 0.75;         // pixels from a line at which it is measured
-constexpr double straightest = 0.2;     // cosine of the sharpest turn that a line takes
-constexpr std::size_t crowd = 16;       // lines that meet in a place and are still told apart
-constexpr double tolerance = 0.125;     // pixels that a line may be off its points
-constexpr double alikeSteps = 0.02;     // of depth, extents
-constexpr std::size_t longestRun = 32;  // points of which none is needed
+constexpr double measured = 8.0;     // pixels of a line that share a depth step
+constexpr double beside = 0.75;      // pixels from a line at which it is measured
+constexpr double straightest = 0.2;  // cosine of the sharpest turn that a line takes
+constexpr std::size_t crowd = 16;    // lines that meet in a place and are still told apart
 
 constexpr std::size_t piecesATime = 256;  // that a thread takes
 
@@ -198,30 +196,6 @@ InkLine follow(std::vector<Link>& links, std::uint32_t first, std::size_t side) 
         at = next;
     }
     return line;
-}
-
-double offLine(const LinePoint& point, const LinePoint& from, const LinePoint& to) {
-    const glm::dvec2 way = to.at - from.at, off = point.at - from.at;
-    const double square = glm::dot(way, way);
-    const double share = square > 0.0 ? std::clamp(glm::dot(off, way) / square, 0.0, 1.0) : 0.0;
-    return glm::distance(point.at, from.at + share * way);
-}
-
-/// Without points that lie on the way between others.
-void simplify(std::vector<LinePoint>& points) {
-    std::vector<LinePoint> kept{points.front()};
-    std::size_t anchor = 0;
-    for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-        bool needed =
-            i + 1 - anchor > longestRun || std::abs(points[i].step - points[anchor].step) > alikeSteps;
-        for (std::size_t k = anchor + 1; !needed && k <= i; ++k)
-            needed = offLine(points[k], points[anchor], points[i + 1]) > tolerance;
-        if (!needed) continue;
-        kept.push_back(points[i]);
-        anchor = i;
-    }
-    kept.push_back(points.back());
-    points = std::move(kept);
 }
 
 /// Vertices in one place have one number.

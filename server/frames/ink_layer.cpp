@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "protocol/scene/dataset.h"
+#include "server/data/load_density.h"
+#include "server/data/load_mesh.h"
+#include "server/frames/layer_kinds.h"
+
+namespace mote::server {
+namespace {
+
+Result<LayerPart> inkOfMesh(const InkStyle& style, const storage::Catalogue::Entry& entry,
+                            const LayerRequest& asked) {
+    if (style.opacity) {
+        return Error{ErrorCode::invalidArgument, "ink.curve",
+                     fmt::format("a curve is of a volume or of particles, and \"{}\" is a mesh", entry.name)};
+    }
+    return meshPart(asked);
+}
+
+Result<LayerPart> inkOfParticles(const storage::Catalogue::Entry& entry, const LayerRequest& asked) {
+    const auto found = asked.data.get(stepDensity(entry, asked.layer.step));
+    if (!found.ok()) return found.error();
+    if (!*found) return LayerPart();
+    return LayerPart([density = *found](render::Scene& scene, std::size_t index, const auto&) {
+        scene.densities.resize(scene.view.layers.size());
+        scene.densities[index] = density;
+        return DotHistory::Layer();
+    });
+}
+
+/// What a layer's ink is drawn of.
+std::shared_ptr<const void> drawnOf(const render::Scene& scene, std::size_t index) {
+    if (index < scene.meshes.size() && scene.meshes[index]) return scene.meshes[index];
+    if (index < scene.densities.size() && scene.densities[index]) return scene.densities[index];
+    return scene.hybrids[index];
+}
+
+/// A coherent drawing remembers what it drew while it draws the same.
+LayerPart coherent(LayerPart part) {
+    return [part = std::move(part)](render::Scene& scene, std::size_t index, DotHistory::Layer before) {
+        part(scene, index, {});
+        const auto drawn = drawnOf(scene, index);
+        if (before.ink == nullptr || before.inked.lock() != drawn)
+            before = {.inked = drawn, .ink = std::make_shared<render::InkMemory>()};
+        scene.inks.resize(scene.view.layers.size());
+        scene.inks[index] = before.ink;
+        return before;
+    };
+}
+
+Result<LayerPart> inkOf(const InkStyle& style, const storage::Catalogue::Entry& entry,
+                        const LayerRequest& asked) {
+    const auto& kind = entry.manifest->kind();
+    if (kind == "mesh") return inkOfMesh(style, entry, asked);
+    if (kind == "hybrid") return hybridPart(HybridRepresentation::best, asked);
+    if (kind == "particles") return inkOfParticles(entry, asked);
+    return Error{
+        ErrorCode::invalidArgument, "dataset",
+        fmt::format("\"{}\" is of kind \"{}\", not a mesh, a hybrid volume or particles", entry.name, kind)};
+}
+
+/// Kinds of datasets that ink is drawn of.
+bool drawn(const proto::Manifest& manifest) {
+    const auto& kind = manifest.kind();
+    return kind == "mesh" || kind == "hybrid" || kind == "particles";
+}
+
+}  // namespace
+
+Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, asked.data.dataset(asked.layer.dataset));
+    auto part = inkOf(style, entry, asked);
+    if (!style.coherent || !part.ok() || !*part) return part;
+    return coherent(*std::move(part));
+}
+
+Result<std::optional<Bounds>> boundsOf(const InkStyle&, const Layer& layer, StepSource& data) {
+    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
+    if (!drawn(*entry.manifest)) return std::optional<Bounds>();
+    return std::optional(datasetBounds(*entry.manifest));
+}
+
+}  // namespace mote::server

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/ink/ink_data.h"
+
+#include "protocol/scene/mote_check.h"
+#include "server/render/layers/hybrid/lower_hybrid.h"
+
+namespace mote::render {
+namespace {
+
+template <class T>
+std::shared_ptr<const T> held(const std::vector<std::shared_ptr<const T>>& layers, std::size_t index) {
+    return index < layers.size() ? layers[index] : nullptr;
+}
+
+TransferFunction densityTransfer(const InkStyle& style) {
+    auto particles = parseParticlesStyle({}).value();
+    if (style.opacity) particles.volumeOpacity = *style.opacity;
+    return particles.transfer();
+}
+
+}  // namespace
+
+InkData inkDataOf(const Scene& scene, std::size_t index) {
+    const InkStyle& style = *scene.view.layers[index].ink();
+    if (auto mesh = held(scene.meshes, index)) return mesh;
+    if (auto density = held(scene.densities, index))
+        return InkVolume{std::move(density), densityTransfer(style)};
+    auto volume = held(scene.hybrids, index);
+    MOTE_CHECK(volume != nullptr);
+    HybridStyle hybrid;
+    hybrid.opacity = style.opacity;
+    return InkVolume{volume, transferOf(hybrid, *volume)};
+}
+
+Bounds boundsOf(const InkData& data) {
+    if (const auto* const mesh = std::get_if<std::shared_ptr<const MeshSurface>>(&data))
+        return (*mesh)->bounds();
+    return std::get<InkVolume>(data).field->bounds();
+}
+
+}  // namespace mote::render

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What a scalar field looks like, as a drawing of it is made from: averages along rays through four places of
+// each pixel, without any mesh (docs/INK.md, "Volumes and particles"). Pure; many threads work at it.
+#pragma once
+
+#include <stop_token>
+
+#include "protocol/scene/ink_style.h"
+#include "server/render/ink/modalities.h"
+#include "server/render/layers/ink/ink_data.h"
+#include "server/render/plan/frame_plan.h"
+
+namespace mote::render {
+
+struct VolumeModalities {
+    Modalities modalities;
+    /// Rays a side of a pixel, evenly: 1 or 2.
+    std::uint32_t side = 1;
+    Raster<float> opacity;  ///< of each ray, `side` times as wide and high as the picture
+    Raster<float> depth;    ///< likewise, world units; infinity where the opacity is small
+};
+
+/// In the size of the plan, whose camera is told; one ray a pixel where it is not exact, or very large. Grey
+/// is the mean over a pixel, paper through what is left of a ray; depth is that of its nearest ray, and the
+/// angle of the sum of their normals.
+VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
+                              const FramePlan& plan, const std::stop_token& stop);
+
+}  // namespace mote::render

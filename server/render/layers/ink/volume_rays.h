@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VolumeRays: what rays through places of a picture see of a scalar field, as a drawing is made from it
+// (docs/INK.md, "Volumes and particles"). Made for a view; refers to the field. Any number of threads may
+// ask, each with marks of its own.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <vector>
+
+#include "protocol/scene/bounds.h"
+#include "protocol/scene/light.h"
+#include "server/render/layers/ink/extinction_table.h"
+#include "server/render/layers/ink/ink_data.h"
+#include "server/render/layers/ink/volume_samples.h"
+#include "server/render/plan/field_blocks.h"
+#include "server/render/plan/frame_plan.h"
+
+namespace mote::render {
+
+/// What a ray sees; means are weighted by what of the ray's light is absorbed in each place.
+struct VolumeSeenOn {
+    double opacity = 0.0;    ///< of all that it meets
+    double depth = 0.0;      ///< where half of that is met, world units; where the opacity is above 0
+    double light = 0.0;      ///< of a white matter: at most the opacity
+    glm::dvec3 normal{0.0};  ///< the sum of normals towards the eye, eye space
+};
+
+class VolumeRays {
+  public:
+    /// Where a ray has been absorbed so far.
+    struct Mark {
+        double depth, absorbed;
+    };
+    using Marks = std::vector<Mark>;
+
+    /// `plan`: its size and its camera are told, and whether it is exact. Works in parallel.
+    VolumeRays(const InkVolume& volume, const glm::dmat4& transform, const Light& light,
+               const FramePlan& plan);
+
+    /// Whether any value that there is can be seen.
+    bool any() const { return blocks_.any(); }
+    /// What lies around all that can be seen, layer space; nothing else where there is any.
+    Bounds visible() const;
+    /// Through (x, y) of the picture, in pixels from its upper left corner. `marks`: scratch.
+    VolumeSeenOn look(double x, double y, Marks& marks) const;
+
+  private:
+    struct Way;
+    struct Sight;
+
+    Way wayThrough(double x, double y) const;
+    bool visibleAt(const glm::vec3& place) const;
+    std::uint8_t blockAt(const glm::vec3& place) const;
+    /// The first step of a way from `step` on before which nothing is seen.
+    double skip(const Way& way, double step) const;
+    void meet(const Way& way, double step, double from, double to, Sight& sight) const;
+    /// What waits for it.
+    void shade(const Way& way, Sight& sight) const;
+
+    const GridField& field_;
+    VolumeSamples samples_;
+    TransferTable table_;
+    ExtinctionTable extinction_;
+    VisibleBlocks blocks_;
+    glm::dmat4 cellsToEye_, eyeToCells_;
+    glm::dmat3 cellsToLayer_;   // ways
+    glm::dmat3 slopeToNormal_;  // slopes of codes in cells to normals in eye space, outward of what is dense
+    Light light_;
+    glm::dvec3 towards_, half_;  // the light, and half way from it to the eye; eye space, unit
+    bool perspective_;
+    double nearest_;     // depth
+    glm::dvec2 size_;    // of the picture, pixels
+    double pixels_;      // a unit of the window
+    double stepLength_;  // cells
+};
+
+}  // namespace mote::render

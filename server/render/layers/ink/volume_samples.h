@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VolumeSamples: a grid field's values anywhere in its box, as it is drawn (docs/PICTURE.md, "Hybrid
+// volumes"; points are smooth and fully applied), and their slopes. Refers to the field; any number of
+// threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+#include "server/render/plan/grid_field.h"
+
+namespace mote::render {
+
+class VolumeSamples {
+  public:
+    explicit VolumeSamples(const GridField& field);
+
+    /// Of the finest grid, along each axis. Places are told in its cells from the box's corner.
+    const glm::dvec3& cells() const { return cells_; }
+    float code(const glm::vec3& place) const;
+    /// Codes a cell, by differences as far apart as samples lie there.
+    glm::vec3 slope(const glm::vec3& place) const;
+
+  private:
+    /// How samples lie in memory: the next row, the next sheet.
+    struct Strides {
+        std::size_t row, sheet;
+    };
+
+    /// The corrected brick that a place lies in, or GridBricks::none. In samples, from the first one's
+    /// middle.
+    std::int32_t brickAt(const glm::vec3& sample) const {
+        return bricks_ == nullptr ? GridBricks::none
+                                  : bricks_->numbers[bricks_->index(glm::uvec3(sample) / GridBricks::edge)];
+    }
+    /// Nowhere beyond the outermost samples.
+    glm::vec3 sampleAt(const glm::vec3& place) const {
+        return glm::clamp(place - 0.5F, glm::vec3(0.0F), last_);
+    }
+    static float mix(float from, float to, float share) { return from + share * (to - from); }
+    static float interpolated(const std::uint16_t* samples, const glm::vec3& at, const glm::vec3& last,
+                              const Strides& strides);
+
+    const GridField& field_;
+    const GridBricks* bricks_;  // null: the coarse grid is the finest
+    glm::dvec3 cells_;
+    glm::vec3 last_;    // samples, finest grid
+    glm::vec3 coarse_;  // coarse cells a cell
+    glm::vec3 coarseLast_;
+    Strides coarseStrides_;
+};
+
+/// Between the eight samples around a place that lies among them.
+inline float VolumeSamples::interpolated(const std::uint16_t* samples, const glm::vec3& at,
+                                         const glm::vec3& last, const Strides& strides) {
+    const glm::ivec3 below(at);
+    const glm::vec3 share = at - glm::vec3(below);
+    const std::uint16_t* const first = samples + static_cast<std::size_t>(below.z) * strides.sheet +
+                                       static_cast<std::size_t>(below.y) * strides.row +
+                                       static_cast<std::size_t>(below.x);
+    const std::size_t x = at.x < last.x ? 1 : 0, y = at.y < last.y ? strides.row : 0,
+                      z = at.z < last.z ? strides.sheet : 0;
+    const auto along = [&](std::size_t offset) {
+        return mix(static_cast<float>(first[offset]), static_cast<float>(first[offset + x]), share.x);
+    };
+    return mix(mix(along(0), along(y), share.y), mix(along(z), along(z + y), share.y), share.z);
+}
+
+inline float VolumeSamples::code(const glm::vec3& place) const {
+    const glm::vec3 sample = sampleAt(place);
+    const std::int32_t brick = brickAt(sample);
+    if (brick == GridBricks::none) {
+        const glm::vec3 at = glm::clamp(place * coarse_ - 0.5F, glm::vec3(0.0F), coarseLast_);
+        return interpolated(field_.coarse.values.data(), at, coarseLast_, coarseStrides_);
+    }
+    constexpr std::size_t row = GridBricks::samples;
+    const glm::vec3 corner(glm::uvec3(sample) / GridBricks::edge * GridBricks::edge);
+    return interpolated(bricks_->values.data() + static_cast<std::size_t>(brick) * GridBricks::volume,
+                        sample - corner, glm::vec3(GridBricks::edge), {row, row * row});
+}
+
+}  // namespace mote::render
