@@ -84,6 +84,8 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"InkStyle.Hatch.spacing", {1.0, 256.0}},
         {"InkStyle.Hatch.strength", {0.0, 1.0}},
         {"InkStyle.Hatch.width", {0.1, 64.0}},
+        {"InkStyle.Knot.opacity", {0.0, 1.0}},
+        {"InkStyle.Knot.value", {-1e30, 1e30}},
         {"InkStyle.Silhouettes.crease_degrees", {0.0, 180.0}},
         {"InkStyle.Silhouettes.importance", {0.0, 1.0}},
         {"InkStyle.Silhouettes.width", {0.1, 64.0}},

@@ -50,6 +50,15 @@ std::uint64_t layerCount(Random& random) {
     return random.chance(0.6) ? 2 + random.below(2) : 1 + random.below(8);
 }
 
+/// Some layers of volumes and particles are drawings instead. By numbers of their own: all else stays as it
+/// would be.
+void drawInInk(const DatasetName& data, proto::Layer& layer) {
+    constexpr double share = 0.1;
+    if (data.kind != DataKind::hybrid && data.kind != DataKind::particles) return;
+    Random random(layer.ByteSizeLong(), data.number);
+    if (random.chance(share)) *layer.mutable_ink() = anyInkStyle(random, ViewData::traits(data));
+}
+
 /// A layer of any dataset, without its transform.
 proto::Layer anyLayer(Random& random, const DatasetName& data) {
     proto::Layer layer;
@@ -65,15 +74,6 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
         *layer.mutable_mesh() = anyMeshStyle(random);
     drawInInk(data, layer);
     return layer;
-}
-
-/// Some layers of volumes and particles are drawings instead. By numbers of their own: all else stays as it
-/// would be.
-void drawInInk(const DatasetName& data, proto::Layer& layer) {
-    constexpr double share = 0.1;
-    if (data.kind != DataKind::hybrid && data.kind != DataKind::particles) return;
-    Random random(layer.ByteSizeLong(), data.number);
-    if (random.chance(share)) *layer.mutable_ink() = anyInkStyle(random, ViewData::traits(data));
 }
 
 /// A negative zero, which does not come back from a file, is none.

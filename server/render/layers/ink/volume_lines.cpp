@@ -9,15 +9,15 @@
 #include <utility>
 
 #include "server/render/ink/simplify.h"
+#include "server/render/layers/ink/volume_rims.h"
 
 namespace mote::render {
 namespace {
 
-constexpr float level = 0.5F;        // opacity of a ray that sees a surface
-constexpr double leastStep = 0.008;  // of depth beyond the slope there, extents: a line may be
-constexpr double sureStep = 0.02;    // somewhere along it: it is one
-constexpr double shortest = 4.0;     // pixels of a line
-constexpr double rounding = 1.0;     // standard deviation over which a line is made smooth, pixels
+constexpr float level = surfaceOpacity;
+constexpr double sureStep = 0.012;  // of the extent beyond the slope, somewhere along a line
+constexpr double shortest = 4.0;    // pixels of a line
+constexpr double rounding = 1.0;    // standard deviation over which a line is made smooth, pixels
 
 /// The border between two rays: between `ray` and the one below it, or to the right of it.
 struct Crack {
@@ -109,7 +109,7 @@ class Cracks {
         if (at >= last) return false;
         const double from = depth(ray), to = depth(ray + stride);
         if (!std::isfinite(from) || !std::isfinite(to)) return std::isfinite(from) != std::isfinite(to);
-        const double most = leastStep * seen_.modalities.extent, step = to - from;
+        const double most = leastDepthStep * seen_.modalities.extent, step = to - from;
         const double before = at > 0 ? from - depth(ray - stride) : HUGE_VAL;
         const double behind = at + 1 < last ? depth(ray + 2 * stride) - to : HUGE_VAL;
         // A surface that turns away grows steeper from ray to ray, but not by as much again.

@@ -6,15 +6,18 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <utility>
 
 #include "server/render/layers/ink/volume_rays.h"
+#include "server/render/layers/ink/volume_rims.h"
 
 namespace mote::render {
 namespace {
 
 constexpr double leastOpacity = 0.02;          // of a ray that sees something
 constexpr double leastAcross = 1e-3;           // of a normal's length, where it has an angle
-constexpr std::uint64_t mostFine = 1U << 23U;  // pixels of a picture with four rays each
+constexpr std::uint64_t mostFine = 1U << 23U;  // pixels of a picture with four rays in some
+constexpr float evenOpacity = 0.1F;            // around a pixel of which one ray tells enough
 constexpr std::uint32_t between = 64;          // pixels between looks for a request to stop
 
 /// Rows of a field's modalities, one thread's.
@@ -31,24 +34,72 @@ class RowMaker {
         }
     }
 
+    /// Where one ray a pixel sees no detail its values are good for all.
+    void refine(const VolumeModalities& first, std::uint32_t row, const std::stop_token& stop) {
+        const std::uint32_t width = first.opacity.width;
+        for (std::uint32_t column = 0; column < width; ++column) {
+            if (column % between == 0 && stop.stop_requested()) return;
+            if (detailed(first, column, row)) {
+                clear(column, row);
+                makePixel(column, row);
+            } else {
+                copy(first, column, row);
+            }
+        }
+    }
+
   private:
+    /// Whether what is seen changes around a pixel.
+    static bool detailed(const VolumeModalities& first, std::uint32_t column, std::uint32_t row) {
+        const auto& opacity = first.opacity;
+        float least = HUGE_VALF, most = 0.0F, near = HUGE_VALF, far = 0.0F;
+        const std::uint32_t right = std::min(column + 1, opacity.width - 1),
+                            bottom = std::min(row + 1, opacity.height - 1);
+        for (std::uint32_t y = row > 0 ? row - 1 : 0; y <= bottom; ++y) {
+            for (std::uint32_t x = column > 0 ? column - 1 : 0; x <= right; ++x) {
+                least = std::min(least, opacity.at(x, y));
+                most = std::max(most, opacity.at(x, y));
+                if (opacity.at(x, y) < surfaceOpacity) continue;
+                near = std::min(near, first.depth.at(x, y));
+                far = std::max(far, first.depth.at(x, y));
+            }
+        }
+        const auto even = static_cast<float>(0.5 * leastDepthStep * first.modalities.extent);
+        const bool outline = least < surfaceOpacity && most >= surfaceOpacity;
+        return outline || most - least > evenOpacity || far - near > even;
+    }
+    template <class Take>
+    void eachRay(std::uint32_t column, std::uint32_t row, const Take& take) const {
+        for (std::uint32_t y = side_ * row; y < side_ * (row + 1); ++y) {
+            for (std::uint32_t x = side_ * column; x < side_ * (column + 1); ++x) take(x, y);
+        }
+    }
+    void copy(const VolumeModalities& first, std::uint32_t column, std::uint32_t row) {
+        eachRay(column, row, [&](std::uint32_t x, std::uint32_t y) {
+            made_.opacity.at(x, y) = first.opacity.at(column, row);
+            made_.depth.at(x, y) = first.depth.at(column, row);
+        });
+    }
+    /// The one ray that was seen there.
+    void clear(std::uint32_t column, std::uint32_t row) {
+        made_.modalities.angle.at(column, row) = 0.0F;
+        made_.modalities.part.at(column, row) = Modalities::nothing;
+    }
     void makePixel(std::uint32_t column, std::uint32_t row) {
         double grey = 0.0;
         glm::dvec3 normal(0.0);
         float nearest = HUGE_VALF;
-        for (std::uint32_t y = side_ * row; y < side_ * (row + 1); ++y) {
-            for (std::uint32_t x = side_ * column; x < side_ * (column + 1); ++x) {
-                const auto seen = rays_.look((x + 0.5) / side_, (y + 0.5) / side_, marks_);
-                if (!(seen.opacity >= leastOpacity)) {
-                    grey += paper_;
-                    continue;
-                }
-                grey += seen.light + (1.0 - seen.opacity) * paper_;
-                normal += seen.normal;
-                made_.opacity.at(x, y) = static_cast<float>(seen.opacity);
-                nearest = std::min(nearest, made_.depth.at(x, y) = static_cast<float>(seen.depth));
+        eachRay(column, row, [&](std::uint32_t x, std::uint32_t y) {
+            const auto seen = rays_.look((x + 0.5) / side_, (y + 0.5) / side_, marks_);
+            if (!(seen.opacity >= leastOpacity)) {
+                grey += paper_;
+                return;
             }
-        }
+            grey += seen.light + (1.0 - seen.opacity) * paper_;
+            normal += seen.normal;
+            made_.opacity.at(x, y) = static_cast<float>(seen.opacity);
+            nearest = std::min(nearest, made_.depth.at(x, y) = static_cast<float>(seen.depth));
+        });
         put(column, row, {grey / (side_ * side_), nearest, normal});
     }
     struct Pixel {
@@ -74,6 +125,30 @@ class RowMaker {
     VolumeRays::Marks marks_;
 };
 
+/// The means of rays in each pixel.
+Raster<float> opacityOf(const VolumeModalities& seen) {
+    Raster<float> made(seen.modalities.grey.width, seen.modalities.grey.height);
+    const float each = 1.0F / static_cast<float>(seen.side * seen.side);
+    for (std::uint32_t y = 0; y < seen.opacity.height; ++y) {
+        for (std::uint32_t x = 0; x < seen.opacity.width; ++x)
+            made.at(x / seen.side, y / seen.side) += each * seen.opacity.at(x, y);
+    }
+    return made;
+}
+
+void dropRims(float paper, VolumeModalities& made) {
+    const auto rims = rimsOf(opacityOf(made));
+    auto& modalities = made.modalities;
+    for (std::size_t i = 0; i < rims.values.size(); ++i) {
+        if (rims.values[i] == 0) continue;
+        modalities.grey.values[i] = paper;
+        modalities.depth.values[i] = HUGE_VALF;
+        modalities.angle.values[i] = 0.0F;
+        modalities.part.values[i] = Modalities::nothing;
+    }
+}
+
+/// One ray a pixel.
 VolumeModalities blank(const FramePlan& plan, float paper) {
     const std::uint32_t width = plan.width, height = plan.height;
     VolumeModalities made;
@@ -81,9 +156,22 @@ VolumeModalities blank(const FramePlan& plan, float paper) {
     made.modalities.depth = Raster<float>(width, height, HUGE_VALF);
     made.modalities.angle = Raster<float>(width, height);
     made.modalities.part = Raster<std::uint32_t>(width, height, Modalities::nothing);
-    made.side = plan.exact && std::uint64_t{width} * height <= mostFine ? 2 : 1;
-    made.opacity = Raster<float>(made.side * width, made.side * height);
-    made.depth = Raster<float>(made.side * width, made.side * height, HUGE_VALF);
+    made.opacity = Raster<float>(width, height);
+    made.depth = Raster<float>(width, height, HUGE_VALF);
+    return made;
+}
+
+/// Four rays in each pixel around which one sees that there is more.
+VolumeModalities refined(const VolumeRays& rays, float paper, VolumeModalities first,
+                         const std::stop_token& stop) {
+    const std::uint32_t width = first.opacity.width, height = first.opacity.height;
+    VolumeModalities made{.modalities = std::move(first.modalities),
+                          .side = 2,
+                          .opacity = Raster<float>(2 * width, 2 * height),
+                          .depth = Raster<float>(2 * width, 2 * height, HUGE_VALF)};
+    first.modalities.extent = made.modalities.extent;
+    tbb::parallel_for(std::uint32_t{0}, height,
+                      [&](std::uint32_t row) { RowMaker(rays, paper, made).refine(first, row, stop); });
     return made;
 }
 
@@ -100,6 +188,10 @@ VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transfo
     if (!rays.any()) return made;
     tbb::parallel_for(std::uint32_t{0}, plan.height,
                       [&](std::uint32_t row) { RowMaker(rays, paper, made).make(row, stop); });
+    if (stop.stop_requested()) return made;
+    if (plan.exact && std::uint64_t{plan.width} * plan.height <= mostFine)
+        made = refined(rays, paper, std::move(made), stop);
+    if (!stop.stop_requested()) dropRims(paper, made);
     return made;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a scalar field looks like, as a drawing of it is made from: averages along rays through four places of
-// each pixel, without any mesh (docs/INK.md, "Volumes and particles"). Pure; many threads work at it.
+// What a scalar field looks like, as a drawing of it is made from: averages along rays through up to four
+// places of each pixel, without any mesh (docs/INK.md, "Volumes and particles"). Pure; many threads work at
+// it.
 #pragma once
 
 #include <stop_token>
@@ -13,6 +14,9 @@
 
 namespace mote::render {
 
+/// Of the extent: what lies apart in depth by less is one surface.
+inline constexpr double leastDepthStep = 0.005;
+
 struct VolumeModalities {
     Modalities modalities;
     /// Rays a side of a pixel, evenly: 1 or 2.
@@ -21,9 +25,10 @@ struct VolumeModalities {
     Raster<float> depth;    ///< likewise, world units; infinity where the opacity is small
 };
 
-/// In the size of the plan, whose camera is told; one ray a pixel where it is not exact, or very large. Grey
-/// is the mean over a pixel, paper through what is left of a ray; depth is that of its nearest ray, and the
-/// angle of the sum of their normals.
+/// In the size of the plan, whose camera is told; one ray a pixel where it is not exact, or very large, or
+/// where four would see the same. Grey is the mean over a pixel, paper through what is left of a ray; depth
+/// is that of its nearest ray, and the angle of the sum of their normals. Nothing is seen where less than 2 %
+/// of a ray is absorbed, nor in the rims of surfaces (volume_rims.h).
 VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transform, const InkStyle& style,
                               const FramePlan& plan, const std::stop_token& stop);
 
