@@ -122,7 +122,7 @@ class DrawingMaker {
         return hatch({segments.label, segments.count, scene_.modalities.angle, density}, options, stop_);
     }
     Segments segments() const {
-        SegmentOptions options;
+        SegmentOptions options{.method = style_.hatch.segments};
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
         return segmentsOf(scene_.modalities, options, stop_);
     }
