@@ -118,7 +118,7 @@ class Sweep {
 
 class Cutter {
   public:
-    Cutter(const CutGraph& graph, const CutOptions& options, const std::stop_token& stop)
+    Cutter(const RegionGraph& graph, const CutOptions& options, const std::stop_token& stop)
         : options_(options),
           stop_(stop),
           neighbours_(graph.inside.size()),
@@ -226,7 +226,7 @@ void fixBlocks() {
 
 }  // namespace
 
-std::vector<std::uint32_t> normalisedCuts(const CutGraph& graph, const CutOptions& options,
+std::vector<std::uint32_t> normalisedCuts(const RegionGraph& graph, const CutOptions& options,
                                           const std::stop_token& stop) {
     fixBlocks();
     return Cutter(graph, options, stop).make();

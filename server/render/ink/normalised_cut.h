@@ -8,19 +8,9 @@
 #include <stop_token>
 #include <vector>
 
+#include "server/render/ink/region_graph.h"
+
 namespace mote::render {
-
-/// Nodes that stand for many pixels each.
-struct CutGraph {
-    struct Link {
-        std::uint32_t a, b;  ///< nodes, each pair once
-        double affinity;     ///< summed over pairs of pixels, 0 to 1 each
-        double length;       ///< pairs of pixels, above 0
-    };
-
-    std::vector<double> inside;  ///< affinity of each node's pixels among themselves, each pair twice
-    std::vector<Link> links;
-};
 
 struct CutOptions {
     double meanAffinity = 0.5;  ///< of pairs across a cut that stands, less than this
@@ -30,7 +20,7 @@ struct CutOptions {
 
 /// Of each node the number of the group that it is in; each is connected. Of all cuts along an eigenvector
 /// of the normalised affinities (those with the greatest eigenvalues) the cheapest is taken that may stand.
-std::vector<std::uint32_t> normalisedCuts(const CutGraph& graph, const CutOptions& options,
+std::vector<std::uint32_t> normalisedCuts(const RegionGraph& graph, const CutOptions& options,
                                           const std::stop_token& stop);
 
 }  // namespace mote::render

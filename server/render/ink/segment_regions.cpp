@@ -9,6 +9,8 @@
 namespace mote::render {
 namespace {
 
+constexpr std::size_t leastInside = 4;  // by so much fewer pixels need be inside: thin ones are small
+
 /// take(pixel) for all of them, but not for long once it is to stop.
 template <class Take>
 void eachPixel(const Raster<std::uint32_t>& picture, const std::stop_token& stop, const Take& take) {
@@ -20,7 +22,7 @@ void eachPixel(const Raster<std::uint32_t>& picture, const std::stop_token& stop
 
 /// What a region is like: means over its pixels.
 struct RegionMean {
-    std::uint32_t pixels = 0;
+    std::uint32_t pixels = 0, inside = 0;  // those with no other region beside them
     float grey = 0.0F, x = 0.0F, y = 0.0F;
     double depth = 0.0;
 
@@ -34,6 +36,14 @@ struct RegionMean {
     }
 };
 
+/// Whether no pixel beside this one is of another region.
+bool isInside(const Raster<std::uint32_t>& label, std::size_t i) {
+    const std::size_t width = label.width, column = i % width;
+    const auto same = [&](std::size_t other) { return label.values[other] == label.values[i]; };
+    return (column == 0 || same(i - 1)) && (column + 1 == width || same(i + 1)) &&
+           (i < width || same(i - width)) && (i + width >= label.values.size() || same(i + width));
+}
+
 std::vector<RegionMean> meansOf(const Segments& segments, const Modalities& modalities,
                                 const std::vector<Direction>& directions, const std::stop_token& stop) {
     std::vector<RegionMean> means(segments.count);
@@ -42,6 +52,7 @@ std::vector<RegionMean> meansOf(const Segments& segments, const Modalities& moda
         if (label == Segments::nothing) return;
         means[label].add(modalities.grey.values[i], directions[i],
                          static_cast<double>(modalities.depth.values[i]) / modalities.extent);
+        if (isInside(segments.label, i)) ++means[label].inside;
     });
     return means;
 }
@@ -58,7 +69,7 @@ std::vector<std::uint32_t> nearestOfSmall(const Segments& segments, const std::v
     std::vector<std::uint32_t> nearest(segments.count, Segments::nothing);
     std::vector<float> least(segments.count, HUGE_VALF);
     const auto meet = [&](std::uint32_t a, std::uint32_t b) {
-        if (means[a].pixels >= leastPixels) return;
+        if (means[a].pixels >= leastPixels && means[a].inside >= leastPixels / leastInside) return;
         const float one = difference(means[a], means[b]);
         if (one > least[a] || (one == least[a] && b >= nearest[a])) return;
         least[a] = one;

@@ -20,7 +20,7 @@ Segments segmentsOf(const Modalities& modalities, const SegmentOptions& options,
             case Segmentation::texture:
                 return textureSegments(modalities, options.leastPixels, stop);
             default:
-                return grownSegments(modalities, {}, stop);
+                return grownSegments(modalities, {}, options.leastPixels, stop);
         }
     };
     auto made = withoutSmall(parted(), modalities, options.leastPixels, stop);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/render/ink/normalised_cut.h"
+#include "server/render/ink/region_graph.h"
 #include "server/render/ink/segment_regions.h"
 #include "server/render/ink/segments_graph.h"
 
@@ -15,6 +16,8 @@ namespace {
 
 constexpr double cells = 160.0;          // of the grid, about
 constexpr double superpixelScale = 8.0;  // as for graphs
+constexpr double anyTurn = 4.0;
+constexpr double meltedFrom = 0.7;  // mean affinity across what is no boundary
 constexpr std::uint32_t mostSuperpixels = 1500;
 
 /// A grid's cell of each pixel.
@@ -45,46 +48,13 @@ Segments superpixelsOf(const Modalities& modalities, const PixelWeights& weights
     return made;
 }
 
-/// Superpixels beside each other.
-struct Pair {
-    std::uint32_t a, b;  // a < b
-    double affinity;
-
-    bool operator<(const Pair& other) const { return std::pair(a, b) < std::pair(other.a, other.b); }
-};
-
-CutGraph graphOf(const Segments& superpixels, const PixelWeights& weights, const std::stop_token& stop) {
-    CutGraph graph;
-    graph.inside.resize(superpixels.count);
-    const auto& labels = superpixels.label.values;
-    std::vector<Pair> pairs;
-    for (std::size_t pair = 0; pair < weights.of.size(); ++pair) {
-        if (pair % weights.width == 0 && stop.stop_requested()) return {};
-        if (weights.of[pair] == PixelWeights::parted) continue;
-        const auto a = labels[pair / 2], b = labels[weights.other(pair)];
-        const double affinity = PixelWeights::affinity(weights.of[pair]);
-        if (a == b)
-            graph.inside[a] += 2.0 * affinity;
-        else
-            pairs.push_back({std::min(a, b), std::max(a, b), affinity});
-    }
-    std::stable_sort(pairs.begin(), pairs.end());
-    for (const auto& pair : pairs) {
-        if (graph.links.empty() || graph.links.back().a != pair.a || graph.links.back().b != pair.b)
-            graph.links.push_back({pair.a, pair.b, 0.0, 0.0});
-        graph.links.back().affinity += pair.affinity;
-        graph.links.back().length += 1.0;
-    }
-    return graph;
-}
-
 }  // namespace
 
 Segments cutSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop) {
     const auto weights = stepWeights(modalities, {}, stop);
     auto made = superpixelsOf(modalities, weights, leastPixels, stop);
     if (stop.stop_requested()) return made;
-    const auto graph = graphOf(made, weights, stop);
+    const auto graph = regionGraphOf(made, weights, stop);
     if (stop.stop_requested()) return made;
     const auto groups = normalisedCuts(graph, {}, stop);
     Merges merges(made.count);
@@ -92,7 +62,7 @@ Segments cutSegments(const Modalities& modalities, std::size_t leastPixels, cons
         if (groups[link.a] == groups[link.b]) merges.merge(link.a, link.b);
     }
     renumber(made, merges, stop);
-    return made;
+    return melted(std::move(made), modalities, weights, meltedFrom, anyTurn, stop);
 }
 
 }  // namespace mote::render

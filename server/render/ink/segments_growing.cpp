@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/render/ink/direction.h"
+#include "server/render/ink/region_graph.h"
 #include "server/render/ink/segment_regions.h"
 
 namespace mote::render {
@@ -121,13 +122,15 @@ Segments growDepth(const Modalities& modalities, double most, const std::stop_to
     return grow(modalities, stop, [&](std::size_t) { return DepthRegion{modalities.depth.values, step}; });
 }
 
-Segments grownSegments(const Modalities& modalities, const GrowOptions& options,
+Segments grownSegments(const Modalities& modalities, const GrowOptions& options, std::size_t leastPixels,
                        const std::stop_token& stop) {
     Segments grey, angle, depth;
     tbb::parallel_invoke([&] { grey = growGrey(modalities, options.grey, stop); },
                          [&] { angle = growAngle(modalities, options.angle, stop); },
                          [&] { depth = growDepth(modalities, options.depth, stop); });
-    return intersected(grey, angle, depth, stop);
+    auto made = withoutSmall(intersected(grey, angle, depth, stop), modalities, leastPixels, stop);
+    grey = angle = depth = {};
+    return melted(std::move(made), modalities, stepWeights(modalities, {}, stop), options.affinity, options.turn, stop);
 }
 
 }  // namespace mote::render

@@ -14,6 +14,9 @@ struct GrowOptions {
     double grey = 0.12;   ///< by so much a pixel's grey may differ from its region's mean
     double angle = 0.6;   ///< likewise its direction, radians; directions have no sign
     double depth = 0.01;  ///< a step from pixel to pixel beyond the slope there, of the extent
+    /// Regions with so much mean affinity across their boundary, by steps of grey, direction and depth, melt,
+    double affinity = 0.7;
+    double turn = 1.0;  ///< unless their mean directions are so far apart, radians
 };
 
 /// Seeded region growing: a pixel beside a region joins it where its value is near the region's mean (Adams
@@ -25,6 +28,6 @@ Segments growAngle(const Modalities& modalities, double most, const std::stop_to
 Segments growDepth(const Modalities& modalities, double most, const std::stop_token& stop);
 
 /// What is one region by each of the three.
-Segments grownSegments(const Modalities& modalities, const GrowOptions& options, const std::stop_token& stop);
+Segments grownSegments(const Modalities& modalities, const GrowOptions& options, std::size_t leastPixels, const std::stop_token& stop);
 
 }  // namespace mote::render
