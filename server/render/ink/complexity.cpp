@@ -46,7 +46,7 @@ Raster<float> coverOf(const std::vector<InkLine>& lines, std::uint32_t columns, 
 }
 
 Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& depth, double extent,
-                            double deviation) {
+                            double deviation, const std::stop_token& stop) {
     Raster<float> made = picture;
     const auto step = static_cast<float>(farStep * extent);
     for (int pass = 0; pass < passes; ++pass) {
@@ -54,10 +54,12 @@ Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& d
             std::sqrt(3.0) * std::pow(2.0, passes - pass - 1) / std::sqrt(std::pow(4.0, passes) - 1.0);
         const auto keep = static_cast<float>(std::exp(-std::sqrt(2.0) / (deviation * share)));
         tbb::parallel_for(std::uint32_t{0}, made.height, [&](std::uint32_t row) {
+            if (stop.stop_requested()) return;
             const auto first = made.index(0, row);
             passLine(&made.values[first], &depth.values[first], made.width, 1, keep, step);
         });
         tbb::parallel_for(std::uint32_t{0}, made.width, [&](std::uint32_t column) {
+            if (stop.stop_requested()) return;
             passLine(&made.values[column], &depth.values[column], made.height, made.width, keep, step);
         });
     }

@@ -3,6 +3,7 @@
 // Where a picture holds so many lines that they run together (the dissertation's section 2.3.5.1). Pure.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "server/render/ink/ink_line.h"
@@ -17,8 +18,9 @@ Raster<float> coverOf(const std::vector<InkLine>& lines, std::uint32_t columns, 
 
 /// Blurred by about a Gaussian of a standard deviation, along ways on which the depth makes no step: from a
 /// pixel to the next of at most a part of the extent. (Gastal and Oliveira 2011, Domain Transform for
-/// Edge-Aware Image and Video Processing, recursive filtering.)
+/// Edge-Aware Image and Video Processing, recursive filtering.) Where `stop` is requested meanwhile, it is not
+/// blurred everywhere.
 Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& depth, double extent,
-                            double deviation);
+                            double deviation, const std::stop_token& stop = {});
 
 }  // namespace mote::render

@@ -14,7 +14,7 @@ namespace mote::render {
 
 struct CutOptions {
     double meanAffinity = 0.5;  ///< of pairs across a cut that stands, less than this
-    double cost = 0.5;          ///< of such a cut: affinity across by that to all nodes, of both sides; less
+    double cost = 0.1;          ///< of such a cut: affinity across by that to all nodes, of both sides; less
     std::size_t vectors = 8;    ///< eigenvectors along which cuts are tried
 };
 

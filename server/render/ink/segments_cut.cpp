@@ -14,10 +14,10 @@
 namespace mote::render {
 namespace {
 
-constexpr double cells = 160.0;          // of the grid, about
-constexpr double superpixelScale = 8.0;  // as for graphs
+constexpr double cells = 60.0;          // of the grid, about
+constexpr double superpixelScale = 30.0;  // as for graphs
 constexpr double anyTurn = 4.0;
-constexpr double meltedFrom = 0.7;  // mean affinity across what is no boundary
+constexpr double meltedFrom = 0.6;  // mean affinity across what is no boundary
 constexpr std::uint32_t mostSuperpixels = 1500;
 
 /// A grid's cell of each pixel.
