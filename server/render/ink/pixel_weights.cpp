@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "server/render/ink/complexity.h"
 #include "server/render/ink/direction.h"
 
 namespace mote::render {
@@ -26,6 +27,10 @@ T unexplained(T step, const T* before, const T* behind) {
     return least;
 }
 
+struct Steps {
+    double grey, angle, depth;
+};
+
 class WeightMaker {
   public:
     WeightMaker(const Modalities& modalities, const StepScales& scales)
@@ -36,14 +41,16 @@ class WeightMaker {
           depthScale_(static_cast<float>(std::max(scales.depth * modalities.extent, 1e-30))) {}
 
     /// Of pixels at `first` and `first + stride`; `before` and `behind`: how many there are on either side.
-    std::uint16_t weight(std::size_t first, std::size_t stride, std::size_t before,
-                         std::size_t behind) const {
-        if (!std::isfinite(depth_[first]) || !std::isfinite(depth_[first + stride]))
-            return PixelWeights::parted;
+    Steps steps(std::size_t first, std::size_t stride, std::size_t before, std::size_t behind) const {
         const auto across = acrossOf(first, stride, before, behind);
-        const double sum = square(greyStep(across) / scales_.grey) +
-                           angleStep(across) / square(scales_.angle) +
-                           square(depthStep(across) / static_cast<double>(depthScale_));
+        return {greyStep(across), std::sqrt(angleStep(across)), depthStep(across)};
+    }
+    bool seen(std::size_t pixel) const { return std::isfinite(depth_[pixel]); }
+    /// Of steps, with what adds to the squared scales of grey and angle.
+    std::uint16_t weight(const Steps& steps, double grey, double angle) const {
+        const double sum = square(steps.grey) / (square(scales_.grey) + grey) +
+                           square(steps.angle) / (square(scales_.angle) + angle) +
+                           square(steps.depth / static_cast<double>(depthScale_));
         if (!(sum < 20.0)) return PixelWeights::most;  // what is no number belongs to nothing
         return static_cast<std::uint16_t>(PixelWeights::most * (1.0 - std::exp(-sum)));
     }
@@ -111,23 +118,53 @@ class WeightMaker {
     const float depthScale_;
 };
 
-}  // namespace
-
-PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales,
-                         const std::stop_token& stop) {
+/// take(pixel, direction, steps) for all pairs of what is seen.
+template <class Take>
+void eachPair(const Modalities& modalities, const WeightMaker& maker, const std::stop_token& stop,
+              const Take& take) {
     const std::uint32_t width = modalities.grey.width, height = modalities.grey.height;
-    PixelWeights made{width, height,
-                      std::vector<std::uint16_t>(2 * modalities.grey.values.size(), PixelWeights::parted)};
-    const WeightMaker maker(modalities, scales);
     tbb::parallel_for(std::uint32_t{0}, height, [&](std::uint32_t row) {
         if (stop.stop_requested()) return;
         for (std::uint32_t column = 0; column < width; ++column) {
             const auto i = modalities.grey.index(column, row);
-            if (column + 1 < width)
-                made.of[2 * i + PixelWeights::right] = maker.weight(i, 1, column, width - column - 2);
-            if (row + 1 < height)
-                made.of[2 * i + PixelWeights::down] = maker.weight(i, width, row, height - row - 2);
+            if (!maker.seen(i)) continue;
+            if (column + 1 < width && maker.seen(i + 1))
+                take(i, PixelWeights::right, maker.steps(i, 1, column, width - column - 2));
+            if (row + 1 < height && maker.seen(i + width))
+                take(i, PixelWeights::down, maker.steps(i, width, row, height - row - 2));
         }
+    });
+}
+
+}  // namespace
+
+Roughness roughnessOf(const Modalities& modalities, double deviation, const std::stop_token& stop) {
+    const auto& depth = modalities.depth;
+    Roughness made{Raster<float>(depth.width, depth.height), Raster<float>(depth.width, depth.height)};
+    eachPair(modalities, WeightMaker(modalities, {}), stop,
+             [&](std::size_t i, std::size_t, const Steps& steps) {
+                 if (steps.grey <= 1.0) made.grey.values[i] += 0.5F * static_cast<float>(steps.grey);
+                 if (steps.angle <= 1.0) made.angle.values[i] += 0.5F * static_cast<float>(steps.angle);
+             });
+    for (auto* const one : {&made.grey, &made.angle})
+        *one = blurredWithin(*one, depth, modalities.extent, deviation, stop);
+    return made;
+}
+
+PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales, const std::stop_token& stop,
+                         const Roughness* roughness, double rough) {
+    PixelWeights made{modalities.grey.width, modalities.grey.height,
+                      std::vector<std::uint16_t>(2 * modalities.grey.values.size(), PixelWeights::parted)};
+    const WeightMaker maker(modalities, scales);
+    const auto more = [&](const Raster<float>& of, std::size_t i, std::size_t other) {
+        const double mean = 0.5 * rough * static_cast<double>(of.values[i] + of.values[other]);
+        return mean * mean;
+    };
+    eachPair(modalities, maker, stop, [&](std::size_t i, std::size_t direction, const Steps& steps) {
+        const std::size_t pair = 2 * i + direction, other = made.other(pair);
+        made.of[pair] = roughness ? maker.weight(steps, more(roughness->grey, i, other),
+                                                 more(roughness->angle, i, other))
+                                  : maker.weight(steps, 0.0, 0.0);
     });
     return made;
 }

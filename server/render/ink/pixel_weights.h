@@ -34,9 +34,19 @@ struct StepScales {
     double depth = 0.006;  ///< of the extent
 };
 
+/// How much steps there are around each pixel, in the mean: what is rough has many.
+struct Roughness {
+    Raster<float> grey, angle;  ///< the latter by the sine
+};
+
+/// Over a window of a standard deviation in pixels, within a surface.
+Roughness roughnessOf(const Modalities& modalities, double deviation, const std::stop_token& stop);
+
 /// Weights 1 - exp(-(sum of squared steps)), steps in units of their scales. A step is what neither the slope
 /// before nor that behind it explains; grey is taken over two pixels on either side, as one pixel mixes what
-/// is on both sides of a boundary.
-PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales, const std::stop_token& stop);
+/// is on both sides of a boundary. With `roughness`, its multiple `rough` adds to a scale, by squares: steps
+/// like all around are no boundary.
+PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales, const std::stop_token& stop,
+                         const Roughness* roughness = nullptr, double rough = 0.0);
 
 }  // namespace mote::render
