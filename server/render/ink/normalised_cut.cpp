@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/normalised_cut.h"
 
-#include <Spectra/MatOp/SparseSymMatProd.h>
 #include <Spectra/SymEigsSolver.h>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCore>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 namespace mote::render {
 namespace {
 
-constexpr std::size_t mostDense = 64;  // nodes whose eigenvectors are found directly
-constexpr std::size_t effort = 64;     // by so many times the nodes of the whole, solved for in sum
-constexpr double leastDegree = 1e-9;   // what belongs to nothing is still something
+constexpr std::size_t mostDense = 64;   // nodes whose eigenvectors are found directly
+constexpr std::size_t effort = 100000;  // nodes of all graphs solved for, in sum
+constexpr int mostRestarts = 50;
+constexpr double accuracy = 1e-6;     // of eigenvalues, which are at most 1
+constexpr double leastDegree = 1e-9;  // what belongs to nothing is still something
 
 using Matrix = Eigen::MatrixXd;
 
@@ -33,13 +34,31 @@ struct Part {
     std::vector<double> degree;                      // affinity to all nodes of this, the node itself too
 };
 
-/// The first eigenvectors of D^-1/2 W D^-1/2, but for the greatest's, each by the root of the degree.
-Matrix eigenvectors(const Part& part, std::size_t count) {
-    const auto size = static_cast<Eigen::Index>(part.nodes.size());
+struct Stopped {};
+
+/// A matrix as the solver asks for it; throws Stopped.
+class StoppableProduct {
+  public:
+    using Scalar = double;
+
+    StoppableProduct(const Eigen::SparseMatrix<double>& matrix, const std::stop_token& stop)
+        : matrix_(matrix), stop_(stop) {}
+    Eigen::Index rows() const { return matrix_.rows(); }
+    Eigen::Index cols() const { return matrix_.cols(); }
+    void perform_op(const double* in, double* out) const {
+        if (stop_.stop_requested()) throw Stopped();
+        Eigen::Map<Eigen::VectorXd>(out, rows()).noalias() =
+            matrix_ * Eigen::Map<const Eigen::VectorXd>(in, cols());
+    }
+
+  private:
+    const Eigen::SparseMatrix<double>& matrix_;
+    const std::stop_token& stop_;
+};
+
+Eigen::SparseMatrix<double> normalised(const Part& part, const Eigen::VectorXd& scale) {
     std::vector<Eigen::Triplet<double>> entries;
-    Eigen::VectorXd scale(size);
-    for (Eigen::Index i = 0; i < size; ++i)
-        scale[i] = 1.0 / std::sqrt(part.degree[static_cast<std::size_t>(i)]);
+    const auto size = static_cast<Eigen::Index>(part.nodes.size());
     for (Eigen::Index i = 0; i < size; ++i) {
         double rest = part.degree[static_cast<std::size_t>(i)];
         for (const auto& other : part.neighbours[static_cast<std::size_t>(i)]) {
@@ -51,17 +70,26 @@ Matrix eigenvectors(const Part& part, std::size_t count) {
     }
     Eigen::SparseMatrix<double> matrix(size, size);
     matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+}
+
+/// The first eigenvectors of D^-1/2 W D^-1/2, but for the greatest's, each by the root of the degree.
+Matrix eigenvectors(const Part& part, std::size_t count, const std::stop_token& stop) {
+    const auto size = static_cast<Eigen::Index>(part.nodes.size());
+    Eigen::VectorXd scale(size);
+    for (Eigen::Index i = 0; i < size; ++i)
+        scale[i] = 1.0 / std::sqrt(part.degree[static_cast<std::size_t>(i)]);
+    const auto matrix = normalised(part, scale);
     const auto wanted = std::min(static_cast<Eigen::Index>(count) + 1, size);
     Matrix found;
     if (part.nodes.size() <= mostDense) {
         const Eigen::SelfAdjointEigenSolver<Matrix> solver{Matrix(matrix)};
         found = solver.eigenvectors().rightCols(wanted).rowwise().reverse();
     } else {
-        const Spectra::SparseSymMatProd<double> product(matrix);
-        auto operation = product;
-        Spectra::SymEigsSolver<Spectra::SparseSymMatProd<double>> solver(operation, wanted, 4 * wanted);
+        StoppableProduct product(matrix, stop);
+        Spectra::SymEigsSolver<StoppableProduct> solver(product, wanted, 4 * wanted);
         solver.init();
-        solver.compute(Spectra::SortRule::LargestAlge, 50, 1e-6);
+        solver.compute(Spectra::SortRule::LargestAlge, mostRestarts, accuracy);
         found = solver.eigenvectors();
     }
     if (found.cols() < 2) return Matrix(size, 0);
@@ -123,30 +151,25 @@ class Cutter {
           stop_(stop),
           neighbours_(graph.inside.size()),
           inside_(graph.inside),
-          group_(graph.inside.size()),
-          effort_(effort * graph.inside.size()) {
+          group_(graph.inside.size()) {
         for (const auto& link : graph.links) {
             neighbours_[link.a].push_back({link.b, link.affinity, link.length});
             neighbours_[link.b].push_back({link.a, link.affinity, link.length});
         }
-        connect(std::vector<std::uint32_t>(allNodes()));
+        connect(allNodes());
     }
     std::vector<std::uint32_t> make() {
         while (!open_.empty() && !stop_.stop_requested()) {
             const auto nodes = std::move(open_.back());
             open_.pop_back();
-            if (nodes.size() < 2 || nodes.size() > effort_) continue;
             const auto part = partOf(nodes);
             if (!hasBoundary(part)) continue;
+            if (nodes.size() > effort_) {
+                for (const auto node : nodes) group_[node] = count_++;
+                continue;
+            }
             effort_ -= nodes.size();
-            Sweep sweep(part, options_);
-            const Matrix vectors = eigenvectors(part, options_.vectors);
-            for (Eigen::Index i = 0; i < vectors.cols(); ++i) sweep.along(vectors.col(i));
-            if (sweep.best().side.empty()) continue;
-            std::vector<std::uint32_t> sides[2];
-            for (std::size_t i = 0; i < nodes.size(); ++i)
-                sides[sweep.best().side[i] ? 1 : 0].push_back(nodes[i]);
-            for (const auto& side : sides) connect(side);
+            cut(part);
         }
         return group_;
     }
@@ -156,6 +179,17 @@ class Cutter {
         std::vector<std::uint32_t> nodes(group_.size());
         std::iota(nodes.begin(), nodes.end(), 0U);
         return nodes;
+    }
+    /// In two, if any cut may stand.
+    void cut(const Part& part) {
+        Sweep sweep(part, options_);
+        const Matrix vectors = eigenvectors(part, options_.vectors, stop_);
+        for (Eigen::Index i = 0; i < vectors.cols(); ++i) sweep.along(vectors.col(i));
+        const auto& side = sweep.best().side;
+        if (side.empty()) return;
+        std::array<std::vector<std::uint32_t>, 2> sides;
+        for (std::size_t i = 0; i < side.size(); ++i) sides[side[i] ? 1 : 0].push_back(part.nodes[i]);
+        for (const auto& nodes : sides) connect(nodes);
     }
     /// Makes of nodes as many groups as there are connected ones.
     void connect(const std::vector<std::uint32_t>& nodes) {
@@ -210,7 +244,7 @@ class Cutter {
     const std::vector<double>& inside_;
     std::vector<std::uint32_t> group_;
     std::vector<std::vector<std::uint32_t>> open_;
-    std::size_t effort_;
+    std::size_t effort_ = effort;
     std::uint32_t count_ = 0;
 };
 
@@ -229,7 +263,11 @@ void fixBlocks() {
 std::vector<std::uint32_t> normalisedCuts(const RegionGraph& graph, const CutOptions& options,
                                           const std::stop_token& stop) {
     fixBlocks();
-    return Cutter(graph, options, stop).make();
+    try {
+        return Cutter(graph, options, stop).make();
+    } catch (const Stopped&) {
+        return std::vector<std::uint32_t>(graph.inside.size());
+    }
 }
 
 }  // namespace mote::render

@@ -14,11 +14,12 @@
 namespace mote::render {
 namespace {
 
-constexpr double cells = 60.0;          // of the grid, about
+constexpr double cells = 60.0;            // of the grid, about
 constexpr double superpixelScale = 30.0;  // as for graphs
-constexpr double anyTurn = 4.0;
-constexpr double meltedFrom = 0.6;  // mean affinity across what is no boundary
 constexpr std::uint32_t mostSuperpixels = 1500;
+constexpr std::size_t coarsest = 16;  // least regions that a superpixel may have to be as large as
+constexpr double meltedFrom = 0.6;    // mean affinity across what is no boundary
+constexpr double anyTurn = 4.0;       // radians: melts whatever the directions
 
 /// A grid's cell of each pixel.
 Segments gridOf(std::uint32_t width, std::uint32_t height) {
@@ -34,15 +35,14 @@ Segments gridOf(std::uint32_t width, std::uint32_t height) {
     return made;
 }
 
-/// Small ones join others, and ever larger ones until there are few enough.
+/// Small ones join others, and larger ones too while there are very many.
 Segments superpixelsOf(const Modalities& modalities, const PixelWeights& weights, std::size_t leastPixels,
                        const std::stop_token& stop) {
     const auto& depth = modalities.depth;
     const auto joined = joinedByWeight(weights, depth, superpixelScale, stop);
     auto made = intersected(joined, joined, gridOf(depth.width, depth.height), stop);
-    for (std::size_t least = std::max<std::size_t>(leastPixels, 1);
-         least <= depth.values.size() && !stop.stop_requested(); least *= 2) {
-        made = withoutSmall(std::move(made), modalities, least, stop);
+    for (std::size_t times = 1; times <= coarsest && !stop.stop_requested(); times *= 2) {
+        made = withoutSmall(std::move(made), modalities, times * leastPixels, stop);
         if (made.count <= mostSuperpixels) break;
     }
     return made;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
 #include "server/render/ink/region_graph.h"
@@ -13,20 +12,18 @@
 namespace mote::render {
 namespace {
 
-double env(const char* n, double d) {
-    return std::getenv(n) ? std::atof(std::getenv(n)) : d;
-}
-
-const double joinScale = env("TJ", 30.0);
-const double meltedFrom = env("TM", 0.6);
-constexpr double anyTurn = 4.0;
+constexpr double windowShare = 1.5;  // of the side of the least region: the window's standard deviation
+constexpr double rough = 5.0;        // times the steps around that are no boundary
+constexpr double joinScale = 30.0;   // pixels by which a weight of 1 is overcome
+constexpr double meltedFrom = 0.8;   // mean affinity across what is no boundary
+constexpr double anyTurn = 4.0;      // radians: melts whatever the directions
 
 }  // namespace
 
 Segments textureSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop) {
     const double side = std::sqrt(static_cast<double>(std::max<std::size_t>(leastPixels, 1)));
-    const auto roughness = roughnessOf(modalities, env("TS", 0.8) * side, stop);
-    const auto weights = stepWeights(modalities, {}, stop, &roughness, env("TR", 3.0));
+    const auto roughness = roughnessOf(modalities, windowShare * side, stop);
+    const auto weights = stepWeights(modalities, {}, stop, &roughness, rough);
     auto made = joinedByWeight(weights, modalities.depth, joinScale, stop);
     made = withoutSmall(std::move(made), modalities, leastPixels, stop);
     return melted(std::move(made), modalities, weights, meltedFrom, anyTurn, stop);

@@ -11,9 +11,10 @@
 
 namespace mote::render {
 
-/// What filters of grey (edges along four directions) and of direction say is averaged over a window of
-/// about `leastPixels` on either side of each pair of pixels; where the windows differ, and where depth
-/// steps, is a boundary of the graph (segments_graph.h).
+/// The graph's regions (segments_graph.h) by steps that stand out: of grey and direction, a step counts as
+/// far as it is greater than several times the mean of steps in a window of about one and a half sides of the
+/// least region, within a surface. So edges count little where there are many, as in the paper's gating by
+/// texturedness. What has little of a boundary left then melts.
 Segments textureSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop);
 
 }  // namespace mote::render
