@@ -9,6 +9,9 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "server/render/ink/segment_regions.h"
+#include "server/render/ink/segments_growing.h"
+
 namespace mote::render {
 namespace {
 
@@ -79,7 +82,8 @@ struct CarriedMeans {
             if (length > 0.0) direction[label] /= length;
         }
     }
-    bool has(std::uint32_t label, double pixelGrey, double angle, const SegmentOptions& options) const {
+    bool has(std::uint32_t label, double pixelGrey, double angle) const {
+        const GrowOptions options;
         if (std::abs(pixelGrey - grey[label]) > outgrown * options.grey) return false;
         const double cosine =
             direction[label].x * std::cos(2.0 * angle) + direction[label].y * std::sin(2.0 * angle);
@@ -174,7 +178,7 @@ std::vector<std::vector<LineBefore>> Carry::linesBefore(const std::vector<InkLin
     return states;
 }
 
-Segments Carry::regions(const Segments& found, const SegmentOptions& options) const {
+Segments Carry::regions(const Segments& found, std::size_t leastPixels, const std::stop_token& stop) const {
     if (before_.regions.label.values.empty()) return found;
     Segments made = found;
     auto carried = from_;
@@ -188,11 +192,11 @@ Segments Carry::regions(const Segments& found, const SegmentOptions& options) co
         if (label == Segments::nothing) continue;
         const bool same = carried.values[i] < count &&
                           means.has(carried.values[i], static_cast<double>(now_.grey.values[i]),
-                                    static_cast<double>(now_.angle.values[i]), options);
+                                    static_cast<double>(now_.angle.values[i]));
         label = same ? carried.values[i] : count + label;
     }
     made.count = count + found.count;
-    return withoutSmall(intersected(made, made, made), now_, options.leastPixels);
+    return withoutSmall(intersected(made, made, made, stop), now_, leastPixels, stop);
 }
 
 std::vector<HatchFrame> Carry::frames(const Segments& regions, const std::vector<HatchFrame>& asked) const {

@@ -23,7 +23,7 @@ class Carry {
     std::vector<std::vector<LineBefore>> linesBefore(const std::vector<InkLine>& lines) const;
     /// Regions as before where they still go with what is seen there; where they do not, or nothing was seen
     /// before, as they are found anew.
-    Segments regions(const Segments& found, const SegmentOptions& options) const;
+    Segments regions(const Segments& found, std::size_t leastPixels, const std::stop_token& stop) const;
     /// Strokes of regions that were there before lie where they lay on the surface, and turn but slowly to
     /// what is asked for.
     std::vector<HatchFrame> frames(const Segments& regions, const std::vector<HatchFrame>& asked) const;

@@ -194,10 +194,10 @@ class DrawingMaker {
         return hatch(hatchRegions(plan), plan.frames, hatchOptions(), stop_);
     }
     Segments segments() const {
-        SegmentOptions options;
+        SegmentOptions options{.method = style_.hatch.segments};
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
         auto found = segmentsOf(scene_.modalities, options, stop_);
-        return carry_ && !stop_.stop_requested() ? carry_->regions(found, options) : found;
+        return carry_ && !stop_.stop_requested() ? carry_->regions(found, options.leastPixels, stop_) : found;
     }
     void remember(ChosenLines chosen, HatchPlan plan) {
         const auto& modalities = scene_.modalities;

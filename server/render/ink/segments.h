@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <stop_token>
 
+#include "protocol/scene/ink_style.h"
 #include "server/render/ink/modalities.h"
 
 namespace mote::render {
@@ -20,26 +21,13 @@ struct Segments {
 };
 
 struct SegmentOptions {
-    double grey = 0.12;   ///< by so much a pixel's grey may differ from its region's mean
-    double angle = 0.6;   ///< likewise its direction, radians; directions have no sign
-    double depth = 0.01;  ///< a step from pixel to pixel beyond the slope there, of the extent
+    Segmentation method = Segmentation::growing;
     std::size_t leastPixels = 36;
 };
 
-/// Seeded region growing: seeds in the order of rows; a pixel beside a region joins it where its value is
-/// near the region's mean (Adams and Bischof 1994, Seeded Region Growing). Where nothing is seen, no region.
-Segments growGrey(const Modalities& modalities, double most);
-/// The same of directions, by doubled angles.
-Segments growAngle(const Modalities& modalities, double most);
-/// Regions that end where the depth's gradient changes by a step: smooth slopes are one.
-Segments growDepth(const Modalities& modalities, double most);
-/// Connected pixels that each have one label in all of them.
-Segments intersected(const Segments& a, const Segments& b, const Segments& c);
-/// Regions of fewer pixels become part of the neighbour that is most like them, until there are none but
-/// islands.
-Segments withoutSmall(Segments segments, const Modalities& modalities, std::size_t leastPixels);
-
-/// All of it.
+/// Regions by any of the methods, each connected; those of fewer than `leastPixels` have become part of
+/// neighbours. Where nothing is seen, no region. Where `stop` is requested meanwhile, none at
+/// all.
 Segments segmentsOf(const Modalities& modalities, const SegmentOptions& options, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -12,6 +12,7 @@
 #include <limits>
 #include <set>
 
+#include "server/render/ink/segments_growing.h"
 #include "tests/support/random.h"
 
 namespace mote::render {
@@ -155,11 +156,11 @@ TEST(Segments, ASlopeIsOneAndAStepPartsIt) {
         auto modalities = blank();
         for (std::uint32_t i = 0; i < side * side; ++i)
             modalities.depth.values[i] = slope * (i % side + i / side);
-        EXPECT_EQ(growDepth(modalities, 0.01).count, 1U) << slope;
+        EXPECT_EQ(growDepth(modalities, 0.01, {}).count, 1U) << slope;
         for (std::uint32_t i = 0; i < side * side; ++i) {
             if (i % side >= 40) modalities.depth.values[i] += 5.0F;
         }
-        const auto made = growDepth(modalities, 0.01);
+        const auto made = growDepth(modalities, 0.01, {});
         EXPECT_EQ(made.count, 2U) << slope;
         EXPECT_NE(made.label.at(39, 50), made.label.at(40, 50));
     }
@@ -169,9 +170,9 @@ TEST(Segments, DirectionsHaveNoSign) {
     auto modalities = blank();
     for (std::uint32_t i = 0; i < side * side; ++i)
         modalities.angle.values[i] = i % 2 == 0 ? 1.0F : 1.0F - 3.14159F;
-    EXPECT_EQ(growAngle(modalities, 0.1).count, 1U);
+    EXPECT_EQ(growAngle(modalities, 0.1, {}).count, 1U);
     for (std::uint32_t i = 0; i < side * side; ++i) modalities.angle.values[i] = i / side < 30 ? 0.5F : 2.0F;
-    EXPECT_EQ(growAngle(modalities, 0.6).count, 2U);
+    EXPECT_EQ(growAngle(modalities, 0.6, {}).count, 2U);
 }
 
 TEST(Segments, NumbersThatAreNoneDoNoHarm) {
@@ -198,7 +199,7 @@ TEST(Segments, TheLargestLeastLeavesOneOfEachIsland) {
     Raster<std::uint32_t> part;
     const auto modalities = parted(random, 9, false, part);
     SegmentOptions options;
-    options.leastPixels = side * side;
+    options.leastPixels = std::size_t{side} * side;
     EXPECT_EQ(segmentsOf(modalities, options, {}).count, 1U);
 }
 

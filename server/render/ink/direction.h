@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Direction: of a line on the screen, which has no sign. A value.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "server/render/ink/raster.h"
+
+namespace mote::render {
+
+/// As a vector of twice its angle; zero where there is none, as a surface faces the eye.
+struct Direction {
+    float x = 0.0F, y = 0.0F;
+};
+
+inline Direction directionOf(float angle) {
+    return angle == 0.0F ? Direction{} : Direction{std::cos(2.0F * angle), std::sin(2.0F * angle)};
+}
+
+inline std::vector<Direction> directionsOf(const Raster<float>& angles) {
+    std::vector<Direction> made(angles.values.size());
+    for (std::size_t i = 0; i < made.size(); ++i) made[i] = directionOf(angles.values[i]);
+    return made;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ink/segments_graph.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "server/render/ink/segment_regions.h"
+
+namespace mote::render {
+namespace {
+
+constexpr double graphScale = 30.0;                      // pixels by which a weight of 1 is overcome
+constexpr std::size_t stopEvery = std::size_t{1} << 16;  // pairs
+
+/// All pairs in the order of their weights, those of one weight in the order of pixels; none of the parted.
+std::vector<std::uint32_t> sortedPairs(const PixelWeights& weights, const std::stop_token& stop) {
+    std::vector<std::size_t> begin(PixelWeights::parted + std::size_t{1});
+    for (const auto weight : weights.of) {
+        if (weight != PixelWeights::parted) ++begin[weight + std::size_t{1}];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint32_t> pairs(begin.back());
+    for (std::size_t pair = 0; pair < weights.of.size(); ++pair) {
+        if (pair % stopEvery == 0 && stop.stop_requested()) break;
+        const auto weight = weights.of[pair];
+        if (weight != PixelWeights::parted) pairs[begin[weight]++] = static_cast<std::uint32_t>(pair);
+    }
+    return pairs;
+}
+
+/// Regions that join while they are told apart by no more than what they are made of.
+class Joining {
+  public:
+    Joining(std::size_t pixels, double scale)
+        : scale_(static_cast<float>(scale)),
+          merges_(static_cast<std::uint32_t>(pixels)),
+          pixels_(pixels, 1U),
+          most_(pixels, scale_) {}
+
+    void offer(std::uint32_t one, std::uint32_t other, float weight) {
+        const auto a = merges_.root(one), b = merges_.root(other);
+        if (a == b || weight > std::min(most_[a], most_[b])) return;
+        merges_.merge(a, b);
+        const auto into = std::min(a, b);
+        pixels_[into] = pixels_[a] + pixels_[b];
+        most_[into] = weight + scale_ / static_cast<float>(pixels_[into]);
+    }
+    Merges& merges() { return merges_; }
+
+  private:
+    const float scale_;
+    Merges merges_;
+    std::vector<std::uint32_t> pixels_;
+    std::vector<float> most_;  // weight at which a region still joins others
+};
+
+}  // namespace
+
+Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth, double scale,
+                        const std::stop_token& stop) {
+    const std::size_t pixels = depth.values.size();
+    Segments made{Raster<std::uint32_t>(depth.width, depth.height, Segments::nothing),
+                  static_cast<std::uint32_t>(pixels)};
+    const auto pairs = sortedPairs(weights, stop);
+    Joining joining(pixels, scale);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        if (i % stopEvery == 0 && stop.stop_requested()) return made;
+        const std::size_t pair = pairs[i];
+        joining.offer(static_cast<std::uint32_t>(pair / 2), static_cast<std::uint32_t>(weights.other(pair)),
+                      static_cast<float>(weights.of[pair]) / float{PixelWeights::most});
+    }
+    for (std::size_t i = 0; i < pixels; ++i) {
+        if (std::isfinite(depth.values[i])) made.label.values[i] = static_cast<std::uint32_t>(i);
+    }
+    renumber(made, joining.merges(), stop);
+    return made;
+}
+
+Segments graphSegments(const Modalities& modalities, const std::stop_token& stop) {
+    return joinedByWeight(stepWeights(modalities, {}, stop), modalities.depth, graphScale, stop);
+}
+
+}  // namespace mote::render
