@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/golden/golden_strokes.h"
 
-#include <algorithm>
-
 #include "tests/support/random.h"
 
 namespace mote::test {
@@ -26,19 +24,21 @@ void addWay(Strokes& strokes, const render::FramePlan& plan, Random& random, std
     }
 }
 
-/// A slanted plane that is cut off at the nearest and the farthest depth, with pixels that have none.
+/// Tiles of some pixels, each at a depth of its own; a few have none.
 render::AreaDepths depthsFor(const render::FramePlan& plan, Random& random) {
+    constexpr std::uint32_t side = 7;
     render::AreaDepths depths{plan.width, plan.height, {}};
-    const double across = random.between(-2.0, 2.0), down = random.between(-2.0, 2.0);
+    const std::uint32_t columns = plan.width / side + 1, rows = plan.height / side + 1;
+    std::vector<float> tiles(std::size_t{columns} * rows);
+    for (auto& depth : tiles) {
+        const double share = random.unit();
+        depth = random.chance(0.05)
+                    ? render::AreaDepths::none
+                    : static_cast<float>(plan.nearDepth + share * (plan.farDepth - plan.nearDepth));
+    }
     for (std::uint32_t row = 0; row < plan.height; ++row) {
-        for (std::uint32_t column = 0; column < plan.width; ++column) {
-            const double share =
-                0.5 + across * (double(column) / plan.width - 0.5) + down * (double(row) / plan.height - 0.5);
-            const double depth =
-                plan.nearDepth + std::clamp(share, 0.0, 1.0) * (plan.farDepth - plan.nearDepth);
-            depths.values.push_back(random.chance(0.02) ? render::AreaDepths::none
-                                                        : static_cast<float>(depth));
-        }
+        for (std::uint32_t column = 0; column < plan.width; ++column)
+            depths.values.push_back(tiles[std::size_t{row / side} * columns + column / side]);
     }
     return depths;
 }
