@@ -25,6 +25,8 @@ class ExtinctionTable {
     double at(float code) const { return offset_ + scale_ * static_cast<double>(code); }
     /// Extinction per unit length of layer space, the mean over the values between two places in the table.
     double mean(double from, double to) const {
+        // Most of what rays go through is beneath all that is seen.
+        if (std::max(from, to) <= first_) return 0.0;
         if (std::abs(to - from) < alike) return extinction_[cellOf(0.5 * (from + to))];
         return (integral(to) - integral(from)) / (to - from);
     }
@@ -42,7 +44,7 @@ class ExtinctionTable {
 
     std::vector<double> extinction_;  // of each cell
     std::vector<double> sums_;        // before each cell
-    double last_;                     // cell
+    double first_, last_;             // where extinction begins; the last cell
     double scale_, offset_;
 };
 
