@@ -3,6 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "server/render/ink/tone_grid.h"
@@ -13,21 +14,25 @@ namespace {
 constexpr double farStep = 0.05;  // of the extent: neighbours in depth are nearer
 constexpr int passes = 3;
 
-/// Along one axis there and back, with `keep` of what came so far at each pixel that is connected.
-void passLine(float* values, const float* depth, std::size_t count, std::size_t stride, float keep,
-              float step) {
-    const auto connected = [&](std::size_t a, std::size_t b) {
-        return depth[a * stride] == depth[b * stride] ||
-               std::abs(depth[a * stride] - depth[b * stride]) <= step;
-    };
-    for (std::size_t i = 1; i < count; ++i) {
-        if (connected(i - 1, i)) values[i * stride] += keep * (values[(i - 1) * stride] - values[i * stride]);
+constexpr std::uint32_t beside = 16;  // columns that are passed at once: a line of the cache
+
+/// Blurs lines of `count` pixels, a stride apart, there and back, with `keep` of what came so far at each
+/// pixel that is connected; as many lines as there are `lines`, side by side.
+struct Pass {
+    std::size_t count, stride, lines;
+    float keep, step;
+
+    void over(float* values, const float* depth) const {
+        for (std::size_t i = 1; i < count; ++i) blend(values, depth, (i - 1) * stride, i * stride);
+        for (std::size_t i = count - 1; i > 0; --i) blend(values, depth, i * stride, (i - 1) * stride);
     }
-    for (std::size_t i = count - 1; i > 0; --i) {
-        if (connected(i - 1, i))
-            values[(i - 1) * stride] += keep * (values[i * stride] - values[(i - 1) * stride]);
+    void blend(float* values, const float* depth, std::size_t from, std::size_t to) const {
+        for (std::size_t line = 0; line < lines; ++line, ++from, ++to) {
+            if (depth[from] == depth[to] || std::abs(depth[from] - depth[to]) <= step)
+                values[to] += keep * (values[from] - values[to]);
+        }
     }
-}
+};
 
 }  // namespace
 
@@ -53,14 +58,17 @@ Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& d
         const double share =
             std::sqrt(3.0) * std::pow(2.0, passes - pass - 1) / std::sqrt(std::pow(4.0, passes) - 1.0);
         const auto keep = static_cast<float>(std::exp(-std::sqrt(2.0) / (deviation * share)));
+        const Pass along{made.width, 1, 1, keep, step};
         tbb::parallel_for(std::uint32_t{0}, made.height, [&](std::uint32_t row) {
             if (stop.stop_requested()) return;
             const auto first = made.index(0, row);
-            passLine(&made.values[first], &depth.values[first], made.width, 1, keep, step);
+            along.over(&made.values[first], &depth.values[first]);
         });
-        tbb::parallel_for(std::uint32_t{0}, made.width, [&](std::uint32_t column) {
+        tbb::parallel_for(std::uint32_t{0}, (made.width + beside - 1) / beside, [&](std::uint32_t block) {
             if (stop.stop_requested()) return;
-            passLine(&made.values[column], &depth.values[column], made.height, made.width, keep, step);
+            const std::uint32_t column = block * beside;
+            const Pass down{made.height, made.width, std::min(beside, made.width - column), keep, step};
+            down.over(&made.values[column], &depth.values[column]);
         });
     }
     return made;

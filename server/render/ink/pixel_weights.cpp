@@ -162,9 +162,9 @@ PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales,
     };
     eachPair(modalities, maker, stop, [&](std::size_t i, std::size_t direction, const Steps& steps) {
         const std::size_t pair = 2 * i + direction, other = made.other(pair);
-        made.of[pair] = roughness ? maker.weight(steps, more(roughness->grey, i, other),
-                                                 more(roughness->angle, i, other))
-                                  : maker.weight(steps, 0.0, 0.0);
+        made.of[pair] =
+            roughness ? maker.weight(steps, more(roughness->grey, i, other), more(roughness->angle, i, other))
+                      : maker.weight(steps, 0.0, 0.0);
     });
     return made;
 }

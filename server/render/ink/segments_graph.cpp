@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "server/render/ink/segment_regions.h"
 
@@ -76,8 +77,9 @@ Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth,
     return made;
 }
 
-Segments graphSegments(const Modalities& modalities, const std::stop_token& stop) {
-    return joinedByWeight(stepWeights(modalities, {}, stop), modalities.depth, graphScale, stop);
+Segments graphSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop) {
+    auto made = joinedByWeight(stepWeights(modalities, {}, stop), modalities.depth, graphScale, stop);
+    return withoutSmall(std::move(made), modalities, leastPixels, stop);
 }
 
 }  // namespace mote::render

@@ -130,7 +130,8 @@ Segments grownSegments(const Modalities& modalities, const GrowOptions& options,
                          [&] { depth = growDepth(modalities, options.depth, stop); });
     auto made = withoutSmall(intersected(grey, angle, depth, stop), modalities, leastPixels, stop);
     grey = angle = depth = {};
-    return melted(std::move(made), modalities, stepWeights(modalities, {}, stop), options.affinity, options.turn, stop);
+    return melted(std::move(made), modalities, stepWeights(modalities, {}, stop), options.affinity,
+                  options.turn, stop);
 }
 
 }  // namespace mote::render
