@@ -37,7 +37,7 @@ namespace {
 using namespace render;
 using Clock = std::chrono::steady_clock;
 
-constexpr double sampling = 0.35;     // as at rest
+constexpr double sampling = 0.35;    // as at rest
 constexpr double tried = 0.1;        // pixels between places of the trial
 constexpr double complexFrom = 0.3;  // what lines would cover
 
