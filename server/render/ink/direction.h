@@ -19,10 +19,6 @@ inline Direction directionOf(float angle) {
     return angle == 0.0F ? Direction{} : Direction{std::cos(2.0F * angle), std::sin(2.0F * angle)};
 }
 
-inline std::vector<Direction> directionsOf(const Raster<float>& angles) {
-    std::vector<Direction> made(angles.values.size());
-    for (std::size_t i = 0; i < made.size(); ++i) made[i] = directionOf(angles.values[i]);
-    return made;
-}
+std::vector<Direction> directionsOf(const Raster<float>& angles);
 
 }  // namespace mote::render

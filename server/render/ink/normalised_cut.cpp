@@ -17,7 +17,8 @@ namespace {
 constexpr std::size_t mostDense = 64;   // nodes whose eigenvectors are found directly
 constexpr std::size_t effort = 100000;  // nodes of all graphs solved for, in sum
 constexpr int mostRestarts = 50;
-constexpr double accuracy = 1e-6;     // of eigenvalues, which are at most 1
+constexpr double accuracy = 1e-4;     // of eigenvalues, which are at most 1
+constexpr double leastLink = 0.02;    // mean affinity from which on nodes are linked at all
 constexpr double leastDegree = 1e-9;  // what belongs to nothing is still something
 
 using Matrix = Eigen::MatrixXd;
@@ -165,7 +166,7 @@ class Cutter {
             const auto part = partOf(nodes);
             if (!hasBoundary(part)) continue;
             if (nodes.size() > effort_) {
-                for (const auto node : nodes) group_[node] = count_++;
+                single(nodes);
                 continue;
             }
             effort_ -= nodes.size();
@@ -180,10 +181,14 @@ class Cutter {
         std::iota(nodes.begin(), nodes.end(), 0U);
         return nodes;
     }
+    void single(const std::vector<std::uint32_t>& nodes) {
+        for (const auto node : nodes) group_[node] = count_++;
+    }
     /// In two, if any cut may stand.
     void cut(const Part& part) {
         Sweep sweep(part, options_);
         const Matrix vectors = eigenvectors(part, options_.vectors, stop_);
+        if (vectors.cols() == 0) return single(part.nodes);
         for (Eigen::Index i = 0; i < vectors.cols(); ++i) sweep.along(vectors.col(i));
         const auto& side = sweep.best().side;
         if (side.empty()) return;
@@ -191,7 +196,8 @@ class Cutter {
         for (std::size_t i = 0; i < side.size(); ++i) sides[side[i] ? 1 : 0].push_back(part.nodes[i]);
         for (const auto& nodes : sides) connect(nodes);
     }
-    /// Makes of nodes as many groups as there are connected ones.
+    /// Makes of nodes as many groups as there are connected ones. What is hardly linked would be cut first,
+    /// and eigenvectors are the harder to find the more of that there is.
     void connect(const std::vector<std::uint32_t>& nodes) {
         constexpr std::uint32_t none = UINT32_MAX;
         for (const auto node : nodes) group_[node] = none;
@@ -202,7 +208,7 @@ class Cutter {
             group_[seed] = count_;
             for (std::size_t next = 0; next < front.size(); ++next) {
                 for (const auto& other : neighbours_[front[next]]) {
-                    if (group_[other.node] != none) continue;
+                    if (group_[other.node] != none || other.affinity < leastLink * other.length) continue;
                     group_[other.node] = count_;
                     front.push_back(other.node);
                 }

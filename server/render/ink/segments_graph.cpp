@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/segments_graph.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "server/render/ink/segment_regions.h"
 
 namespace mote::render {
 namespace {
 
-constexpr double graphScale = 30.0;                      // pixels by which a weight of 1 is overcome
+constexpr double graphScale = 30.0;  // pixels by which a weight of 1 is overcome
+// However few pixels there are, what weighs more is a boundary: else a twig joins what lies far behind it.
+constexpr float mostJoined = 0.9F;
 constexpr std::size_t stopEvery = std::size_t{1} << 16;  // pairs
 
 /// All pairs in the order of their weights, those of one weight in the order of pixels; none of the parted.
@@ -35,7 +39,7 @@ class Joining {
         : scale_(static_cast<float>(scale)),
           merges_(static_cast<std::uint32_t>(pixels)),
           pixels_(pixels, 1U),
-          most_(pixels, scale_) {}
+          most_(pixels, std::min(scale_, mostJoined)) {}
 
     void offer(std::uint32_t one, std::uint32_t other, float weight) {
         const auto a = merges_.root(one), b = merges_.root(other);
@@ -43,7 +47,7 @@ class Joining {
         merges_.merge(a, b);
         const auto into = std::min(a, b);
         pixels_[into] = pixels_[a] + pixels_[b];
-        most_[into] = weight + scale_ / static_cast<float>(pixels_[into]);
+        most_[into] = std::min(weight + scale_ / static_cast<float>(pixels_[into]), mostJoined);
     }
     Merges& merges() { return merges_; }
 
@@ -76,8 +80,9 @@ Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth,
     return made;
 }
 
-Segments graphSegments(const Modalities& modalities, const std::stop_token& stop) {
-    return joinedByWeight(stepWeights(modalities, {}, stop), modalities.depth, graphScale, stop);
+Segments graphSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop) {
+    auto made = joinedByWeight(stepWeights(modalities, {}, stop), modalities.depth, graphScale, stop);
+    return withoutSmall(std::move(made), modalities, leastPixels, stop);
 }
 
 }  // namespace mote::render

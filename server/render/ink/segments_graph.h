@@ -4,6 +4,7 @@
 // Segmentation). Pure; deterministic on any number of threads.
 #pragma once
 
+#include <cstddef>
 #include <stop_token>
 
 #include "server/render/ink/pixel_weights.h"
@@ -16,7 +17,7 @@ namespace mote::render {
 Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth, double scale,
                         const std::stop_token& stop);
 
-/// By steps in grey, direction and depth.
-Segments graphSegments(const Modalities& modalities, const std::stop_token& stop);
+/// By steps in grey, direction and depth, without small ones.
+Segments graphSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -16,7 +16,7 @@ struct GrowOptions {
     double depth = 0.01;  ///< a step from pixel to pixel beyond the slope there, of the extent
     /// Regions with so much mean affinity across their boundary, by steps of grey, direction and depth, melt,
     double affinity = 0.7;
-    double turn = 1.0;  ///< unless their mean directions are so far apart, radians
+    double turn = 1.1;  ///< unless their mean directions are so far apart, radians
 };
 
 /// Seeded region growing: a pixel beside a region joins it where its value is near the region's mean (Adams

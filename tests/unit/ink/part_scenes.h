@@ -26,7 +26,9 @@ struct BoundaryMeasure {
     double precision = 0.0;  ///< share of the boundary found that lies at one wanted
     double recall = 0.0;     ///< share of the boundary wanted that lies at one found
 
-    double f() const { return 2.0 * precision * recall / (precision + recall); }
+    double f() const {
+        return precision + recall > 0.0 ? 2.0 * precision * recall / (precision + recall) : 0.0;
+    }
 };
 
 /// Boundaries between labels, but for UINT32_MAX, where nothing is seen; `near`: pixels apart, at most.

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/ink/direction.h"
+
+#include <tbb/parallel_for.h>
+
+namespace mote::render {
+
+std::vector<Direction> directionsOf(const Raster<float>& angles) {
+    std::vector<Direction> made(angles.values.size());
+    tbb::parallel_for(std::uint32_t{0}, angles.height, [&](std::uint32_t row) {
+        const std::size_t first = angles.index(0, row);
+        for (std::size_t i = first; i < first + angles.width; ++i) made[i] = directionOf(angles.values[i]);
+    });
+    return made;
+}
+
+}  // namespace mote::render
