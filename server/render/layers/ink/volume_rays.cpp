@@ -39,8 +39,8 @@ double shine(double cosine) {
 
 /// What a thickness absorbs: 1 - exp(-thickness). Thin ones are by far the most; a series is exact to 1e-9.
 double absorbedBy(double thickness) {
-    constexpr double thin = 0.01;
-    if (thickness > thin) return -std::expm1(-thickness);
+    constexpr double least = 0.01;
+    if (thickness > least) return -std::expm1(-thickness);
     return thickness * (1.0 - thickness / 2.0 * (1.0 - thickness / 3.0));
 }
 
@@ -56,10 +56,16 @@ double leaves(double at, double step, double low, double high) {
 struct VolumeRays::Way {
     glm::dvec3 begin{0.0}, step{0.0};   // cells
     double depth = 0.0, perStep = 0.0;  // world units
-    double steps = 0.0;                 // the last one may end beyond the box
+    double steps = 0.0;                 // not a whole number
     double length = 0.0;                // of a step, layer units
 
     glm::dvec3 at(double i) const { return begin + i * step; }
+    double depthAt(double i) const { return depth + i * perStep; }
+};
+
+/// A part of a way, in its steps.
+struct VolumeRays::Stretch {
+    double begin, end;
 };
 
 /// What has been gathered of a ray.
@@ -150,7 +156,7 @@ VolumeRays::Way VolumeRays::wayThrough(double x, double y) const {
              .step = way / stepsADepth,
              .depth = enter,
              .perStep = 1.0 / stepsADepth,
-             .steps = std::ceil(inside * stepsADepth)};
+             .steps = inside * stepsADepth};
     made.length = glm::length(cellsToLayer_ * made.step);
     // Where a transform has no inverse there is no way.
     return std::isfinite(glm::dot(made.begin + made.step, glm::dvec3(1.0))) ? made : Way{};
@@ -182,22 +188,24 @@ double VolumeRays::skip(const Way& way, double step) const {
 }
 
 /// By parts in which little is absorbed, so that depths within a step are told.
-void VolumeRays::meet(const Way& way, double step, double from, double to, Sight& sight) const {
-    const double thickness = extinction_.mean(from, to) * way.length;
+void VolumeRays::meet(const Way& way, const Stretch& stretch, double from, double to, Sight& sight) const {
+    const double length = stretch.end - stretch.begin;
+    const double thickness = extinction_.mean(from, to) * way.length * length;
     if (!(sight.left * thickness > leastLost)) return;
     const double parts = std::clamp(std::ceil(thickness / finest), 1.0, mostParts);
-    const double start = way.depth + step * way.perStep;
+    const double start = way.depthAt(stretch.begin);
     if (sight.marks.empty() || sight.marks.back().depth < start)
         sight.marks.push_back({start, 1.0 - sight.left});
     for (double part = 0.0; part < parts; ++part) {
         const double begin = part / parts, end = (part + 1.0) / parts;
-        const double mean = parts == 1.0 ? thickness
-                                         : way.length * extinction_.mean(std::lerp(from, to, begin),
-                                                                         std::lerp(from, to, end));
-        sight.absorb(step + 0.5 * (begin + end), sight.left * absorbedBy(mean / parts));
-        sight.marks.push_back({way.depth + (step + end) * way.perStep, 1.0 - sight.left});
+        const double mean = parts == 1.0
+                                ? thickness
+                                : way.length * length *
+                                      extinction_.mean(std::lerp(from, to, begin), std::lerp(from, to, end));
+        sight.absorb(stretch.begin + 0.5 * (begin + end) * length, sight.left * absorbedBy(mean / parts));
+        sight.marks.push_back({way.depthAt(stretch.begin + end * length), 1.0 - sight.left});
     }
-    const bool far = (step + 1.0 - sight.from) * stepLength_ >= shadedWithin;
+    const bool far = (stretch.end - sight.from) * stepLength_ >= shadedWithin;
     if (far || sight.absorbed > shadedTogether) shade(way, sight);
 }
 
@@ -229,18 +237,19 @@ VolumeSeenOn VolumeRays::look(double x, double y, Marks& marks) const {
     double before = 0.0;
     bool known = false;
     for (double step = 0.0; step < way.steps && sight.left > leastLeft;) {
-        if (!visibleAt(glm::vec3(way.at(step))) && !visibleAt(glm::vec3(way.at(step + 1.0)))) {
+        const double end = std::min(step + 1.0, way.steps);
+        if (!visibleAt(glm::vec3(way.at(step))) && !visibleAt(glm::vec3(way.at(end)))) {
             shade(way, sight);
             step = skip(way, step);
             known = false;
             continue;
         }
         if (!known) before = extinction_.at(samples_.code(glm::vec3(way.at(step))));
-        const double after = extinction_.at(samples_.code(glm::vec3(way.at(step + 1.0))));
-        meet(way, step, before, after, sight);
+        const double after = extinction_.at(samples_.code(glm::vec3(way.at(end))));
+        meet(way, {step, end}, before, after, sight);
         before = after;
         known = true;
-        step += 1.0;
+        step = end;
     }
     shade(way, sight);
     VolumeSeenOn seen{.opacity = 1.0 - sight.left, .light = sight.light, .normal = sight.normal};

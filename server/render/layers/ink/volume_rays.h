@@ -51,6 +51,7 @@ class VolumeRays {
 
   private:
     struct Way;
+    struct Stretch;
     struct Sight;
 
     Way wayThrough(double x, double y) const;
@@ -58,7 +59,8 @@ class VolumeRays {
     std::uint8_t blockAt(const glm::vec3& place) const;
     /// The first step of a way from `step` on before which nothing is seen.
     double skip(const Way& way, double step) const;
-    void meet(const Way& way, double step, double from, double to, Sight& sight) const;
+    /// Gathers what a stretch of a way shows, between two places in the table.
+    void meet(const Way& way, const Stretch& stretch, double from, double to, Sight& sight) const;
     /// What waits for it.
     void shade(const Way& way, Sight& sight) const;
 
