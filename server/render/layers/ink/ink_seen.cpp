@@ -4,9 +4,11 @@
 #include <utility>
 
 #include "server/render/layers/ink/line_view.h"
+#include "server/render/layers/ink/mesh_chains.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
 #include "server/render/layers/ink/quick_lines.h"
+#include "server/render/layers/ink/visible_lines.h"
 #include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_modalities.h"
 

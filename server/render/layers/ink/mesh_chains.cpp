@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/ink/mesh_chains.h"
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -10,7 +12,6 @@
 #include <tuple>
 
 #include "server/render/ink/simplify.h"
-#include "server/render/layers/ink/mesh_lines.h"
 
 namespace mote::render {
 namespace {

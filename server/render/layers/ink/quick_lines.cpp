@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/quick_lines.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <iterator>
 
 namespace mote::render {
 namespace {
 
-constexpr std::size_t edgesATime = 1024;  // that a thread takes
-constexpr double partLength = 2.0;        // pixels of an edge that are seen or not as one
+constexpr double partLength = 2.0;  // pixels of an edge that are seen or not as one
 constexpr double mostParts = 4096.0;
 constexpr double beside = 1.0;     // pixels from a line at which what lies there is measured
 constexpr double gapShare = 2e-3;  // of the extent: what is so little nearer hides nothing
@@ -92,16 +88,9 @@ std::vector<InkLine> quickLines(const MeshSurface& surface, const LineView& view
                                 const std::vector<EdgeLine>& edges, const Modalities& modalities,
                                 const std::stop_token& stop) {
     const QuickFinder finder(surface, view, modalities);
-    std::vector<std::vector<InkLine>> found((edges.size() + edgesATime - 1) / edgesATime);
-    tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t run) {
-        if (stop.stop_requested()) return;
-        const std::size_t last = std::min(edges.size(), (run + 1) * edgesATime);
-        for (std::size_t i = run * edgesATime; i < last; ++i) finder.find(edges[i], found[run]);
+    return inOrder<InkLine>(edges.size(), stop, [&](std::size_t first, std::size_t last, auto& lines) {
+        for (std::size_t i = first; i < last; ++i) finder.find(edges[i], lines);
     });
-    std::vector<InkLine> lines;
-    for (auto& run : found)
-        lines.insert(lines.end(), std::make_move_iterator(run.begin()), std::make_move_iterator(run.end()));
-    return lines;
 }
 
 }  // namespace mote::render

@@ -9,8 +9,8 @@
 
 #include "server/render/ink/ink_line.h"
 #include "server/render/ink/modalities.h"
-#include "server/render/layers/ink/line_view.h"
-#include "server/render/layers/ink/mesh_lines.h"
+#include "server/render/layers/ink/edge_line.h"
+#include "server/render/layers/mesh/mesh_surface.h"
 
 namespace mote::render {
 
