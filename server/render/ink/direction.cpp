@@ -5,9 +5,10 @@
 
 namespace mote::render {
 
-std::vector<Direction> directionsOf(const Raster<float>& angles) {
+std::vector<Direction> directionsOf(const Raster<float>& angles, const std::stop_token& stop) {
     std::vector<Direction> made(angles.values.size());
     tbb::parallel_for(std::uint32_t{0}, angles.height, [&](std::uint32_t row) {
+        if (stop.stop_requested()) return;
         const std::size_t first = angles.index(0, row);
         for (std::size_t i = first; i < first + angles.width; ++i) made[i] = directionOf(angles.values[i]);
     });

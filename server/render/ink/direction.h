@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cmath>
+#include <stop_token>
 #include <vector>
 
 #include "server/render/ink/raster.h"
@@ -19,6 +20,7 @@ inline Direction directionOf(float angle) {
     return angle == 0.0F ? Direction{} : Direction{std::cos(2.0F * angle), std::sin(2.0F * angle)};
 }
 
-std::vector<Direction> directionsOf(const Raster<float>& angles);
+/// Of all pixels; where `stop` is requested meanwhile, not of all.
+std::vector<Direction> directionsOf(const Raster<float>& angles, const std::stop_token& stop);
 
 }  // namespace mote::render

@@ -33,10 +33,10 @@ struct Steps {
 
 class WeightMaker {
   public:
-    WeightMaker(const Modalities& modalities, const StepScales& scales)
+    WeightMaker(const Modalities& modalities, const StepScales& scales, const std::stop_token& stop)
         : grey_(modalities.grey.values),
           depth_(modalities.depth.values),
-          directions_(directionsOf(modalities.angle)),
+          directions_(directionsOf(modalities.angle, stop)),
           scales_(scales),
           depthScale_(static_cast<float>(std::max(scales.depth * modalities.extent, 1e-30))) {}
 
@@ -141,7 +141,7 @@ void eachPair(const Modalities& modalities, const WeightMaker& maker, const std:
 Roughness roughnessOf(const Modalities& modalities, double deviation, const std::stop_token& stop) {
     const auto& depth = modalities.depth;
     Roughness made{Raster<float>(depth.width, depth.height), Raster<float>(depth.width, depth.height)};
-    eachPair(modalities, WeightMaker(modalities, {}), stop,
+    eachPair(modalities, WeightMaker(modalities, {}, stop), stop,
              [&](std::size_t i, std::size_t, const Steps& steps) {
                  if (steps.grey <= 1.0) made.grey.values[i] += 0.5F * static_cast<float>(steps.grey);
                  if (steps.angle <= 1.0) made.angle.values[i] += 0.5F * static_cast<float>(steps.angle);
@@ -155,7 +155,7 @@ PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales,
                          const Roughness* roughness, double rough) {
     PixelWeights made{modalities.grey.width, modalities.grey.height,
                       std::vector<std::uint16_t>(2 * modalities.grey.values.size(), PixelWeights::parted)};
-    const WeightMaker maker(modalities, scales);
+    const WeightMaker maker(modalities, scales, stop);
     const auto more = [&](const Raster<float>& of, std::size_t i, std::size_t other) {
         const double mean = 0.5 * rough * static_cast<double>(of.values[i] + of.values[other]);
         return mean * mean;

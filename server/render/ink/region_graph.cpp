@@ -43,12 +43,13 @@ class Melting {
         : links_(regionGraphOf(segments, weights, stop).links),
           merges_(segments.count),
           directions_(segments.count) {
-        for (std::size_t i = 0; i < segments.label.values.size(); ++i) {
+        const auto directions = directionsOf(modalities.angle, stop);
+        for (std::size_t i = 0; i < directions.size(); ++i) {
+            if (i % segments.label.width == 0 && stop.stop_requested()) return;
             const auto label = segments.label.values[i];
             if (label == Segments::nothing) continue;
-            const auto one = directionOf(modalities.angle.values[i]);
-            directions_[label].x += static_cast<double>(one.x);
-            directions_[label].y += static_cast<double>(one.y);
+            directions_[label].x += static_cast<double>(directions[i].x);
+            directions_[label].y += static_cast<double>(directions[i].y);
         }
     }
     /// Each region that may joins the one that it belongs to most; whether any did.

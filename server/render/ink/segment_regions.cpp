@@ -92,6 +92,7 @@ std::vector<std::uint32_t> nearestOfSmall(const Segments& segments, const std::v
 }  // namespace
 
 void renumber(Segments& segments, Merges& merges, const std::stop_token& stop) {
+    if (stop.stop_requested()) return;
     std::vector<std::uint32_t> numbers(segments.count, Segments::nothing);
     std::uint32_t count = 0;
     eachPixel(segments.label, stop, [&](std::size_t i) {
@@ -107,6 +108,7 @@ void renumber(Segments& segments, Merges& merges, const std::stop_token& stop) {
 Segments intersected(const Segments& a, const Segments& b, const Segments& c, const std::stop_token& stop) {
     const auto pixels = static_cast<std::uint32_t>(a.label.values.size());
     Segments made{Raster<std::uint32_t>(a.label.width, a.label.height, Segments::nothing), pixels};
+    if (stop.stop_requested()) return made;
     Merges merges(pixels);
     const auto same = [&](std::size_t i, std::size_t k) {
         return a.label.values[i] == a.label.values[k] && b.label.values[i] == b.label.values[k] &&
@@ -126,7 +128,8 @@ Segments intersected(const Segments& a, const Segments& b, const Segments& c, co
 
 Segments withoutSmall(Segments segments, const Modalities& modalities, std::size_t leastPixels,
                       const std::stop_token& stop) {
-    const auto directions = directionsOf(modalities.angle);
+    if (stop.stop_requested()) return segments;
+    const auto directions = directionsOf(modalities.angle, stop);
     // Each round halves how many small ones there are, at least.
     for (bool merged = true; merged && !stop.stop_requested();) {
         const auto means = meansOf(segments, modalities, directions, stop);

@@ -65,7 +65,9 @@ Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth,
     const std::size_t pixels = depth.values.size();
     Segments made{Raster<std::uint32_t>(depth.width, depth.height, Segments::nothing),
                   static_cast<std::uint32_t>(pixels)};
+    if (stop.stop_requested()) return made;
     const auto pairs = sortedPairs(weights, stop);
+    if (stop.stop_requested()) return made;
     Joining joining(pixels, scale);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         if (i % stopEvery == 0 && stop.stop_requested()) return made;

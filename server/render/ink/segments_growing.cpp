@@ -113,7 +113,7 @@ Segments growGrey(const Modalities& modalities, double most, const std::stop_tok
 }
 
 Segments growAngle(const Modalities& modalities, double most, const std::stop_token& stop) {
-    const auto directions = directionsOf(modalities.angle);
+    const auto directions = directionsOf(modalities.angle, stop);
     return grow(modalities, stop, [&](std::size_t) { return AngleRegion{directions, std::cos(2.0 * most)}; });
 }
 

@@ -8,10 +8,12 @@
 #include <cmath>
 #include <set>
 
+#include "server/render/ink/drawing.h"
 #include "server/render/ink/normalised_cut.h"
 #include "server/render/ink/region_graph.h"
 #include "server/render/ink/segments.h"
 #include "server/render/ink/segments_graph.h"
+#include "server/render/ink/show.h"
 #include "tests/support/random.h"
 #include "tests/unit/ink/part_scenes.h"
 
@@ -110,6 +112,21 @@ TEST(Segmentations, TakeNumbersThatAreNone) {
         }
         if (number % 2 == 0) modalities.extent = 1e-300;
         for (const auto method : ways) expectLabels(segmentsOf(modalities, by(method), {}), modalities);
+    }
+}
+
+TEST(Segmentations, AreWhatADrawingAsksFor) {
+    const InkScene seen{scene(1, 120, 90, test::Relief::smooth), {}};
+    for (const auto method : ways) {
+        InkStyle style;
+        style.show = InkPicture::segments;
+        style.hatch.segments = method;
+        const auto segments = segmentsOf(seen.modalities, by(method), {});
+        EXPECT_EQ(drawInk(seen, style, 1.0, {}).shown, labelPicture(segments.label)) << toString(method);
+        for (const auto other : ways) {
+            if (other == method) continue;
+            EXPECT_NE(segments.label, segmentsOf(seen.modalities, by(other), {}).label) << toString(other);
+        }
     }
 }
 
