@@ -20,7 +20,8 @@ ADDITIONS = {
             "server/data/load_mesh.",
             "server/frames/mesh_layer.",
             "server/render/layers/mesh/",
-            "server/render/layers/ink/",  # draws the same data
+            "server/frames/ink_layer.",  # draws the same data, here and below
+            "server/render/layers/ink/",
             "client/view/layers/mesh_editor.",
         ),
         {
