@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "server/render/layers/ink/mesh_chains.h"
 #include "server/render/layers/ink/mesh_lines.h"
 #include "server/render/layers/ink/mesh_modalities.h"
 #include "server/render/layers/ink/visible_lines.h"
