@@ -19,10 +19,10 @@ constexpr std::uint32_t nowhere = UINT32_MAX;
 constexpr double alikeDepth = 0.01;     // of the extent: what is one place in two pictures differs by less
 constexpr double alikeLine = 0.004;     // likewise of lines, which lie in crowds
 constexpr double outgrown = 1.5;        // times what differs within a region: no longer of it
-constexpr double mostTurn = 0.02;       // radians that strokes turn by in a picture
+constexpr double mostTurn = 0.005;      // radians that strokes turn by in a picture
 constexpr double otherWay = 0.5;        // radians: strokes are drawn anew rather than turned
 constexpr double mostShare = 0.5;       // of a region, that it has from the one it was
-constexpr float kept = 0.6F;            // of the density before
+constexpr float kept = 0.8F;            // of the density before
 constexpr std::array around{0, -1, 1};  // pixels beside that in which a place was
 
 /// Calls take(pixel) for those of a picture at a place and around it, until it says true.
