@@ -14,7 +14,8 @@
 namespace mote::prep {
 
 /// Wavefront: v and f with any of its index forms, negative ones too; polygons; lines that go on; the rest is
-/// left aside. Errors: corrupt with the line.
+/// left aside. Faces of one combination of g, o and usemtl are a part, wherever they stand. Errors: corrupt
+/// with the line.
 Result<TriangleMesh> parseObj(std::string_view text, const std::string& name);
 
 /// Geomview: OFF with its prefixes ST, C and N, ASCII. Errors: corrupt with the line, unsupported (binary,

@@ -1,13 +1,54 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <array>
 #include <limits>
+#include <map>
+#include <string>
 
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/mesh_text.h"
 
 namespace mote::prep {
 namespace {
+
+/// Which part of the mesh a face belongs to. Each name is kept once, however many combinations it is in.
+class PartNames {
+  public:
+    enum Kind : std::size_t { group, object, material };
+
+    /// The words that are left of the line. Faces before any group are in the one named "default".
+    void take(Kind kind, MeshText& text) {
+        std::string name;
+        for (auto word = text.word(); !word.empty(); word = text.word()) {
+            if (!name.empty()) name += ' ';
+            name += word;
+        }
+        if (kind == group && name == "default") name.clear();
+        current_[kind] = name.empty() ? 0 : numberOf(numbers_[kind], std::move(name));
+    }
+    /// The part of the faces that follow, from 0 on as they are asked for.
+    std::uint32_t part() { return numberOf(parts_, current_) - 1; }
+
+  private:
+    /// From 1 on, in the order in which keys come.
+    template <class Key>
+    static std::uint32_t numberOf(std::map<Key, std::uint32_t>& numbers, Key key) {
+        const auto next = static_cast<std::uint32_t>(numbers.size() + 1);
+        return numbers.try_emplace(std::move(key), next).first->second;
+    }
+
+    std::array<std::map<std::string, std::uint32_t>, 3> numbers_;
+    std::array<std::uint32_t, 3> current_{};  // 0: without a name
+    std::map<std::array<std::uint32_t, 3>, std::uint32_t> parts_;
+};
+
+/// A face whose vertices follow it.
+struct ForwardFace {
+    std::vector<std::uint32_t> corners;
+    std::uint64_t line;
+    std::uint32_t part;
+};
 
 class ObjParser {
   public:
@@ -19,10 +60,13 @@ class ObjParser {
             Status done = success();
             if (key == "v") done = addVertex();
             if (key == "f" || key == "fo") done = addFace();
+            if (key == "g") names_.take(PartNames::group, text_);
+            if (key == "o") names_.take(PartNames::object, text_);
+            if (key == "usemtl") names_.take(PartNames::material, text_);
             if (!done.ok()) return done.error();
         }
         MOTE_RETURN_IF_ERROR(checkForward());
-        for (const auto& face : forward_) addPolygon(mesh_, face);
+        for (const auto& face : forward_) add(face.corners, face.part);
         return std::move(mesh_);
     }
 
@@ -59,22 +103,29 @@ class ObjParser {
             corners_.push_back(corner);
         }
         if (corners_.size() < 3) return text_.error("a face needs three vertices");
+        const auto part = names_.part();
         if (known) {
-            addPolygon(mesh_, corners_);
+            add(corners_, part);
         } else {
-            forward_.push_back(corners_);
-            forwardLine_.push_back(text_.line());
+            forward_.push_back({corners_, text_.line(), part});
         }
         return success();
     }
 
+    /// As long as there is but one part, none are told.
+    void add(std::span<const std::uint32_t> corners, std::uint32_t part) {
+        if (part > 0) mesh_.parts.resize(mesh_.triangles.size());
+        addPolygon(mesh_, corners);
+        if (part > 0 || !mesh_.parts.empty()) mesh_.parts.resize(mesh_.triangles.size(), part);
+    }
+
     /// Faces may stand before their vertices.
     Status checkForward() const {
-        for (std::size_t i = 0; i < forward_.size(); ++i) {
-            for (const auto corner : forward_[i]) {
+        for (const auto& face : forward_) {
+            for (const auto corner : face.corners) {
                 if (corner < mesh_.positions.size()) continue;
-                auto error = text_.error(fmt::format("the face of line {} names vertex {} of {}",
-                                                     forwardLine_[i], corner + 1, mesh_.positions.size()));
+                auto error = text_.error(fmt::format("the face of line {} names vertex {} of {}", face.line,
+                                                     corner + 1, mesh_.positions.size()));
                 return error;
             }
         }
@@ -84,8 +135,8 @@ class ObjParser {
     MeshText text_;
     TriangleMesh mesh_;
     std::vector<std::uint32_t> corners_;
-    std::vector<std::vector<std::uint32_t>> forward_;
-    std::vector<std::uint64_t> forwardLine_;
+    PartNames names_;
+    std::vector<ForwardFace> forward_;
 };
 
 }  // namespace

@@ -19,6 +19,16 @@ glm::dvec3 middle(const TriangleMesh& mesh, const Triangle& triangle) {
            3.0;
 }
 
+/// Of each triangle, its key and its number.
+template <class T>
+std::vector<T> inOrder(const std::vector<T>& values,
+                       const std::vector<std::pair<std::uint64_t, std::uint32_t>>& keyed) {
+    std::vector<T> made;
+    made.reserve(values.size());
+    for (const auto& [key, triangle] : keyed) made.push_back(values[triangle]);
+    return made;
+}
+
 }  // namespace
 
 void orderInSpace(TriangleMesh& mesh) {
@@ -30,15 +40,15 @@ void orderInSpace(TriangleMesh& mesh) {
     }
     const double side = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
     const double scale = side > 0.0 ? cellsAcross / side : 0.0;
-    std::vector<std::pair<std::uint64_t, Triangle>> keyed;
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed;
     keyed.reserve(mesh.triangles.size());
     for (const auto& triangle : mesh.triangles) {
         const glm::uvec3 cell(scale * (middle(mesh, triangle) - low));
-        keyed.emplace_back(mortonKey(cell.x, cell.y, cell.z), triangle);
+        keyed.emplace_back(mortonKey(cell.x, cell.y, cell.z), static_cast<std::uint32_t>(keyed.size()));
     }
-    std::stable_sort(keyed.begin(), keyed.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 0; i < keyed.size(); ++i) mesh.triangles[i] = keyed[i].second;
+    std::sort(keyed.begin(), keyed.end());
+    mesh.triangles = inOrder(mesh.triangles, keyed);
+    if (!mesh.parts.empty()) mesh.parts = inOrder(mesh.parts, keyed);
 }
 
 }  // namespace mote::prep

@@ -9,7 +9,7 @@
 namespace mote::prep {
 
 /// Sorts the triangles by the Morton keys of their middles in the box of the mesh, of equals by their place
-/// in the file. Vertices stay.
+/// in the file. Each keeps its part. Vertices stay.
 void orderInSpace(TriangleMesh& mesh);
 
 }  // namespace mote::prep

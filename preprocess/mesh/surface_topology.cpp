@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numeric>
 #include <tuple>
 
@@ -118,6 +119,17 @@ void addEdges(const TriangleNeighbours& neighbours, storage::SurfaceMesh& made) 
     }
 }
 
+/// Parts numbered in the order of their first triangles; empty where there is but one.
+std::vector<std::uint32_t> numberedParts(const std::vector<std::uint32_t>& parts) {
+    std::map<std::uint32_t, std::uint32_t> numbers;
+    std::vector<std::uint32_t> made;
+    made.reserve(parts.size());
+    for (const auto part : parts)
+        made.push_back(numbers.try_emplace(part, static_cast<std::uint32_t>(numbers.size())).first->second);
+    if (numbers.size() < 2) made.clear();
+    return made;
+}
+
 }  // namespace
 
 TriangleNeighbours findNeighbours(const std::vector<Triangle>& triangles) {
@@ -185,6 +197,7 @@ storage::SurfaceMesh makeSurfaceMesh(const TriangleMesh& mesh) {
     for (const auto& sum : sums) made.normals.emplace_back(glm::normalize(sum));
     keepNormalsFinite(normals, made);
     addEdges(neighbours, made);
+    made.parts = numberedParts(mesh.parts);
     return made;
 }
 

@@ -17,6 +17,7 @@ using Triangle = std::array<std::uint32_t, 3>;  ///< vertices, counterclockwise 
 struct TriangleMesh {
     std::vector<glm::vec3> positions;  ///< the file's own units
     std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> parts = {};  ///< [T] numbers of any order; empty: all are one
 };
 
 /// What reading and welding met and put right.

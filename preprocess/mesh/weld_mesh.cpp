@@ -56,7 +56,19 @@ Triangle sorted(Triangle triangle) {
     return triangle;
 }
 
-void removeRepeated(std::vector<Triangle>& triangles, MeshCounts& counts) {
+/// Moves triangle `from`, with its part, to the place of one that is left out.
+void keep(TriangleMesh& mesh, std::size_t from, std::size_t to) {
+    mesh.triangles[to] = mesh.triangles[from];
+    if (!mesh.parts.empty()) mesh.parts[to] = mesh.parts[from];
+}
+
+void keepFirst(TriangleMesh& mesh, std::size_t count) {
+    mesh.triangles.resize(count);
+    if (!mesh.parts.empty()) mesh.parts.resize(count);
+}
+
+void removeRepeated(TriangleMesh& mesh, MeshCounts& counts) {
+    const auto& triangles = mesh.triangles;
     std::vector<std::uint32_t> order(triangles.size());
     std::iota(order.begin(), order.end(), 0U);
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -68,10 +80,10 @@ void removeRepeated(std::vector<Triangle>& triangles, MeshCounts& counts) {
     }
     std::size_t kept = 0;
     for (std::size_t i = 0; i < triangles.size(); ++i) {
-        if (!repeated[i]) triangles[kept++] = triangles[i];
+        if (!repeated[i]) keep(mesh, i, kept++);
     }
     counts.repeated += triangles.size() - kept;
-    triangles.resize(kept);
+    keepFirst(mesh, kept);
 }
 
 void removeUnused(TriangleMesh& mesh) {
@@ -101,7 +113,8 @@ TriangleMesh weldMesh(TriangleMesh mesh, MeshCounts& counts) {
     for (std::uint32_t i = 0; i < first.size(); ++i) placed += first[i] == i || first[i] == none ? 1 : 0;
     counts.duplicates += mesh.positions.size() - placed;
     std::size_t kept = 0;
-    for (auto triangle : mesh.triangles) {
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        auto& triangle = mesh.triangles[i];
         for (auto& corner : triangle) corner = first[corner];
         if (std::find(triangle.begin(), triangle.end(), none) != triangle.end()) {
             ++counts.notFinite;
@@ -113,10 +126,10 @@ TriangleMesh weldMesh(TriangleMesh mesh, MeshCounts& counts) {
             continue;
         }
         if (height < needleHeight) ++counts.needles;
-        mesh.triangles[kept++] = triangle;
+        keep(mesh, i, kept++);
     }
-    mesh.triangles.resize(kept);
-    removeRepeated(mesh.triangles, counts);
+    keepFirst(mesh, kept);
+    removeRepeated(mesh, counts);
     removeUnused(mesh);
     counts.unused += placed - mesh.positions.size();
     return mesh;

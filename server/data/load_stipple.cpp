@@ -25,7 +25,7 @@ constexpr std::uint64_t perReplayPoint = 3 * 4 + 3 * 4 + 4 + 4 + 4;
 constexpr std::uint64_t perPackedMove = 12;  // a few, in a vector that grows
 constexpr std::uint64_t perTilePoint = 4 * 4;
 constexpr std::uint64_t tileCells = 64 * 64 * 4;
-constexpr std::uint64_t perVertex = 6 * 4, perTriangle = 3 * 4, perEdge = 4 * 4;
+constexpr std::uint64_t perVertex = 6 * 4, perTriangle = 4 * 4, perEdge = 4 * 4;
 constexpr std::uint64_t perRayVertex = 3 * 4;
 constexpr std::uint64_t perRayTriangle = 256;  // of Embree's tree while it is built
 constexpr std::uint64_t perPixel = 4 + 8;      // its value and its entry in the summed-area table

@@ -102,15 +102,20 @@ Result<ArrayFile> ArrayFile::of(Result<MappedFile> mapped, const proto::Digest& 
     return file;
 }
 
+const VerifiedArray* ArrayFile::find(const std::string& name) const {
+    const auto found =
+        std::find_if(arrays_.begin(), arrays_.end(), [&](const Named& named) { return named.name == name; });
+    return found == arrays_.end() ? nullptr : &found->array;
+}
+
 Result<std::span<const std::byte>> ArrayFile::verified(const std::string& name, const char* type,
                                                        const std::vector<std::uint64_t>& shape) const {
     const auto corrupt = [&](std::string message) {
         return Error{ErrorCode::corrupt, where(name), std::move(message)};
     };
-    const auto found =
-        std::find_if(arrays_.begin(), arrays_.end(), [&](const Named& named) { return named.name == name; });
-    if (found == arrays_.end()) return corrupt("is missing in the digest");
-    const auto& array = found->array;
+    const auto* const found = find(name);
+    if (!found) return corrupt("is missing in the digest");
+    const auto& array = *found;
     if (array.type() != type) return corrupt("has the wrong type");
     if (!matches(array.shape(), shape)) {
         return corrupt(fmt::format("has the shape {}, not {}", describe(array.shape()), describe(shape)));

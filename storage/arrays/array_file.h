@@ -74,6 +74,8 @@ class ArrayFile {
                                         const proto::Manifest& manifest, const std::string& name,
                                         std::uint64_t most);
 
+    bool has(const std::string& name) const { return find(name) != nullptr; }
+
     /// A whole array, every block verified. An extent of the shape that is `any` may be anything. Errors:
     /// corrupt (missing, another type or shape, a block that differs; with file, array and offset).
     template <class T>
@@ -100,6 +102,7 @@ class ArrayFile {
     };
     static Result<ArrayFile> of(Result<MappedFile> mapped, const proto::Digest& digest);
     explicit ArrayFile(MappedFile file) : file_(std::make_unique<MappedFile>(std::move(file))) {}
+    const VerifiedArray* find(const std::string& name) const;  ///< null where there is none
     Result<std::span<const std::byte>> verified(const std::string& name, const char* type,
                                                 const std::vector<std::uint64_t>& shape) const;
 

@@ -25,6 +25,8 @@ std::vector<Row> rowsOf(std::span<const T> values) {
     return {first, first + values.size_bytes() / sizeof(Row)};
 }
 
+constexpr const char* partName = "/mesh/part";
+
 /// Reads `rows` from the array of this name, as long as nothing went wrong before.
 template <class T, class Row>
 Status readRows(const ArrayFile& file, const char* name, std::uint64_t count, std::vector<Row>& rows) {
@@ -66,6 +68,10 @@ Status writeMesh(const std::filesystem::path& directory, const SurfaceMesh& mesh
     add("/mesh/normal", mesh.normals.size(), flat<float>(mesh.normals));
     add("/mesh/triangle", mesh.triangles.size(), flat<std::uint32_t>(mesh.triangles));
     add("/mesh/edge", mesh.edges.size(), flat<std::uint32_t>(mesh.edges));
+    if (!mesh.parts.empty()) {
+        content.arrays.push_back(
+            arrayContent<std::uint32_t>(partName, {mesh.parts.size()}, std::span(mesh.parts)));
+    }
     return writeArrayFile(directory, meshName, content);
 }
 
@@ -101,6 +107,10 @@ Result<SurfaceMesh> readMesh(const std::filesystem::path& directory, const proto
     MOTE_RETURN_IF_ERROR(
         readRows<std::uint32_t>(file, "/mesh/triangle", described.triangles(), mesh.triangles));
     MOTE_RETURN_IF_ERROR(readRows<std::uint32_t>(file, "/mesh/edge", described.edges(), mesh.edges));
+    if (file.has(partName)) {
+        MOTE_ASSIGN_OR_RETURN(const auto parts, file.get<std::uint32_t>(partName, {described.triangles()}));
+        mesh.parts.assign(parts.begin(), parts.end());
+    }
     MOTE_RETURN_IF_ERROR(file.check());
     const auto checked = checkSurfaceMesh(mesh);
     if (checked.ok() && !boundsAreTold(mesh, described)) {

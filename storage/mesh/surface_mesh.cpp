@@ -22,6 +22,15 @@ bool edgeFits(const MeshEdge& edge, std::size_t vertices, std::size_t triangles)
            (second < triangles || second == MeshEdge::none);
 }
 
+/// So no number is left out, and there are no more than triangles.
+bool partsAreInOrder(const std::vector<std::uint32_t>& parts) {
+    std::uint32_t count = 0;
+    return std::all_of(parts.begin(), parts.end(), [&](std::uint32_t part) {
+        if (part == count) ++count;
+        return part < count;
+    });
+}
+
 }  // namespace
 
 Status checkSurfaceMesh(const SurfaceMesh& mesh) {
@@ -44,6 +53,12 @@ Status checkSurfaceMesh(const SurfaceMesh& mesh) {
         if (!edgeFits(edge, vertices, mesh.triangles.size())) {
             return corrupt("/mesh/edge", "names a vertex or triangle that there is not");
         }
+    }
+    if (!mesh.parts.empty() && mesh.parts.size() != mesh.triangles.size()) {
+        return corrupt("/mesh/part", "has not one for each triangle");
+    }
+    if (!partsAreInOrder(mesh.parts)) {
+        return corrupt("/mesh/part", "has a part whose number is not next in the order of first triangles");
     }
     return success();
 }

@@ -30,10 +30,12 @@ struct SurfaceMesh {
     std::vector<glm::vec3> normals;    ///< [V] unit length, outwards where triangles are counterclockwise
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< [T] vertices
     std::vector<MeshEdge> edges;                          ///< [E] by their first triangle
+    /// [T] of each triangle, numbered from 0 in the order of their first triangles; empty: all are one.
+    std::vector<std::uint32_t> parts = {};
 };
 
-/// Whether indices are in range, numbers finite and normals of unit length. Errors: corrupt, with the array's
-/// name ("/mesh/triangle").
+/// Whether indices are in range, numbers finite, normals of unit length and parts numbered in order. Errors:
+/// corrupt, with the array's name ("/mesh/triangle").
 Status checkSurfaceMesh(const SurfaceMesh& mesh);
 
 }  // namespace mote::storage

@@ -140,9 +140,11 @@ void eachPair(const Modalities& modalities, const WeightMaker& maker, const std:
 
 Roughness roughnessOf(const Modalities& modalities, double deviation, const std::stop_token& stop) {
     const auto& depth = modalities.depth;
+    const auto& part = modalities.part.values;
     Roughness made{Raster<float>(depth.width, depth.height), Raster<float>(depth.width, depth.height)};
     eachPair(modalities, WeightMaker(modalities, {}, stop), stop,
-             [&](std::size_t i, std::size_t, const Steps& steps) {
+             [&](std::size_t i, std::size_t direction, const Steps& steps) {
+                 if (part[i] != part[direction == PixelWeights::right ? i + 1 : i + depth.width]) return;
                  if (steps.grey <= 1.0) made.grey.values[i] += 0.5F * static_cast<float>(steps.grey);
                  if (steps.angle <= 1.0) made.angle.values[i] += 0.5F * static_cast<float>(steps.angle);
              });
@@ -156,12 +158,17 @@ PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales,
     PixelWeights made{modalities.grey.width, modalities.grey.height,
                       std::vector<std::uint16_t>(2 * modalities.grey.values.size(), PixelWeights::parted)};
     const WeightMaker maker(modalities, scales, stop);
+    const auto& part = modalities.part.values;
     const auto more = [&](const Raster<float>& of, std::size_t i, std::size_t other) {
         const double mean = 0.5 * rough * static_cast<double>(of.values[i] + of.values[other]);
         return mean * mean;
     };
     eachPair(modalities, maker, stop, [&](std::size_t i, std::size_t direction, const Steps& steps) {
         const std::size_t pair = 2 * i + direction, other = made.other(pair);
+        if (part[i] != part[other]) {
+            made.of[pair] = PixelWeights::most;
+            return;
+        }
         made.of[pair] =
             roughness ? maker.weight(steps, more(roughness->grey, i, other), more(roughness->angle, i, other))
                       : maker.weight(steps, 0.0, 0.0);

@@ -39,13 +39,13 @@ struct Roughness {
     Raster<float> grey, angle;  ///< the latter by the sine
 };
 
-/// Over a window of a standard deviation in pixels, within a surface.
+/// Over a window of a standard deviation in pixels, within a surface. Steps from part to part are none.
 Roughness roughnessOf(const Modalities& modalities, double deviation, const std::stop_token& stop);
 
 /// Weights 1 - exp(-(sum of squared steps)), steps in units of their scales. A step is what neither the slope
 /// before nor that behind it explains; grey is taken over two pixels on either side, as one pixel mixes what
 /// is on both sides of a boundary. With `roughness`, its multiple `rough` adds to a scale, by squares: steps
-/// like all around are no boundary.
+/// like all around are no boundary. Between pixels of different parts is always one.
 PixelWeights stepWeights(const Modalities& modalities, const StepScales& scales, const std::stop_token& stop,
                          const Roughness* roughness = nullptr, double rough = 0.0);
 

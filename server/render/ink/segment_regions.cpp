@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "server/render/ink/direction.h"
 
@@ -63,24 +64,36 @@ float difference(const RegionMean& a, const RegionMean& b) {
            static_cast<float>(10.0 * std::abs(a.depth - b.depth));
 }
 
+/// A neighbour that a region may become part of; the least is the best. Beside each other in one part they
+/// come before all others.
+struct Neighbour {
+    bool crosses = true;
+    float difference = HUGE_VALF;
+    std::uint32_t label = Segments::nothing;
+
+    bool operator<(const Neighbour& other) const {
+        return std::tie(crosses, difference, label) < std::tie(other.crosses, other.difference, other.label);
+    }
+};
+
 /// Of each region that is too small the neighbour that is most like it; `nothing` of others.
-std::vector<std::uint32_t> nearestOfSmall(const Segments& segments, const std::vector<RegionMean>& means,
-                                          std::size_t leastPixels, const std::stop_token& stop) {
-    std::vector<std::uint32_t> nearest(segments.count, Segments::nothing);
-    std::vector<float> least(segments.count, HUGE_VALF);
-    const auto meet = [&](std::uint32_t a, std::uint32_t b) {
+std::vector<Neighbour> nearestOfSmall(const Segments& segments, const Raster<std::uint32_t>& part,
+                                      const std::vector<RegionMean>& means, std::size_t leastPixels,
+                                      const std::stop_token& stop) {
+    std::vector<Neighbour> nearest(segments.count);
+    const auto meet = [&](std::uint32_t a, std::uint32_t b, bool crosses) {
         if (means[a].pixels >= leastPixels && means[a].inside >= leastPixels / leastInside) return;
-        const float one = difference(means[a], means[b]);
-        if (one > least[a] || (one == least[a] && b >= nearest[a])) return;
-        least[a] = one;
-        nearest[a] = b;
+        const float apart = difference(means[a], means[b]);
+        const Neighbour one{crosses, std::isfinite(apart) ? apart : HUGE_VALF, b};
+        if (one < nearest[a]) nearest[a] = one;
     };
     const auto& labels = segments.label;
     const auto meetBoth = [&](std::size_t i, std::size_t k) {
         const auto a = labels.values[i], b = labels.values[k];
         if (a == b || a == Segments::nothing || b == Segments::nothing) return;
-        meet(a, b);
-        meet(b, a);
+        const bool crosses = part.values[i] != part.values[k];
+        meet(a, b, crosses);
+        meet(b, a, crosses);
     };
     eachPixel(labels, stop, [&](std::size_t i) {
         if (i % labels.width + 1 < labels.width) meetBoth(i, i + 1);
@@ -133,12 +146,12 @@ Segments withoutSmall(Segments segments, const Modalities& modalities, std::size
     // Each round halves how many small ones there are, at least.
     for (bool merged = true; merged && !stop.stop_requested();) {
         const auto means = meansOf(segments, modalities, directions, stop);
-        const auto nearest = nearestOfSmall(segments, means, leastPixels, stop);
+        const auto nearest = nearestOfSmall(segments, modalities.part, means, leastPixels, stop);
         Merges merges(segments.count);
         merged = false;
         for (std::uint32_t label = 0; label < segments.count; ++label) {
-            if (nearest[label] == Segments::nothing) continue;
-            merges.merge(label, nearest[label]);
+            if (nearest[label].label == Segments::nothing) continue;
+            merges.merge(label, nearest[label].label);
             merged = true;
         }
         if (merged) renumber(segments, merges, stop);

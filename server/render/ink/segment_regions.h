@@ -42,7 +42,8 @@ void renumber(Segments& segments, Merges& merges, const std::stop_token& stop);
 Segments intersected(const Segments& a, const Segments& b, const Segments& c, const std::stop_token& stop);
 
 /// Regions of fewer pixels become part of the neighbour that is most like them in grey, angle and depth,
-/// until there are none but islands.
+/// until there are none but islands. One that has a pixel beside another region's of the same part goes to
+/// such a one: so they cross from part to part only where all that is seen of one there is small.
 Segments withoutSmall(Segments segments, const Modalities& modalities, std::size_t leastPixels,
                       const std::stop_token& stop);
 

@@ -28,11 +28,12 @@ void eachNeighbour(const Raster<float>& picture, std::size_t pixel, const Take& 
         take(pixel + width, up ? pixel - width : pixel, pixel + (row + 2 < picture.height ? 2 : 1) * width);
 }
 
-/// Grows one region after another. A Region is made of its seed and says joins(neighbour, from, opposite,
-/// beyond) and add(pixel).
+/// Grows one region after another, each within one part. A Region is made of its seed and says
+/// joins(neighbour, from, opposite, beyond) and add(pixel).
 template <class MakeRegion>
 Segments grow(const Modalities& modalities, const std::stop_token& stop, const MakeRegion& makeRegion) {
     const auto& depth = modalities.depth;
+    const auto& part = modalities.part.values;
     Segments made{Raster<std::uint32_t>(depth.width, depth.height, Segments::nothing), 0};
     std::vector<std::size_t> front;
     std::size_t taken = 0;
@@ -49,7 +50,8 @@ Segments grow(const Modalities& modalities, const std::stop_token& stop, const M
             if (++taken % stopEvery == 0 && stop.stop_requested()) return made;
             const std::size_t from = front[next];
             eachNeighbour(depth, from, [&](std::size_t pixel, std::size_t opposite, std::size_t beyond) {
-                if (made.label.values[pixel] != Segments::nothing || !std::isfinite(depth.values[pixel]))
+                if (made.label.values[pixel] != Segments::nothing || !std::isfinite(depth.values[pixel]) ||
+                    part[pixel] != part[from])
                     return;
                 if (region.joins(pixel, from, opposite, beyond)) take(pixel);
             });

@@ -20,7 +20,7 @@ struct GrowOptions {
 };
 
 /// Seeded region growing: a pixel beside a region joins it where its value is near the region's mean (Adams
-/// and Bischof 1994, Seeded Region Growing). Where nothing is seen, no region.
+/// and Bischof 1994, Seeded Region Growing). It ends where its part does. Where nothing is seen, no region.
 Segments growGrey(const Modalities& modalities, double most, const std::stop_token& stop);
 /// The same of directions, by doubled angles.
 Segments growAngle(const Modalities& modalities, double most, const std::stop_token& stop);

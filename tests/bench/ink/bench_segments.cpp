@@ -52,11 +52,11 @@ void write(const std::string& folder, const std::string& name, const Raster<glm:
     }
 }
 
-void measure(Way& way, const Modalities& scene, const std::string& picture, const std::string& folder) {
+void measure(Way& way, const test::PartScene& scene, const std::string& picture, const std::string& folder) {
     const auto begun = Clock::now();
     SegmentOptions options;
     options.method = way.method;
-    const auto segments = way.grid ? squares(scene) : segmentsOf(scene, options, {});
+    const auto segments = way.grid ? squares(scene.modalities) : segmentsOf(scene.modalities, options, {});
     way.ms += std::chrono::duration<double, std::milli>(Clock::now() - begun).count();
     const auto found = test::compareBoundaries(segments.label, scene.part, tolerance);
     way.precision += found.precision;
@@ -90,7 +90,7 @@ int run(int count, char** arguments) {
             test::Random random(i, 1);
             const auto scene = test::partScene(random, columns, rows, relief);
             const auto name = fmt::format("{}-{:02}", kind, i);
-            write(folder, name + "-grey", greyPicture(scene.grey));
+            write(folder, name + "-grey", greyPicture(scene.modalities.grey));
             write(folder, name + "-parts", labelPicture(scene.part));
             for (auto& way : ways) measure(way, scene, name, folder);
         }

@@ -277,11 +277,13 @@ double shareNear(const Raster<std::uint8_t>& some, const Raster<std::uint8_t>& o
 
 }  // namespace
 
-render::Modalities partScene(Random& random, std::uint32_t width, std::uint32_t height, Relief relief) {
+PartScene partScene(Random& random, std::uint32_t width, std::uint32_t height, Relief relief) {
     const auto solids = anySolids(random, relief);
-    Modalities made{Raster<float>(width, height, 1.0F), Raster<float>(width, height, HUGE_VALF),
-                    Raster<float>(width, height), Raster<std::uint32_t>(width, height, Modalities::nothing),
-                    10.0};
+    const Raster<std::uint32_t> nothing(width, height, Modalities::nothing);
+    PartScene scene{{Raster<float>(width, height, 1.0F), Raster<float>(width, height, HUGE_VALF),
+                     Raster<float>(width, height), nothing, 10.0},
+                    nothing};
+    auto& made = scene.modalities;
     for (std::uint32_t row = 0; row < height; ++row) {
         for (std::uint32_t column = 0; column < width; ++column) {
             const auto i = made.grey.index(column, row);
@@ -293,12 +295,13 @@ render::Modalities partScene(Random& random, std::uint32_t width, std::uint32_t 
                 if (!(static_cast<float>(seen.depth) < made.depth.values[i])) continue;
                 made.depth.values[i] = static_cast<float>(seen.depth);
                 made.angle.values[i] = static_cast<float>(seen.angle);
-                made.part.values[i] = seen.part;
+                scene.part.values[i] = seen.part;
+                made.part.values[i] = 0;
             }
             made.grey.values[i] = static_cast<float>(grey);
         }
     }
-    return made;
+    return scene;
 }
 
 BoundaryMeasure compareBoundaries(const Raster<std::uint32_t>& found, const Raster<std::uint32_t>& wanted,

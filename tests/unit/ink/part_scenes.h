@@ -17,9 +17,15 @@ enum class Relief {
     rough  ///< normals of half of the parts lean by a pattern of waves, checks or noise
 };
 
+struct PartScene {
+    render::Modalities modalities;  ///< all of part 0: where parts end is to be found
+    render::Raster<std::uint32_t>
+        part;  ///< the smooth piece of a solid that is seen: a box has six, a ball one
+};
+
 /// A picture of solids in any place and attitude, white, in the light that an ink style has by default; four
-/// places a pixel. `part` is which smooth piece of which solid is seen: a box has six, a ball one.
-render::Modalities partScene(Random& random, std::uint32_t width, std::uint32_t height, Relief relief);
+/// places a pixel.
+PartScene partScene(Random& random, std::uint32_t width, std::uint32_t height, Relief relief);
 
 /// How much of boundaries has its like nearby, 0 to 1.
 struct BoundaryMeasure {

@@ -27,7 +27,7 @@ SegmentOptions by(Segmentation method, std::size_t leastPixels = 36) {
     return {.method = method, .leastPixels = leastPixels};
 }
 
-Modalities scene(std::uint64_t number, std::uint32_t width, std::uint32_t height, test::Relief relief) {
+test::PartScene scene(std::uint64_t number, std::uint32_t width, std::uint32_t height, test::Relief relief) {
     test::Random random(number, 1);
     return test::partScene(random, width, height, relief);
 }
@@ -53,34 +53,34 @@ Segments squares(const Modalities& modalities) {
     return made;
 }
 
-double agreement(const Segments& segments, const Modalities& modalities) {
-    return test::compareBoundaries(segments.label, modalities.part, 2.0).f();
+double agreement(const Segments& segments, const test::PartScene& scene) {
+    return test::compareBoundaries(segments.label, scene.part, 2.0).f();
 }
 
 /// The means over 20 scenes are in docs/INK.md; a single scene may have more that is round.
 TEST(Segmentations, FindThePartsOfScenes) {
     for (const std::uint64_t number : {1U, 3U}) {
-        const auto modalities = scene(number, 480, 360, test::Relief::smooth);
+        const auto seen = scene(number, 480, 360, test::Relief::smooth);
         for (const auto method : ways) {
             const double least = method == Segmentation::growing ? 0.8 : 0.9;
-            EXPECT_GE(agreement(segmentsOf(modalities, by(method), {}), modalities), least)
+            EXPECT_GE(agreement(segmentsOf(seen.modalities, by(method), {}), seen), least)
                 << toString(method) << ' ' << number;
         }
-        EXPECT_LE(agreement(squares(modalities), modalities), 0.25) << number;
+        EXPECT_LE(agreement(squares(seen.modalities), seen), 0.25) << number;
     }
 }
 
 TEST(Segmentations, OnlyTextureTakesRoughSurfacesForOne) {
-    const auto modalities = scene(5, 480, 360, test::Relief::rough);
-    const double texture = agreement(segmentsOf(modalities, by(Segmentation::texture), {}), modalities);
+    const auto seen = scene(5, 480, 360, test::Relief::rough);
+    const double texture = agreement(segmentsOf(seen.modalities, by(Segmentation::texture), {}), seen);
     EXPECT_GE(texture, 0.85);
     for (const auto method : {Segmentation::growing, Segmentation::graph, Segmentation::cut})
-        EXPECT_LE(agreement(segmentsOf(modalities, by(method), {}), modalities), texture - 0.05)
+        EXPECT_LE(agreement(segmentsOf(seen.modalities, by(method), {}), seen), texture - 0.05)
             << toString(method);
 }
 
 TEST(Segmentations, AreTheSameOnAnyNumberOfThreads) {
-    const auto modalities = scene(5, 240, 180, test::Relief::rough);
+    const auto modalities = scene(5, 240, 180, test::Relief::rough).modalities;
     for (const auto method : ways) {
         tbb::task_arena one(1), two(2);
         const auto a = one.execute([&] { return segmentsOf(modalities, by(method), {}); });
@@ -92,7 +92,7 @@ TEST(Segmentations, AreTheSameOnAnyNumberOfThreads) {
 
 TEST(Segmentations, TakePicturesOfAnySize) {
     for (const auto& [width, height] : {std::pair{1U, 1U}, {1U, 50U}, {50U, 1U}, {2U, 2U}, {3U, 40U}}) {
-        const auto modalities = scene(6, width, height, test::Relief::smooth);
+        const auto modalities = scene(6, width, height, test::Relief::smooth).modalities;
         for (const auto method : ways) {
             for (const std::size_t least : {0U, 1U, 36U, 100000U})
                 expectLabels(segmentsOf(modalities, by(method, least), {}), modalities);
@@ -102,7 +102,7 @@ TEST(Segmentations, TakePicturesOfAnySize) {
 
 TEST(Segmentations, TakeNumbersThatAreNone) {
     for (std::uint64_t number = 0; number < 4; ++number) {
-        auto modalities = scene(number, 120, 90, test::Relief::rough);
+        auto modalities = scene(number, 120, 90, test::Relief::rough).modalities;
         test::Random random(number);
         for (auto* const picture : {&modalities.grey, &modalities.angle, &modalities.depth}) {
             for (auto& value : picture->values) {
@@ -131,7 +131,7 @@ TEST(Segmentations, AreWhatADrawingAsksFor) {
 }
 
 TEST(Segmentations, LeaveNothingHalfDoneWhereTheyStop) {
-    const auto modalities = scene(2, 120, 90, test::Relief::smooth);
+    const auto modalities = scene(2, 120, 90, test::Relief::smooth).modalities;
     std::stop_source source;
     source.request_stop();
     for (const auto method : ways) {

@@ -36,6 +36,7 @@ void expectSound(const SampleFile& file, const std::string& bytes) {
     }
     prep::MeshCounts counts;
     const auto welded = prep::weldMesh(*std::move(parsed), counts);
+    EXPECT_TRUE(welded.parts.empty() || welded.parts.size() == welded.triangles.size());
     for (const auto& position : welded.positions) {
         ASSERT_TRUE(std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z));
     }

@@ -53,6 +53,7 @@ TEST_F(MeshDataset, ComesBackAsItWas) {
     EXPECT_EQ(mesh->normals, wanted.normals);
     EXPECT_EQ(mesh->triangles, wanted.triangles);
     EXPECT_EQ(mesh->edges, wanted.edges);
+    EXPECT_EQ(mesh->parts, wanted.parts);
     EXPECT_THAT(storage::verifyDataset(dataset_), IsEmpty());
 }
 

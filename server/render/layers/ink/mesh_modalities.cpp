@@ -35,10 +35,11 @@ MeshStyle white(const InkStyle& style) {
 class RowMaker {
   public:
     /// `closed`: the share of light from all sides that is kept away; or empty.
-    RowMaker(const MeshSight& sight, const MeshRays& rays, const AmbientOcclusion& occlusion, float paper,
-             bool exact, MeshModalities& made, Raster<float>& closed)
+    RowMaker(const MeshSight& sight, const MeshSurface& surface, const AmbientOcclusion& occlusion,
+             float paper, bool exact, MeshModalities& made, Raster<float>& closed)
         : sight_(sight),
-          mesh_(rays),
+          mesh_(surface.rays()),
+          parts_(surface.mesh().parts),
           occlusion_(occlusion),
           paper_(paper),
           samples_(exact ? mostPlaces : 1),
@@ -85,7 +86,7 @@ class RowMaker {
             const glm::dvec2 across(hit->normal.x, -hit->normal.y);
             made_.angle.at(column, row) =
                 glm::length(across) > leastAcross ? static_cast<float>(std::atan2(across.y, across.x)) : 0.0F;
-            made_.part.at(column, row) = 0;
+            made_.part.at(column, row) = parts_.empty() ? 0U : parts_[met_[i].triangle];
             triangle_.at(column, row) = met_[i].triangle;
         }
         made_.grey.at(column, row) = static_cast<float>(grey / samples_);
@@ -97,6 +98,7 @@ class RowMaker {
 
     const MeshSight& sight_;
     const MeshRays& mesh_;
+    const std::vector<std::uint32_t>& parts_;
     const AmbientOcclusion& occlusion_;
     const float paper_;
     const std::uint32_t samples_;
@@ -142,7 +144,7 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
     if (style.occlusion > 0.0) closed = Raster<float>(width, height);
     tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
         if (stop.stop_requested()) return;
-        RowMaker(sight, surface.rays(), occlusion, paper, plan.exact, made, closed).make(row);
+        RowMaker(sight, surface, occlusion, paper, plan.exact, made, closed).make(row);
     });
     if (!closed.values.empty() && !stop.stop_requested()) darken(made.modalities, closed, style);
     return made;

@@ -11,7 +11,7 @@ MeshSurface::MeshSurface(storage::SurfaceMesh mesh, const Bounds& bounds)
 std::uint64_t MeshSurface::bytes() const {
     return 2 * mesh_.positions.size() * sizeof(glm::vec3) +
            mesh_.triangles.size() * sizeof(mesh_.triangles[0]) + mesh_.edges.size() * sizeof(mesh_.edges[0]) +
-           rays_.bytes();
+           mesh_.parts.size() * sizeof(mesh_.parts[0]) + rays_.bytes();
 }
 
 }  // namespace mote::render
