@@ -116,7 +116,7 @@ TEST(Segmentations, TakeNumbersThatAreNone) {
 }
 
 TEST(Segmentations, AreWhatADrawingAsksFor) {
-    const InkScene seen{scene(1, 120, 90, test::Relief::smooth), {}, {}};
+    const InkScene seen{scene(1, 120, 90, test::Relief::smooth).modalities, {}, {}};
     for (const auto method : ways) {
         InkStyle style;
         style.show = InkPicture::segments;
