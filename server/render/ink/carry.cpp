@@ -200,7 +200,7 @@ Segments Carry::regions(const Segments& found, std::size_t leastPixels, const st
 }
 
 std::vector<HatchFrame> Carry::frames(const Segments& regions, const std::vector<HatchFrame>& asked) const {
-    if (before_.regions.label.values.empty()) return asked;
+    if (before_.regions.label.values.empty() || regions.label.values.empty()) return asked;
     const auto origins = originsOf(regions, from_, before_.regions);
     auto frames = asked;
     for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -5,9 +5,11 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <memory>
+#include <thread>
 
 #include "server/render/layers/ink/lower_ink.h"
 #include "tests/support/generated_mesh.h"
@@ -165,13 +167,28 @@ TEST(Coherence, IsTheSameOnAnyNumberOfThreads) {
 TEST(Coherence, WhatIsStoppedIsNotRemembered) {
     test::Random random(10);
     const auto surface = leaves(random);
-    std::stop_source source;
-    source.request_stop();
-    InkMemory memory;
     const auto style = styleOf(1.0);
     const Layer layer{.dataset = "data/a", .style = style};
-    inkOf(layer, style, surface, test::planOf(turned(0.0), side, side), 1.0, source.get_token(), &memory);
+    const auto draw = [&](const std::stop_token& stop, InkMemory& memory) {
+        inkOf(layer, style, surface, test::planOf(turned(0.0), side, side), 1.0, stop, &memory);
+    };
+    std::stop_source before;
+    before.request_stop();
+    InkMemory memory;
+    draw(before.get_token(), memory);
     EXPECT_TRUE(memory.depth.values.empty());
+    // At any time of the second drawing.
+    draw({}, memory);
+    for (int wait = 0; wait < 30; ++wait) {
+        std::stop_source source;
+        std::thread stopper([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+            source.request_stop();
+        });
+        draw(source.get_token(), memory);
+        stopper.join();
+        EXPECT_FALSE(memory.depth.values.empty());
+    }
 }
 
 }  // namespace
