@@ -34,11 +34,13 @@ bool MeshText::nextLine() {
 }
 
 std::string_view MeshText::word() {
-    const auto word = line_.substr(0, line_.find_first_of(blanks));
-    line_.remove_prefix(word.size());
-    line_ = withoutBlanks(line_);
-    if (word == "\\" && line_.empty()) return nextLine() ? this->word() : std::string_view();
-    return word;
+    for (;;) {
+        const auto word = line_.substr(0, line_.find_first_of(blanks));
+        line_.remove_prefix(word.size());
+        line_ = withoutBlanks(line_);
+        if (word != "\\" || !line_.empty()) return word;
+        if (!nextLine()) return {};
+    }
 }
 
 std::string_view MeshText::wordAcrossLines() {

@@ -81,6 +81,10 @@ TEST(ObjParts, NamesMayGoOnInTheNextLineAndFacesStandBeforeTheirVertices) {
     const std::string vertices = corners(0) + corners(1) + corners(2) + corners(3);
     EXPECT_THAT(partsOf(vertices + "g a \\\nb\nf 1 2 3\ng a  b # c\nf 4 5 6\ng a\nf 7 8 9\n"),
                 ElementsAre(0, 0, 1));
+    std::string far = "g a";
+    for (int i = 0; i < 300000; ++i) far += " \\\n";
+    EXPECT_THAT(partsOf(vertices + far + " b\nf 1 2 3\ng a b\nf 4 5 6\ng a\nf 7 8 9\n"),
+                ElementsAre(0, 0, 1));
     // Those that wait come last.
     EXPECT_THAT(partsOf(corners(0) + "g a\nf 10 11 12\ng b\nf 1 2 3\n" + corners(1) + "f 4 5 6\ng a\n" +
                         corners(2) + "f 7 8 9\n" + corners(3)),
