@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "preprocess/mesh/mesh_formats.h"
@@ -25,10 +26,17 @@ class PartNames {
             name += word;
         }
         if (kind == group && name == "default") name.clear();
-        current_[kind] = name.empty() ? 0 : numberOf(numbers_[kind], std::move(name));
+        named_[kind] = std::move(name);
     }
     /// The part of the faces that follow, from 0 on as they are asked for.
-    std::uint32_t part() { return numberOf(parts_, current_) - 1; }
+    std::uint32_t part() {
+        for (const Kind kind : {group, object, material}) {
+            if (!named_[kind]) continue;
+            current_[kind] = named_[kind]->empty() ? 0 : numberOf(numbers_[kind], *std::move(named_[kind]));
+            named_[kind].reset();
+        }
+        return numberOf(parts_, current_) - 1;
+    }
 
   private:
     /// From 1 on, in the order in which keys come.
@@ -39,7 +47,8 @@ class PartNames {
     }
 
     std::array<std::map<std::string, std::uint32_t>, 3> numbers_;
-    std::array<std::uint32_t, 3> current_{};  // 0: without a name
+    std::array<std::optional<std::string>, 3> named_;  // since the last face: names of none are not kept
+    std::array<std::uint32_t, 3> current_{};           // 0: without a name
     std::map<std::array<std::uint32_t, 3>, std::uint32_t> parts_;
 };
 

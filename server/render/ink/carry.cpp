@@ -133,14 +133,14 @@ std::vector<Origin> originsOf(const Segments& regions, const Raster<std::uint32_
     return origins;
 }
 
-/// Strokes of a region that moved as its middle did.
-HatchFrame moved(const HatchFrame& before, const HatchFrame& asked, const Origin& origin) {
+/// Strokes of a region that moved as its middle did. `scale`: of the picture to the one before.
+HatchFrame moved(const HatchFrame& before, const HatchFrame& asked, const Origin& origin, double scale) {
     // Directions have no sign.
     const double turn = std::remainder(asked.direction - before.direction, std::numbers::pi);
     if (std::abs(turn) > otherWay) return asked;
     const double by = std::clamp(turn, -mostTurn, mostTurn);
     const glm::dvec2 now = origin.now / origin.carried, then = origin.then / origin.carried;
-    const glm::dvec2 off = before.origin - then;
+    const glm::dvec2 off = scale * (before.origin - then);
     const double cosine = std::cos(by), sine = std::sin(by);
     return {before.direction + by,
             now + glm::dvec2(cosine * off.x - sine * off.y, sine * off.x + cosine * off.y)};
@@ -158,6 +158,7 @@ Carry::Carry(const Modalities& now, const InkCamera& camera, const InkMemory& be
 LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to) const {
     const auto a = motion_({from.at, from.depth}), b = motion_({to.at, to.depth});
     const double length = glm::distance(a.at, b.at);
+    if (!std::isfinite(length)) return LineBefore::unknown;
     const glm::dvec2 direction = length > 0.0 ? (b.at - a.at) / length : glm::dvec2(0.0);
     std::array<int, 3> counts{};
     for (const double share : {1.0 / 6.0, 0.5, 5.0 / 6.0}) {
@@ -196,17 +197,22 @@ Segments Carry::regions(const Segments& found, std::size_t leastPixels, const st
         label = same ? carried.values[i] : count + label;
     }
     made.count = count + found.count;
-    return withoutSmall(intersected(made, made, made, stop), now_, leastPixels, stop);
+    // What lies apart in depth, or is of other parts, is no region of one label.
+    const auto depth = growDepth(now_, GrowOptions().depth, stop);
+    made = withoutSmall(intersected(made, depth, {now_.part, 0}, stop), now_, leastPixels, stop);
+    if (stop.stop_requested()) return {};
+    return made;
 }
 
 std::vector<HatchFrame> Carry::frames(const Segments& regions, const std::vector<HatchFrame>& asked) const {
     if (before_.regions.label.values.empty() || regions.label.values.empty()) return asked;
     const auto origins = originsOf(regions, from_, before_.regions);
     auto frames = asked;
+    const double scale = static_cast<double>(from_.height) / before_.depth.height;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const auto& origin = origins[i];
         if (origin.label < before_.frames.size() && origin.carried > mostShare * origin.pixels)
-            frames[i] = moved(before_.frames[origin.label], asked[i], origin);
+            frames[i] = moved(before_.frames[origin.label], asked[i], origin, scale);
     }
     return frames;
 }

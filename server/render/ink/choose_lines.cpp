@@ -117,7 +117,7 @@ void eachDrop(const InkLine& line, std::size_t begin, std::size_t end, const Ton
     for (std::size_t i = begin; i < end; ++i) {
         eachSquare(line.points[i].at / pixels, line.points[i + 1].at / pixels, cells.columns, cells.rows,
                    [&](std::uint32_t column, std::uint32_t row, double length) {
-                       take(Drop{column, row, length * width / pixels});
+                       if (length > 0.0) take(Drop{column, row, length * width / pixels});
                    });
     }
 }
@@ -205,6 +205,7 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     const ToneGrid all = densityOf(lines, target.cells, target.width);
     std::vector<Piece*> tried;
     for (auto& piece : pieces) {
+        if (stop.stop_requested()) return;
         if (static_cast<double>(piece.importance) > style.importance || !trial.crowded(piece, all))
             trial.draw(piece);
         else

@@ -61,7 +61,7 @@ class DrawingMaker {
           wanted_(wantedOf(scene.modalities, style.inkIsDark)),
           target_(blurred(meansOf(wanted_, cells_), cells_.blur)),
           memory_(memory) {
-        if (memory_ != nullptr && !memory_->depth.values.empty())
+        if (memory_ != nullptr && memory_->style == style && !memory_->depth.values.empty())
             carry_.emplace(scene.modalities, scene.camera, *memory_);
     }
 
@@ -84,6 +84,7 @@ class DrawingMaker {
             [&] {
                 if (hatches) regions = segments();
             });
+        if (stop_.stop_requested()) return drawing;
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines, stop_);
         for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
@@ -202,14 +203,21 @@ class DrawingMaker {
     void remember(ChosenLines chosen, HatchPlan plan) {
         const auto& modalities = scene_.modalities;
         carry_.reset();
-        *memory_ = {scene_.camera,           modalities.extent,      modalities.depth,
-                    std::move(chosen.lines), std::move(chosen.left), std::move(plan.regions),
-                    std::move(plan.frames),  std::move(plan.density)};
+        *memory_ = {style_,
+                    scene_.camera,
+                    modalities.extent,
+                    modalities.depth,
+                    std::move(chosen.lines),
+                    std::move(chosen.left),
+                    std::move(plan.regions),
+                    std::move(plan.frames),
+                    std::move(plan.density)};
     }
     /// The density that lines leave to be hatched, where it is.
     Raster<float> missing(const Rest& rest, const ToneGrid& drawn, double spacing) const {
         const auto& modalities = scene_.modalities;
-        auto density = blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing);
+        auto density =
+            blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing, stop_);
         auto inked = density;  // once it is hatched
         eachPixel(density, [&](float& value, const glm::dvec2& place) {
             const double lines = static_cast<double>(toneAt(drawn, cells_, place));

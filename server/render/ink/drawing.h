@@ -5,7 +5,6 @@
 // same drawing on any number of them.
 #pragma once
 
-#include <optional>
 #include <stop_token>
 #include <vector>
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "protocol/scene/ink_style.h"
 #include "server/render/ink/hatch.h"
 #include "server/render/ink/ink_camera.h"
 #include "server/render/ink/ink_line.h"
@@ -16,6 +17,7 @@
 namespace mote::render {
 
 struct InkMemory {
+    InkStyle style;  ///< a drawing in another style begins anew
     InkCamera camera;
     double extent = 1.0;               ///< Modalities::extent
     Raster<float> depth;               ///< Modalities::depth

@@ -4,22 +4,31 @@
 // 2.3.2): pictures of one size, of the first surface in each pixel. Values.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
-#include <limits>
+#include <glm/vec2.hpp>
+#include <numbers>
 
 #include "server/render/ink/raster.h"
 
 namespace mote::render {
 
+/// Of a direction on the screen; along its x axis the other way, pi, as 0 stands for none. Directions of
+/// strokes have no sign.
+inline float angleOf(const glm::dvec2& across) {
+    const auto angle = static_cast<float>(std::atan2(across.y, across.x));
+    return angle == 0.0F ? std::numbers::pi_v<float> : angle;
+}
+
 struct Modalities {
     static constexpr std::uint32_t nothing = UINT32_MAX;
 
-    /// How light a pixel is, linear, 0 to 1; where nothing is seen, as the paper: 1.
+    /// How light a pixel is, linear, 0 to 1; where nothing is seen, as the paper: 1, or 0 under light ink.
     Raster<float> grey;
     /// Along the line of sight, world units; infinity where nothing is seen.
     Raster<float> depth;
-    /// Of the surface's normal on the screen, radians from its x axis to its (downward) y axis, in [-pi, pi);
-    /// 0 where the normal points at the eye, or nothing is seen.
+    /// Of the surface's normal on the screen, radians from its x axis to its (downward) y axis, in [-pi, pi]
+    /// (angleOf); 0 where the normal points at the eye, or nothing is seen.
     Raster<float> angle;
     /// Which part of the scene is seen; `nothing` where none is.
     Raster<std::uint32_t> part;

@@ -23,7 +23,7 @@ void eachPixel(const Raster<std::uint32_t>& picture, const std::stop_token& stop
 
 /// What a region is like: means over its pixels.
 struct RegionMean {
-    std::uint32_t pixels = 0, inside = 0;  // those with no other region beside them
+    std::uint32_t pixels = 0, inside = 0;  // those with their region all around
     float grey = 0.0F, x = 0.0F, y = 0.0F;
     double depth = 0.0;
 

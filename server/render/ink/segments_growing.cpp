@@ -35,7 +35,7 @@ Segments grow(const Modalities& modalities, const std::stop_token& stop, const M
     const auto& depth = modalities.depth;
     const auto& part = modalities.part.values;
     Segments made{Raster<std::uint32_t>(depth.width, depth.height, Segments::nothing), 0};
-    std::vector<std::size_t> front;
+    std::vector<std::uint32_t> front;
     std::size_t taken = 0;
     for (std::size_t seed = 0; seed < depth.values.size(); ++seed) {
         if (made.label.values[seed] != Segments::nothing || !std::isfinite(depth.values[seed])) continue;
@@ -43,7 +43,7 @@ Segments grow(const Modalities& modalities, const std::stop_token& stop, const M
         const auto take = [&](std::size_t pixel) {
             made.label.values[pixel] = made.count;
             region.add(pixel);
-            front.push_back(pixel);
+            front.push_back(static_cast<std::uint32_t>(pixel));
         };
         take(seed);
         for (std::size_t next = 0; next < front.size(); ++next) {

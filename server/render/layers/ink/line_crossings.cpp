@@ -11,6 +11,8 @@ namespace mote::render {
 namespace {
 
 constexpr double square = 4.0;  // pixels
+// Lines in a square: where there are more, each is shorter than what is told apart, and none is compared.
+constexpr std::uint32_t crowd = 4096;
 
 double area(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
@@ -65,6 +67,7 @@ void LineCrossings::along(const ScreenLine& line, std::vector<double>& shares) c
     const ScreenLine placed = onGrid(line);
     eachSquare(placed.from, placed.to, columns_, rows_, [&](std::uint32_t column, std::uint32_t row, double) {
         const std::size_t at = std::size_t{row} * columns_ + column;
+        if (begins_[at + 1] - begins_[at] > crowd) return;
         for (auto i = begins_[at]; i < begins_[at + 1]; ++i) {
             const double share = crossing(line, lines_[inside_[i]]);
             if (share >= 0.0) shares.push_back(share);

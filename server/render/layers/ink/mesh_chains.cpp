@@ -3,11 +3,13 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <span>
 #include <tuple>
 
@@ -133,7 +135,7 @@ struct LinkEnd {
 };
 
 /// Of links that meet in a place, the straightest pairs follow one another.
-void join(std::vector<Link>& links, const std::vector<LinkEnd>& meeting) {
+void join(std::vector<Link>& links, std::span<const LinkEnd> meeting) {
     if (meeting.size() < 2 || meeting.size() > crowd) return;
     std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
     for (std::size_t i = 0; i < meeting.size(); ++i) {
@@ -154,22 +156,23 @@ void join(std::vector<Link>& links, const std::vector<LinkEnd>& meeting) {
     }
 }
 
-void joinAll(std::vector<Link>& links) {
-    std::vector<std::pair<std::uint32_t, LinkEnd>> ends;
-    for (std::uint32_t i = 0; i < links.size(); ++i) {
-        for (std::uint32_t side = 0; side < 2; ++side) {
-            if (links[i].places[side] != nowhere) ends.push_back({links[i].places[side], {i, side}});
+/// `places`: how many there are.
+void joinAll(std::vector<Link>& links, std::uint32_t places) {
+    std::vector<std::uint32_t> begins(std::size_t{places} + 1, 0);
+    const auto eachEnd = [&](const auto& take) {
+        for (std::uint32_t i = 0; i < links.size(); ++i) {
+            for (std::uint32_t side = 0; side < 2; ++side) {
+                if (links[i].places[side] != nowhere) take(links[i].places[side], LinkEnd{i, side});
+            }
         }
-    }
-    std::stable_sort(ends.begin(), ends.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<LinkEnd> meeting;
-    for (std::size_t i = 0; i < ends.size(); ++i) {
-        meeting.push_back(ends[i].second);
-        if (i + 1 < ends.size() && ends[i + 1].first == ends[i].first) continue;
-        join(links, meeting);
-        meeting.clear();
-    }
+    };
+    eachEnd([&](std::uint32_t place, const LinkEnd&) { ++begins[place + 1]; });
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    std::vector<LinkEnd> ends(begins.back());
+    auto next = begins;
+    eachEnd([&](std::uint32_t place, const LinkEnd& end) { ends[next[place]++] = end; });
+    for (std::uint32_t place = 0; place < places; ++place)
+        join(links, std::span(ends).subspan(begins[place], begins[place + 1] - begins[place]));
 }
 
 /// Appends a link's points, from one of its ends to the other.
@@ -199,22 +202,23 @@ InkLine follow(std::vector<Link>& links, std::uint32_t first, std::size_t side) 
     return line;
 }
 
-/// Vertices in one place have one number.
-void numberPlaces(const storage::SurfaceMesh& mesh, const std::vector<EdgeLine>& pieces,
-                  std::vector<Link>& links) {
+/// Vertices in one place have one number; how many there are.
+std::uint32_t numberPlaces(const storage::SurfaceMesh& mesh, const std::vector<EdgeLine>& pieces,
+                           std::vector<Link>& links) {
     std::vector<std::tuple<Place, std::uint32_t, std::uint32_t>> ends;
     for (std::uint32_t i = 0; i < pieces.size(); ++i) {
         const Span& span = pieces[i].piece;
         if (span.begin == 0.0) ends.emplace_back(placeOf(mesh, pieces[i].vertices[0]), i, 0);
         if (span.end == 1.0) ends.emplace_back(placeOf(mesh, pieces[i].vertices[1]), i, 1);
     }
-    std::sort(ends.begin(), ends.end());
+    tbb::parallel_sort(ends.begin(), ends.end());
     std::uint32_t number = 0;
     for (std::size_t i = 0; i < ends.size(); ++i) {
         const auto& [place, link, side] = ends[i];
         if (i > 0 && std::get<0>(ends[i - 1]) != place) ++number;
         links[link].places[side] = number;
     }
+    return ends.empty() ? 0 : number + 1;
 }
 
 }  // namespace
@@ -229,13 +233,9 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
         StepFinder(surface, view, extent).find(std::span(links).subspan(run.begin(), run.size()));
     });
     if (stop.stop_requested()) return {};
-    numberPlaces(surface.mesh(), pieces, links);
-    joinAll(links);
+    joinAll(links, numberPlaces(surface.mesh(), pieces, links));
     std::vector<InkLine> lines;
-    const auto take = [&](std::uint32_t i, std::size_t side) {
-        lines.push_back(follow(links, i, side));
-        simplify(lines.back().points);
-    };
+    const auto take = [&](std::uint32_t i, std::size_t side) { lines.push_back(follow(links, i, side)); };
     for (std::uint32_t i = 0; i < links.size(); ++i) {
         for (std::size_t side = 0; side < 2; ++side) {
             if (!links[i].taken && links[i].next[side] == nowhere) take(i, side);
@@ -244,6 +244,7 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
     for (std::uint32_t i = 0; i < links.size(); ++i) {
         if (!links[i].taken) take(i, 0);  // closed
     }
+    tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) { simplify(lines[i].points); });
     return lines;
 }
 

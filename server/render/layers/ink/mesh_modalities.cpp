@@ -24,6 +24,13 @@ constexpr double leastAcross = 1e-3;
 // Rays of a pixel that look for what keeps light from all sides away, at rest and in motion.
 constexpr std::uint32_t exactOcclusion = 4, quickOcclusion = 1;
 
+/// Whether a drawing asks for tones: else one place a pixel tells all that is needed of it.
+bool needsTone(const InkStyle& style) {
+    const auto& lines = style.silhouettes;
+    return style.show != InkPicture::drawing || lines.mode == SilhouetteMode::adjusted || lines.omit ||
+           style.hatch.strength > 0.0 || style.solid.strength > 0.0;
+}
+
 MeshStyle white(const InkStyle& style) {
     MeshStyle mesh;
     mesh.color = glm::dvec3(1.0);
@@ -36,13 +43,13 @@ class RowMaker {
   public:
     /// `closed`: the share of light from all sides that is kept away; or empty.
     RowMaker(const MeshSight& sight, const MeshSurface& surface, const AmbientOcclusion& occlusion,
-             float paper, bool exact, MeshModalities& made, Raster<float>& closed)
+             float paper, std::uint32_t samples, MeshModalities& made, Raster<float>& closed)
         : sight_(sight),
           mesh_(surface.rays()),
           parts_(surface.mesh().parts),
           occlusion_(occlusion),
           paper_(paper),
-          samples_(exact ? mostPlaces : 1),
+          samples_(samples),
           made_(made.modalities),
           triangle_(made.triangle),
           farthest_(made.farthest),
@@ -84,8 +91,7 @@ class RowMaker {
             depth = static_cast<float>(hit->depth);
             nearest = i;
             const glm::dvec2 across(hit->normal.x, -hit->normal.y);
-            made_.angle.at(column, row) =
-                glm::length(across) > leastAcross ? static_cast<float>(std::atan2(across.y, across.x)) : 0.0F;
+            made_.angle.at(column, row) = glm::length(across) > leastAcross ? angleOf(across) : 0.0F;
             made_.part.at(column, row) = parts_.empty() ? 0U : parts_[met_[i].triangle];
             triangle_.at(column, row) = met_[i].triangle;
         }
@@ -139,12 +145,13 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
     const MeshStyle mesh = white(style);
     const MeshSight sight(plan, transform, mesh, surface, 1.0);
     made.modalities.extent = std::max(sight.farDepth() - sight.nearDepth(), 1e-300);
+    const std::uint32_t samples = plan.exact && needsTone(style) ? mostPlaces : 1;
     const AmbientOcclusion occlusion(surface, plan.exact ? exactOcclusion : quickOcclusion);
     Raster<float> closed;
     if (style.occlusion > 0.0) closed = Raster<float>(width, height);
     tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
         if (stop.stop_requested()) return;
-        RowMaker(sight, surface, occlusion, paper, plan.exact, made, closed).make(row);
+        RowMaker(sight, surface, occlusion, paper, samples, made, closed).make(row);
     });
     if (!closed.values.empty() && !stop.stop_requested()) darken(made.modalities, closed, style);
     return made;

@@ -21,7 +21,8 @@ struct MeshModalities {
     Raster<float> farthest;
 };
 
-/// In the size of the plan, whose camera is told; one place a pixel where it is not exact. Grey is the mean
+/// In the size of the plan, whose camera is told; one place a pixel where it is not exact, or
+/// the style asks for no tones. Grey is the mean
 /// over a pixel, `paper` where nothing is seen; depth, angle, part and triangle are of its
 /// nearest place.
 MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transform, const InkStyle& style,

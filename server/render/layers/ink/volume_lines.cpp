@@ -15,7 +15,7 @@ namespace mote::render {
 namespace {
 
 constexpr float level = surfaceOpacity;
-constexpr double sureStep = 0.012;  // of the extent beyond the slope, somewhere along a line
+constexpr double sureStep = 0.012;  // of the extent, somewhere along a line
 constexpr double shortest = 8.0;    // pixels of a line
 constexpr double rounding = 1.0;    // standard deviation over which a line is made smooth, pixels
 

@@ -115,7 +115,7 @@ class RowMaker {
         made.part.at(column, row) = 0;
         const glm::dvec2 across(pixel.normal.x, -pixel.normal.y);
         if (glm::length(across) > leastAcross * glm::length(pixel.normal))
-            made.angle.at(column, row) = static_cast<float>(std::atan2(across.y, across.x));
+            made.angle.at(column, row) = angleOf(across);
     }
 
     const VolumeRays& rays_;
