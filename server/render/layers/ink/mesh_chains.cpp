@@ -171,8 +171,11 @@ void joinAll(std::vector<Link>& links, std::uint32_t places) {
     std::vector<LinkEnd> ends(begins.back());
     auto next = begins;
     eachEnd([&](std::uint32_t place, const LinkEnd& end) { ends[next[place]++] = end; });
-    for (std::uint32_t place = 0; place < places; ++place)
-        join(links, std::span(ends).subspan(begins[place], begins[place + 1] - begins[place]));
+    // Each end is in one place.
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, places, piecesATime), [&](const auto& run) {
+        for (auto place = run.begin(); place < run.end(); ++place)
+            join(links, std::span(ends).subspan(begins[place], begins[place + 1] - begins[place]));
+    });
 }
 
 /// Appends a link's points, from one of its ends to the other.
