@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/ink_seen.h"
 
+#include <optional>
 #include <utility>
 
 #include "server/render/layers/ink/line_view.h"
@@ -17,6 +18,13 @@ namespace {
 
 // Pixels between places of a line at which what hides it is sought.
 constexpr double sampling = 0.35;
+
+/// Whether a drawing chooses lines by the depth steps beside them.
+bool needsSteps(const InkStyle& style) {
+    const auto mode = style.silhouettes.mode;
+    return mode == SilhouetteMode::important || mode == SilhouetteMode::adjusted ||
+           style.solid.strength > 0.0;
+}
 
 /// Sees one kind of data or the other.
 struct Seeing {
@@ -41,7 +49,9 @@ struct Seeing {
         const auto pieces =
             visible(*surface, view, edges,
                     {.sampling = sampling, .likely = &seen.triangle, .farthest = &seen.farthest}, stop);
-        scene.lines = chained(*surface, view, pieces, scene.modalities.extent, stop);
+        scene.lines =
+            chained(*surface, view, pieces,
+                    needsSteps(style) ? std::optional(scene.modalities.extent) : std::nullopt, stop);
         return scene;
     }
     InkScene operator()(const InkVolume& volume) const {

@@ -227,13 +227,14 @@ std::uint32_t numberPlaces(const storage::SurfaceMesh& mesh, const std::vector<E
 }  // namespace
 
 std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
-                             const std::vector<EdgeLine>& pieces, double extent,
+                             const std::vector<EdgeLine>& pieces, std::optional<double> extent,
                              const std::stop_token& stop) {
     std::vector<Link> links(pieces.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces.size(), piecesATime), [&](const auto& run) {
         if (stop.stop_requested()) return;
         for (auto i = run.begin(); i < run.end(); ++i) links[i] = linkOf(surface, view, pieces[i]);
-        StepFinder(surface, view, extent).find(std::span(links).subspan(run.begin(), run.size()));
+        if (extent)
+            StepFinder(surface, view, *extent).find(std::span(links).subspan(run.begin(), run.size()));
     });
     if (stop.stop_requested()) return {};
     joinAll(links, numberPlaces(surface.mesh(), pieces, links));

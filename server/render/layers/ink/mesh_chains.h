@@ -4,6 +4,7 @@
 // it.
 #pragma once
 
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -14,8 +15,9 @@
 namespace mote::render {
 
 /// Pieces that follow one another as long lines on the screen, with the depth steps beside them. `extent`: of
-/// Modalities.
+/// Modalities; without it no steps are found.
 std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
-                             const std::vector<EdgeLine>& pieces, double extent, const std::stop_token& stop);
+                             const std::vector<EdgeLine>& pieces, std::optional<double> extent,
+                             const std::stop_token& stop);
 
 }  // namespace mote::render
