@@ -134,7 +134,7 @@ std::vector<Origin> originsOf(const Segments& regions, const Raster<std::uint32_
 }
 
 /// Strokes of a region that moved as its middle did. `scale`: of the picture to the one before.
-HatchFrame moved(const HatchFrame& before, const HatchFrame& asked, const Origin& origin, double scale) {
+HatchAxes moved(const HatchAxes& before, const HatchAxes& asked, const Origin& origin, double scale) {
     // Directions have no sign.
     const double turn = std::remainder(asked.direction - before.direction, std::numbers::pi);
     if (std::abs(turn) > otherWay) return asked;
@@ -204,17 +204,17 @@ Segments Carry::regions(const Segments& found, std::size_t leastPixels, const st
     return made;
 }
 
-std::vector<HatchFrame> Carry::frames(const Segments& regions, const std::vector<HatchFrame>& asked) const {
+std::vector<HatchAxes> Carry::axes(const Segments& regions, const std::vector<HatchAxes>& asked) const {
     if (before_.regions.label.values.empty() || regions.label.values.empty()) return asked;
     const auto origins = originsOf(regions, from_, before_.regions);
-    auto frames = asked;
+    auto axes = asked;
     const double scale = static_cast<double>(from_.height) / before_.depth.height;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (std::size_t i = 0; i < axes.size(); ++i) {
         const auto& origin = origins[i];
-        if (origin.label < before_.frames.size() && origin.carried > mostShare * origin.pixels)
-            frames[i] = moved(before_.frames[origin.label], asked[i], origin, scale);
+        if (origin.label < before_.axes.size() && origin.carried > mostShare * origin.pixels)
+            axes[i] = moved(before_.axes[origin.label], asked[i], origin, scale);
     }
-    return frames;
+    return axes;
 }
 
 void Carry::even(Raster<float>& density) const {

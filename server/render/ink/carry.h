@@ -24,10 +24,10 @@ class Carry {
     /// Regions as before where they still go with what is seen there; where they do not, or nothing was seen
     /// before, as they are found anew.
     Segments regions(const Segments& found, std::size_t leastPixels, const std::stop_token& stop) const;
-    /// Strokes of regions that were there before lie where they lay on the surface, and turn but slowly to
-    /// what is asked for.
-    std::vector<HatchFrame> frames(const Segments& regions, const std::vector<HatchFrame>& asked) const;
-    /// Densities that change but slowly.
+    /// Strokes of regions that were there before lie where they lay on the surface, and turn slowly to what
+    /// is asked for.
+    std::vector<HatchAxes> axes(const Segments& regions, const std::vector<HatchAxes>& asked) const;
+    /// Makes densities change slowly.
     void even(Raster<float>& density) const;
 
   private:

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numeric>
 #include <utility>
+
+#include "server/render/ink/merges.h"
 
 namespace mote::render {
 namespace {
@@ -173,7 +174,7 @@ class Tracer {
 
     /// Outlines at both ends of a row's run of pixels inside bound one region: so each hole is told that of
     /// what lies left of it.
-    void joinRegions() {
+    void joinRegions(Merges& merges) const {
         for (std::uint32_t row = 0; row < values_.height; ++row) {
             std::uint32_t begin = notTraced;
             for (std::uint32_t link = 0; link <= values_.width; ++link) {
@@ -183,25 +184,15 @@ class Tracer {
                     begin = number;
                     continue;
                 }
-                merge(begin, number);
+                merges.merge(begin, number);
                 begin = notTraced;
             }
         }
     }
-    std::uint32_t root(std::uint32_t number) {
-        while (parents_[number] != number) number = parents_[number] = parents_[parents_[number]];
-        return number;
-    }
-    void merge(std::uint32_t a, std::uint32_t b) {
-        a = root(a);
-        b = root(b);
-        parents_[std::max(a, b)] = std::min(a, b);
-    }
     std::vector<Outline> byRegions() {
-        parents_.resize(outlines_.size());
-        std::iota(parents_.begin(), parents_.end(), 0U);
-        joinRegions();
-        for (auto& outline : outlines_) outline.region = root(outline.region);
+        Merges merges(static_cast<std::uint32_t>(outlines_.size()));
+        joinRegions(merges);
+        for (auto& outline : outlines_) outline.region = merges.root(outline.region);
         std::erase_if(outlines_, [](const Outline& outline) { return outline.points.size() < 3; });
         std::stable_sort(outlines_.begin(), outlines_.end(),
                          [](const Outline& a, const Outline& b) { return a.region < b.region; });
@@ -214,7 +205,6 @@ class Tracer {
     Raster<std::uint32_t> traced_;  // numbers of outlines left of each pixel, and right of the last
     std::vector<Outline> outlines_;
     std::vector<glm::dvec2> points_;
-    std::vector<std::uint32_t> parents_;
 };
 
 }  // namespace

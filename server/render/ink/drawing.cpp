@@ -101,7 +101,7 @@ class DrawingMaker {
     /// What is hatched, and how.
     struct HatchPlan {
         Segments regions;
-        std::vector<HatchFrame> frames;
+        std::vector<HatchAxes> axes;
         Raster<float> density;
     };
     /// What is drawn beside solid ink: all where there is none.
@@ -184,15 +184,15 @@ class DrawingMaker {
         }
         HatchPlan plan{std::move(regions), {}, missing(rest, drawn, hatchOptions().spacing)};
         if (carry_) carry_->even(plan.density);
-        plan.frames = hatchFrames(hatchRegions(plan));
-        if (carry_) plan.frames = carry_->frames(plan.regions, plan.frames);
+        plan.axes = hatchAxes(hatchRegions(plan));
+        if (carry_) plan.axes = carry_->axes(plan.regions, plan.axes);
         return plan;
     }
     HatchRegions hatchRegions(const HatchPlan& plan) const {
         return {plan.regions.label, plan.regions.count, scene_.modalities.angle, plan.density};
     }
     std::vector<HatchStroke> hatched(const HatchPlan& plan) const {
-        return hatch(hatchRegions(plan), plan.frames, hatchOptions(), stop_);
+        return hatch(hatchRegions(plan), plan.axes, hatchOptions(), stop_);
     }
     Segments segments() const {
         SegmentOptions options{.method = style_.hatch.segments};
@@ -210,7 +210,7 @@ class DrawingMaker {
                     std::move(chosen.lines),
                     std::move(chosen.left),
                     std::move(plan.regions),
-                    std::move(plan.frames),
+                    std::move(plan.axes),
                     std::move(plan.density)};
     }
     /// The density that lines leave to be hatched, where it is.

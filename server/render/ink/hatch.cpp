@@ -62,15 +62,15 @@ class RegionHatcher {
     RegionHatcher(const HatchRegions& regions, const HatchOptions& options)
         : regions_(regions), options_(options), added_(densities(options)) {}
 
-    void hatch(const std::uint32_t* first, const std::uint32_t* last, const HatchFrame& frame,
+    void hatch(const std::uint32_t* first, const std::uint32_t* last, const HatchAxes& axes,
                std::vector<HatchStroke>& strokes) {
         double most = 0.0;
         for (const auto* pixel = first; pixel != last; ++pixel)
             most = std::max(most, static_cast<double>(regions_.density.values[*pixel]));
-        origin_ = frame.origin;
+        origin_ = axes.origin;
         double before = 0.0;
         for (std::size_t layer = 0; layer < layers && before < most; ++layer) {
-            fill(first, last, frame.direction, layer, before);
+            fill(first, last, axes.direction, layer, before);
             take(strokes);
             before += added_[layer];
         }
@@ -172,18 +172,18 @@ double mostHatched(const HatchOptions& options) {
     return std::accumulate(added.begin(), added.end(), 0.0);
 }
 
-std::vector<HatchFrame> hatchFrames(const HatchRegions& regions) {
+std::vector<HatchAxes> hatchAxes(const HatchRegions& regions) {
     std::vector<DirectionSum> sums(regions.count);
     for (std::size_t i = 0; i < regions.label.values.size(); ++i) {
         const double angle = static_cast<double>(regions.angle.values[i]);
         if (regions.label.values[i] < regions.count && angle != 0.0) sums[regions.label.values[i]].add(angle);
     }
-    std::vector<HatchFrame> frames;
-    for (const auto& sum : sums) frames.push_back({.direction = sum.mean()});
-    return frames;
+    std::vector<HatchAxes> axes;
+    for (const auto& sum : sums) axes.push_back({.direction = sum.mean()});
+    return axes;
 }
 
-std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchFrame>& frames,
+std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchAxes>& axes,
                                const HatchOptions& options, const std::stop_token& stop) {
     const auto all = pixelsOf(regions);
     std::vector<std::vector<HatchStroke>> made(regions.count);
@@ -191,7 +191,7 @@ std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<Ha
         if (stop.stop_requested()) return;
         RegionHatcher hatcher(regions, options);
         hatcher.hatch(all.pixels.data() + all.begins[region], all.pixels.data() + all.begins[region + 1],
-                      frames[region], made[region]);
+                      axes[region], made[region]);
     });
     std::vector<HatchStroke> strokes;
     for (const auto& region : made) strokes.insert(strokes.end(), region.begin(), region.end());

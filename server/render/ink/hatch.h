@@ -19,7 +19,7 @@ struct HatchOptions {
 };
 
 /// How the strokes of a region's first layer lie: those of others are turned around the same place.
-struct HatchFrame {
+struct HatchAxes {
     double direction = 0.0;  ///< radians
     glm::dvec2 origin{0.0};  ///< through which one would pass; pixels
 };
@@ -39,10 +39,10 @@ struct HatchRegions {
 
 /// Along the mean direction of each region, on one raster of the whole picture for each direction, so what
 /// changes in one region leaves the others alone.
-std::vector<HatchFrame> hatchFrames(const HatchRegions& regions);
+std::vector<HatchAxes> hatchAxes(const HatchRegions& regions);
 
-/// Region by region, layer by layer. `frames`: of the regions.
-std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchFrame>& frames,
+/// Region by region, layer by layer. `axes`: of the regions.
+std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchAxes>& axes,
                                const HatchOptions& options, const std::stop_token& stop);
 
 /// The density that all layers have together.

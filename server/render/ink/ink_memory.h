@@ -23,8 +23,8 @@ struct InkMemory {
     Raster<float> depth;               ///< Modalities::depth
     std::vector<InkLine> drawn, left;  ///< lines that were drawn, and that were not
     Segments regions;
-    std::vector<HatchFrame> frames;  ///< of the regions
-    Raster<float> density;           ///< that was hatched
+    std::vector<HatchAxes> axes;  ///< of the regions
+    Raster<float> density;        ///< that was hatched
 };
 
 }  // namespace mote::render

@@ -27,7 +27,7 @@ struct Region {
 
     std::vector<HatchStroke> hatched(const HatchOptions& options, std::uint32_t count = 1) const {
         const HatchRegions regions{label, count, angle, density};
-        return hatch(regions, hatchFrames(regions), options, {});
+        return hatch(regions, hatchAxes(regions), options, {});
     }
 };
 
@@ -190,7 +190,7 @@ TEST(Hatch, ExtremesDoNoHarm) {
     source.request_stop();
     const Region region(8, 0.0F, 1.0);
     const HatchRegions regions{region.label, 1, region.angle, region.density};
-    EXPECT_TRUE(hatch(regions, hatchFrames(regions), {}, source.get_token()).empty());
+    EXPECT_TRUE(hatch(regions, hatchAxes(regions), {}, source.get_token()).empty());
 }
 
 }  // namespace

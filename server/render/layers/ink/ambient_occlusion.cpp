@@ -30,11 +30,11 @@ std::vector<glm::dvec3> spread(std::size_t count) {
     return made;
 }
 
-struct Frame {
+struct Basis {
     glm::dvec3 x, y, z;
 
     /// Around a unit vector (Duff and others 2017, Building an Orthonormal Basis, Revisited).
-    explicit Frame(const glm::dvec3& normal) : z(normal) {
+    explicit Basis(const glm::dvec3& normal) : z(normal) {
         const double sign = normal.z < 0.0 ? -1.0 : 1.0;
         const double a = -1.0 / (sign + normal.z), b = normal.x * normal.y * a;
         x = {1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x};
@@ -67,12 +67,12 @@ double AmbientOcclusion::at(const MeshRay& seen, const MeshMeeting& met, std::ui
     const glm::dvec3 smooth =
         side * (met.weights.x * glm::dvec3(mesh.normals[i]) + met.weights.y * glm::dvec3(mesh.normals[j]) +
                 met.weights.z * glm::dvec3(mesh.normals[k]));
-    const Frame frame(glm::dot(smooth, smooth) > 0.0 ? glm::normalize(smooth) : flat);
+    const Basis basis(glm::dot(smooth, smooth) > 0.0 ? glm::normalize(smooth) : flat);
     const glm::dvec3 from = seen.origin + met.at * seen.direction + gap_ * flat;
     const std::size_t first = std::size_t{rays_} * ((row % tile) * tile + column % tile);
     std::uint32_t blocked = 0;
     for (std::size_t n = first; n < first + rays_; ++n) {
-        glm::dvec3 way = frame(directions_[n]);
+        glm::dvec3 way = basis(directions_[n]);
         // A smoothed normal leans: what goes into the triangle is turned back out.
         const double out = glm::dot(way, flat);
         if (out < 0.0) way -= 2.0 * out * flat;

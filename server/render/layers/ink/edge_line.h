@@ -19,6 +19,9 @@
 
 namespace mote::render {
 
+/// Pixels beside the picture in which lines are still looked for.
+inline constexpr double lineMargin = 64.0;
+
 struct EdgeLine {
     LineKind kind = LineKind::silhouette;
     std::array<std::uint32_t, 2> vertices{}, triangles{};  ///< as in storage::MeshEdge

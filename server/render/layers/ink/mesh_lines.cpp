@@ -10,8 +10,6 @@
 namespace mote::render {
 namespace {
 
-constexpr double margin = 64.0;  // pixels beside the picture in which lines are still looked for
-
 glm::dvec3 area(const storage::SurfaceMesh& mesh, std::uint32_t triangle) {
     const auto [i, j, k] = mesh.triangles[triangle];
     const glm::dvec3 a(mesh.positions[i]);
@@ -44,7 +42,7 @@ class LineFinder {
             EdgeLine line{.vertices = edge.vertices, .triangles = edge.triangles};
             if (!isLine(edge, line.kind)) continue;
             const auto [from, to] = endsOf(mesh_, line, view_);
-            line.piece = view_.inPicture(from, to, margin);
+            line.piece = view_.inPicture(from, to, lineMargin);
             if (!line.piece.empty()) lines.push_back(line);
         }
     }

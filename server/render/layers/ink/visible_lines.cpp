@@ -15,7 +15,6 @@
 namespace mote::render {
 namespace {
 
-constexpr double margin = 64.0;            // pixels beside the picture in which lines may cross others
 constexpr double smallestStep = 1.0 / 64;  // pixels; of what is hidden, at least so much is passed by
 // Of the bounds' diagonal: what lies so little nearer than a line does not hide it.
 constexpr double gapShare = 1e-7;
@@ -292,7 +291,7 @@ LineCrossings crossingsOf(const storage::SurfaceMesh& mesh, const LineView& view
     }
     const auto width = static_cast<std::uint32_t>(view.size().x),
                height = static_cast<std::uint32_t>(view.size().y);
-    return {std::move(lines), width, height, margin, stop};
+    return {std::move(lines), width, height, lineMargin, stop};
 }
 
 }  // namespace
