@@ -59,7 +59,9 @@ Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind)
 Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& background) {
     if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
     MOTE_ASSIGN_OR_RETURN(const auto transform, parseTransform(message.transform()));
-    const Layer layer{message.dataset(), message.step(), transform, StippleStyle{}};
+    const double opacity = message.has_opacity() ? message.opacity() : 1.0;
+    MOTE_RETURN_IF_ERROR(checkRange(opacity, 0.0, 1.0, "opacity"));
+    const Layer layer{message.dataset(), message.step(), transform, StippleStyle{}, opacity};
     switch (message.kind_case()) {
         case proto::Layer::kParticles:
             return withStyle(layer, parseParticlesStyle(message.particles()), "particles");

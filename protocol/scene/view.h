@@ -28,6 +28,7 @@ struct Layer {
     std::uint32_t step = 0;     ///< index into the dataset's steps
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
     std::variant<ParticlesStyle, HybridStyle, StippleStyle, MeshStyle, InkStyle> style;
+    double opacity = 1.0;  ///< how much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade")
 
     /// Null where it is of another kind.
     const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }

@@ -50,7 +50,7 @@ struct Version {
 };
 
 /// What this build speaks.
-inline constexpr Version ownVersion{1, 1};
+inline constexpr Version ownVersion{1, 2};
 
 using Greeting = std::array<std::uint8_t, 8>;
 using Header = std::array<std::uint8_t, 8>;
