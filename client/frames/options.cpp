@@ -11,48 +11,91 @@
 namespace mote::client {
 namespace {
 
+constexpr const char* footer =
+    R"(Pictures are DIR/frame-000000.EXT and so on, each complete when it appears; so is a video.
+
+Examples:
+  mote-frames views.json --connect ~/.mote/connection.json --out pictures
+  mote-frames views.json --spawn data=/scratch/plots --device egl --out pictures --format exr
+  mote-frames turn.json --spawn data=/scratch/plots --video turn.mp4 --samples 4
+  mote-frames turn.json --connect c.json --out frames --video turn.mp4 --keep-frames --resume
+  mote-frames turn.json --connect c.json --detach --video mp4      # prints the film's job id
+  mote-frames --fetch 0123456789abcdef --connect c.json --video turn.mp4
+  mote-frames dots.json --connect c.json --out prints --format pdf --page 210x297 --margin 15 --dot 0.3)";
+
 /// What the command line says before it is checked.
 struct RawOptions {
     FramesOptions options;
-    std::string connect, device, format = "png", video;
-    double fps = 30.0;
+    std::vector<std::string> connect;
+    std::string script, device, format = "png", video, chroma = "full", out, job;
     std::string page;
     double margin = 0.0, dot = 0.0;  // mm
-    bool plotter = false;
+    double fps = 30.0;
+    int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1;
+    bool plotter = false, detach = false;
 };
 
-void declare(const cli::Command& app, RawOptions& raw) {
-    app.footer(
-        "Pictures are DIR/frame-000000.EXT and so on, each complete when it appears.\n\n"
-        "Examples:\n"
-        "  mote-frames views.json --connect ~/.mote/connection.json --out pictures\n"
-        "  mote-frames views.json --spawn data=/scratch/plots --device egl --out pictures --format exr\n"
-        "  mote-frames views.json --connect c.json --out pictures --resume --json > frames.jsonl\n"
-        "  mote-frames dots.json --connect c.json --out prints --format pdf --page 210x297 --margin 15 --dot "
-        "0.3");
-    app.option("SCRIPT", raw.options.script, "Script of views (JSON), one picture each").required();
+void declareServers(const cli::Command& app, RawOptions& raw) {
     const auto server = app.group("server", "Which server draws (exactly one of these)");
-    server.option("--connect", raw.connect, "Connection file of a running server");
+    server
+        .option("--connect", raw.connect,
+                "Connection file of a running server; repeatable: they share the frames")
+        .repeatable();
     server.option("--spawn", raw.options.roots, "Start a private server with this root, NAME=DIR; repeatable")
         .repeatable();
     server.requireOneOption();
-    app.option("--device", raw.device, "Device of the private server: auto, egl or cpu");
-    app.option("--out", raw.options.out, "Folder of the pictures; made if it is not there").required();
-    app.option(
-           "--format", raw.format,
-           "png (8 bits, sRGB), exr (half floats, linear), jpg (quality 95), or dots and strokes as shapes: "
-           "svg, eps or pdf")
-        .showDefault();
+    app.option("--device", raw.device, "Device of the private servers: auto, egl or cpu");
+    app.option("--threads", raw.threads, "Of all private servers together; default all").range(0, 4096);
+    app.option("--jobs", raw.jobs, "Private servers that share the frames").range(1, 64).showDefault();
+}
+
+void declareSheet(const cli::Command& app, RawOptions& raw) {
     const auto sheet = app.group("sheet", "Of svg, eps and pdf");
     sheet.option("--page", raw.page, "Size in mm; 96 pixels an inch unless given").valueName("WIDTHxHEIGHT");
     sheet.option("--margin", raw.margin, "On each side, mm").valueName("MM");
     sheet.option("--dot", raw.dot, "Diameter of the largest dots, mm; as in the picture unless given")
         .valueName("MM");
     sheet.flag("--plotter", raw.plotter, "Each dot a tiny stroke, in the order of a short tour");
-    app.option("--video", raw.video, "Not in this version");
-    app.option("--fps", raw.fps, "Not in this version");
-    app.flag("--resume", raw.options.resume, "Keep pictures that are whole and show the same view");
-    app.flag("--json", raw.options.json, "One line of JSON a picture on stdout");
+}
+
+void declareFilm(const cli::Command& app, RawOptions& raw) {
+    const auto film = app.group("film", "Of films");
+    film.option("--video", raw.video, "Also one video of all frames: FILE.mp4, .webm or .gif");
+    film.option("--crf", raw.crf, "Quality of the video, less is better; mp4 0 to 51, webm 0 to 63")
+        .range(0, 63);
+    film.option("--chroma", raw.chroma,
+                "Of mp4 and webm: full keeps the colours of single points; halved plays everywhere")
+        .oneOf({"full", "halved"})
+        .showDefault();
+    film.option("--fps", raw.fps, "Frames a second, in place of the script's");
+    film.flag("--keep-frames", raw.options.keepFrames, "The pictures beside the video, in --out");
+    film.flag("--force", raw.options.force, "Replace a video that is there");
+    film.option("--samples", raw.samples, "Of each pixel: 1, 4, 9 or 16").showDefault();
+    film.option("--shutter", raw.options.exposure.shutterDegrees,
+                "Motion blur: how long a frame is exposed, 360 is until the next; of keyframes and moves")
+        .valueName("DEGREES");
+    film.option("--subframes", raw.subframes, "Pictures of an exposure that are averaged").showDefault();
+    film.flag("--detach", raw.detach,
+              "Leave the film with the server as a job and print its id; --video says of what kind");
+    film.option("--fetch", raw.options.fetch, "What the job of this id made").valueName("ID");
+    film.option("--job", raw.job, "Be a film's job").hidden();
+    film.option("--progress-fd", raw.options.progressDescriptor, "Progress as JSON lines").hidden();
+}
+
+void declare(const cli::Command& app, RawOptions& raw) {
+    app.footer(footer);
+    app.option("SCRIPT", raw.script, "Script of views, keyframes or moves (JSON)");
+    declareServers(app, raw);
+    app.option("--out", raw.out, "Folder of the pictures; made if it is not there");
+    app.option(
+           "--format", raw.format,
+           "png (8 bits, sRGB), png16, exr (half floats, linear), jpg (quality 95), or dots and strokes as "
+           "shapes: svg, eps or pdf")
+        .showDefault();
+    declareSheet(app, raw);
+    declareFilm(app, raw);
+    app.flag("--resume", raw.options.resume, "Keep frames that are whole and show the same");
+    app.flag("--json", raw.options.json, "One line of JSON a frame on stdout");
     app.flag("--quiet", raw.options.quiet, "No progress on stderr");
 }
 
@@ -63,9 +106,9 @@ Error refusal(const std::string& option, const std::string& why) {
 Status checkFormat(const RawOptions& raw, PictureFormat& format) {
     const auto known = pictureFormat(raw.format);
     if (!known) {
-        return refusal(
-            "--format",
-            fmt::format("\"{}\" is not a format; there are png, exr, jpg, svg, eps and pdf", raw.format));
+        return refusal("--format",
+                       fmt::format("\"{}\" is not a format; there are png, png16, exr, jpg, svg, eps and pdf",
+                                   raw.format));
     }
     format = *known;
     return success();
@@ -97,36 +140,108 @@ Status checkPage(RawOptions& raw, const cli::Command& app) {
     return success();
 }
 
-Status check(RawOptions& raw, const cli::Command& app) {
-    MOTE_RETURN_IF_ERROR(checkFormat(raw, raw.options.format));
-    MOTE_RETURN_IF_ERROR(checkPage(raw, app));
-    if (!raw.video.empty() || app.count("--fps") > 0) {
-        return refusal("--video",
-                       "videos are not in this version; write pictures and join them with another program");
-    }
+Status checkServers(RawOptions& raw) {
     for (const auto& root : raw.options.roots) {
         const auto equals = root.find('=');
         if (equals == 0 || equals == std::string::npos || equals + 1 == root.size()) {
             return refusal("--spawn", fmt::format("\"{}\" is not NAME=DIR", root));
         }
     }
-    if (!raw.device.empty() && raw.options.roots.empty()) {
+    const bool spawns = !raw.options.roots.empty();
+    if (!raw.device.empty() && !spawns)
         return refusal("--device", "chooses the device of a private server and needs --spawn");
-    }
+    if (raw.threads > 0 && !spawns) return refusal("--threads", "is of a private server and needs --spawn");
+    if (raw.jobs > 1 && !spawns)
+        return refusal("--jobs",
+                       "starts private servers and needs --spawn; give --connect as often as there are "
+                       "running ones");
+    if (raw.options.task != FramesTask::draw && raw.connect.size() != 1)
+        return refusal("--connect", "one running server is needed");
     return success();
+}
+
+Status checkTask(RawOptions& raw) {
+    auto& options = raw.options;
+    const int tasks = (raw.detach ? 1 : 0) + (options.fetch.empty() ? 0 : 1) + (raw.job.empty() ? 0 : 1);
+    if (tasks > 1) return refusal("--detach", "--detach and --fetch are two runs");
+    options.task = raw.detach               ? FramesTask::detach
+                   : !options.fetch.empty() ? FramesTask::fetch
+                   : !raw.job.empty()       ? FramesTask::job
+                                            : FramesTask::draw;
+    const bool needsScript = options.task == FramesTask::draw || options.task == FramesTask::detach;
+    if (needsScript && raw.script.empty()) return refusal("SCRIPT", "is needed");
+    if (!needsScript && !raw.script.empty()) return refusal("SCRIPT", "the job has its own");
+    return success();
+}
+
+/// A detached film's is only of a kind: "mp4", or a name that ends so.
+Status checkVideo(RawOptions& raw, const cli::Command& app) {
+    auto& options = raw.options;
+    const bool document = options.page.format() != proto::Page::FORMAT_UNSPECIFIED;
+    if (!raw.video.empty() && document)
+        return refusal("--video", "is made of pixels: not of svg, eps or pdf");
+    if (options.task == FramesTask::detach && document)
+        return refusal("--format", "a detached film has pictures of pixels: png, png16, exr or jpg");
+    if (app.count("--crf") > 0 && raw.video.empty()) return refusal("--crf", "is of a video: give --video");
+    if (options.keepFrames && raw.video.empty())
+        return refusal("--keep-frames", "is for --video; without it the pictures are all that is made");
+    if (options.keepFrames && raw.out.empty()) return refusal("--keep-frames", "needs --out, their folder");
+    if (options.task == FramesTask::job || options.task == FramesTask::detach) return success();
+    if (raw.out.empty() && raw.video.empty()) return refusal("--out", "where should the pictures go?");
+    if (options.task == FramesTask::fetch && !raw.out.empty() && !raw.video.empty())
+        return refusal("--fetch", "either --out or --video");
+    return success();
+}
+
+Status checkNumbers(RawOptions& raw, const cli::Command& app) {
+    auto& exposure = raw.options.exposure;
+    exposure.samples = static_cast<unsigned>(std::max(0, raw.samples));
+    exposure.subframes = static_cast<unsigned>(std::max(0, raw.subframes));
+    const auto checked = checkExposure(exposure);
+    if (!checked.ok()) return refusal("--" + checked.error().where, checked.error().message);
+    const bool document = raw.options.page.format() != proto::Page::FORMAT_UNSPECIFIED;
+    if (document && (exposure.samples > 1 || exposure.blurs()))
+        return refusal("--samples", "svg, eps and pdf have shapes, which are not averaged");
+    if (app.count("--fps") == 0) return success();
+    if (!(raw.fps >= leastFps && raw.fps <= mostFps))
+        return refusal("--fps", fmt::format("is a number from {} to {}", leastFps, mostFps));
+    raw.options.fps = raw.fps;
+    return success();
+}
+
+Status check(RawOptions& raw, const cli::Command& app) {
+    MOTE_RETURN_IF_ERROR(checkFormat(raw, raw.options.format));
+    MOTE_RETURN_IF_ERROR(checkPage(raw, app));
+    MOTE_RETURN_IF_ERROR(checkTask(raw));
+    MOTE_RETURN_IF_ERROR(checkServers(raw));
+    MOTE_RETURN_IF_ERROR(checkVideo(raw, app));
+    return checkNumbers(raw, app);
+}
+
+FramesOptions toOptions(RawOptions raw, const cli::Command& app) {
+    auto& options = raw.options;
+    options.script = raw.job.empty() ? raw.script : raw.job;
+    options.connect.assign(raw.connect.begin(), raw.connect.end());
+    if (!raw.device.empty()) options.device = raw.device;
+    options.threads = static_cast<unsigned>(raw.threads);
+    options.jobs = static_cast<unsigned>(raw.jobs);
+    options.out = raw.out;
+    options.video = raw.video;
+    options.chroma = raw.chroma == "full" ? VideoChroma::full : VideoChroma::halved;
+    if (app.count("--crf") > 0) options.crf = static_cast<unsigned>(raw.crf);
+    return std::move(options);
 }
 
 }  // namespace
 
 std::variant<FramesOptions, int> parseFramesOptions(int argc, const char* const* argv) {
     RawOptions raw;
-    const cli::Program program("mote-frames renders the views of a script to picture files.", "mote-frames");
+    const cli::Program program("mote-frames renders the views of a script, or a film, to files.",
+                               "mote-frames");
     const auto app = program.command();
     declare(app, raw);
     if (const auto end = program.parse(argc, argv, [&] { return check(raw, app); })) return *end;
-    if (!raw.connect.empty()) raw.options.connect = raw.connect;
-    if (!raw.device.empty()) raw.options.device = raw.device;
-    return std::move(raw.options);
+    return toOptions(std::move(raw), app);
 }
 
 }  // namespace mote::client

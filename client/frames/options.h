@@ -3,27 +3,50 @@
 // The command line of mote-frames. A value.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "client/frames/exposure.h"
 #include "client/frames/picture_file.h"
+#include "client/frames/video/video_settings.h"
 
 namespace mote::client {
 
+/// What is asked of mote-frames.
+enum class FramesTask {
+    draw,    ///< a script, here
+    detach,  ///< leave a script with the server, as a job
+    fetch,   ///< what such a job made
+    job,     ///< be such a job: for servers
+};
+
 struct FramesOptions {
-    std::filesystem::path script;
-    std::optional<std::filesystem::path> connect;  ///< a running server's connection file, or
-    std::vector<std::string> roots;                ///< "NAME=DIR" of the private server to start
-    std::optional<std::string> device;             ///< of the private server
-    std::filesystem::path out;                     ///< folder of the pictures
+    FramesTask task = FramesTask::draw;
+    std::filesystem::path script;                ///< of a job: the file of its request
+    std::vector<std::filesystem::path> connect;  ///< running servers' connection files, or
+    std::vector<std::string> roots;              ///< "NAME=DIR" of the private servers to start
+    std::optional<std::string> device;           ///< of the private servers
+    unsigned threads = 0;                        ///< of all private servers together; 0: all cores
+    unsigned jobs = 1;                           ///< private servers
+    std::filesystem::path out;                   ///< folder of the pictures; empty: there are none
     PictureFormat format = PictureFormat::png;
-    proto::Page page;     ///< of documents
-    bool resume = false;  ///< keep pictures that are whole and of the same view
-    bool json = false;    ///< one JSON object a frame on stdout
-    bool quiet = false;   ///< no progress on stderr
+    proto::Page page;  ///< of documents
+    ExposureSettings exposure;
+    std::filesystem::path video;  ///< file of the video; empty: there is none
+    std::optional<unsigned> crf;  ///< its quality
+    VideoChroma chroma = VideoChroma::full;
+    std::optional<double> fps;    ///< frames a second, in place of the script's
+    bool keepFrames = false;      ///< pictures beside the video
+    bool resume = false;          ///< keep frames that are whole and show the same
+    bool force = false;           ///< a video that is there is replaced
+    bool json = false;            ///< one JSON object a frame on stdout
+    bool quiet = false;           ///< no progress on stderr
+    std::string fetch;            ///< the job whose film is wanted
+    int progressDescriptor = -1;  ///< of a job
 };
 
 /// The options, or the exit status after help (0) or wrong usage (2), which has been printed.

@@ -17,18 +17,20 @@
 namespace mote::client {
 
 enum class PictureFormat {
-    png,  ///< RGB, 8 bits, sRGB
-    exr,  ///< RGB, half floats, linear
-    jpg,  ///< RGB, quality 95, 4:4:4, sRGB
-    svg,  ///< dots as shapes on a sheet, and so on
+    png,    ///< RGB, 8 bits, sRGB
+    png16,  ///< RGB, 16 bits, sRGB
+    exr,    ///< RGB, half floats, linear
+    jpg,    ///< RGB, quality 95, 4:4:4, sRGB
+    svg,    ///< dots as shapes on a sheet, and so on
     eps,
     pdf,
 };
 
-/// "png", "exr", "jpg", "svg", "eps", "pdf"; empty for other names.
+/// "png", "png16", "exr", "jpg", "svg", "eps", "pdf"; empty for other names.
 std::optional<PictureFormat> pictureFormat(std::string_view name);
-/// Also the extension of its files.
 std::string_view name(PictureFormat format);
+/// Of its files.
+std::string_view extension(PictureFormat format);
 /// What a server must be asked for; of a document nothing, but a page.
 proto::PixelFormat pixelFormat(PictureFormat format);
 /// FORMAT_UNSPECIFIED for those of pixels.

@@ -36,6 +36,7 @@ std::vector<std::string> commandLine(const ServerCommand& command, const std::fi
     for (const auto& root : command.roots) words.insert(words.end(), {"--root", root});
     words.insert(words.end(), {"--state", (folder / "state").string(), "--connection", connection.string()});
     if (command.device) words.insert(words.end(), {"--device", *command.device});
+    if (command.threads > 0) words.insert(words.end(), {"--threads", std::to_string(command.threads)});
     return words;
 }
 

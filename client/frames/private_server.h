@@ -39,6 +39,7 @@ struct ServerCommand {
     std::filesystem::path program;
     std::vector<std::string> roots;     ///< "NAME=DIR"
     std::optional<std::string> device;  ///< the server's own choice where absent
+    unsigned threads = 0;               ///< likewise where 0
 };
 
 class PrivateServer {

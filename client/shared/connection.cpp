@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <asio/post.hpp>
 
 #include "client/shared/connection_impl.h"
@@ -14,10 +15,10 @@ namespace {
 /// Hands one field of an answer to a typed reply.
 template <class T, class Field>
 auto typed(Connection::Reply<T> reply, Field field) {
-    return [reply = std::move(reply), field](Result<proto::ServerMessage> answer) {
+    return [reply = std::move(reply), field](auto answer) {
         if (!reply) return;
         if (!answer.ok()) return reply(answer.error());
-        reply(std::move(*((*answer).*field)()));
+        reply(std::move(*(answer->message.*field)()));
     };
 }
 
@@ -93,8 +94,9 @@ std::size_t Connection::poll() {
 
 bool Connection::wait(std::chrono::milliseconds timeout) {
     std::unique_lock lock(impl_->mutex_);
-    return impl_->changed_.wait_for(lock, timeout,
-                                    [&] { return !impl_->inbox_.empty() || impl_->frame_.has_value(); });
+    return impl_->changed_.wait_for(lock, timeout, [&] {
+        return !impl_->inbox_.empty() || impl_->frame_ || !impl_->queuedFrames_.empty();
+    });
 }
 
 std::uint64_t Connection::setView(proto::View view, const ViewRequest& request) {
@@ -109,8 +111,12 @@ std::uint64_t Connection::setView(proto::View view, const ViewRequest& request) 
         wanted.message.set_format(request.format);
         wanted.message.set_asked_ns(nowNs());
         wanted.message.set_moving(request.moving);
+        wanted.message.set_queued(request.queued);
         if (request.page) *wanted.message.mutable_page() = *request.page;
-        if (fits(wanted.message)) {
+        if (fits(wanted.message) && request.queued) {
+            impl_->queuedViews_.push_back(std::move(wanted));
+        } else if (fits(wanted.message)) {
+            impl_->queuedViews_.clear();
             impl_->view_ = std::move(wanted);
         } else {
             impl_->viewFailed(id,
@@ -125,8 +131,18 @@ std::optional<ReceivedFrame> Connection::takeFrame() {
     std::optional<ReceivedFrame> frame;
     {
         const std::lock_guard lock(impl_->mutex_);
-        if (!impl_->frame_) return std::nullopt;
-        frame = std::exchange(impl_->frame_, std::nullopt);
+        if (!impl_->queuedFrames_.empty()) {
+            frame = std::move(impl_->queuedFrames_.front());
+            impl_->queuedFrames_.pop_front();
+            if (impl_->staleFrames_ > 0) {
+                --impl_->staleFrames_;
+                return frame;
+            }
+        } else if (impl_->frame_) {
+            frame = std::exchange(impl_->frame_, std::nullopt);
+        } else {
+            return std::nullopt;
+        }
         impl_->giveBackFrame();
     }
     impl_->wakeWriter();
@@ -168,11 +184,21 @@ void Connection::watchJobs(Reply<proto::Jobs> reply) {
                typed(std::move(reply), &proto::ServerMessage::mutable_jobs));
 }
 
+void Connection::fetchFilm(const proto::FetchFilm& piece, Reply<FilmBytes> reply) {
+    proto::ClientMessage question;
+    *question.mutable_fetch_film() = piece;
+    impl_->ask(std::move(question), proto::ServerMessage::kFilmPiece,
+               [reply = std::move(reply)](Result<Impl::ServerAnswer> answer) {
+                   if (!answer.ok()) return reply(answer.error());
+                   reply(FilmBytes{answer->message.film_piece(), std::move(answer->payload)});
+               });
+}
+
 void Connection::ping(Reply<double> reply) {
     proto::ClientMessage question;
     question.mutable_ping();
     impl_->ask(std::move(question), proto::ServerMessage::kPong,
-               [this, reply = std::move(reply)](const Result<proto::ServerMessage>& answer) {
+               [this, reply = std::move(reply)](const Result<Impl::ServerAnswer>& answer) {
                    if (!reply) return;
                    answer.ok() ? reply(statistics().roundTripMs) : reply(answer.error());
                });
@@ -288,7 +314,25 @@ void Connection::Impl::askAgain(const Error& reason) {
     for (const auto& [request, question] : questions_) outbox_.push_back(question.message);
 }
 
+bool Connection::Impl::isQueued(std::uint64_t viewId) const {
+    return std::any_of(queuedViews_.begin(), queuedViews_.end(),
+                       [&](const auto& view) { return view.message.view_id() == viewId; });
+}
+
+void Connection::Impl::keepFrame(ReceivedFrame frame) {
+    const auto viewId = frame.message.view_id();
+    if (isQueued(viewId)) {
+        std::erase_if(queuedViews_, [&](const auto& view) { return view.message.view_id() == viewId; });
+        queuedFrames_.push_back(std::move(frame));
+        return;
+    }
+    if (frame_) giveBackFrame();  // one frame goes unseen
+    frame.payload.clear();
+    frame_ = std::move(frame);
+}
+
 void Connection::Impl::viewFailed(std::uint64_t viewId, const Error& error) {
+    std::erase_if(queuedViews_, [&](const auto& view) { return view.message.view_id() == viewId; });
     push(fmt::format("view {}", viewId), [this, viewId, error] {
         if (viewListener) viewListener(viewId, error);
     });

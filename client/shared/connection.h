@@ -6,8 +6,9 @@
 // yet run are then dropped.
 //
 // A view is a state: setView replaces the view that is wanted, and one that was not sent yet is never sent.
-// Frames are a state too: takeFrame gives the newest one, older ones nobody took are dropped. Everything else
-// is a question with one answer.
+// Frames are a state too: takeFrame gives the newest one, older ones nobody took are dropped. Queued views
+// are none: each is drawn, in order, and each frame is there to be taken. Everything else is a question with
+// one answer.
 #pragma once
 
 #include <chrono>
@@ -17,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/shared/decode.h"
 #include "protocol/mote.pb.h"
@@ -32,6 +34,7 @@ struct ConnectionSettings {
     std::chrono::milliseconds connectTimeout{10000};  ///< from the socket to the server's welcome
     /// A line that broke is opened again for so long: a server whose process died is there again in a moment.
     std::chrono::milliseconds returnPatience{5000};
+    bool background = false;  ///< pictures are made only while nobody else waits for one
 };
 
 struct ViewRequest {
@@ -39,12 +42,14 @@ struct ViewRequest {
     bool moving = false;                       ///< the hand is still on it: no refinement yet
     proto::PixelFormat format = proto::SRGB8;  ///< of the final picture
     std::optional<proto::Page> page = {};      ///< the final picture as a document
+    bool queued = false;  ///< the views before it stay and are drawn first; with finalOnly
 };
 
 /// A frame as it arrived, decoded.
 struct ReceivedFrame {
     proto::Frame message;  ///< whose picture it is, its quality, where the time went on the server
     FramePixels pixels;
+    std::vector<std::uint8_t> payload = {};  ///< of a queued view: as it travelled
     std::size_t payloadBytes = 0;
     double latencyMs = 0.0;  ///< from setView to the decoded picture, by this machine's clock
     double decodeMs = 0.0;   ///< of that, decoding
@@ -57,6 +62,12 @@ struct ConnectionStatistics {
     double roundTripMs = 0.0;         ///< of the latest ping; 0 before the first answer
     std::uint64_t frames = 0;         ///< received since the connection object was made
     std::uint64_t bytes = 0;
+};
+
+/// A piece of a file that a film job has made.
+struct FilmBytes {
+    proto::FilmPiece message;
+    std::vector<std::uint8_t> bytes;
 };
 
 class Connection {
@@ -92,9 +103,11 @@ class Connection {
     bool wait(std::chrono::milliseconds timeout);
 
     /// Wants this view from now on. Returns its id, which frames of it carry; ids ascend. Kept and sent once
-    /// connected where it is not yet.
+    /// connected where it is not yet. A view that is not queued takes the place of all before it. Of queued
+    /// ones at most wire::maxQueuedViews are sent at a time; the others wait here.
     std::uint64_t setView(proto::View view, const ViewRequest& request);
-    /// The newest decoded frame that was not taken yet; the server may then render another.
+    /// The oldest decoded frame of a queued view, or else the newest of the present one, that was not taken
+    /// yet; the server may then render another.
     std::optional<ReceivedFrame> takeFrame();
 
     // Each question is answered once: by the server's answer, its failure, or an Error (internal) that says
@@ -105,6 +118,8 @@ class Connection {
     void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);
     /// All jobs; from then on onJob hears of every change.
     void watchJobs(Reply<proto::Jobs> reply);
+    /// A piece of what a film job has made, from a place in the file on.
+    void fetchFilm(const proto::FetchFilm& piece, Reply<FilmBytes> reply);
     void ping(Reply<double> reply);  ///< the round trip, ms
 
     // Listeners, one each; set them before the first poll().

@@ -65,7 +65,11 @@ class Line : public std::enable_shared_from_this<Line> {
 };
 
 struct Connection::Impl {
-    using Answer = std::function<void(Result<proto::ServerMessage>)>;
+    struct ServerAnswer {
+        proto::ServerMessage message;
+        std::vector<std::uint8_t> payload = {};
+    };
+    using Answer = std::function<void(Result<ServerAnswer>)>;
     using Body = proto::ServerMessage::BodyCase;
 
     struct Question {
@@ -113,7 +117,7 @@ struct Connection::Impl {
     void receivedFrame(WholeFrame whole);
     void frameFailed(std::uint64_t viewId, const Error& error);
     void receivedFailure(const proto::ServerMessage& message);
-    void answered(proto::ServerMessage message);
+    void answered(proto::ServerMessage message, std::vector<std::uint8_t> payload);
     void watchTime(std::chrono::milliseconds wait);
     void tick();
 
@@ -127,6 +131,9 @@ struct Connection::Impl {
     void askAgain(const Error& reason);
     proto::ClientMessage nextQuestion();
     std::optional<proto::ClientMessage> nextView();
+    WantedView* unsentView();
+    void keepFrame(ReceivedFrame frame);
+    bool isQueued(std::uint64_t viewId) const;
     void receivedNews(proto::ServerMessage message);
     void viewFailed(std::uint64_t viewId, const Error& error);
     std::uint64_t viewOfRequest(std::uint64_t request) const;
@@ -141,8 +148,11 @@ struct Connection::Impl {
     std::optional<Error> lostReason_;
     proto::Welcome welcome_;
     Inbox inbox_;
-    std::optional<ReceivedFrame> frame_;
+    std::optional<ReceivedFrame> frame_;      // of the present view, the newest
+    std::deque<ReceivedFrame> queuedFrames_;  // of queued views
     std::optional<WantedView> view_;
+    std::size_t staleFrames_ = 0;         // of these, that came on an earlier line
+    std::deque<WantedView> queuedViews_;  // not answered yet
     std::uint64_t lastViewId_ = 0;
     std::uint64_t lastRequest_ = 0;
     proto::Credit credit_;  // to give back, and to say

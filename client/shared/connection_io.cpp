@@ -71,11 +71,13 @@ void Connection::Impl::prepareLine() {
             welcome_.Clear();
         }
         frame_.reset();
+        staleFrames_ = queuedFrames_.size();
         credit_.Clear();
         creditDue_ = false;
         sentViews_.clear();
         pingSince_.reset();
         if (view_) view_->sent = false;
+        for (auto& view : queuedViews_) view.sent = false;
     }
 }
 
@@ -114,6 +116,7 @@ void Connection::Impl::openLine(const proto::ConnectionFile& server) {
     hello.set_client(settings_.client);
     hello.set_minor(wire::ownVersion.minor);
     hello.set_receipts(true);
+    hello.set_background(settings_.background);
     if (H264Decoder::available()) hello.add_decodes(proto::Frame::H264);
     LineHandlers handlers;
     handlers.next = [this] { return next(); };
@@ -194,13 +197,25 @@ proto::ClientMessage Connection::Impl::nextQuestion() {
     return message;
 }
 
+/// The first one that may be sent now; null where there is none.
+Connection::Impl::WantedView* Connection::Impl::unsentView() {
+    if (view_ && !view_->sent) return &*view_;
+    // An older server knows no queue: it gets one at a time.
+    const std::size_t most = welcome_.minor() >= 2 ? wire::maxQueuedViews : 1;
+    for (std::size_t i = 0; i < std::min(queuedViews_.size(), most); ++i) {
+        if (!queuedViews_[i].sent) return &queuedViews_[i];
+    }
+    return nullptr;
+}
+
 std::optional<proto::ClientMessage> Connection::Impl::nextView() {
-    if (!view_ || view_->sent) return std::nullopt;
-    view_->sent = true;
+    auto* const view = unsentView();
+    if (view == nullptr) return std::nullopt;
+    view->sent = true;
     proto::ClientMessage message;
     message.set_request(++lastRequest_);
-    *message.mutable_set_view() = view_->message;
-    sentViews_.emplace_back(lastRequest_, view_->message.view_id());
+    *message.mutable_set_view() = view->message;
+    sentViews_.emplace_back(lastRequest_, view->message.view_id());
     if (sentViews_.size() > rememberedViews) sentViews_.pop_front();
     return message;
 }
@@ -219,7 +234,7 @@ void Connection::Impl::received(proto::ServerMessage message, std::vector<std::u
         case proto::ServerMessage::kFailure:
             return receivedFailure(message);
         default:
-            return answered(std::move(message));
+            return answered(std::move(message), std::move(payload));
     }
 }
 
@@ -269,6 +284,7 @@ void Connection::Impl::receivedFrame(WholeFrame whole) {
     const auto now = Clock::now();
     if (!pixels.ok()) return frameFailed(whole.message.view_id(), pixels.error());
     frame.message = std::move(whole.message);
+    frame.payload = std::move(whole.payload);
     frame.pixels = *std::move(pixels);
     frame.decodeMs = Milliseconds(now - start).count();
     frame.latencyMs = msSince(frame.message.asked_ns(), now);
@@ -276,11 +292,10 @@ void Connection::Impl::receivedFrame(WholeFrame whole) {
         const std::lock_guard lock(mutex_);
         frameRate_.add(now, 1.0);
         ++totals_.frames;
-        if (frame_) giveBackFrame();  // one frame goes unseen
         if (frame.message.link_bytes_per_second() > 0.0) {
             totals_.linkBytesPerSecond = frame.message.link_bytes_per_second();
         }
-        frame_ = std::move(frame);
+        keepFrame(std::move(frame));
     }
     line_->wakeWriter();
     notify();
@@ -314,7 +329,7 @@ void Connection::Impl::receivedFailure(const proto::ServerMessage& message) {
     notify();
 }
 
-void Connection::Impl::answered(proto::ServerMessage message) {
+void Connection::Impl::answered(proto::ServerMessage message, std::vector<std::uint8_t> payload) {
     if (message.has_pong()) {
         const std::lock_guard lock(mutex_);
         totals_.roundTripMs = msSince(message.pong().sent_ns(), Clock::now());
@@ -324,9 +339,10 @@ void Connection::Impl::answered(proto::ServerMessage message) {
         const std::lock_guard lock(mutex_);
         const auto question = questions_.find(message.reply_to());
         if (message.reply_to() != 0 && question != questions_.end()) {
-            Result<proto::ServerMessage> result =
+            Result<ServerAnswer> result =
                 Error{ErrorCode::internal, "", "the server answered something else"};
-            if (message.body_case() == question->second.expected) result = std::move(message);
+            if (message.body_case() == question->second.expected)
+                result = ServerAnswer{std::move(message), std::move(payload)};
             push({}, [answer = std::move(question->second.answer), result = std::move(result)] {
                 answer(result);
             });

@@ -41,6 +41,9 @@ inline constexpr std::uint32_t frameCredits = 2;
 /// this only bounds what a client keeps. Half a second of 30 frames a second.
 inline constexpr std::uint32_t measuredFrameCredits = 16;
 
+/// Queued views that a server keeps of one client; more are refused.
+inline constexpr std::uint32_t maxQueuedViews = 16;
+
 /// Sides of the same major version understand each other; a minor version only adds.
 struct Version {
     std::uint16_t major = 0;

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FilmRun: the frames of a script, from one server or several, to a sink. Exact pictures only; servers are
+// asked ahead, so that drawing, travelling, encoding and writing overlap. Main thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/frames/exposure.h"
+#include "client/frames/finishing_threads.h"
+#include "client/frames/frame_report.h"
+#include "client/frames/frame_sink.h"
+#include "client/frames/interrupt.h"
+#include "client/frames/picture_file.h"
+#include "client/frames/picture_server.h"
+#include "client/frames/progress_bar.h"
+#include "client/frames/wakeup.h"
+#include "protocol/scene/film/film.h"
+
+namespace mote::client {
+
+struct FilmOrder {
+    const Film& film;
+    PictureFormat format = PictureFormat::png;  ///< decides what pixels are asked for
+    std::optional<proto::Page> page;            ///< of documents
+    ExposureSettings exposure;
+    bool resume = false;
+    bool json = false;  ///< one line of JSON a frame on stdout
+};
+
+class FilmRun {
+  public:
+    /// All outlive it. `servers`: connected, at least one. `dataKey`: of all that is drawn but the views
+    /// (servers, devices, datasets).
+    FilmRun(const FilmOrder& order, std::vector<PictureServer*> servers, std::string dataKey, FrameSink& sink,
+            Wakeup& wakeup, const Interrupt& interrupt);
+
+    /// Draws what is missing and finishes the sink. A frame that fails is tried once more; the others go on,
+    /// unless several fail one after the other. Errors: cancelled, the disk's, the servers' where all are
+    /// lost; the first frame's that failed, with how many did.
+    Status run(ProgressBar& bar);
+
+  private:
+    /// A frame that is being drawn.
+    struct Open {
+        std::size_t index = 0;
+        std::string key;
+        bool keep = true;      ///< false: it stands; it is drawn because the next ones remember it
+        std::size_t left = 0;  ///< views to come
+        Exposure exposure{1};
+        std::vector<std::uint8_t> payload;
+        FrameReport report;
+    };
+    struct Place {
+        PictureServer* server;
+        std::map<std::uint64_t, std::shared_ptr<Open>> views;  ///< by the view's number
+        unsigned returns = 0;
+    };
+
+    std::string keyOf(const std::vector<proto::View>& views) const;
+    Status askMore();
+    Status ask(Place& place, std::size_t index);
+    std::optional<std::size_t> nextFrame();
+    Status collect(Place& place);
+    Status received(Open& open, ReceivedFrame frame);
+    Status failed(std::size_t index, const Error& error);
+    Status settle();
+    Status dropLost();
+    void drop(Place& place);
+    bool drawing() const;
+    Status outcome() const;
+
+    const FilmOrder& order_;
+    std::vector<Place> places_;
+    const std::string dataKey_;
+    FrameSink& sink_;
+    Wakeup& wakeup_;
+    const Interrupt& interrupt_;
+    const bool remembers_;  // each frame is drawn from the one before it
+    FinishingThreads finishing_;
+    ReportLines reports_;
+
+    std::size_t next_ = 0;                      // the first frame that was not looked at
+    std::deque<std::size_t> again_;             // frames to be asked for once more
+    std::map<std::size_t, unsigned> attempts_;  // of frames that failed
+    std::map<std::size_t, FrameReport> drawn_;  // and not finished yet
+    std::size_t done_ = 0;
+    std::map<std::size_t, Error> errors_;  // by frame
+    unsigned failuresInRow_ = 0;
+};
+
+}  // namespace mote::client

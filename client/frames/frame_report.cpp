@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/frames/frame_report.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+namespace mote::client {
+namespace {
+
+/// A JSON string. Bytes beyond ASCII are passed on as they are: names of files are UTF-8 nearly always.
+std::string jsonString(std::string_view text) {
+    std::string result = "\"";
+    for (const char each : text) {
+        if (each == '"' || each == '\\') {
+            result += '\\';
+            result += each;
+        } else if (static_cast<unsigned char>(each) < 0x20) {
+            result += fmt::format("\\u{:04x}", static_cast<unsigned>(each));
+        } else {
+            result += each;
+        }
+    }
+    return result + '"';
+}
+
+}  // namespace
+
+void FrameReport::add(const proto::Frame& message) {
+    device = message.device();
+    pointsDrawn += message.points_drawn();
+    planMs += message.plan_ms();
+    renderMs += message.render_ms();
+    encodeMs += message.encode_ms();
+}
+
+std::string FrameReport::line() const {
+    const std::chrono::duration<double, std::milli> total = std::chrono::steady_clock::now() - since;
+    return fmt::format(
+        "{{\"index\": {}, \"file\": {}, \"width\": {}, \"height\": {}, \"device\": {}, \"pointsDrawn\": {}, "
+        "\"planMs\": {:.3f}, \"renderMs\": {:.3f}, \"encodeMs\": {:.3f}, \"totalMs\": {:.3f}}}\n",
+        index, jsonString(file), width, height, jsonString(device), pointsDrawn, planMs, renderMs, encodeMs,
+        total.count());
+}
+
+void ReportLines::expect(std::size_t index) {
+    if (wanted_) lines_.emplace(index, std::nullopt);
+}
+
+Status ReportLines::say(const FrameReport& report) {
+    if (!wanted_) return success();
+    lines_[report.index] = report.line();
+    return flush();
+}
+
+Status ReportLines::passOver(std::size_t index) {
+    if (!wanted_) return success();
+    lines_[index] = "";
+    return flush();
+}
+
+Status ReportLines::flush() {
+    while (!lines_.empty() && lines_.begin()->second) {
+        const std::string line = *lines_.begin()->second;
+        lines_.erase(lines_.begin());
+        if (std::fputs(line.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
+            return Error{ErrorCode::internal, "stdout", "cannot be written to any more"};
+    }
+    return success();
+}
+
+}  // namespace mote::client

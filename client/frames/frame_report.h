@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FrameReport: what --json says of a frame, and ReportLines, which says it in the order of the frames. Values
+// of the main thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "client/shared/connection.h"
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+/// Times are the server's own, ms, of all views of the frame.
+struct FrameReport {
+    std::size_t index = 0;
+    std::string file;
+    std::uint32_t width = 0, height = 0;  ///< pixels
+    std::string device;
+    std::uint64_t pointsDrawn = 0;
+    double planMs = 0.0, renderMs = 0.0, encodeMs = 0.0;
+    std::chrono::steady_clock::time_point since = std::chrono::steady_clock::now();  ///< asked for
+
+    void add(const proto::Frame& message);
+    /// One JSON object on one line; the total is from asking to now.
+    std::string line() const;
+};
+
+class ReportLines {
+  public:
+    /// Where `wanted` is false nothing is said.
+    explicit ReportLines(bool wanted) : wanted_(wanted) {}
+    /// A frame of this number will be said, or passed over: numbers ascend.
+    void expect(std::size_t index);
+    /// Errors: internal (stdout).
+    Status say(const FrameReport& report);
+    Status passOver(std::size_t index);
+
+  private:
+    Status flush();
+
+    bool wanted_;
+    std::map<std::size_t, std::optional<std::string>> lines_;  // expected ones; "" is passed over
+};
+
+}  // namespace mote::client

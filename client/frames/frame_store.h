@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FrameStore: the frames of a film that becomes a video, each whole and without loss in a hidden folder
+// beside it, so that a film that was killed goes on where it was. A frame appears by one rename. The folder
+// is removed with discard(); else it stays. Any thread may put and read different frames at a time.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/shared/decode.h"
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+class FrameStore {
+  public:
+    /// Of the video at that path.
+    explicit FrameStore(const std::filesystem::path& video);
+
+    const std::filesystem::path& folder() const { return folder_; }
+    /// Makes the folder, without the frames of an earlier run unless they are to be kept. Errors:
+    /// permissionDenied, alreadyExists (a file of its name), internal.
+    Status open(bool keep);
+    /// Whether a frame stands, made of what `key` says, and no shorter than it was written.
+    bool has(std::size_t index, std::string_view key) const;
+    /// `payload`: the lossless frame as it travelled; where it is empty the pixels are packed. SRGB8 only
+    /// (our own invariant). Errors: as writeFile().
+    Status put(std::size_t index, std::string_view key, const FramePixels& pixels,
+               std::vector<std::uint8_t> payload) const;
+    /// Errors: notFound, corrupt, with the file's name.
+    Result<FramePixels> read(std::size_t index) const;
+    void discard() const;
+
+  private:
+    std::filesystem::path fileOf(std::size_t index) const;
+
+    std::filesystem::path folder_;
+};
+
+}  // namespace mote::client

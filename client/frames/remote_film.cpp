@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/frames/remote_film.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <system_error>
+
+#include "client/frames/picture_file.h"
+#include "client/frames/picture_server.h"
+#include "client/frames/progress_bar.h"
+#include "client/frames/video_of_frames.h"
+#include "protocol/scene/film/check_script.h"
+
+namespace mote::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t largestFile = std::uint64_t{1} << 40;  // bytes; a server may say anything
+
+/// What the line brings of one film.
+class Fetching {
+  public:
+    Fetching(PictureServer& server, std::string id) : server_(server), id_(std::move(id)) {}
+
+    /// The status of the job. Errors: notFound.
+    Result<proto::JobStatus> job() {
+        MOTE_ASSIGN_OR_RETURN(const auto jobs, server_.answerTo<proto::Jobs>([&](auto reply) {
+            server_.line().watchJobs(std::move(reply));
+        }));
+        const auto found = std::find_if(jobs.jobs().begin(), jobs.jobs().end(),
+                                        [&](const auto& job) { return job.id() == id_; });
+        if (found == jobs.jobs().end())
+            return Error{ErrorCode::notFound, "--fetch", fmt::format("the server knows no job \"{}\"", id_)};
+        if (!found->request().has_film())
+            return Error{ErrorCode::invalidArgument, "--fetch", fmt::format("job {} is no film", id_)};
+        return *found;
+    }
+
+    /// A picture, or the video, whole.
+    Result<std::vector<std::uint8_t>> file(std::optional<std::uint32_t> frame) {
+        std::vector<std::uint8_t> bytes;
+        proto::FetchFilm wanted;
+        wanted.set_id(id_);
+        if (frame) wanted.set_frame(*frame);
+        while (true) {
+            wanted.set_begin(bytes.size());
+            MOTE_ASSIGN_OR_RETURN(const auto piece, server_.answerTo<FilmBytes>([&](auto reply) {
+                server_.line().fetchFilm(wanted, std::move(reply));
+            }));
+            const auto size = piece.message.size();
+            const bool sound = piece.message.begin() == bytes.size() && size <= largestFile &&
+                               piece.bytes.size() <= size - bytes.size() && !piece.bytes.empty();
+            if (!sound)
+                return Error{ErrorCode::corrupt, "--fetch", "the server sent a piece of another file"};
+            bytes.insert(bytes.end(), piece.bytes.begin(), piece.bytes.end());
+            if (bytes.size() == size) return bytes;
+        }
+    }
+
+  private:
+    PictureServer& server_;
+    const std::string id_;
+};
+
+Result<std::unique_ptr<PictureServer>> connected(const FramesOptions& options, Wakeup& wakeup,
+                                                 const Interrupt& interrupt) {
+    MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open({options.connect.front()}, wakeup, interrupt));
+    MOTE_RETURN_IF_ERROR(
+        server->waitUntil([&] { return server->line().state() == Connection::State::connected; }));
+    return server;
+}
+
+/// The pictures of a job, into a folder.
+Status fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
+                     ProgressBar& bar) {
+    const auto& film = job.request().film();
+    const auto format = pictureFormat(film.format().empty() ? "png" : film.format());
+    if (!film.video().empty() || !format) {
+        return Error{
+            ErrorCode::unsupported, "--out",
+            fmt::format("this film was made as {} alone: give --video FILE.{}", film.video(), film.video())};
+    }
+    std::error_code code;
+    fs::create_directories(folder, code);
+    if (code) return Error{ErrorCode::permissionDenied, folder.string(), "cannot be made: " + code.message()};
+    MOTE_RETURN_IF_ERROR(checkScript(film.script()), "script");
+    const auto count = frameCountOf(film.script());
+    for (std::uint32_t i = 0; i < count; ++i) {
+        MOTE_ASSIGN_OR_RETURN(const auto bytes, fetching.file(i));
+        MOTE_RETURN_IF_ERROR(writeFile(folder / fmt::format("frame-{:06}.{}", i, extension(*format)), bytes));
+        bar.show(i + 1, count, "fetching");
+    }
+    return success();
+}
+
+/// Of pictures that were fetched.
+Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, const fs::path& folder,
+                     const Interrupt& interrupt) {
+    const auto format = *pictureFormat(film.format().empty() ? "png" : film.format());
+    const auto read = [&](std::size_t index) -> Result<FramePixels> {
+        if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
+        return readPictureFrame(folder / fmt::format("frame-{:06}.{}", index, extension(format)));
+    };
+    MOTE_ASSIGN_OR_RETURN(const auto first, read(0));
+    VideoSettings settings;
+    settings.format = *videoFormat(options.video.extension().string());
+    settings.width = first.width;
+    settings.height = first.height;
+    settings.fps = film.script().has_fps() ? film.script().fps() : defaultFps;
+    settings.quality = options.crf;
+    settings.chroma = options.chroma;
+    MOTE_RETURN_IF_ERROR(checkVideo(settings));
+    return videoOfFrames(options.video, settings, frameCountOf(film.script()), read);
+}
+
+Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesOptions& options,
+                  ProgressBar& bar, const Interrupt& interrupt) {
+    const auto& film = job.request().film();
+    const auto format = videoFormat(options.video.extension().string());
+    if (!format) {
+        return Error{
+            ErrorCode::invalidArgument, "--video",
+            fmt::format("\"{}\" is no video: FILE.mp4, FILE.webm or FILE.gif", options.video.string())};
+    }
+    if (!film.video().empty()) {
+        if (videoFormat(film.video()) != format)
+            return Error{
+                ErrorCode::unsupported, "--video",
+                fmt::format("this film was made as {}: give --video FILE.{}", film.video(), film.video())};
+        MOTE_ASSIGN_OR_RETURN(const auto bytes, fetching.file(std::nullopt));
+        return writeFile(options.video, bytes);
+    }
+    const auto folder =
+        options.video.parent_path() / fmt::format(".{}.fetched", options.video.filename().string());
+    const auto made = [&]() -> Status {
+        MOTE_RETURN_IF_ERROR(fetchPictures(fetching, job, folder, bar));
+        return videoOfFolder(options, film, folder, interrupt);
+    }();
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    return made;
+}
+
+}  // namespace
+
+Status detachFilm(const FramesOptions& options, const proto::Script& script, const Interrupt& interrupt) {
+    proto::JobRequest request;
+    auto& film = *request.mutable_film();
+    *film.mutable_script() = script;
+    if (options.format != PictureFormat::png) film.set_format(std::string(name(options.format)));
+    if (!options.video.empty()) {
+        // "mp4", or the name of a file.
+        const auto extension = options.video.extension().string();
+        const auto kind = extension.empty() ? options.video.string() : extension.substr(1);
+        if (!videoFormat(kind))
+            return Error{ErrorCode::invalidArgument, "--video",
+                         fmt::format("there are mp4, webm and gif, not \"{}\"", kind)};
+        film.set_video(kind);
+    }
+    if (options.crf) film.set_quality(*options.crf);
+    film.set_samples(options.exposure.samples);
+    film.set_shutter_degrees(options.exposure.shutterDegrees);
+    if (options.exposure.blurs()) film.set_subframes(options.exposure.subframes);
+    Wakeup wakeup;
+    MOTE_ASSIGN_OR_RETURN(const auto server, connected(options, wakeup, interrupt));
+    MOTE_ASSIGN_OR_RETURN(const auto job, server->answerTo<proto::JobStatus>([&](auto reply) {
+        server->line().submitJob(request, std::move(reply));
+    }));
+    fmt::print("{}\n", job.id());
+    return success();
+}
+
+Status fetchFilm(const FramesOptions& options, const Interrupt& interrupt) {
+    std::error_code code;
+    if (!options.video.empty() && !options.force && fs::exists(options.video, code))
+        return Error{ErrorCode::alreadyExists, options.video.string(),
+                     "is there already; --force replaces it"};
+    Wakeup wakeup;
+    MOTE_ASSIGN_OR_RETURN(const auto server, connected(options, wakeup, interrupt));
+    Fetching fetching(*server, options.fetch);
+    MOTE_ASSIGN_OR_RETURN(const auto job, fetching.job());
+    ProgressBar bar(!options.quiet, -1);
+    if (options.video.empty()) return fetchPictures(fetching, job, options.out, bar);
+    return fetchVideo(fetching, job, options, bar, interrupt);
+}
+
+}  // namespace mote::client
