@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "protocol/scene/film/film_datasets.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
 
@@ -38,33 +39,6 @@ Error onOneLine(Error error) {
     return error;
 }
 
-std::string knownDatasets(const proto::Catalogue& catalogue) {
-    if (catalogue.datasets().empty()) return "the server has none";
-    constexpr int shown = 8;
-    std::string names;
-    for (int i = 0; i < std::min(shown, catalogue.datasets_size()); ++i) {
-        names += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", catalogue.datasets(i).name());
-    }
-    const int more = catalogue.datasets_size() - shown;
-    return "there are " + names + (more > 0 ? fmt::format(" and {} more", more) : std::string());
-}
-
-Status checkLayer(const proto::Layer& layer, const proto::Catalogue& catalogue) {
-    const auto& entries = catalogue.datasets();
-    const auto entry = std::find_if(entries.begin(), entries.end(),
-                                    [&](const auto& each) { return each.name() == layer.dataset(); });
-    if (entry == entries.end()) {
-        return Error{
-            ErrorCode::notFound, "dataset",
-            fmt::format("there is no dataset \"{}\"; {}", layer.dataset(), knownDatasets(catalogue))};
-    }
-    const bool series = entry->steps() > 0;  // other kinds have no steps
-    if (series ? layer.step() < entry->steps() : layer.step() == 0) return success();
-    return Error{ErrorCode::invalidArgument, "step",
-                 fmt::format("\"{}\" has {} steps, numbered from 0; there is no step {}", layer.dataset(),
-                             entry->steps(), layer.step())};
-}
-
 }  // namespace
 
 Result<std::vector<proto::View>> readScript(const std::filesystem::path& path) {
@@ -91,12 +65,11 @@ Result<std::vector<proto::View>> readScript(const std::filesystem::path& path) {
 }
 
 Status checkDatasets(const std::vector<proto::View>& views, const proto::Catalogue& catalogue) {
-    for (std::size_t i = 0; i < views.size(); ++i) {
-        for (int j = 0; j < views[i].layers_size(); ++j) {
-            MOTE_RETURN_IF_ERROR(checkLayer(views[i].layers(j), catalogue),
-                                 fmt::format("views[{}].layers[{}]", i, j));
-        }
-    }
+    FilmDatasets datasets;
+    for (const auto& entry : catalogue.datasets())
+        datasets[entry.name()].steps = static_cast<int>(entry.steps());
+    for (std::size_t i = 0; i < views.size(); ++i)
+        MOTE_RETURN_IF_ERROR(mote::checkDatasets(views[i], datasets), fmt::format("views[{}]", i));
     return success();
 }
 

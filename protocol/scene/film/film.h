@@ -45,8 +45,7 @@ class Film {
 
   private:
     Film() = default;
-    static Film ofViews(const proto::Script& script);
-    static Result<Film> ofTimeline(const proto::Script& script, const FilmDatasets& datasets);
+    void setTimes(const proto::Script& script);
 
     std::shared_ptr<const proto::Script> views_;  ///< of a script of views
     std::shared_ptr<const Timeline> timeline_;
