@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
 
 #include "protocol/scene/check.h"
+#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
@@ -30,18 +33,21 @@ Result<T> parseName(const std::string& name, const std::array<std::pair<std::str
     return invalid(std::string(field), fmt::format("there are {}", names));
 }
 
-Result<HybridRepresentation> parseRepresentation(const std::string& name) {
-    using enum HybridRepresentation;
-    constexpr std::array<std::pair<std::string_view, HybridRepresentation>, 4> known{
-        {{"", best}, {"points", points}, {"residual", residual}, {"volume", volume}}};
-    return parseName(name, known, "representation");
-}
+constexpr std::array<std::pair<std::string_view, HybridRepresentation>, 4> representations{
+    {{"", HybridRepresentation::best},
+     {"points", HybridRepresentation::points},
+     {"residual", HybridRepresentation::residual},
+     {"volume", HybridRepresentation::volume}}};
 
-Result<PointShape> parseShape(const std::string& name) {
-    using enum PointShape;
-    constexpr std::array<std::pair<std::string_view, PointShape>, 4> known{
-        {{"", gaussian}, {"square", square}, {"disc", disc}, {"gaussian", gaussian}}};
-    return parseName(name, known, "pointShape");
+constexpr std::array<std::pair<std::string_view, PointShape>, 4> shapes{{{"", PointShape::gaussian},
+                                                                         {"square", PointShape::square},
+                                                                         {"disc", PointShape::disc},
+                                                                         {"gaussian", PointShape::gaussian}}};
+
+template <class T, std::size_t count>
+std::string nameOf(T value, const std::array<std::pair<std::string_view, T>, count>& known) {
+    const auto found = std::ranges::find(known, value, &std::pair<std::string_view, T>::second);
+    return std::string(found->first);
 }
 
 Status parseCurve(const proto::HybridStyle& message, HybridStyle& style) {
@@ -85,7 +91,7 @@ Status parseColors(const proto::HybridStyle& message, HybridStyle& style) {
 }
 
 Status parsePoints(const proto::HybridStyle& message, HybridStyle& style) {
-    MOTE_ASSIGN_OR_RETURN(style.pointShape, parseShape(message.point_shape()));
+    MOTE_ASSIGN_OR_RETURN(style.pointShape, parseName(message.point_shape(), shapes, "pointShape"));
     MOTE_ASSIGN_OR_RETURN(style.pointOpacity, checkRange(message.has_point_opacity() ? message.point_opacity()
                                                                                      : style.pointOpacity,
                                                          0.0, 1.0, "pointOpacity"));
@@ -131,11 +137,36 @@ Status parseClips(const proto::HybridStyle& message, HybridStyle& style) {
     return success();
 }
 
+void writeTransfer(const HybridStyle& style, proto::HybridStyle& message) {
+    const auto knots = style.opacity ? style.opacity->knots() : std::vector<Curve::Knot>();
+    for (std::size_t i = 0; i < knots.size(); ++i) {
+        auto& added = *message.add_curve();
+        added.set_value(knots[i].x);
+        added.set_opacity(knots[i].y);
+        if (!style.colors.empty()) writeColor(style.colors[i], added.mutable_color());
+    }
+    if (style.colors.empty()) message.set_color_map(std::string(style.colorMap.name()));
+    if (!style.colorRange) return;
+    message.add_color_range(style.colorRange->low);
+    message.add_color_range(style.colorRange->high);
+}
+
+void writeClips(const HybridStyle& style, proto::HybridStyle& message) {
+    for (const auto& plane : style.clipPlanes) {
+        auto& added = *message.add_clip_planes();
+        writeVector(plane.normal, added.mutable_normal());
+        added.set_distance(plane.distance);
+    }
+    if (!style.clipBox) return;
+    writeVector(style.clipBox->min, message.mutable_clip_box()->mutable_min());
+    writeVector(style.clipBox->max, message.mutable_clip_box()->mutable_max());
+}
+
 }  // namespace
 
 Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message) {
     HybridStyle style;
-    const auto representation = parseRepresentation(message.representation());
+    const auto representation = parseName(message.representation(), representations, "representation");
     MOTE_RETURN_IF_ERROR(representation);
     style.representation = *representation;
     MOTE_RETURN_IF_ERROR(parseCurve(message, style));
@@ -147,6 +178,16 @@ Result<HybridStyle> parseHybridStyle(const proto::HybridStyle& message) {
     style.light = *light;
     MOTE_RETURN_IF_ERROR(parseClips(message, style));
     return style;
+}
+
+void writeStyle(const HybridStyle& style, const glm::dvec3&, proto::Layer& layer) {
+    auto& message = *layer.mutable_hybrid();
+    message.set_representation(nameOf(style.representation, representations));
+    writeTransfer(style, message);
+    message.set_point_shape(nameOf(style.pointShape, shapes));
+    message.set_point_opacity(style.pointOpacity);
+    *message.mutable_light() = toProto(style.light);
+    writeClips(style, message);
 }
 
 }  // namespace mote

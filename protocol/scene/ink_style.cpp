@@ -11,7 +11,10 @@
 #include <vector>
 
 #include "protocol/scene/check.h"
+#include "protocol/scene/mix_curve.h"
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
@@ -84,6 +87,43 @@ Result<std::optional<Curve>> parseCurve(const proto::InkStyle& message) {
     return std::optional(*std::move(curve));
 }
 
+void writeLines(const InkStyle& style, proto::InkStyle& message) {
+    auto& silhouettes = *message.mutable_silhouettes();
+    silhouettes.set_mode(std::string(toString(style.silhouettes.mode)));
+    silhouettes.set_importance(style.silhouettes.importance);
+    silhouettes.set_width(style.silhouettes.width);
+    silhouettes.set_crease_degrees(style.silhouettes.crease);
+    silhouettes.set_omit(style.silhouettes.omit);
+    auto& hatch = *message.mutable_hatch();
+    hatch.set_strength(style.hatch.strength);
+    hatch.set_spacing(style.hatch.spacing);
+    hatch.set_width(style.hatch.width);
+    hatch.set_segments(std::string(toString(style.hatch.segments)));
+    if (style.solid == SolidStyle{}) return;
+    message.mutable_ink()->set_strength(style.solid.strength);
+    message.mutable_ink()->set_complexity(style.solid.complexity);
+}
+
+/// What is drawn of a volume or particles.
+void visitOpacity(InkStyle& style, const InkStyle& other, FieldVisitor& visitor) {
+    visitor.word(style.opacity.has_value() == other.opacity.has_value());
+    if (style.opacity && other.opacity) visitCurve(visitor, *style.opacity, *other.opacity);
+}
+
+void visitLines(InkStyle& style, const InkStyle& other, FieldVisitor& visitor) {
+    auto& silhouettes = style.silhouettes;
+    visitor.word(silhouettes.mode == other.silhouettes.mode && silhouettes.omit == other.silhouettes.omit);
+    visitor.number(silhouettes.importance, other.silhouettes.importance);
+    visitor.pixels(silhouettes.width, other.silhouettes.width);
+    visitor.number(silhouettes.crease, other.silhouettes.crease);
+    visitor.word(style.hatch.segments == other.hatch.segments);
+    visitor.number(style.hatch.strength, other.hatch.strength);
+    visitor.pixels(style.hatch.spacing, other.hatch.spacing);
+    visitor.pixels(style.hatch.width, other.hatch.width);
+    visitor.number(style.solid.strength, other.solid.strength);
+    visitor.number(style.solid.complexity, other.solid.complexity);
+}
+
 template <class Value>
 Status take(Result<Value> parsed, Value& value, std::string_view field) {
     if (!parsed.ok()) return parsed.error().within(field);
@@ -111,6 +151,38 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
     style.coherent = message.coherent();
     MOTE_RETURN_IF_ERROR(take(parseCurve(message), style.opacity, "curve"));
     return style;
+}
+
+void writeStyle(const InkStyle& style, const glm::dvec3&, proto::Layer& layer) {
+    auto& message = *layer.mutable_ink();
+    writeLines(style, message);
+    message.set_reading(style.reading);
+    *message.mutable_light() = toProto(style.light);
+    message.set_occlusion(style.occlusion);
+    writeColor(style.color, message.mutable_color());
+    message.set_show(std::string(toString(style.show)));
+    message.set_waver(style.waver);
+    message.set_taper(style.taper);
+    message.set_coherent(style.coherent);
+    for (const auto& knot : style.opacity ? style.opacity->knots() : std::vector<Curve::Knot>()) {
+        auto& added = *message.add_curve();
+        added.set_value(knot.x);
+        added.set_opacity(knot.y);
+    }
+}
+
+/// Ink that stands for the dark keeps its colour where the other's stands for the light: between them it
+/// would vanish on its paper and come back as the other.
+void visitFields(InkStyle& style, const InkStyle& other, FieldVisitor& visitor) {
+    visitLines(style, other, visitor);
+    visitor.pixels(style.reading, other.reading);
+    visitor.light(style.light, other.light);
+    visitor.number(style.occlusion, other.occlusion);
+    visitor.word(style.inkIsDark == other.inkIsDark);
+    if (style.inkIsDark == other.inkIsDark) visitor.vector(style.color, other.color);
+    visitor.word(style.show == other.show && style.taper == other.taper && style.coherent == other.coherent);
+    visitor.pixels(style.waver, other.waver);
+    visitOpacity(style, other, visitor);
 }
 
 std::string_view toString(SilhouetteMode mode) {

@@ -2,6 +2,8 @@
 #include "protocol/scene/mesh_style.h"
 
 #include "protocol/scene/check.h"
+#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
 
@@ -15,6 +17,21 @@ Result<MeshStyle> parseMeshStyle(const proto::MeshStyle& message) {
     style.light = *light;
     style.wire = message.wire();
     return style;
+}
+
+void writeStyle(const MeshStyle& style, const glm::dvec3&, proto::Layer& layer) {
+    auto& message = *layer.mutable_mesh();
+    writeColor(style.color, message.mutable_color());
+    message.set_opacity(style.opacity);
+    *message.mutable_light() = toProto(style.light);
+    message.set_wire(style.wire);
+}
+
+void visitFields(MeshStyle& style, const MeshStyle& other, FieldVisitor& visitor) {
+    visitor.vector(style.color, other.color);
+    visitor.number(style.opacity, other.opacity);
+    visitor.light(style.light, other.light);
+    visitor.word(style.wire == other.wire);
 }
 
 }  // namespace mote

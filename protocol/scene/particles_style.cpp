@@ -6,7 +6,10 @@
 
 #include "protocol/scene/check.h"
 #include "protocol/scene/log_density.h"
+#include "protocol/scene/mix_curve.h"
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
@@ -36,6 +39,11 @@ Result<Curve> parsePointCurve(const proto::PointsStyle& message, const Curve& vo
     for (const auto& knot : message.curve()) knots.push_back({knot.density(), knot.fraction()});
     auto curve = Curve::create(std::move(knots));
     return curve.ok() ? curve : Result<Curve>(curve.error().within("points.curve"));
+}
+
+/// Whether the points give way to the volume, as they do where a view says nothing of them.
+bool isLinked(const ParticlesStyle& style) {
+    return style.pointFraction == linkedFraction(style.volumeOpacity);
 }
 
 }  // namespace
@@ -84,6 +92,41 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
                           size,
                           color,
                           !points.has_opacity()};
+}
+
+void writeStyle(const ParticlesStyle& style, const glm::dvec3&, proto::Layer& layer) {
+    auto& volume = *layer.mutable_particles()->mutable_volume();
+    for (const auto& knot : style.volumeOpacity.knots()) {
+        auto& added = *volume.add_curve();
+        added.set_density(knot.x);
+        added.set_opacity(knot.y);
+    }
+    volume.set_color_map(std::string(style.colorMap.name()));
+    auto& points = *layer.mutable_particles()->mutable_points();
+    points.set_linked(isLinked(style));
+    for (const auto& knot : points.linked() ? std::vector<Curve::Knot>() : style.pointFraction.knots()) {
+        auto& added = *points.add_curve();
+        added.set_density(knot.x);
+        added.set_fraction(knot.y);
+    }
+    if (!style.opacityByPlot) points.set_opacity(style.pointOpacity);
+    points.set_size_pixels(style.pointSize);
+    writeColor(style.pointColor, points.mutable_color());
+}
+
+void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor) {
+    const bool linked = isLinked(style), bothLinked = linked == isLinked(other);
+    visitor.word(bothLinked);
+    visitCurve(visitor, style.volumeOpacity, other.volumeOpacity);
+    if (linked)
+        style.pointFraction = linkedFraction(style.volumeOpacity);
+    else if (bothLinked)
+        visitCurve(visitor, style.pointFraction, other.pointFraction);
+    visitor.word(style.colorMap == other.colorMap);
+    visitor.word(style.opacityByPlot == other.opacityByPlot);
+    if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);
+    visitor.pixels(style.pointSize, other.pointSize);
+    visitor.vector(style.pointColor, other.pointColor);
 }
 
 }  // namespace mote

@@ -7,18 +7,21 @@
 
 #include "protocol/scene/check.h"
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/style_kinds.h"
+#include "protocol/scene/write_fields.h"
 
 namespace mote {
 namespace {
 
-Result<DotValue> parseValue(const std::string& name) {
-    constexpr std::array<std::pair<std::string_view, DotValue>, 6> values{{{"", DotValue::none},
+constexpr std::array<std::pair<std::string_view, DotValue>, 6> valueNames{{{"", DotValue::none},
                                                                            {"tone", DotValue::tone},
                                                                            {"depth", DotValue::depth},
                                                                            {"x", DotValue::x},
                                                                            {"y", DotValue::y},
                                                                            {"z", DotValue::z}}};
-    for (const auto& [known, value] : values) {
+
+Result<DotValue> parseValue(const std::string& name) {
+    for (const auto& [known, value] : valueNames) {
         if (known == name) return value;
     }
     return Error{ErrorCode::invalidArgument, "value",
@@ -39,6 +42,10 @@ Status parseSizes(const proto::StippleStyle& message, StippleStyle& style) {
     return success();
 }
 
+bool isDarker(const glm::dvec3& ink, const glm::dvec3& paper) {
+    return luminance(ink) < luminance(paper);
+}
+
 Status parseColors(const proto::StippleStyle& message, const glm::dvec3& background, StippleStyle& style) {
     MOTE_ASSIGN_OR_RETURN(const auto color,
                           checkColor(message.color(), glm::dvec3(isLight(background) ? 0.0 : 1.0), "color"));
@@ -46,7 +53,7 @@ Status parseColors(const proto::StippleStyle& message, const glm::dvec3& backgro
                                                     0.0, 1.0, "opacity"));
     MOTE_ASSIGN_OR_RETURN(style.value, parseValue(message.value()));
     style.color = color;
-    style.denseDark = (luminance(color) < luminance(background)) != message.invert();
+    style.denseDark = isDarker(color, background) != message.invert();
     if (message.color_map().empty()) return success();
     const auto map = ColorMap::find(message.color_map());
     if (!map.ok()) return map.error().within("colorMap");
@@ -66,6 +73,12 @@ Status parseSource(const proto::StippleStyle& message, StippleStyle& style) {
     return success();
 }
 
+void writeSizes(const StippleStyle& style, proto::StippleStyle& message) {
+    message.set_spacing_pixels(style.spacing);
+    message.set_dot_pixels(style.dotSize);
+    message.set_least_dot_pixels(style.leastDotSize);
+}
+
 }  // namespace
 
 Result<StippleStyle> parseStippleStyle(const proto::StippleStyle& message, const glm::dvec3& background) {
@@ -83,6 +96,40 @@ Result<StippleStyle> parseStippleStyle(const proto::StippleStyle& message, const
     style.soft = message.soft();
     style.seeThrough = message.see_through();
     return style;
+}
+
+void writeStyle(const StippleStyle& style, const glm::dvec3& background, proto::Layer& layer) {
+    auto& message = *layer.mutable_stipple();
+    writeSizes(style, message);
+    message.set_opacity(style.opacity);
+    const auto color = writeColor(style.color, message.mutable_color());
+    message.set_invert(isDarker(color, background) != style.denseDark);
+    for (const auto& [name, value] : valueNames) {
+        if (value == style.value) message.set_value(std::string(name));
+    }
+    if (style.colorMap) message.set_color_map(std::string(style.colorMap->name()));
+    *message.mutable_light() = toProto(style.light);
+    message.set_gamma(style.gamma);
+    message.set_jitter(style.jitter);
+    message.set_soft(style.soft);
+    message.set_see_through(style.seeThrough);
+    message.set_image(style.image);
+    if (style.sourceLayers) message.set_source("layers");
+}
+
+void visitFields(StippleStyle& style, const StippleStyle& other, FieldVisitor& visitor) {
+    visitor.pixels(style.spacing, other.spacing);
+    visitor.pixels(style.dotSize, other.dotSize);
+    visitor.pixels(style.leastDotSize, other.leastDotSize);
+    visitor.number(style.opacity, other.opacity);
+    visitor.vector(style.color, other.color);
+    visitor.light(style.light, other.light);
+    visitor.number(style.gamma, other.gamma);
+    visitor.number(style.jitter, other.jitter);
+    visitor.word(style.value == other.value && style.colorMap == other.colorMap);
+    visitor.word(style.denseDark == other.denseDark && style.soft == other.soft);
+    visitor.word(style.seeThrough == other.seeThrough);
+    visitor.word(style.image == other.image && style.sourceLayers == other.sourceLayers);
 }
 
 }  // namespace mote

@@ -3,7 +3,6 @@
 
 #include "server/data/load_hybrid.h"
 #include "server/frames/layer_kinds.h"
-#include "server/render/layers/hybrid/hybrid_load.h"
 
 namespace mote::server {
 
@@ -25,12 +24,6 @@ Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerReq
 
 Result<LayerPart> partOf(const HybridStyle& style, const LayerRequest& asked) {
     return hybridPart(style.representation, asked);
-}
-
-Result<std::optional<Bounds>> boundsOf(const HybridStyle&, const Layer& layer, StepSource& data) {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
-    if (!entry.manifest->has_hybrid()) return std::optional<Bounds>();
-    return std::optional(render::hybridBounds(entry.manifest->hybrid()));
 }
 
 }  // namespace mote::server

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "protocol/scene/dataset.h"
 #include "server/data/load_density.h"
 #include "server/data/load_mesh.h"
 #include "server/frames/layer_kinds.h"
@@ -62,12 +61,6 @@ Result<LayerPart> inkOf(const InkStyle& style, const storage::Catalogue::Entry& 
         fmt::format("\"{}\" is of kind \"{}\", not a mesh, a hybrid volume or particles", entry.name, kind)};
 }
 
-/// Kinds of datasets that ink is drawn of.
-bool drawn(const proto::Manifest& manifest) {
-    const auto& kind = manifest.kind();
-    return kind == "mesh" || kind == "hybrid" || kind == "particles";
-}
-
 }  // namespace
 
 Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked) {
@@ -75,12 +68,6 @@ Result<LayerPart> partOf(const InkStyle& style, const LayerRequest& asked) {
     auto part = inkOf(style, entry, asked);
     if (!style.coherent || !part.ok() || !*part) return part;
     return coherent(*std::move(part));
-}
-
-Result<std::optional<Bounds>> boundsOf(const InkStyle&, const Layer& layer, StepSource& data) {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
-    if (!drawn(*entry.manifest)) return std::optional<Bounds>();
-    return std::optional(datasetBounds(*entry.manifest));
 }
 
 }  // namespace mote::server

@@ -8,9 +8,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <optional>
 
-#include "protocol/scene/bounds.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/view.h"
 #include "server/data/step_source.h"
@@ -45,14 +43,6 @@ Result<LayerPart> partOf(const MeshStyle& style, const LayerRequest& asked);
 /// What several kinds of layers draw alike: a mesh; a hybrid volume. As partOf.
 Result<LayerPart> meshPart(const LayerRequest& asked);
 Result<LayerPart> hybridPart(HybridRepresentation representation, const LayerRequest& asked);
-
-/// What a camera should show of a layer, in layer space. Nothing where it lies on the screen, or has a
-/// dataset of another kind: that is said when it is drawn. Errors: notFound.
-Result<std::optional<Bounds>> boundsOf(const ParticlesStyle& style, const Layer& layer, StepSource& data);
-Result<std::optional<Bounds>> boundsOf(const HybridStyle& style, const Layer& layer, StepSource& data);
-Result<std::optional<Bounds>> boundsOf(const StippleStyle& style, const Layer& layer, StepSource& data);
-Result<std::optional<Bounds>> boundsOf(const InkStyle& style, const Layer& layer, StepSource& data);
-Result<std::optional<Bounds>> boundsOf(const MeshStyle& style, const Layer& layer, StepSource& data);
 
 /// The plane hierarchy of a layer that stipples a picture; null where it is on its way. Errors: as partOf.
 Result<std::shared_ptr<const render::PlaneTiles>> planeOf(const Layer& layer, StepSource& data);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <utility>
 
-#include "protocol/scene/dataset.h"
 #include "server/data/load_mesh.h"
 #include "server/frames/layer_kinds.h"
 
@@ -22,12 +21,6 @@ Result<LayerPart> meshPart(const LayerRequest& asked) {
 
 Result<LayerPart> partOf(const MeshStyle&, const LayerRequest& asked) {
     return meshPart(asked);
-}
-
-Result<std::optional<Bounds>> boundsOf(const MeshStyle&, const Layer& layer, StepSource& data) {
-    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
-    if (entry.manifest->kind() != "mesh") return std::optional<Bounds>();
-    return std::optional(datasetBounds(*entry.manifest));
 }
 
 }  // namespace mote::server

@@ -15,8 +15,4 @@ Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
     });
 }
 
-Result<std::optional<Bounds>> boundsOf(const ParticlesStyle&, const Layer&, StepSource&) {
-    return std::optional(plotBounds);
-}
-
 }  // namespace mote::server

@@ -6,23 +6,25 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/scene/bounds.h"
+#include "protocol/scene/dataset.h"
+#include "protocol/scene/fit_layers.h"
 #include "server/frames/layer_kinds.h"
 
 namespace mote::server {
 
 Status fitLayers(View& view, StepSource& data) {
     if (!view.cameraFitted) return success();
-    std::optional<Bounds> all;
-    for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        const Layer& layer = view.layers[i];
-        const auto found =
-            std::visit([&](const auto& style) { return boundsOf(style, layer, data); }, layer.style);
-        if (!found.ok()) return inLayer(i, found.error());
-        if (!*found) continue;
-        const Bounds bounds = (*found)->transformed(layer.transform);
-        all = all ? all->united(bounds) : bounds;
+    std::vector<std::optional<Bounds>> boxes;
+    for (const Layer& layer : view.layers) {
+        boxes.emplace_back();
+        if (liesOnScreen(layer)) continue;
+        // That a dataset is of another kind is said when it is drawn.
+        const auto found = data.dataset(layer.dataset);
+        if (!found.ok()) return inLayer(boxes.size() - 1, found.error());
+        boxes.back() = datasetBounds(*found->manifest);
     }
-    if (all) view.camera = fitCamera(*all, view.aspect());
+    mote::fitLayers(view, boxes);
     return success();
 }
 

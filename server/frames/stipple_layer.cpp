@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <utility>
 
-#include "protocol/scene/dataset.h"
 #include "server/data/load_stipple.h"
 #include "server/frames/layer_kinds.h"
 
@@ -55,13 +54,6 @@ render::PhotographEffort effortOf(Stage stage) {
 /// Without its data there is nothing to be shown of it: a view in motion waits, too.
 Result<LayerPart> partOf(const StippleStyle& style, const LayerRequest& asked) {
     return style.onPlane() ? photographOf(style, asked) : surfaceOf(asked);
-}
-
-Result<std::optional<Bounds>> boundsOf(const StippleStyle& style, const Layer& layer, StepSource& data) {
-    if (style.onPlane()) return std::optional<Bounds>();
-    MOTE_ASSIGN_OR_RETURN(const auto entry, data.dataset(layer.dataset));
-    if (!entry.manifest->has_mesh()) return std::optional<Bounds>();
-    return std::optional(datasetBounds(*entry.manifest));
 }
 
 }  // namespace mote::server

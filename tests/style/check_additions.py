@@ -29,6 +29,7 @@ ADDITIONS = {
             "protocol/scene/view.h",
             "protocol/scene/view.cpp",
             "protocol/scene/dataset.cpp",
+            "protocol/scene/style_kinds.h",
             "server/render/layers/scene.h",
             "server/render/layers/make_frame_plan.cpp",
             "server/frames/layer_kinds.h",

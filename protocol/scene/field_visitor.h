@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FieldVisitor: sees the fields of a style beside those of another of its kind (style_kinds.h), so that what
+// is done with all of them (what lies between two styles, longer pixels) is written once and not once a kind.
+// Who calls owns it; one thread.
+#pragma once
+
+#include <functional>
+#include <glm/vec3.hpp>
+
+#include "protocol/scene/light.h"
+#include "protocol/scene/mix.h"
+
+namespace mote {
+
+class FieldVisitor {
+  public:
+    virtual ~FieldVisitor() = default;
+    /// A field that has something in between: `set` gives it what lies at a share of the way to the other's,
+    /// 0 to 1.
+    virtual void between(const std::function<void(double share)>& set) = 0;
+    /// The same of a length on the screen.
+    virtual void pixels(double& value, double other) = 0;
+    /// A field that has nothing in between: a word, or what one has and the other leaves to its dataset.
+    virtual void word(bool same) = 0;
+
+    void number(double& value, double other) {
+        between([&, from = value](double share) { value = mix(from, other, share); });
+    }
+    void vector(glm::dvec3& value, const glm::dvec3& other) {
+        between([&, from = value](double share) { value = mix(from, other, share); });
+    }
+    void light(Light& value, const Light& other) {
+        between([&, from = value.direction](double share) {
+            value.direction = mixDirections(from, other.direction, share);
+        });
+        number(value.ambient, other.ambient);
+        number(value.diffuse, other.diffuse);
+        number(value.specular, other.specular);
+        word(value.fixed == other.fixed && value.shadow == other.shadow);
+    }
+};
+
+}  // namespace mote

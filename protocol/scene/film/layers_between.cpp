@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/film/layers_between.h"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "protocol/scene/film/mix_transform.h"
+#include "protocol/scene/mix.h"
+#include "protocol/scene/style_kinds.h"
+
+namespace mote {
+namespace {
+
+/// Gives fields what lies between.
+class Mixer : public FieldVisitor {
+  public:
+    explicit Mixer(double share) : share_(share) {}
+    void between(const std::function<void(double)>& set) override { set(share_); }
+    void pixels(double& value, double other) override { value = mix(value, other, share_); }
+    void word(bool) override {}
+
+  private:
+    double share_;
+};
+
+/// Looks for fields that have nothing in between.
+class Difference : public FieldVisitor {
+  public:
+    void between(const std::function<void(double)>&) override {}
+    void pixels(double&, double) override {}
+    void word(bool same) override { found_ = found_ || !same; }
+    bool found() const { return found_; }
+
+  private:
+    bool found_ = false;
+};
+
+/// Of two layers whose styles are of one kind.
+void visitStyles(Layer& layer, const Layer& other, FieldVisitor& visitor) {
+    std::visit(
+        [&](auto& style) {
+            visitFields(style, std::get<std::decay_t<decltype(style)>>(other.style), visitor);
+        },
+        layer.style);
+}
+
+bool mustDissolve(const Layer& from, const Layer& to) {
+    if (!canMixTransforms(from.transform, to.transform)) return true;
+    Difference difference;
+    Layer seen = from;
+    visitStyles(seen, to, difference);
+    return difference.found();
+}
+
+/// A layer on its way to another, but for its step and its opacity; what has nothing in between stays as it
+/// is.
+Layer mixed(const Layer& from, const Layer& to, double share) {
+    Layer layer = from;
+    Mixer mixer(share);
+    visitStyles(layer, to, mixer);
+    if (canMixTransforms(from.transform, to.transform))
+        layer.transform = mixTransforms(from.transform, to.transform, share);
+    return layer;
+}
+
+/// Which of its dataset and kind a layer is.
+std::size_t placeAmongLike(const std::vector<Layer>& layers, std::size_t index) {
+    return static_cast<std::size_t>(std::count_if(
+        layers.begin(), layers.begin() + static_cast<std::ptrdiff_t>(index), [&](const auto& other) {
+            return other.dataset == layers[index].dataset &&
+                   other.style.index() == layers[index].style.index();
+        }));
+}
+
+/// The layer among others that it is the same as; their number where there is none.
+std::size_t findSame(const std::vector<Layer>& layers, std::size_t index, const std::vector<Layer>& others) {
+    const auto place = placeAmongLike(layers, index);
+    for (std::size_t i = 0; i < others.size(); ++i) {
+        if (others[i].dataset == layers[index].dataset &&
+            others[i].style.index() == layers[index].style.index() && placeAmongLike(others, i) == place)
+            return i;
+    }
+    return others.size();
+}
+
+/// A layer in each of the steps that are shown of it, with its opacity shared among them.
+void addInSteps(const Layer& layer, const std::vector<ShownStep>& steps, std::vector<Layer>& to) {
+    for (const auto& shown : steps) {
+        to.push_back(layer);
+        to.back().step = shown.step;
+        to.back().opacity = std::clamp(layer.opacity * shown.weight, 0.0, 1.0);
+    }
+}
+
+}  // namespace
+
+bool blendsSteps(const Layer& layer) {
+    return layer.particles() != nullptr || layer.hybrid() != nullptr;
+}
+
+LayersBetween::LayersBetween(const std::vector<Layer>& from, const std::vector<Layer>& to,
+                             BetweenSteps betweenSteps)
+    : betweenSteps_(betweenSteps) {
+    match(from, to);
+}
+
+/// In the order of the first view; what comes stands behind what it stands behind in the second.
+void LayersBetween::match(const std::vector<Layer>& from, const std::vector<Layer>& to) {
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        const auto same = findSame(from, i, to);
+        const Layer* const other = same < to.size() ? &to[same] : nullptr;
+        pairs_.push_back({&from[i], other, other != nullptr && mustDissolve(from[i], *other)});
+    }
+    const Layer* before = nullptr;
+    for (const auto& layer : to) {
+        const auto holds = [&](const Layer* one) {
+            return std::find_if(pairs_.begin(), pairs_.end(),
+                                [&](const auto& pair) { return pair.to == one; });
+        };
+        if (holds(&layer) == pairs_.end()) {
+            const auto behind = before == nullptr ? pairs_.begin() : holds(before) + 1;
+            pairs_.insert(behind, Pair{nullptr, &layer, false});
+        }
+        before = &layer;
+    }
+}
+
+BetweenSteps LayersBetween::stepsOf(const Pair& pair) const {
+    return blendsSteps(*pair.from) ? betweenSteps_ : BetweenSteps::hold;
+}
+
+std::size_t LayersBetween::mostLayers() const {
+    std::size_t count = 0;
+    for (const auto& pair : pairs_) {
+        const bool both = pair.from != nullptr && pair.to != nullptr;
+        const bool blended = both && pair.from->step != pair.to->step && stepsOf(pair) == BetweenSteps::blend;
+        count += (pair.dissolves ? 2U : 1U) * (blended ? 2U : 1U);
+    }
+    return count;
+}
+
+std::vector<Layer> LayersBetween::at(double share) const {
+    std::vector<Layer> layers;
+    for (const auto& [from, to, dissolves] : pairs_) {
+        if (from == nullptr || to == nullptr) {
+            layers.push_back(from != nullptr ? *from : *to);
+            layers.back().opacity *= from != nullptr ? 1.0 - share : share;
+            continue;
+        }
+        const auto steps = stepsBetween(from->step, to->step, share, stepsOf({from, to, dissolves}));
+        Layer first = mixed(*from, *to, share);
+        first.opacity = dissolves ? from->opacity * (1.0 - share) : mix(from->opacity, to->opacity, share);
+        addInSteps(first, steps, layers);
+        if (!dissolves) continue;
+        Layer second = mixed(*to, *from, 1.0 - share);
+        second.opacity = to->opacity * share;
+        addInSteps(second, steps, layers);
+    }
+    return layers;
+}
+
+}  // namespace mote

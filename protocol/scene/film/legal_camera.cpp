@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/film/legal_camera.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+namespace mote {
+namespace {
+
+constexpr double worldLimit = 1e12;     // of a coordinate: parseCamera
+constexpr double leastHeight = 1e-9;    // of a parallel projection
+constexpr double leastDistance = 2e-9;  // of the eye's own distance from the origin, and one
+
+}  // namespace
+
+glm::dquat orientationOf(const Camera& camera) {
+    return glm::normalize(glm::quat_cast(glm::transpose(glm::dmat3(camera.worldToEye()))));
+}
+
+Camera held(Camera camera) {
+    const glm::dvec3 offset = camera.eye - camera.target;
+    const double distance = glm::length(offset);
+    camera.target = glm::clamp(camera.target, -0.4 * worldLimit, 0.4 * worldLimit);
+    const double least = leastDistance * (1.0 + glm::length(camera.target));
+    const double legal = std::clamp(distance, least, 0.4 * worldLimit);
+    if (legal != distance) camera.eye = camera.target + (legal / distance) * offset;
+    camera.fovYDegrees = std::clamp(camera.fovYDegrees, leastFovYDegrees, mostFovYDegrees);
+    if (!camera.orthographicHeight) return camera;
+    camera.orthographicHeight = std::clamp(*camera.orthographicHeight, leastHeight, worldLimit);
+    return camera;
+}
+
+Camera standing(Camera camera, const glm::dvec3& target, const glm::dquat& orientation, double distance) {
+    camera.target = target;
+    camera.eye = target + distance * (orientation * glm::dvec3(0.0, 0.0, 1.0));
+    camera.up = orientation * glm::dvec3(0.0, 1.0, 0.0);
+    return held(camera);
+}
+
+}  // namespace mote

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/film/move_timeline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <utility>
+
+#include "protocol/scene/film/legal_camera.h"
+#include "protocol/scene/film/rotation.h"
+#include "protocol/scene/mix.h"
+#include "protocol/scene/view.h"
+
+namespace mote {
+namespace {
+
+glm::dvec3 vectorOf(const google::protobuf::RepeatedField<double>& field) {
+    return {field[0], field[1], field[2]};
+}
+
+/// The axis as long as the angle.
+glm::dvec3 turnOf(const proto::Move::Turn& turn, const Camera& camera) {
+    const glm::dvec3 axis = turn.axis().empty() ? camera.up : vectorOf(turn.axis());
+    return glm::radians(turn.degrees()) * glm::normalize(axis);
+}
+
+/// A layer in a step, of which so much is shown.
+void addInStep(proto::Layer layer, const ShownStep& shown, proto::View& view) {
+    layer.set_step(shown.step);
+    if (shown.weight != 1.0)
+        layer.set_opacity(std::clamp(shown.weight * (layer.has_opacity() ? layer.opacity() : 1.0), 0.0, 1.0));
+    *view.add_layers() = std::move(layer);
+}
+
+}  // namespace
+
+Camera MoveTimeline::Move::cameraAt(double share) const {
+    Camera result = camera;
+    const glm::dquat rotation = rotationBy(share * turn);
+    const double scale = std::exp(-share * zoom);
+    const double nearer = camera.perspective() ? scale : 1.0;
+    result.target = mix(camera.target, target, share);
+    result.eye = result.target + nearer * (rotation * (camera.eye - camera.target));
+    result.up = rotation * camera.up;
+    if (camera.orthographicHeight) result.orthographicHeight = scale * *camera.orthographicHeight;
+    return result;
+}
+
+/// A move that begins where the last one ended.
+MoveTimeline::Move MoveTimeline::next(const proto::Move& message) const {
+    Move move;
+    if (!moves_.empty()) move.begin = moves_.back().end;
+    move.easing = parseEasing(message.easing()).value_or(Easing::linear);
+    move.camera = moves_.empty() ? camera_ : moves_.back().cameraAt(1.0);
+    move.end = move.begin + message.seconds();
+    move.target = move.camera.target;
+    if (message.has_turn()) move.turn = turnOf(message.turn(), move.camera);
+    const auto& zoom = message.zoom_to();
+    if (!zoom.target().empty()) move.target = vectorOf(zoom.target());
+    if (zoom.factor() != 0.0) move.zoom = std::log(zoom.factor());
+    for (int i = 0; i < view_.layers_size(); ++i) {
+        const auto step =
+            moves_.empty() ? view_.layers(i).step() : moves_.back().steps[static_cast<std::size_t>(i)].to;
+        move.steps.push_back({step, step, false});
+    }
+    return move;
+}
+
+Status MoveTimeline::play(const proto::Move::PlaySteps& message, const FilmDatasets& datasets,
+                          Move& move) const {
+    bool shown = false, played = false;
+    for (int i = 0; i < view_.layers_size(); ++i) {
+        const auto& name = view_.layers(i).dataset();
+        if (!message.dataset().empty() && message.dataset() != name) continue;
+        shown = true;
+        const auto& dataset = datasets.at(name);
+        if (dataset.steps == 0) continue;
+        played = true;
+        MOTE_RETURN_IF_ERROR(checkStep(name, dataset, message.from(), "from"));
+        MOTE_RETURN_IF_ERROR(checkStep(name, dataset, message.to(), "to"));
+        move.steps[static_cast<std::size_t>(i)] = {message.from(), message.to(), true};
+    }
+    if (played) return success();
+    if (!shown)
+        return Error{ErrorCode::notFound, "dataset",
+                     fmt::format("no layer of the view shows \"{}\"", message.dataset())};
+    return Error{ErrorCode::invalidArgument, "dataset", "what the view shows has no steps to be played"};
+}
+
+Status MoveTimeline::checkLayers(const Move& move) const {
+    int most = 0;
+    for (int i = 0; i < view_.layers_size(); ++i) {
+        const auto& steps = move.steps[static_cast<std::size_t>(i)];
+        most += steps.from != steps.to && betweenSteps(view_.layers(i)) == BetweenSteps::blend ? 2 : 1;
+    }
+    if (most <= View::maxLayers) return success();
+    return Error{ErrorCode::invalidArgument, "playSteps",
+                 fmt::format("while steps blend a view would need {} layers at once; it has at most {}", most,
+                             View::maxLayers)};
+}
+
+Status MoveTimeline::add(const proto::Move& message, const FilmDatasets& datasets) {
+    Move move = next(message);
+    if (message.has_play_steps()) {
+        MOTE_RETURN_IF_ERROR(play(message.play_steps(), datasets, move), "playSteps");
+        MOTE_RETURN_IF_ERROR(checkLayers(move));
+    }
+    const auto arrived = parseCamera(toProto(move.cameraAt(1.0)));
+    if (!arrived.ok()) {
+        return Error{ErrorCode::invalidArgument, message.has_zoom_to() ? "zoomTo" : "turn",
+                     fmt::format("the camera would come where none may be ({}: {})", arrived.error().where,
+                                 arrived.error().message)};
+    }
+    moves_.push_back(std::move(move));
+    return success();
+}
+
+Result<std::unique_ptr<const Timeline>> MoveTimeline::create(const proto::Script& script,
+                                                             const FilmDatasets& datasets) {
+    MOTE_RETURN_IF_ERROR(checkDatasets(script.view(), datasets), "view");
+    auto view = parseView(script.view());
+    MOTE_RETURN_IF_ERROR(view, "view");
+    fitToDatasets(*view, datasets);
+    const auto between = script.between_steps() == "blend" ? BetweenSteps::blend : BetweenSteps::hold;
+    std::unique_ptr<MoveTimeline> timeline(new MoveTimeline(script.view(), between));
+    timeline->camera_ = view->camera;
+    *timeline->view_.mutable_camera() = toProto(view->camera);
+    for (int i = 0; i < script.moves_size(); ++i)
+        MOTE_RETURN_IF_ERROR(timeline->add(script.moves(i), datasets), fmt::format("moves[{}]", i));
+    return std::unique_ptr<const Timeline>(std::move(timeline));
+}
+
+BetweenSteps MoveTimeline::betweenSteps(const proto::Layer& layer) const {
+    return layer.has_particles() || layer.has_hybrid() ? between_ : BetweenSteps::hold;
+}
+
+std::vector<ShownStep> MoveTimeline::stepsOf(int layer, const Steps& steps, double share) const {
+    if (!steps.played) return {{steps.from, 1.0}};
+    return stepsPlayed(steps.from, steps.to, share, betweenSteps(view_.layers(layer)));
+}
+
+proto::View MoveTimeline::at(double seconds) const {
+    const auto next = std::upper_bound(moves_.begin(), moves_.end() - 1, seconds,
+                                       [](double time, const auto& move) { return time < move.end; });
+    const Move& move = *next;
+    const double time = std::clamp((seconds - move.begin) / (move.end - move.begin), 0.0, 1.0);
+    const double share = eased(move.easing, time);
+    proto::View view = view_;
+    if (move.movesCamera())
+        *view.mutable_camera() = toProto(held(move.cameraAt(share)));
+    else
+        *view.mutable_camera() = toProto(move.camera);
+    view.clear_layers();
+    for (int i = 0; i < view_.layers_size(); ++i) {
+        for (const auto& shown : stepsOf(i, move.steps[static_cast<std::size_t>(i)], share))
+            addInStep(view_.layers(i), shown, view);
+    }
+    return view;
+}
+
+}  // namespace mote

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What every kind of style can do besides being parsed: become a message again, and show its fields. A kind's
+// functions stand where it is parsed (particles_style.cpp, ...). Pure functions.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/field_visitor.h"
+#include "protocol/scene/hybrid_style.h"
+#include "protocol/scene/ink_style.h"
+#include "protocol/scene/mesh_style.h"
+#include "protocol/scene/particles_style.h"
+#include "protocol/scene/stipple_style.h"
+
+namespace mote {
+
+/// Makes a valid style that of a layer's message, complete: parsing gives it again. `background`: of its
+/// view, linear RGB, to the digit as the view's message gives it.
+void writeStyle(const ParticlesStyle& style, const glm::dvec3& background, proto::Layer& layer);
+void writeStyle(const HybridStyle& style, const glm::dvec3& background, proto::Layer& layer);
+void writeStyle(const StippleStyle& style, const glm::dvec3& background, proto::Layer& layer);
+void writeStyle(const InkStyle& style, const glm::dvec3& background, proto::Layer& layer);
+void writeStyle(const MeshStyle& style, const glm::dvec3& background, proto::Layer& layer);
+
+/// Shows all fields of a style beside those of another. What the visitor sets keeps the style valid.
+void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor);
+void visitFields(HybridStyle& style, const HybridStyle& other, FieldVisitor& visitor);
+void visitFields(StippleStyle& style, const StippleStyle& other, FieldVisitor& visitor);
+void visitFields(InkStyle& style, const InkStyle& other, FieldVisitor& visitor);
+void visitFields(MeshStyle& style, const MeshStyle& other, FieldVisitor& visitor);
+
+}  // namespace mote
