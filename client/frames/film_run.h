@@ -29,8 +29,8 @@ namespace mote::client {
 struct FilmOrder {
     const Film& film;
     PictureFormat format = PictureFormat::png;  ///< decides what pixels are asked for
-    std::optional<proto::Page> page;            ///< of documents
-    ExposureSettings exposure;
+    std::optional<proto::Page> page = {};       ///< of documents
+    ExposureSettings exposure = {};
     bool resume = false;
     bool json = false;  ///< one line of JSON a frame on stdout
 };

@@ -6,6 +6,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <sstream>
 
 #include "client/frames/picture_file.h"
@@ -44,7 +45,11 @@ std::vector<std::uint8_t> packed(const FramePixels& pixels) {
                                        wire::filteredPixelSize(pixels.format));
     wire::filterRows(pixels.format, pixels.width, pixels.bytes, filtered);
     std::vector<std::uint8_t> payload(ZSTD_compressBound(filtered.size()));
-    const auto size = ZSTD_compress(payload.data(), payload.size(), filtered.data(), filtered.size(), level);
+    const std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+    const auto size =
+        ZSTD_compress2(context.get(), payload.data(), payload.size(), filtered.data(), filtered.size());
     MOTE_CHECK(!ZSTD_isError(size));
     payload.resize(size);
     return payload;

@@ -25,7 +25,7 @@ inline constexpr std::chrono::milliseconds signalPatience{50};
 /// Either a connection file or a private server's command.
 struct ServerChoice {
     std::optional<std::filesystem::path> connect;
-    ServerCommand spawn;
+    ServerCommand spawn = {};
     bool background = false;  ///< it draws for us only while nobody else waits
     bool untiring = false;    ///< a server that ended is waited for
 };

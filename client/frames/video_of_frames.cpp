@@ -6,7 +6,7 @@
 
 #include <optional>
 
-#include "client/frames/video/palette.h"
+#include "client/frames/video/palette_maker.h"
 #include "client/frames/video/video_writer.h"
 #include "protocol/scene/view.h"
 
@@ -26,14 +26,14 @@ Result<FramePixels> checkedFrame(const FrameReader& frame, std::size_t index, co
 
 Status videoOfFrames(const std::filesystem::path& path, const VideoSettings& settings, std::size_t count,
                      const FrameReader& frame) {
-    std::optional<Palette> palette;
+    std::optional<GifPalette> palette;
     if (settings.format == VideoFormat::gif) {
         PaletteMaker maker;
         for (std::size_t i = 0; i < count; ++i) {
             MOTE_ASSIGN_OR_RETURN(const auto pixels, checkedFrame(frame, i, settings));
             maker.add(pixels.bytes);
         }
-        palette = maker.palette();
+        palette = maker.make();
     }
     MOTE_ASSIGN_OR_RETURN(const auto writer, VideoWriter::create(path, settings, palette));
     for (std::size_t i = 0; i < count; ++i) {

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 class ScriptTest : public testing::Test {
   protected:
-    Result<std::vector<proto::View>> read(const std::string& text) {
+    Result<proto::Script> read(const std::string& text) {
         std::ofstream(folder_ / "script.json") << text;
         return readScript(folder_ / "script.json");
     }
@@ -24,7 +24,7 @@ class ScriptTest : public testing::Test {
 };
 
 TEST_F(ScriptTest, ReadsTheExampleOfTheManual) {
-    const auto views = read(R"({"views": [{
+    const auto script = read(R"({"views": [{
       "width": 1280, "height": 720, "background": [0, 0, 0],
       "camera": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fovYDegrees": 35},
       "layers": [{
@@ -35,9 +35,9 @@ TEST_F(ScriptTest, ReadsTheExampleOfTheManual) {
           "points": {"linked": true, "opacity": 0.6, "sizePixels": 1, "color": [1.0, 0.85, 0.6]}
         }}]
     }]})");
-    ASSERT_TRUE(views.ok()) << views.error().toString();
-    ASSERT_EQ(views->size(), 1U);
-    EXPECT_EQ(views->front().layers(0).step(), 3U);
+    ASSERT_TRUE(script.ok()) << script.error().toString();
+    ASSERT_EQ(script->views_size(), 1);
+    EXPECT_EQ(script->views(0).layers(0).step(), 3U);
 }
 
 struct Bad {
@@ -81,35 +81,15 @@ INSTANTIATE_TEST_SUITE_P(
             "views[0].layers[0]"},
         Bad{"BadCamera", R"({"views": [{"width": 4, "height": 4, "camera": {"eye": [0, 0]}}]})",
             "views[0].camera.eye"},
-        Bad{"Keyframes", R"({"keyframes": []})", "keyframes", ErrorCode::unsupported},
-        Bad{"FpsAndKeyframes", R"({"fps": 30, "keyframes": []})", "keyframes", ErrorCode::unsupported},
+        Bad{"NoKeyframes", R"({"keyframes": []})", "script.json"},
+        Bad{"OneKeyframe", R"({"fps": 30, "keyframes": [{"seconds": 1, "view": {"width": 4, "height": 4}}]})",
+            "keyframes"},
         Bad{"KeyframesInAView", R"({"views": [{"width": 4, "height": 4, "keyframe": []}]})", "keyframe"}),
     [](const auto& each) { return each.param.name; });
 
 TEST_F(ScriptTest, AMissingFileIsNotFound) {
     EXPECT_EQ(readScript(folder_ / "none.json").error().code, ErrorCode::notFound);
     EXPECT_EQ(readScript(folder_.path()).error().code, ErrorCode::invalidArgument);
-}
-
-TEST(CheckDatasets, NamesTheLayerAndWhatThereIs) {
-    proto::Catalogue catalogue;
-    catalogue.add_datasets()->set_name("data/a");
-    catalogue.mutable_datasets(0)->set_steps(2);
-    std::vector<proto::View> views(2);
-    views[1].add_layers()->set_dataset("data/a");
-    views[1].mutable_layers(0)->set_step(1);
-    EXPECT_TRUE(checkDatasets(views, catalogue).ok());
-
-    views[1].mutable_layers(0)->set_step(2);
-    const auto step = checkDatasets(views, catalogue).error();
-    EXPECT_EQ(step.where, "views[1].layers[0].step");
-    EXPECT_EQ(step.code, ErrorCode::invalidArgument);
-
-    views[1].mutable_layers(0)->set_dataset("data/b");
-    const auto dataset = checkDatasets(views, catalogue).error();
-    EXPECT_EQ(dataset.where, "views[1].layers[0].dataset");
-    EXPECT_EQ(dataset.code, ErrorCode::notFound);
-    EXPECT_THAT(dataset.message, HasSubstr("\"data/a\""));
 }
 
 }  // namespace
