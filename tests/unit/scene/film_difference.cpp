@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/unit/scene/film_difference.h"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "protocol/scene/film/legal_camera.h"
+#include "protocol/scene/mix_curve.h"
+#include "protocol/scene/view_message.h"
+
+namespace mote::test {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+
+/// A layer without its curves: its numbers in order, and all else as a text by which layers are told apart.
+struct Contents {
+    std::string words;
+    std::vector<double> numbers;
+};
+
+/// A field that is neither a number to be compared nor a message; none of them is repeated.
+std::string wordOf(const Message& message, const FieldDescriptor& field) {
+    const auto& reflection = *message.GetReflection();
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING)
+        return reflection.GetString(message, &field) + ";";
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL)
+        return reflection.GetBool(message, &field) ? "1;" : "0;";
+    return std::to_string(reflection.GetUInt32(message, &field)) + ";";
+}
+
+void collect(const Message& message, Contents& out) {
+    const auto& reflection = *message.GetReflection();
+    for (int index = 0; index < message.GetDescriptor()->field_count(); ++index) {
+        const auto* const field = message.GetDescriptor()->field(index);
+        if (field->has_presence() && !reflection.HasField(message, field)) continue;
+        const bool number = field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
+        const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
+        out.words += field->name() + std::to_string(count) + ";";
+        for (int i = 0; i < count; ++i) {
+            if (number) {
+                out.numbers.push_back(field->is_repeated() ? reflection.GetRepeatedDouble(message, field, i)
+                                                           : reflection.GetDouble(message, field));
+            } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+                collect(field->is_repeated() ? reflection.GetRepeatedMessage(message, field, i)
+                                             : reflection.GetMessage(message, field),
+                        out);
+            } else {
+                out.words += wordOf(message, *field);
+            }
+        }
+    }
+}
+
+/// A layer's curves, one after the other.
+std::vector<ColoredCurve> curvesOf(const Layer& layer) {
+    if (layer.particles()) return {{layer.particles()->volumeOpacity}, {layer.particles()->pointFraction}};
+    if (layer.hybrid() && layer.hybrid()->opacity)
+        return {{*layer.hybrid()->opacity, layer.hybrid()->colors}};
+    if (layer.ink() && layer.ink()->opacity) return {{*layer.ink()->opacity}};
+    return {};
+}
+
+/// All but the curves, with what they say of the colours' range said by itself.
+Layer withoutCurves(Layer layer) {
+    const Curve none = Curve::constant(0.5);
+    if (auto* const particles = std::get_if<ParticlesStyle>(&layer.style)) {
+        particles->volumeOpacity = none;
+        particles->pointFraction = linkedFraction(none);
+    }
+    if (auto* const ink = std::get_if<InkStyle>(&layer.style); ink != nullptr && ink->opacity)
+        ink->opacity = none;
+    auto* const hybrid = std::get_if<HybridStyle>(&layer.style);
+    if (hybrid == nullptr || !hybrid->opacity) return layer;
+    const auto& knots = hybrid->opacity->knots();
+    if (!hybrid->colorRange && hybrid->colors.empty() && knots.front().x < knots.back().x)
+        hybrid->colorRange = ValueRange{knots.front().x, knots.back().x};
+    hybrid->opacity = none;
+    if (!hybrid->colors.empty()) hybrid->colors.resize(1, glm::dvec3(0.0));
+    return layer;
+}
+
+double differenceOf(const Curve& a, const Curve& b) {
+    double most = 0.0;
+    const auto &ka = a.knots(), &kb = b.knots();
+    if (ka.size() == kb.size()) {
+        for (std::size_t i = 0; i < ka.size(); ++i)
+            most = std::max({most, std::abs(ka[i].x - kb[i].x), std::abs(ka[i].y - kb[i].y)});
+        return most;
+    }
+    constexpr int samples = 2000;
+    const double low = std::min(ka.front().x, kb.front().x), high = std::max(ka.back().x, kb.back().x);
+    double sum = 0.0;
+    for (int i = 0; i < samples; ++i) {
+        const double x = low + (high - low) * (i + 0.5) / samples;
+        sum += std::abs(a(x) - b(x));
+    }
+    return sum / samples;
+}
+
+double numbersApart(const std::vector<double>& a, const std::vector<double>& b) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+        most = std::max(most, std::abs(a[i] - b[i]));
+    return a.size() == b.size() ? most : 1.0;
+}
+
+/// What is shown of layers that differ in nothing but numbers.
+struct Shown {
+    double opacity = 0.0;
+    std::vector<double> numbers;
+    std::vector<ColoredCurve> curves;
+};
+
+std::multimap<std::string, Shown> shownBy(const View& view) {
+    std::multimap<std::string, Shown> all;
+    for (const auto& layer : view.layers) {
+        Layer bare = withoutCurves(layer);
+        bare.opacity = 1.0;
+        View alone;
+        alone.background = view.background;
+        alone.layers = {bare};
+        Contents contents;
+        collect(toProto(alone).layers(0), contents);
+        all.insert({layer.dataset + "#" + std::to_string(layer.step) + contents.words,
+                    {layer.opacity, contents.numbers, curvesOf(layer)}});
+    }
+    return all;
+}
+
+double differenceOf(const Shown& a, const Shown& b) {
+    const double opacity = std::abs(a.opacity - b.opacity);
+    if (std::min(a.opacity, b.opacity) < 1e-3) return opacity;
+    double most = std::max(opacity, numbersApart(a.numbers, b.numbers));
+    for (std::size_t i = 0; i < std::min(a.curves.size(), b.curves.size()); ++i)
+        most = std::max(most, differenceOf(a.curves[i].curve, b.curves[i].curve));
+    return most;
+}
+
+/// Relative to how far off it is.
+double differenceOf(const Camera& a, const Camera& b) {
+    const double scale = std::min(glm::distance(a.eye, a.target), glm::distance(b.eye, b.target));
+    const auto one = orientationOf(a), other = orientationOf(b);
+    const double turned = 1.0 - std::abs(glm::dot(one, other));
+    const double lens = std::abs(std::log(a.halfHeight() / b.halfHeight()));
+    const double moved = std::max(glm::distance(a.eye, b.eye), glm::distance(a.target, b.target)) / scale;
+    // Between a parallel projection and a long lens, there is the way of the eye.
+    return a.perspective() == b.perspective() ? std::max({std::sqrt(turned), lens, moved}) : 0.0;
+}
+
+}  // namespace
+
+double difference(const View& a, const View& b) {
+    double most = std::max(differenceOf(a.camera, b.camera), glm::distance(a.background, b.background));
+    auto first = shownBy(a), second = shownBy(b);
+    for (const auto& [words, shown] : first) {
+        const auto found = second.find(words);
+        most = std::max(most, found == second.end() ? shown.opacity : differenceOf(shown, found->second));
+        if (found != second.end()) second.erase(found);
+    }
+    for (const auto& [words, shown] : second) most = std::max(most, shown.opacity);
+    return most;
+}
+
+}  // namespace mote::test

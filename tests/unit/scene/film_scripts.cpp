@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/unit/scene/film_scripts.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
+#include "tests/views/view_generator.h"
+
+namespace mote::test {
+namespace {
+
+void decorate(Random& random, proto::Layer& layer) {
+    if (random.chance(0.4)) layer.set_opacity(random.unit());
+    if (layer.has_ink()) layer.mutable_ink()->set_coherent(random.chance(0.3));
+    if (!layer.has_stipple()) return;
+    if (random.chance(0.2))
+        layer.mutable_stipple()->set_image("views/picture");
+    else if (random.chance(0.2))
+        layer.mutable_stipple()->set_source("layers");
+}
+
+/// The style of some other layer of the same kind.
+void restyle(Random& random, std::uint64_t seed, proto::Layer& layer) {
+    for (int tries = 0; tries < 40; ++tries) {
+        const auto view = anyView(seed, random.below(100000));
+        for (auto other : view.layers()) {
+            if (other.kind_case() != layer.kind_case()) continue;
+            other.set_dataset(layer.dataset());
+            other.set_step(layer.step());
+            layer = other;
+            return;
+        }
+    }
+}
+
+/// Fields of it set as the next keyframe may have them.
+void change(Random& random, std::uint64_t seed, bool blend, proto::View& view) {
+    const auto other = anyView(seed, random.below(100000));
+    *view.mutable_background() = other.background();
+    view.clear_camera();
+    if (other.has_camera()) *view.mutable_camera() = other.camera();
+    for (auto& layer : *view.mutable_layers()) {
+        if (random.chance(0.5)) restyle(random, seed, layer);
+        if (random.chance(0.3)) layer.set_opacity(random.unit());
+        if (blend && (layer.has_particles() || layer.has_hybrid()))
+            layer.set_step(static_cast<std::uint32_t>(random.below(3)));
+    }
+    if (view.layers_size() > 1 && random.chance(0.3)) view.mutable_layers()->RemoveLast();
+    if (view.layers_size() < 3 && other.layers_size() > 0 && random.chance(0.4))
+        *view.add_layers() = other.layers(0);
+}
+
+void keepFew(int most, proto::View& view) {
+    while (view.layers_size() > most) view.mutable_layers()->RemoveLast();
+}
+
+glm::dvec3 someUp(Random& random) {
+    return random.chance(0.5) ? glm::dvec3(0.0, 1.0, 0.0) : random.direction();
+}
+
+}  // namespace
+
+proto::View anyView(std::uint64_t seed, std::uint64_t number) {
+    Random random(seed ^ 0x5eed, number);
+    while (true) {
+        auto view = generatedView(seed, number);
+        for (auto& layer : *view.mutable_layers()) decorate(random, layer);
+        if (parseView(view).ok()) return view;
+    }
+}
+
+proto::Script anyKeyframes(std::uint64_t seed, std::uint64_t number) {
+    Random random(seed, number);
+    proto::Script script;
+    const bool blend = random.chance(0.5);
+    if (blend) script.set_between_steps("blend");
+    auto view = anyView(seed, random.below(100000));
+    keepFew(2, view);
+    double seconds = random.between(-5.0, 5.0);
+    for (auto count = 2 + random.below(4); count > 0; --count) {
+        auto& keyframe = *script.add_keyframes();
+        keyframe.set_seconds(seconds);
+        *keyframe.mutable_view() = view;
+        keyframe.set_easing(random.oneOf({"", "linear", "smooth"}));
+        seconds += random.between(0.25, 3.0);
+        change(random, seed, blend, view);
+        keepFew(2, view);
+    }
+    return script;
+}
+
+proto::Script anyMoves(std::uint64_t seed, std::uint64_t number) {
+    Random random(seed, number);
+    proto::Script script;
+    if (random.chance(0.5)) script.set_between_steps("blend");
+    *script.mutable_view() = anyView(seed, random.below(100000));
+    keepFew(4, *script.mutable_view());
+    for (auto count = 1 + random.below(4); count > 0; --count) {
+        auto& move = *script.add_moves();
+        move.set_seconds(random.between(0.25, 3.0));
+        move.set_easing(random.oneOf({"", "linear", "smooth"}));
+        if (random.chance(0.5)) {
+            move.mutable_turn()->set_degrees(random.between(-720.0, 720.0));
+            const glm::dvec3 axis = random.direction();
+            if (random.chance(0.5)) move.mutable_turn()->mutable_axis()->Assign(&axis.x, &axis.x + 3);
+        }
+        if (random.chance(0.3) && script.view().layers_size() > 0) {
+            move.mutable_play_steps()->set_from(static_cast<std::uint32_t>(random.below(3)));
+            move.mutable_play_steps()->set_to(static_cast<std::uint32_t>(random.below(3)));
+        }
+        if (random.chance(0.4)) move.mutable_zoom_to()->set_factor(random.magnitude(-3, 3));
+        if (!move.has_turn() && !move.has_play_steps() && !move.has_zoom_to()) move.mutable_hold();
+    }
+    return script;
+}
+
+proto::Script anyCameraWay(Random& random, int keyframes) {
+    proto::Script script;
+    double seconds = 0.0;
+    for (int i = 0; i < keyframes; ++i) {
+        Camera camera;
+        camera.target = 0.5 * random.direction();
+        camera.eye = camera.target + random.between(1.5, 6.0) * random.direction();
+        camera.up = someUp(random);
+        camera.fovYDegrees = random.between(20.0, 60.0);
+        auto& keyframe = *script.add_keyframes();
+        keyframe.set_seconds(seconds);
+        keyframe.mutable_view()->set_width(64);
+        keyframe.mutable_view()->set_height(48);
+        *keyframe.mutable_view()->mutable_camera() = toProto(camera);
+        seconds += random.between(0.5, 2.0);
+    }
+    return script;
+}
+
+FilmDatasets datasetsFor(const proto::Script& script, int steps) {
+    FilmDatasets datasets;
+    for (const auto& name : datasetsOf(script)) datasets[name].steps = steps;
+    return datasets;
+}
+
+proto::Script scriptOf(std::string_view json) {
+    std::string text(json);
+    std::replace(text.begin(), text.end(), '\'', '"');
+    proto::Script script;
+    const auto parsed = parseJson(text, script, "script");
+    if (!parsed.ok()) throw std::invalid_argument(parsed.error().toString());
+    return script;
+}
+
+Film filmOf(const proto::Script& script, int steps) {
+    auto film = Film::create(script, datasetsFor(script, steps));
+    if (!film.ok()) throw std::invalid_argument(film.error().toString());
+    return *std::move(film);
+}
+
+Camera cameraAt(const Film& film, double seconds) {
+    return parseView(film.at(seconds)).value().camera;
+}
+
+}  // namespace mote::test
