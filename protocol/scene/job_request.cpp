@@ -8,12 +8,15 @@
 #include <array>
 #include <cmath>
 
+#include "protocol/scene/film_job.h"
+
 namespace mote {
 namespace {
 
 using Request = proto::JobRequest;
 
 constexpr std::size_t largestRequest = std::size_t{64} * 1024;  // bytes of the whole message
+constexpr std::size_t largestFilm = std::size_t{900} * 1024;    // likewise; it holds a script
 constexpr std::size_t longestTitle = 256;                       // bytes
 constexpr std::size_t longestWord = 64;                         // bytes of an axis, a format, a range
 constexpr std::size_t longestSpecies = 256;                     // bytes
@@ -127,6 +130,10 @@ Status checkVolume(const Request& request) {
     return checkCount(job.inputs_size(), "inputs");
 }
 
+Status checkFilm(const Request& request) {
+    return checkFilmJob(request.film());
+}
+
 Status checkNothing(const Request&) {
     return success();
 }
@@ -165,7 +172,8 @@ struct Kind {
     Request::KindCase kind;
     Inputs (*inputs)(const Request&);
     Status (*check)(const Request&);
-    std::string_view ending = ".mote";  ///< of what it makes
+    std::string_view ending = ".mote";  ///< of what it makes; empty: no output of its own
+    std::size_t largest = largestRequest;
 };
 
 constexpr std::array kinds{
@@ -175,6 +183,7 @@ constexpr std::array kinds{
     Kind{Request::kMesh, meshInputs, checkMesh},
     Kind{Request::kImage, imageInputs, checkNothing},
     Kind{Request::kVolume, volumeInputs, checkVolume},
+    Kind{Request::kFilm, noInputs, checkFilm, "", largestFilm},
 };
 
 Kind kindOf(const Request& request) {
@@ -200,6 +209,8 @@ Error missingKind() {
 }
 
 Status checkOutput(const std::string& output, std::string_view ending) {
+    if (ending.empty() && output.empty()) return success();
+    if (ending.empty()) return bad("output", "must be left out: a film stays with its job");
     MOTE_RETURN_IF_ERROR(checkName(output, "output"));
     const auto slash = output.rfind('/');
     const auto file = std::string_view(output).substr(slash == std::string::npos ? 0 : slash + 1);
@@ -231,13 +242,13 @@ std::vector<JobInput> jobInputs(const Request& message) {
 }
 
 Result<JobRequest> parseJobRequest(const Request& message) {
-    if (message.ByteSizeLong() > largestRequest) {
+    const auto kind = kindOf(message);
+    if (message.ByteSizeLong() > kind.largest) {
         return Error{ErrorCode::resourceExhausted, "",
-                     fmt::format("the request has more than {} bytes", largestRequest)};
+                     fmt::format("the request has more than {} bytes", kind.largest)};
     }
     MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestTitle));
     if (message.kind_case() == Request::KIND_NOT_SET) return missingKind();
-    const auto kind = kindOf(message);
     MOTE_RETURN_IF_ERROR(kind.check(message), fieldOf(message));
     JobRequest request{message, jobInputs(message)};
     for (const auto& input : request.inputs) MOTE_RETURN_IF_ERROR(checkName(input.name, input.field));

@@ -40,6 +40,8 @@ inline constexpr std::uint32_t frameCredits = 2;
 /// The same for a client that says what it has received: what is on its way is then measured in bytes, and
 /// this only bounds what a client keeps. Half a second of 30 frames a second.
 inline constexpr std::uint32_t measuredFrameCredits = 16;
+/// Views of one client that may wait to be drawn in their turn, that under way included.
+inline constexpr std::uint32_t maxQueuedViews = 16;
 
 /// Queued views that a server keeps of one client; more are refused.
 inline constexpr std::uint32_t maxQueuedViews = 16;

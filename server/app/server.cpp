@@ -42,6 +42,7 @@ JobSettings jobSettings(const ServerSettings& settings) {
     JobSettings jobs;
     jobs.stateDirectory = settings.stateDirectory;
     jobs.prep = settings.prep;
+    jobs.frames = settings.frames;
     jobs.roots = settings.roots;
     jobs.memory = settings.memory;
     jobs.threads = settings.threads;
@@ -206,7 +207,7 @@ class Server::Impl {
     }
 
     void withdraw() {
-        removeIfOurs(settings_.connectionFile, context_.token);
+        removeConnectionFiles(settings_, context_.token);
         place_.reset();
     }
 
@@ -266,6 +267,7 @@ class Server::Impl {
         file.set_pid(::getpid());
         file.set_protocol_major(wire::ownVersion.major);
         file.set_protocol_minor(wire::ownVersion.minor);
+        MOTE_RETURN_IF_ERROR(wire::writeConnectionFile(filmConnectionFile(settings_.stateDirectory), file));
         return wire::writeConnectionFile(settings_.connectionFile, file);
     }
 
@@ -381,11 +383,13 @@ std::string Server::deviceName() const {
     return impl_->deviceName();
 }
 
-void removeIfOurs(const std::filesystem::path& file, const std::string& token) {
-    const auto content = wire::readConnectionFile(file);
-    if (token.empty() || !content.ok() || content->token() != token) return;
-    std::error_code ignored;
-    std::filesystem::remove(file, ignored);
+void removeConnectionFiles(const ServerSettings& settings, const std::string& token) {
+    for (const auto& file : {settings.connectionFile, filmConnectionFile(settings.stateDirectory)}) {
+        const auto content = wire::readConnectionFile(file);
+        if (token.empty() || !content.ok() || content->token() != token) continue;
+        std::error_code ignored;
+        std::filesystem::remove(file, ignored);
+    }
 }
 
 }  // namespace mote::server

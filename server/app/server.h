@@ -24,6 +24,7 @@ struct ServerSettings {
     std::filesystem::path stateDirectory;  ///< jobs and the socket; made where absent
     std::filesystem::path connectionFile;  ///< written when the server accepts, removed when it ends
     std::filesystem::path prep;            ///< the program mote-prep, for jobs
+    std::filesystem::path frames;          ///< the program mote-frames, for films
     render::DeviceKind device = render::DeviceKind::automatic;
     std::string token;         ///< what clients must know; empty: a fresh one
     std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
@@ -67,7 +68,8 @@ class Server {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Removes a connection file if it holds this token, which is not empty then.
-void removeIfOurs(const std::filesystem::path& file, const std::string& token);
+/// Removes a server's connection files, of clients and of films, if they hold this token, which is not empty
+/// then.
+void removeConnectionFiles(const ServerSettings& settings, const std::string& token);
 
 }  // namespace mote::server

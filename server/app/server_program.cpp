@@ -95,7 +95,7 @@ int serveSupervised(ServerSettings settings, const DeviceFactory& device) {
     settings.token = makeToken();
     settings.render.crashes = &crashes;
     const int code = supervise(crashes, [&](bool again) { return serve(settings, device, again); });
-    removeIfOurs(settings.connectionFile, settings.token);
+    removeConnectionFiles(settings, settings.token);
     return code;
 }
 
@@ -145,6 +145,7 @@ int serverProgram(int argc, const char* const* argv, const DeviceMaker& maker) {
     if (const int* code = std::get_if<int>(&options)) return *code;
     auto settings = std::get<ServerSettings>(std::move(options));
     settings.prep = programBeside("mote-prep");
+    settings.frames = programBeside("mote-frames");
     settings.stopOnSignals = true;
     setUpLog();
     std::signal(SIGPIPE, SIG_IGN);

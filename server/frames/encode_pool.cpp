@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/frames/encode_pool.h"
 
+#include <sys/resource.h>
+
 #include <condition_variable>
 #include <deque>
 #include <map>
@@ -10,28 +12,23 @@
 
 namespace mote::server {
 
-struct EncodePool::Impl {
-    std::mutex mutex;
+namespace {
+
+constexpr int leastPriority = 19;  // the highest niceness
+
+/// The work of some sessions, and the threads that share it. Its members are guarded by the pool's mutex.
+struct Lane {
     std::condition_variable wake;
     std::map<SessionId, std::deque<std::function<void()>>> waiting;  // of sessions with work, at least one
     std::deque<SessionId> ready;  // sessions with work that no thread is on
-    bool stopping = false;
     std::vector<std::thread> threads;
 
-    void work() {
-        std::unique_lock lock(mutex);
-        for (;;) {
-            wake.wait(lock, [this] { return stopping || !ready.empty(); });
-            if (stopping) return;
-            const SessionId session = ready.front();
-            ready.pop_front();
-            auto task = std::move(waiting[session].front());
-            lock.unlock();
-            task();
-            task = nullptr;  // its picture goes before we wait
-            lock.lock();
-            finished(session);
-        }
+    void post(SessionId session, std::function<void()> work) {
+        auto& queue = waiting[session];
+        queue.push_back(std::move(work));
+        if (queue.size() > 1) return;
+        ready.push_back(session);
+        wake.notify_one();
     }
 
     /// A session stays in `waiting` while a thread is on it, so that nobody else takes its next piece.
@@ -47,8 +44,40 @@ struct EncodePool::Impl {
     }
 };
 
+}  // namespace
+
+struct EncodePool::Impl {
+    std::mutex mutex;
+    bool stopping = false;
+    Lane foreground, background;
+
+    void work(Lane& lane) {
+        std::unique_lock lock(mutex);
+        for (;;) {
+            lane.wake.wait(lock, [&] { return stopping || !lane.ready.empty(); });
+            if (stopping) return;
+            const SessionId session = lane.ready.front();
+            lane.ready.pop_front();
+            auto task = std::move(lane.waiting[session].front());
+            lock.unlock();
+            task();
+            task = nullptr;  // its picture goes before we wait
+            lock.lock();
+            lane.finished(session);
+        }
+    }
+
+    /// On Linux a priority is a thread's own.
+    void workNicely() {
+        ::setpriority(PRIO_PROCESS, 0, leastPriority);
+        work(background);
+    }
+};
+
 EncodePool::EncodePool(unsigned threads) : impl_(std::make_unique<Impl>()) {
-    for (unsigned i = 0; i < threads; ++i) impl_->threads.emplace_back([this] { impl_->work(); });
+    for (unsigned i = 0; i < threads; ++i) {
+        impl_->foreground.threads.emplace_back([this] { impl_->work(impl_->foreground); });
+    }
 }
 
 EncodePool::~EncodePool() {
@@ -56,17 +85,17 @@ EncodePool::~EncodePool() {
         const std::lock_guard lock(impl_->mutex);
         impl_->stopping = true;
     }
-    impl_->wake.notify_all();
-    for (auto& thread : impl_->threads) thread.join();
+    for (auto* lane : {&impl_->foreground, &impl_->background}) {
+        lane->wake.notify_all();
+        for (auto& thread : lane->threads) thread.join();
+    }
 }
 
-void EncodePool::post(SessionId session, std::function<void()> work) {
+void EncodePool::post(SessionId session, std::function<void()> work, bool background) {
     const std::lock_guard lock(impl_->mutex);
-    auto& queue = impl_->waiting[session];
-    queue.push_back(std::move(work));
-    if (queue.size() > 1) return;
-    impl_->ready.push_back(session);
-    impl_->wake.notify_one();
+    auto& lane = background ? impl_->background : impl_->foreground;
+    if (background && lane.threads.empty()) lane.threads.emplace_back([this] { impl_->workNicely(); });
+    lane.post(session, std::move(work));
 }
 
 }  // namespace mote::server

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/frames/render_schedule.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "protocol/scene/mote_check.h"
+#include "protocol/wire/framing.h"
 
 namespace mote::server {
 
-void RenderSchedule::open(SessionId session, std::uint32_t credits) {
-    clients_[session].credits = credits;
+void RenderSchedule::open(SessionId session, std::uint32_t credits, bool background) {
+    Client& client = clients_[session];
+    client.credits = credits;
+    client.background = background;
 }
 
 void RenderSchedule::close(SessionId session) {
@@ -17,13 +22,23 @@ void RenderSchedule::close(SessionId session) {
     reconsider();
 }
 
-void RenderSchedule::setView(SessionId session, std::shared_ptr<const ViewTask> task) {
+Status RenderSchedule::setView(SessionId session, std::shared_ptr<const ViewTask> task) {
     const auto found = clients_.find(session);
-    if (found == clients_.end()) return;
+    if (found == clients_.end()) return success();
     Client& client = found->second;
-    client.task = std::move(task);
-    enter(client, client.task->finalOnly ? Stage::exact : Stage::quick);
+    if (task->queued && client.stage != Stage::done) {
+        if (client.queue.size() + 1 >= wire::maxQueuedViews) {
+            return Error{ErrorCode::resourceExhausted, "queued",
+                         fmt::format("{} views wait to be drawn already: ask again when one is answered",
+                                     wire::maxQueuedViews)};
+        }
+        client.queue.push_back(std::move(task));
+        return success();
+    }
+    client.queue.clear();
+    begin(client, std::move(task));
     reconsider();
+    return success();
 }
 
 void RenderSchedule::addCredits(SessionId session, std::uint32_t count) {
@@ -33,47 +48,79 @@ void RenderSchedule::addCredits(SessionId session, std::uint32_t count) {
     reconsider();
 }
 
+void RenderSchedule::begin(Client& client, std::shared_ptr<const ViewTask> task) {
+    client.task = std::move(task);
+    enter(client, client.task->finalOnly ? Stage::exact : Stage::quick);
+}
+
 /// A stage's due time: at once for what the client waits for, at rest for a refinement, never while it moves.
+/// A view that is done with gives way to the next one that is queued.
 void RenderSchedule::enter(Client& client, Stage stage) {
     const bool refinement = stage != Stage::quick && !client.task->finalOnly;
     client.waits = false;
     client.stage = refinement && client.task->moving ? Stage::done : stage;
     client.due = client.task->arrived + (refinement ? settings_.restDelay : Clock::duration::zero());
     client.due = std::max(client.due, client.task->notBefore);
+    if (client.stage != Stage::done || client.queue.empty()) return;
+    auto next = std::move(client.queue.front());
+    client.queue.pop_front();
+    begin(client, std::move(next));
+    // How long it stood in its own client's queue is nobody else's concern.
+    client.fresh = true;
 }
 
 bool RenderSchedule::urgent(const Client& client, Clock::time_point now) const {
+    if (client.background) return false;
     return client.stage == Stage::quick || now - client.due > settings_.patience;
 }
 
-std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
-    MOTE_CHECK(!running_);
-    std::pair<const SessionId, Client>* best = nullptr;
-    // Urgent ones first, and among equals the one that was served longest ago.
+bool RenderSchedule::foregroundOpen() const {
+    return std::any_of(clients_.begin(), clients_.end(),
+                       [](const auto& entry) { return !entry.second.background && entry.second.open(); });
+}
+
+/// Urgent ones first, and among equals the one that was served longest ago; null: nothing is due.
+RenderSchedule::Clients::value_type* RenderSchedule::choose(Clock::time_point now, bool background) {
+    Clients::value_type* best = nullptr;
     const auto better = [&](const Client& a, const Client& b) {
         const bool urgentA = urgent(a, now), urgentB = urgent(b, now);
         return urgentA != urgentB ? urgentA : a.served < b.served;
     };
     for (auto& entry : clients_) {
         const Client& client = entry.second;
-        if (!client.open() || client.due > now) continue;
+        if (client.background != background || !client.open() || client.due > now) continue;
         if (!best || better(client, best->second)) best = &entry;
     }
+    return best;
+}
+
+std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
+    MOTE_CHECK(!running_);
+    for (auto& [session, client] : clients_) {
+        if (std::exchange(client.fresh, false)) client.due = std::max(client.due, now);
+    }
+    const bool foreground = foregroundOpen();
+    if (!foreground && std::exchange(busy_, false)) quietSince_ = now;
+    if (!foreground && now < quietSince_ + settings_.backgroundDelay) return std::nullopt;
+    auto* const best = choose(now, !foreground);
     if (!best) return std::nullopt;
     Client& client = best->second;
     --client.credits;
     client.served = ++turn_;
-    const bool preemptible = client.stage != Stage::quick && !urgent(client, now);
-    running_ = Running{best->first, client.task, client.stage, preemptible, {}};
+    busy_ = foreground;
+    const bool preemptible = client.background || (client.stage != Stage::quick && !urgent(client, now));
+    running_ = Running{best->first, client.task, client.stage, preemptible, client.background, {}};
     return RenderJob{best->first, client.task, client.stage, running_->stop.get_token()};
 }
 
 std::optional<Clock::time_point> RenderSchedule::nextDue() const {
+    const bool background = !foregroundOpen();
     std::optional<Clock::time_point> due;
     for (const auto& [session, client] : clients_) {
-        if (!client.open()) continue;
+        if (client.background != background || !client.open()) continue;
         due = due ? std::min(*due, client.due) : client.due;
     }
+    if (due && background) due = std::max(*due, quietSince_ + settings_.backgroundDelay);
     return due;
 }
 
@@ -110,10 +157,17 @@ void RenderSchedule::dataArrived(Clock::time_point now) {
     for (auto& [session, client] : clients_) {
         if (std::exchange(client.waits, false)) client.due = now;
     }
+    reconsider();
 }
 
 void RenderSchedule::finishFailed(const RenderJob& job) {
     finish(job, true, Stage::done);
+}
+
+/// A background picture gives way to whatever others want drawn, a refinement to quick pictures.
+bool RenderSchedule::overtakesRunning(const Client& client) const {
+    if (client.background || !running_->preemptible) return false;
+    return running_->background ? client.open() : client.stage == Stage::quick && client.credits > 0;
 }
 
 void RenderSchedule::reconsider() {
@@ -121,10 +175,8 @@ void RenderSchedule::reconsider() {
     const auto found = clients_.find(running_->session);
     const bool gone = found == clients_.end();
     const bool outdated = !gone && found->second.task != running_->task && running_->stage != Stage::quick;
-    const bool overtaken =
-        running_->preemptible && std::any_of(clients_.begin(), clients_.end(), [](const auto& entry) {
-            return entry.second.stage == Stage::quick && entry.second.credits > 0;
-        });
+    const bool overtaken = std::any_of(clients_.begin(), clients_.end(),
+                                       [this](const auto& entry) { return overtakesRunning(entry.second); });
     if (gone || outdated || overtaken) running_->stop.request_stop();
 }
 

@@ -3,21 +3,28 @@
 // A RenderSchedule decides which session's picture is rendered next, and at which stage. It knows neither
 // threads nor devices nor clocks: its owner locks it, tells it the time and does what it says.
 //
-// - A session has one view, the latest; a newer one replaces it.
+// - A session has one view, the latest; a newer one replaces it. A queued one lets those before it stay and
+//   is drawn when they are done with: views of a film.
 // - A frame takes a credit; without one, nothing is rendered for that session.
 // - Sessions take turns. Quick pictures go before refinements, and a quick picture that becomes possible
 //   stops a refinement under way, unless that refinement has waited longer than `patience`: then it takes its
 //   turn among the quick ones.
 // - A newer view stops the refinement of the older one. A quick picture is never stopped: a hand that moves
 //   faster than pictures are rendered would see none.
+// - Background sessions are served while nobody else has a picture to be drawn, and has had none for a
+// moment;
+//   whatever others want drawn stops theirs. They take turns among themselves, and no waiting makes them
+//   urgent.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
 
+#include "protocol/scene/error.h"
 #include "server/frames/view_task.h"
 
 namespace mote::server {
@@ -28,6 +35,7 @@ enum class Stage { quick, intermediate, exact, done };
 struct ScheduleSettings {
     Clock::duration restDelay = std::chrono::milliseconds(40);  ///< a view so old is at rest: about a frame
     Clock::duration patience = std::chrono::seconds(2);         ///< a refinement waits no longer for others
+    Clock::duration backgroundDelay = std::chrono::milliseconds(40);  ///< after the others' latest picture
 };
 
 /// One picture to render.
@@ -42,11 +50,13 @@ class RenderSchedule {
   public:
     explicit RenderSchedule(ScheduleSettings settings = {}) : settings_(settings) {}
 
-    void open(SessionId session, std::uint32_t credits);
+    void open(SessionId session, std::uint32_t credits, bool background = false);
     /// Forgets a session; stops its picture if that is under way.
     void close(SessionId session);
     /// Unknown sessions are ignored, here and below: they closed meanwhile.
-    void setView(SessionId session, std::shared_ptr<const ViewTask> task);
+    /// Errors: resourceExhausted where a queued view is one more than wire::maxQueuedViews that are not drawn
+    /// yet; nothing has changed then.
+    Status setView(SessionId session, std::shared_ptr<const ViewTask> task);
     void addCredits(SessionId session, std::uint32_t count);
 
     /// Takes the next picture and a credit for it. Only one may be under way at a time: finish it first.
@@ -70,32 +80,44 @@ class RenderSchedule {
   private:
     struct Client {
         std::shared_ptr<const ViewTask> task;
+        std::deque<std::shared_ptr<const ViewTask>> queue = {};  ///< after it
         Stage stage = Stage::done;
         std::uint32_t credits = 0;
+        bool background = false;
         std::uint64_t served = 0;  ///< the turn in which it was served last
         Clock::time_point due;     ///< the stage may begin
         bool waits = false;        ///< for data: it may not
+        bool fresh = false;        ///< its turn came since the latest next(): due then at the earliest
 
         bool open() const { return stage != Stage::done && credits > 0 && !waits; }
     };
+    using Clients = std::map<SessionId, Client>;
     struct Running {
         SessionId session;
         std::shared_ptr<const ViewTask> task;
         Stage stage;
         bool preemptible;
+        bool background;
         std::stop_source stop;
     };
 
     bool urgent(const Client& client, Clock::time_point now) const;
+    /// Somebody who is no background session has a picture to be drawn, now or soon.
+    bool foregroundOpen() const;
+    Clients::value_type* choose(Clock::time_point now, bool background);
     void enter(Client& client, Stage stage);
+    void begin(Client& client, std::shared_ptr<const ViewTask> task);
     void finish(const RenderJob& job, bool returnCredit, std::optional<Stage> stage);
     /// Stops what runs where something better came up.
     void reconsider();
+    bool overtakesRunning(const Client& client) const;
 
     ScheduleSettings settings_;
-    std::map<SessionId, Client> clients_;
+    Clients clients_;
     std::optional<Running> running_;
     std::uint64_t turn_ = 0;
+    bool busy_ = false;             // with others than background sessions
+    Clock::time_point quietSince_;  // when that was seen to have ended
 };
 
 }  // namespace mote::server

@@ -25,6 +25,7 @@ struct Client {
     PictureHistory history;
     EncodingTarget target = {};
     FrameEncoder encoder = {};
+    bool background = false;
 };
 
 /// A picture that is ready to be encoded.
@@ -78,10 +79,11 @@ class RenderService::Impl {
         return name.get();
     }
 
-    void open(SessionId session, std::uint32_t credits, RenderEvents events) {
+    void open(SessionId session, std::uint32_t credits, RenderEvents events, bool background) {
         const std::lock_guard lock(mutex_);
         clients_[session] = std::make_shared<Client>(std::move(events), historyOf(settings_));
-        schedule_.open(session, credits);
+        clients_[session]->background = background;
+        schedule_.open(session, credits, background);
     }
 
     void close(SessionId session) {
@@ -90,12 +92,13 @@ class RenderService::Impl {
         schedule_.close(session);
     }
 
-    void setView(SessionId session, std::shared_ptr<const ViewTask> task) {
+    Status setView(SessionId session, std::shared_ptr<const ViewTask> task) {
         {
             const std::lock_guard lock(mutex_);
-            schedule_.setView(session, std::move(task));
+            MOTE_RETURN_IF_ERROR(schedule_.setView(session, std::move(task)));
         }
         wake_.notify_one();
+        return success();
     }
 
     void setTarget(SessionId session, const EncodingTarget& target) {
@@ -219,7 +222,7 @@ class RenderService::Impl {
             log::warn("a view cannot be drawn: {}", toLogText(text));
             lastFailure_ = std::move(text);
         }
-        client.events.failed(job.task->request, std::move(error));
+        client.events.failed(*job.task, std::move(error));
     }
 
     /// A refinement that nobody wants any more is not worth its way to the client.
@@ -232,7 +235,9 @@ class RenderService::Impl {
             schedule_.finishDrawn(drawn->job, drawn->made.next);
         }
         const SessionId session = drawn->job.session;
-        encoders_->post(session, [this, drawn = std::move(drawn)] { encode(*drawn); });
+        const bool background = drawn->client->background;
+        encoders_->post(
+            session, [this, drawn = std::move(drawn)] { encode(*drawn); }, background);
     }
 
     Result<EncodedPicture> encodedOf(Drawn& drawn) {
@@ -254,14 +259,14 @@ class RenderService::Impl {
         auto encoded = encodedOf(drawn);
         if (!encoded.ok()) {
             addCredits(drawn.job.session, 1);
-            return drawn.client->events.failed(task.request, encoded.error());
+            return drawn.client->events.failed(task, encoded.error());
         }
         message.set_encoding(encoded->encoding);
         message.set_key(encoded->key);
         message.set_format(wireFormat(picture.format));
         message.set_encode_ms(milliseconds(Clock::now() - begun));
         RenderedFrame frame{std::move(message), std::move(encoded->payload), task.arrived};
-        frame.quick = drawn.job.stage == Stage::quick;
+        frame.quick = drawn.job.stage == Stage::quick || task.queued;
         frame.canWait = exact;  // nothing after it needs it
         frame.wanted = task.finalOnly;
         drawn.client->events.frame(std::move(frame));
@@ -298,14 +303,14 @@ RenderService::~RenderService() = default;
 Result<std::string> RenderService::start() {
     return impl_->start();
 }
-void RenderService::open(SessionId session, std::uint32_t credits, RenderEvents events) {
-    impl_->open(session, credits, std::move(events));
+void RenderService::open(SessionId session, std::uint32_t credits, RenderEvents events, bool background) {
+    impl_->open(session, credits, std::move(events), background);
 }
 void RenderService::close(SessionId session) {
     impl_->close(session);
 }
-void RenderService::setView(SessionId session, std::shared_ptr<const ViewTask> task) {
-    impl_->setView(session, std::move(task));
+Status RenderService::setView(SessionId session, std::shared_ptr<const ViewTask> task) {
+    return impl_->setView(session, std::move(task));
 }
 void RenderService::setTarget(SessionId session, const EncodingTarget& target) {
     impl_->setTarget(session, target);

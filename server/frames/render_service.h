@@ -27,7 +27,7 @@ struct RenderedFrame {
     proto::Frame message;
     std::vector<std::uint8_t> payload;
     Clock::time_point arrived;  ///< of the view
-    bool quick = true;          ///< of a hand in motion
+    bool quick = true;          ///< of a hand in motion, or of a film: others like it follow
     bool canWait = false;       ///< a refinement: whatever is newer may overtake it between two pieces
     bool wanted = false;        ///< nevertheless it is sent to its end: a script waits for it
 };
@@ -36,8 +36,8 @@ struct RenderedFrame {
 /// as there are credits.
 struct RenderEvents {
     std::function<void(RenderedFrame)> frame;
-    /// The view of that request cannot be drawn; no credit is spent.
-    std::function<void(std::uint64_t request, Error)> failed;
+    /// The view cannot be drawn; no credit is spent.
+    std::function<void(const ViewTask& task, Error)> failed;
 };
 
 struct RenderSettings {
@@ -60,9 +60,11 @@ class RenderService {
     /// Waits for the device; returns its name. Once. Errors: internal (there is no such device).
     Result<std::string> start();
 
-    void open(SessionId session, std::uint32_t credits, RenderEvents events);
+    /// `background`: its pictures are made while nobody else wants one, and are stopped for others'.
+    void open(SessionId session, std::uint32_t credits, RenderEvents events, bool background = false);
     void close(SessionId session);
-    void setView(SessionId session, std::shared_ptr<const ViewTask> task);
+    /// Errors: as RenderSchedule::setView.
+    Status setView(SessionId session, std::shared_ptr<const ViewTask> task);
     /// What the session's link and client ask of its next pictures; before the first call: of an unmeasured
     /// one.
     void setTarget(SessionId session, const EncodingTarget& target);

@@ -28,6 +28,7 @@ struct ViewTask {
     std::uint64_t viewId = 0;
     std::uint64_t request = 0;  ///< the client's number of the message, for a failure
     bool finalOnly = false;     ///< only the exact picture
+    bool queued = false;        ///< drawn after those before it, which stay; only with finalOnly
     bool moving = false;        ///< the hand is still on it: no refinement
     render::PixelFormat format = render::PixelFormat::srgb8;  ///< of the exact picture
     std::optional<Page> page;                                 ///< the exact picture as a document

@@ -13,6 +13,8 @@
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
 #include "protocol/scene/utf8.h"
+#include "server/jobs/film_files.h"
+#include "storage/files/dataset_file.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -68,6 +70,11 @@ std::optional<proto::JobProgress> latestProgress(std::string_view text) {
     return {};
 }
 
+Status makeFolder(const std::filesystem::path& folder) {
+    if (mkdir(folder.c_str(), 0700) == 0 || errno == EEXIST) return success();
+    return systemError(errno, folder.string(), "cannot be made");
+}
+
 Status writeFile(const std::filesystem::path& path, const std::string& text) {
     const FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
     if (file.valid() && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size())) {
@@ -92,13 +99,28 @@ std::string plainText(std::string_view text, std::size_t longest) {
     return plain;
 }
 
-Status JobFiles::prepare(const proto::JobRequest& request) {
-    if (mkdir(directory_.c_str(), 0700) != 0 && errno != EEXIST) {
-        return systemError(errno, directory_.string(), "cannot be made");
-    }
+void JobFiles::forgetResults() {
     for (const char* name : {"result", "result.new", "progress"}) unlink((directory_ / name).c_str());
     progressSize_ = 0;
+}
+
+Status JobFiles::prepare(const proto::JobRequest& request) {
+    MOTE_RETURN_IF_ERROR(makeFolder(directory_));
+    forgetResults();
     return writeFile(directory_ / "request.json", toJson(request));
+}
+
+Status JobFiles::keepFilm(const proto::JobRequest& request) {
+    MOTE_RETURN_IF_ERROR(makeFolder(directory_));
+    // On the disk before anybody is told that there is such a job.
+    auto written = storage::writeNewFile(directory_ / "request.json", toJson(request));
+    if (!written.ok()) remove();
+    return written;
+}
+
+Status JobFiles::prepareFilm() {
+    forgetResults();
+    return makeFolder(filmFolder(directory_));
 }
 
 bool JobFiles::refresh(proto::JobStatus& status) {
@@ -142,6 +164,11 @@ void JobFiles::note(const std::string& line) const {
 void JobFiles::remove() const {
     std::error_code code;
     std::filesystem::remove_all(directory_, code);
+}
+
+void JobFiles::removeRest() const {
+    for (const char* name : {"request.json", "log", "progress", "result", "result.new"})
+        unlink((directory_ / name).c_str());
 }
 
 }  // namespace mote::server

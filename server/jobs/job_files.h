@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // JobFiles: the directory of one job, through which a server and a running job speak: request.json in,
-// progress (lines of JobProgress), log and result out. What a job writes is not trusted: it is bounded and
-// made plain text. Owned by the queue and used on its thread.
+// progress (lines of JobProgress), log and result out; a film besides (film_files.h). What a job writes is
+// not trusted: it is bounded and made plain text. Owned by the queue and used on its thread.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +31,12 @@ class JobFiles {
     /// Makes the directory (0700) with the request, without results of an earlier attempt. Errors:
     /// permissionDenied, resourceExhausted (the disk), internal.
     Status prepare(const proto::JobRequest& request);
+    /// Makes the directory of a film with its request, which is too large to be kept anywhere else. Errors:
+    /// as prepare; nothing is left then.
+    Status keepFilm(const proto::JobRequest& request);
+    /// The same directory before an attempt: a place for the film, no results of an earlier one; what is
+    /// made of the film stays. Errors: as prepare.
+    Status prepareFilm();
 
     /// Puts what the job has written into `status`; false where nothing is new since the last call.
     bool refresh(proto::JobStatus& status);
@@ -41,8 +47,12 @@ class JobFiles {
     /// Adds a line to the job's log.
     void note(const std::string& line) const;
     void remove() const;
+    /// All but the film.
+    void removeRest() const;
 
   private:
+    void forgetResults();
+
     std::filesystem::path directory_;
     std::uint64_t progressSize_ = 0;  // bytes at the last refresh
     std::uint64_t logSize_ = 0;

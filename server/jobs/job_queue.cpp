@@ -13,6 +13,7 @@
 #include <asio/post.hpp>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -25,10 +26,8 @@ namespace {
 
 using State = proto::JobStatus;
 
-constexpr std::chrono::milliseconds kLookEvery(200);  // at what running jobs have written
 constexpr std::chrono::milliseconds kLockPatience(500), kLockPause(5);
 constexpr std::size_t kMostListed = 200;
-constexpr int kMostAttempts = 2;
 
 /// A server that was just killed keeps its lock until the kernel has taken it apart.
 bool lockSoon(int file) {
@@ -40,11 +39,6 @@ bool lockSoon(int file) {
     return true;
 }
 
-std::int64_t nowMs() {
-    const auto now = std::chrono::system_clock::now().time_since_epoch();
-    return std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
-}
-
 /// 16 hexadecimal digits that no earlier database has used.
 std::string newId() {
     std::uint64_t bits = 0;
@@ -52,19 +46,18 @@ std::string newId() {
     return fmt::format("{:016x}", bits);
 }
 
-std::string sentenceOf(const JobFiles::Outcome& outcome, const proto::JobStatus& status) {
-    if (outcome.signalled) {
-        const char* hint = outcome.number == SIGKILL ? "; perhaps memory ran out" : "";
-        return fmt::format("mote-prep was ended by signal {} ({}){}", outcome.number,
-                           strsignal(outcome.number), hint);
+/// Of a film that cannot be fetched.
+std::string whyNot(const proto::JobStatus& status) {
+    switch (status.state()) {
+        case State::QUEUED:
+            return "it waits to be made";
+        case State::FAILED:
+            return "it failed: " + status.error();
+        case State::CANCELLED:
+            return "it was cancelled";
+        default:
+            return fmt::format("{:.0f}% of it are made", std::floor(100.0 * status.progress()));
     }
-    // Its last line says why, as programs do: "mote-prep: WHERE: WHAT".
-    constexpr std::string_view self = "mote-prep: ";
-    if (status.log_size() > 0) {
-        const auto& last = status.log(status.log_size() - 1);
-        return last.starts_with(self) ? last.substr(self.size()) : last;
-    }
-    return fmt::format("mote-prep ended with exit code {} and no message", outcome.number);
 }
 
 }  // namespace
@@ -72,15 +65,21 @@ std::string sentenceOf(const JobFiles::Outcome& outcome, const proto::JobStatus&
 JobQueue::JobQueue(asio::io_context& context, JobSettings settings)
     : context_(context), settings_(std::move(settings)), timer_(context) {}
 
+JobQueue::~JobQueue() {
+    stop();
+    disk_.join();
+}
+
 // ------------------------------------------------------------------------------------------ begin and end
 
 Status JobQueue::start() {
     MOTE_CHECK(!table_);
     MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
     if (settings_.supervisor.empty()) settings_.supervisor = settings_.prep.parent_path() / "mote-supervise";
+    if (settings_.frames.empty()) settings_.frames = settings_.prep.parent_path() / "mote-frames";
     settings_.running = std::max<std::size_t>(settings_.running, 1);
     MOTE_RETURN_IF_ERROR(openState());
-    runner_ = makeLocalRunner(context_, settings_.supervisor, settings_.prep);
+    runner_ = makeLocalRunner(context_, settings_.supervisor);
     goOn();
     scheduleSoon();
     return success();
@@ -95,8 +94,9 @@ Status JobQueue::openState() {
                      fmt::format("cannot be made: {}", systemMessage(errno))};
     }
     state = std::filesystem::canonical(state, code);
-    if (code || (mkdir((state / "jobs").c_str(), 0700) != 0 && errno != EEXIST)) {
-        return Error{ErrorCode::permissionDenied, state.string(), "cannot hold the jobs' directories"};
+    for (const auto& folder : {state / "jobs", filmConnectionFile(state).parent_path()}) {
+        if (code || (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST))
+            return Error{ErrorCode::permissionDenied, state.string(), "cannot hold the jobs' directories"};
     }
     lock_ = storage::FileDescriptor(open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
     if (!lock_.valid()) {
@@ -119,6 +119,7 @@ void JobQueue::stop() {
     active_.clear();
     timer_.cancel();
     listener_ = nullptr;
+    disk_.stop();
     table_.reset();
     lock_ = {};
 }
@@ -128,9 +129,10 @@ void JobQueue::removeStrayDirectories() {
     std::vector<std::filesystem::path> strays;
     std::filesystem::directory_iterator entry(settings_.stateDirectory / "jobs", code);
     for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
-        if (!table_->find(entry->path().filename().string())) strays.push_back(entry->path());
+        const auto* record = table_->find(entry->path().filename().string());
+        if (!record || !(isLive(*record) || keepsFilm(*record))) strays.push_back(entry->path());
     }
-    for (const auto& stray : strays) std::filesystem::remove_all(stray, code);
+    for (const auto& stray : strays) removeSoon(stray);
 }
 
 /// Takes up what an earlier server left.
@@ -141,7 +143,7 @@ void JobQueue::goOn() {
 }
 
 void JobQueue::goOnWith(JobRecord& record) {
-    Active active{JobFiles(directoryOf(record)), runner_->find(record.handle)};
+    Active active{JobFiles(directoryOf(record)), runner_->find(record.handle), isFilm(record)};
     active.files.refresh(record.status);
     if (!active.run) return conclude(record, active.files);
     log::info("job {} still runs", record.status.id());
@@ -154,7 +156,8 @@ void JobQueue::goOnWith(JobRecord& record) {
 Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
     MOTE_RETURN_IF_ERROR(checkJobRequest(request, roots_));
-    if (const auto* maker = table_->maker(request.output())) {
+    const auto* maker = request.has_film() ? nullptr : table_->maker(request.output());
+    if (maker) {
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
     }
@@ -165,19 +168,29 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request) {
     JobRecord record;
     record.status.set_id(newId());
     *record.status.mutable_request() = request;
+    if (request.has_film()) {
+        MOTE_RETURN_IF_ERROR(JobFiles(directoryOf(record)).keepFilm(request));
+        // Statuses are stored and told at every change: no place for a script of hundreds of kilobytes.
+        record.status.mutable_request()->mutable_film()->clear_script();
+    }
     record.status.set_state(State::QUEUED);
     record.status.set_phase("waiting");
     record.status.set_created_ms(nowMs());
-    MOTE_ASSIGN_OR_RETURN(const auto added, table_->add(std::move(record)));
-    changed(*added);
+    const auto directory = directoryOf(record);
+    const auto added = table_->add(std::move(record));
+    if (!added.ok()) {
+        JobFiles(directory).remove();
+        return added.error();
+    }
+    changed(**added);
     scheduleSoon();
-    return added->status;
+    return (*added)->status;
 }
 
 Status JobQueue::cancel(std::string_view id) {
     auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
-    if (record->status.state() == State::QUEUED) {
+    if (record->status.state() == State::QUEUED || keepsFilm(*record)) {
         finish(*record, State::CANCELLED);
         return success();
     }
@@ -200,155 +213,61 @@ Result<proto::JobStatus> JobQueue::find(std::string_view id) const {
     return record->status;
 }
 
-// ---------------------------------------------------------------------------------------- running jobs
+// ---------------------------------------------------------------------------------------------- films
 
-void JobQueue::scheduleSoon() {
-    if (std::exchange(scheduling_, true)) return;
-    asio::post(context_, whileAlive([this] { schedule(); }));
+Result<JobRecord> JobQueue::finishedFilm(std::string_view id) const {
+    const auto* record = table_ ? table_->find(id) : nullptr;
+    if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
+    if (!isFilm(*record))
+        return Error{ErrorCode::invalidArgument, "id", fmt::format("job {} makes no film", id)};
+    if (keepsFilm(*record)) return *record;
+    return Error{ErrorCode::notFound, "id",
+                 fmt::format("the film of job {} is not there: {}", id, whyNot(record->status))};
 }
 
-void JobQueue::schedule() {
-    scheduling_ = false;
-    if (!table_) return;
-    table_->prune(settings_.kept);
-    while (active_.size() < settings_.running) {
-        auto* record = table_->nextQueued();
-        if (!record) return;
-        begin(*record);
-    }
-}
-
-void JobQueue::begin(JobRecord& record) {
-    ++record.attempts;
-    record.handle.clear();
-    record.status.set_state(State::RUNNING);
-    record.status.set_started_ms(nowMs());
-    record.status.set_progress(0);
-    record.status.set_phase("starting");
-    Active active{JobFiles(directoryOf(record)), nullptr};
-    auto run = launch(record, active.files);
-    if (!run.ok()) return finish(record, State::FAILED, run.error().toString());
-    active.run = *std::move(run);
-    record.handle = active.run->handle();
-    changed(record);
-    // Only now that its handle is stored may it begin: no job ever runs that a restarted server would not
-    // find.
-    active.run->go();
-    watch(record.number, std::move(active));
-}
-
-Result<std::unique_ptr<Run>> JobQueue::launch(JobRecord& record, JobFiles& files) {
-    const auto output = findOutput(record.status.request(), roots_);
-    if (!output.ok()) return Error{output.error().code, "output", output.error().toString()};
-    MOTE_RETURN_IF_ERROR(files.prepare(record.status.request()));
-    RunOrder order;
-    order.directory = files.directory();
-    for (const auto& [name, folder] : roots_.entries()) {
-        order.roots.push_back(name + "=" + folder.string());
-        order.readable.push_back(folder);
-    }
-    order.writable = output.value().root;
-    order.memory = settings_.memory;
-    order.threads = settings_.threads;
-    return runner_->start(order);
-}
-
-void JobQueue::watch(std::int64_t number, Active active) {
-    auto& run = *active_.insert_or_assign(number, std::move(active)).first->second.run;
-    run.onEnd(whileAlive([this, number] { end(number); }));
-    watchSoon();
-}
-
-/// A timer, and not inotify: it limits the rate as well, works on network file systems, and runs only while
-/// jobs do.
-void JobQueue::watchSoon() {
-    if (active_.empty() || std::exchange(looking_, true)) return;
-    timer_.expires_after(kLookEvery);
-    timer_.async_wait(whileAlive([this](const std::error_code& code) {
-        looking_ = false;
-        if (!code) look();
-    }));
-}
-
-void JobQueue::look() {
-    for (auto& [number, active] : active_) {
-        auto* record = table_->find(number);
-        MOTE_CHECK(record);
-        if (!active.files.refresh(record->status)) continue;
-        if (record->cancelRequested) record->status.set_phase("cancelling");
-        changed(*record);
-    }
-    watchSoon();
-}
-
-// ----------------------------------------------------------------------------------------- ended jobs
-
-void JobQueue::end(std::int64_t number) {
-    auto active = active_.extract(number);
-    auto* record = table_ ? table_->find(number) : nullptr;
-    if (active.empty() || !record) return;
-    active.mapped().files.refresh(record->status);
-    conclude(*record, active.mapped().files);
-    scheduleSoon();
-}
-
-/// Nothing of the job runs any more: what came of it?
-void JobQueue::conclude(JobRecord& record, JobFiles& files) {
-    const auto outcome = files.outcome();
-    const auto output = findOutput(record.status.request(), roots_);
-    const bool there = output.ok() && output.value().exists;
-    const bool clean = outcome && !outcome->signalled;
-    if (!clean && output.ok()) removeDrafts(output.value());
-    if (there && !(clean && outcome->number != 0)) return finish(record, State::SUCCEEDED);
-    if (record.cancelRequested) return finish(record, State::CANCELLED);
-    if (!outcome) return interrupted(record, files);
-    if (clean && outcome->number == 0) {
-        return finish(record, State::FAILED, "mote-prep ended without an error, but its output is not there");
-    }
-    finish(record, State::FAILED, sentenceOf(*outcome, record.status));
-}
-
-/// It ended without a result: the machine or someone's kill took it, not a fault of its own. Once more, then
-/// no more.
-void JobQueue::interrupted(JobRecord& record, JobFiles& files) {
-    if (record.attempts >= kMostAttempts) {
-        return finish(
-            record, State::FAILED,
-            "was interrupted twice (its process was killed, or the machine went down): submit it again");
-    }
-    files.note("interrupted: queued again");
-    files.refresh(record.status);
-    log::warn("job {} was interrupted and is queued again", record.status.id());
-    record.handle.clear();
-    record.status.set_state(State::QUEUED);
-    record.status.set_progress(0);
-    record.status.set_phase("waiting again: it was interrupted");
-    changed(record);
-}
-
-void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::string error) {
-    record.handle.clear();
-    record.status.set_state(state);
-    record.status.set_error(plainText(error, 1000));
-    record.status.set_finished_ms(nowMs());
-    if (state == State::SUCCEEDED) record.status.set_progress(1);
-    record.status.set_phase("");
-    log::info("job {} {}", record.status.id(),
-              state == State::SUCCEEDED   ? "succeeded"
-              : state == State::CANCELLED ? "was cancelled"
-                                          : "failed: " + error);
-    changed(record);
-    JobFiles(directoryOf(record)).remove();  // the store keeps the log's end
-    scheduleSoon();
+void JobQueue::fetchFilm(const proto::FetchFilm& request, FilmListener done) {
+    auto record = finishedFilm(request.id());
+    auto answer = [alive = std::weak_ptr(alive_), done = std::move(done)](Result<FilmPiece> piece) {
+        if (!alive.expired()) done(std::move(piece));
+    };
+    if (!record.ok()) return asio::post(context_, [answer, error = record.error()] { answer(error); });
+    asio::post(disk_, [this, answer, request, directory = directoryOf(*record),
+                       film = record->status.request().film()] {
+        auto piece = readFilm(directory, film, request);
+        asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
+    });
 }
 
 // ---------------------------------------------------------------------------------------------- small
+
+std::int64_t JobQueue::nowMs() {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+}
 
 void JobQueue::changed(const JobRecord& record) {
     table_->save(record);
     asio::post(context_, whileAlive([this, status = record.status] {
                    if (listener_) listener_(status);
                }));
+}
+
+/// A film may be thousands of files: nobody waits until they are gone. So named the directory is no job's,
+/// and should this server end first, the next one removes the rest.
+void JobQueue::discard(const JobRecord& record) {
+    const auto directory = directoryOf(record);
+    if (!isFilm(record)) return JobFiles(directory).remove();
+    const std::filesystem::path gone = directory.string() + ".gone";
+    std::error_code code;
+    std::filesystem::rename(directory, gone, code);
+    if (!code) removeSoon(gone);
+}
+
+void JobQueue::removeSoon(const std::filesystem::path& folder) {
+    asio::post(disk_, [folder] {
+        std::error_code code;
+        std::filesystem::remove_all(folder, code);
+    });
 }
 
 std::filesystem::path JobQueue::directoryOf(const JobRecord& record) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// JobQueue: the server's jobs, from a client's request to a published dataset. Owned by the server;
-// everything here is called, and calls back, on the one thread that runs the io_context.
+// JobQueue: the server's jobs, from a client's request to a published dataset or a film that is kept. Owned
+// by the server; everything here is called, and calls back, on the one thread that runs the io_context.
 //
 // A job outlives the server: its process has a session of its own and leaves progress, log and result in
 // files beneath the state directory, where the next server finds them. Destroying the queue therefore stops
@@ -10,6 +10,7 @@
 
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
+#include <asio/thread_pool.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -22,7 +23,9 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/jobs/film_files.h"
 #include "server/jobs/job_files.h"
+#include "server/jobs/job_settings.h"
 #include "server/jobs/job_store.h"
 #include "server/jobs/runner.h"
 #include "storage/files/file_descriptor.h"
@@ -30,44 +33,35 @@
 
 namespace mote::server {
 
-/// Where a server keeps its jobs and what each may use.
-struct JobSettings {
-    std::filesystem::path stateDirectory;  ///< made (0700) where absent; holds jobs.sqlite and jobs/ID/
-    std::filesystem::path prep;            ///< the program mote-prep
-    std::filesystem::path supervisor;      ///< mote-supervise; empty: beside `prep`
-    std::vector<std::string> roots;        ///< "NAME=DIR", as the server's --root
-    std::size_t running = 1;               ///< jobs that may run at a time, at least 1
-    std::size_t queued = 1000;             ///< jobs that may wait
-    std::size_t kept = 1000;               ///< finished jobs that are remembered
-    std::uint64_t memory = 0;              ///< bytes for each job; 0: no limit
-    unsigned threads = 0;                  ///< of each job; 0: its own choice
-};
-
 class JobQueue {
   public:
     using Listener = std::function<void(const proto::JobStatus&)>;
+    using FilmListener = std::function<void(Result<FilmPiece>)>;
 
     /// Nothing is touched before start().
     JobQueue(asio::io_context& context, JobSettings settings);
-    ~JobQueue() { stop(); }
+    /// Waits for what is done on the disk.
+    ~JobQueue();
     JobQueue(const JobQueue&) = delete;
     JobQueue& operator=(const JobQueue&) = delete;
 
-    /// Opens the state directory, goes on with the jobs that run, queues interrupted ones again (once) and
-    /// begins. Errors: invalidArgument (a root), permissionDenied, alreadyExists (another server has this
-    /// state directory), internal (the disk). A broken database is no error: it is moved aside, said in the
-    /// log.
+    /// Opens the state directory, goes on with the jobs that run, queues interrupted ones again (once, films
+    /// more often) and begins. Errors: invalidArgument (a root), permissionDenied, alreadyExists (another
+    /// server has this state directory), internal (the disk). A broken database is no error: it is moved
+    /// aside, said in the log.
     Status start();
 
     /// No job is started any more and nothing calls back; running jobs go on and the next server finds them.
     void stop();
 
     /// Checks and queues a request. Errors: invalidArgument and notFound with the field, alreadyExists (the
-    /// output, or a live job that makes it), resourceExhausted (too many wait), internal (the disk).
+    /// output, or a live job that makes it), resourceExhausted (too many wait, a full disk), internal (the
+    /// disk). A film's status, here and below, is without the script.
     Result<proto::JobStatus> submit(const proto::JobRequest& request);
 
     /// A waiting job is cancelled at once, a running one told to end (SIGTERM, 5 s later SIGKILL): its last
-    /// change says so. Cancelling a finished job is success and does nothing. Errors: notFound.
+    /// change says so. Cancelling a finished job is success and does nothing, but for a film that is done:
+    /// that goes. Errors: notFound.
     Status cancel(std::string_view id);
 
     /// Newest first, at most 200: all live ones, then the latest finished ones.
@@ -75,6 +69,10 @@ class JobQueue {
 
     /// Errors: notFound.
     Result<proto::JobStatus> find(std::string_view id) const;
+
+    /// Reads a piece of a film that is done; `done` hears of it later, unless the queue is destroyed first.
+    /// Errors: notFound (no such job, or it is not done), invalidArgument (it makes no film), as readFilm.
+    void fetchFilm(const proto::FetchFilm& request, FilmListener done);
 
     /// Called after every change of state and, at most five times a second for each job, of progress. Never
     /// from within submit() or cancel(). One listener.
@@ -85,6 +83,7 @@ class JobQueue {
     struct Active {
         JobFiles files;
         std::unique_ptr<Run> run;
+        bool film = false;
     };
 
     Status openState();
@@ -94,15 +93,17 @@ class JobQueue {
 
     void scheduleSoon();
     void schedule();
+    std::size_t activeCount(bool film) const;
     void begin(JobRecord& record);
-    Result<std::unique_ptr<Run>> launch(JobRecord& record, JobFiles& files);
+    Result<RunOrder> prepare(const JobRecord& record, JobFiles& files) const;
     void watch(std::int64_t number, Active active);
     void watchSoon();
     void look();
 
     void end(std::int64_t number);
     void conclude(JobRecord& record, JobFiles& files);
-    void interrupted(JobRecord& record, JobFiles& files);
+    void concludeFilm(JobRecord& record, JobFiles& files);
+    void interrupted(JobRecord& record, JobFiles& files, const std::string& how);
     void finish(JobRecord& record, proto::JobStatus::State state, std::string error = {});
 
     /// What is called later: only while the queue lives.
@@ -115,6 +116,10 @@ class JobQueue {
     /// Stores the record and tells the listener, soon.
     void changed(const JobRecord& record);
     std::filesystem::path directoryOf(const JobRecord& record) const;
+    Result<JobRecord> finishedFilm(std::string_view id) const;
+    void discard(const JobRecord& record);
+    void removeSoon(const std::filesystem::path& folder);
+    static std::int64_t nowMs();
 
     asio::io_context& context_;
     JobSettings settings_;
@@ -128,6 +133,7 @@ class JobQueue {
     bool scheduling_ = false;  // schedule() is posted
     bool looking_ = false;     // the timer runs
     std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+    asio::thread_pool disk_{1};  // what takes longer than the others should wait; last: it ends first
 };
 
 }  // namespace mote::server

@@ -278,7 +278,8 @@ void JobTable::save(const JobRecord& record) {
     }
 }
 
-void JobTable::prune(std::size_t kept) {
+std::vector<JobRecord> JobTable::prune(std::size_t kept) {
+    std::vector<JobRecord> forgotten;
     auto finished = static_cast<std::size_t>(std::count_if(
         records_.begin(), records_.end(), [](const auto& entry) { return !isLive(entry.second); }));
     for (auto entry = records_.begin(); entry != records_.end() && finished > kept;) {
@@ -289,9 +290,11 @@ void JobTable::prune(std::size_t kept) {
         if (const auto removed = store_.remove(entry->first); !removed.ok()) {
             log::error("an old job cannot be forgotten: {}", removed.error().toString());
         }
+        forgotten.push_back(std::move(entry->second));
         entry = records_.erase(entry);
         --finished;
     }
+    return forgotten;
 }
 
 JobRecord* JobTable::find(std::string_view id) {
@@ -310,9 +313,9 @@ JobRecord* JobTable::find(std::int64_t number) {
     return entry == records_.end() ? nullptr : &entry->second;
 }
 
-JobRecord* JobTable::nextQueued() {
+JobRecord* JobTable::nextQueued(bool film) {
     for (auto& [number, record] : records_) {
-        if (record.status.state() == proto::JobStatus::QUEUED) return &record;
+        if (record.status.state() == proto::JobStatus::QUEUED && isFilm(record) == film) return &record;
     }
     return nullptr;
 }
@@ -331,7 +334,7 @@ std::vector<JobRecord*> JobTable::all() {
 
 const JobRecord* JobTable::maker(std::string_view output) const {
     for (const auto& [number, record] : records_) {
-        if (isLive(record) && record.status.request().output() == output) return &record;
+        if (isLive(record) && !isFilm(record) && record.status.request().output() == output) return &record;
     }
     return nullptr;
 }

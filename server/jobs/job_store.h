@@ -29,6 +29,15 @@ struct JobRecord {
     std::string handle;            ///< what its runner finds the running job by; empty: it never began
 };
 
+inline bool isFilm(const JobRecord& record) {
+    return record.status.request().has_film();
+}
+
+/// Its film can be fetched.
+inline bool keepsFilm(const JobRecord& record) {
+    return isFilm(record) && record.status.state() == proto::JobStatus::SUCCEEDED;
+}
+
 inline bool isLive(const JobRecord& record) {
     return record.status.state() == proto::JobStatus::QUEUED ||
            record.status.state() == proto::JobStatus::RUNNING;
@@ -75,14 +84,14 @@ class JobTable {
     /// JobStore::insert.
     Result<JobRecord*> add(JobRecord record);
     void save(const JobRecord& record);
-    /// Forgets the oldest finished jobs beyond `kept`.
-    void prune(std::size_t kept);
+    /// Forgets the oldest finished jobs beyond `kept`; returns them.
+    std::vector<JobRecord> prune(std::size_t kept);
 
     JobRecord* find(std::string_view id);
     const JobRecord* find(std::string_view id) const;
     JobRecord* find(std::int64_t number);
-    /// The one that has waited longest; null: none waits.
-    JobRecord* nextQueued();
+    /// The film, or the other job, that has waited longest; null: none waits.
+    JobRecord* nextQueued(bool film);
     std::size_t count(proto::JobStatus::State state) const;
     /// All jobs, in the order of submission.
     std::vector<JobRecord*> all();

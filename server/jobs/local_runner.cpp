@@ -27,7 +27,7 @@ namespace {
 using storage::FileDescriptor;
 
 constexpr const char* kPrefix = "local ";  // of handles
-constexpr int kGate = 3;  // the supervisor's descriptor of it, and the progress's of mote-prep
+constexpr int kGate = 3;                   // the supervisor's descriptor of it
 
 class LocalRun final : public Run {
   public:
@@ -74,21 +74,20 @@ class LocalRun final : public Run {
     FileDescriptor gate_;
 };
 
-std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor,
-                                             const std::string& prep) {
+std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor) {
     std::vector<std::string> words{supervisor,
                                    "--directory",
                                    order.directory.string(),
                                    "--memory",
                                    std::to_string(order.memory),
+                                   "--nice",
+                                   std::to_string(order.niceness),
                                    "--write",
                                    order.writable.string()};
     for (const auto& folder : order.readable) words.insert(words.end(), {"--read", folder.string()});
-    words.insert(words.end(), {"--", prep, "job", (order.directory / "request.json").string()});
-    for (const auto& root : order.roots) words.insert(words.end(), {"--root", root});
-    words.insert(words.end(), {"--progress-fd", std::to_string(kGate)});
-    if (order.memory != 0) words.insert(words.end(), {"--memory", std::to_string(order.memory)});
-    if (order.threads != 0) words.insert(words.end(), {"--threads", std::to_string(order.threads)});
+    if (order.unixSockets) words.insert(words.end(), {"--sockets", "unix"});
+    words.emplace_back("--");
+    words.insert(words.end(), order.program.begin(), order.program.end());
     return words;
 }
 
@@ -147,8 +146,8 @@ std::unique_ptr<Run> watch(asio::io_context& context, const ProcessIdentity& ide
 
 class LocalRunner final : public Runner {
   public:
-    LocalRunner(asio::io_context& context, std::filesystem::path supervisor, std::filesystem::path prep)
-        : context_(context), supervisor_(std::move(supervisor)), prep_(std::move(prep)) {}
+    LocalRunner(asio::io_context& context, std::filesystem::path supervisor)
+        : context_(context), supervisor_(std::move(supervisor)) {}
 
     Result<std::unique_ptr<Run>> start(const RunOrder& order) override;
     std::unique_ptr<Run> find(std::string_view handle) override;
@@ -156,7 +155,6 @@ class LocalRunner final : public Runner {
   private:
     asio::io_context& context_;
     std::filesystem::path supervisor_;
-    std::filesystem::path prep_;
 };
 
 Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
@@ -168,7 +166,7 @@ Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
     FileDescriptor gate(ends[0]);
     const FileDescriptor theirs(ends[1]);
     pid_t pid = 0;
-    const auto words = supervisorArguments(order, supervisor_.string(), prep_.string());
+    const auto words = supervisorArguments(order, supervisor_.string());
     const int error = spawn(words, (order.directory / "log").string(), theirs.get(), pid);
     if (error != 0) {
         return Error{error == ENOENT ? ErrorCode::notFound : ErrorCode::internal, supervisor_.string(),
@@ -198,9 +196,8 @@ std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
 
 }  // namespace
 
-std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor,
-                                        std::filesystem::path prep) {
-    return std::make_unique<LocalRunner>(context, std::move(supervisor), std::move(prep));
+std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor) {
+    return std::make_unique<LocalRunner>(context, std::move(supervisor));
 }
 
 }  // namespace mote::server

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Runner: how a job's mote-prep is brought to run: `local` (makeLocalRunner, a child process). `mpi` (mpirun
-// -n K mote-prep) and `slurm` (sbatch with a fixed script) are to stand beside it. Owned by the queue and
-// used on its thread.
+// Runner: how a job's program (mote-prep, or mote-frames for a film) is brought to run: `local`
+// (makeLocalRunner, a child process). `mpi` (mpirun -n K mote-prep) and `slurm` (sbatch with a fixed script)
+// are to stand beside it. Owned by the queue and used on its thread.
 //
 // Whatever the runner, a job leaves files in its directory (JobFiles): progress and log while it runs, and at
 // last a result, written by one rename. A run that has ended without one was interrupted.
@@ -24,14 +24,18 @@ class io_context;
 
 namespace mote::server {
 
+/// The descriptor to which a job's program writes its progress.
+inline constexpr int progressDescriptor = 3;
+
 /// What is to run. The user's own words are in the request file only, never in an argument.
 struct RunOrder {
-    std::filesystem::path directory;              ///< of the job, holds request.json
-    std::vector<std::string> roots;               ///< "NAME=DIR"
+    std::filesystem::path directory;              ///< of the job, holds request.json; it may be read
+    std::vector<std::string> program;             ///< its path, and its arguments
     std::vector<std::filesystem::path> readable;  ///< folders that it may read
     std::filesystem::path writable;               ///< the folder that it may write
     std::uint64_t memory = 0;                     ///< bytes; 0: no limit
-    unsigned threads = 0;                         ///< 0: its own choice
+    int niceness = 0;                             ///< steps below the server's priority
+    bool unixSockets = false;                     ///< it may open these; no others ever
 };
 
 /// A job that runs, or waits for go(). Destroying it stops watching, never the job.
@@ -58,10 +62,9 @@ class Runner {
     virtual std::unique_ptr<Run> find(std::string_view handle) = 0;
 };
 
-/// Runs mote-prep on this machine, under mote-supervise, which has a session of its own, takes rights away
-/// from mote-prep, waits for it and writes its result. Programs as paths. The context outlives the runner and
-/// its runs.
-std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor,
-                                        std::filesystem::path prep);
+/// Runs programs on this machine, under mote-supervise (`supervisor` is its path), which has a session of its
+/// own, takes rights away from the program, waits for it and writes its result. The context outlives the
+/// runner and its runs.
+std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor);
 
 }  // namespace mote::server

@@ -68,7 +68,8 @@ class FlowControl {
     /// When begin() or piece() may allow more although nothing else happens; nothing: never.
     std::optional<Clock::time_point> due(Clock::time_point now) const;
 
-    /// A frame that was begun is ready. `workMs`: from its plan to its payload; `quick`: of a hand in motion.
+    /// A frame that was begun is ready. `workMs`: from its plan to its payload; `quick`: others like it
+    /// follow.
     void made(std::size_t bytes, double workMs, bool quick);
     /// One that was made is not sent, or not to its end.
     void dropped(bool partlySent);

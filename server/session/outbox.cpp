@@ -16,6 +16,11 @@ proto::ServerMessage failureMessage(std::uint64_t replyTo, const Error& error, b
     return message;
 }
 
+void Outbox::reply(Reply reply) {
+    replyBytes_ += reply.payload.size();
+    replies_.push_back(std::move(reply));
+}
+
 void Outbox::jobChanged(const std::string& id) {
     if (allJobs_) return;
     jobs_.insert(id);
@@ -40,9 +45,10 @@ std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
     using Kind = Item::Kind;
     if (farewell_) return Item{.kind = Kind::farewell, .message = *farewell_};
     if (!replies_.empty()) {
-        Item item{.message = std::move(replies_.front())};
+        auto [message, payload] = std::move(replies_.front());
         replies_.pop_front();
-        return item;
+        replyBytes_ -= payload.size();
+        return Item{.message = std::move(message), .payload = std::move(payload)};
     }
     if (viewFailure_) return Item{.message = *std::exchange(viewFailure_, std::nullopt)};
     if (std::exchange(allJobs_, false)) return Item{.kind = Kind::allJobs};

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Outbox: what waits to be sent to one client, of bounded size whatever the client does: replies (whoever
-// fills them waits for room()), the failure of the latest view, the jobs and the catalogue that changed (once
-// each, however often), and as many frames as flow control allows. One owner, one thread.
+// fills them waits for room()), among them the failures of queued views, which are few; the failure of the
+// latest view, the jobs and the catalogue that changed (once each, however often), and as many frames as flow
+// control allows. One owner, one thread.
 #pragma once
 
 #include <deque>
@@ -11,6 +12,8 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -18,11 +21,22 @@
 
 namespace mote::server {
 
+/// Reply: an answer to a request, with the bytes that go with it; mostly none. A value.
+struct Reply {
+    Reply(proto::ServerMessage text) : message(std::move(text)) {}
+    Reply(proto::ServerMessage text, std::vector<std::uint8_t> bytes)
+        : message(std::move(text)), payload(std::move(bytes)) {}
+
+    proto::ServerMessage message;
+    std::vector<std::uint8_t> payload;
+};
+
 proto::ServerMessage failureMessage(std::uint64_t replyTo, const Error& error, bool fatal);
 
 class Outbox {
   public:
     static constexpr std::size_t maxReplies = 16;
+    static constexpr std::size_t maxReplyBytes = 1 << 20;  ///< of payloads, from which on there is no room
     static constexpr std::size_t maxChangedJobs = 256;
 
     /// What is to be sent next; of jobs and the catalogue only that they changed, as their state is taken
@@ -31,6 +45,7 @@ class Outbox {
         enum class Kind { message, job, allJobs, catalogue, frame, farewell };
         Kind kind = Kind::message;
         proto::ServerMessage message = {};                ///< message, farewell
+        std::vector<std::uint8_t> payload = {};           ///< message
         std::string job = {};                             ///< job: its id
         std::shared_ptr<const RenderedFrame> frame = {};  ///< frame: kept while a piece of it is written
         std::size_t begin = 0, size = 0;                  ///< frame: the piece of its payload
@@ -38,8 +53,8 @@ class Outbox {
     /// How many bytes of a frame may be sent now, of those that are `left` from `begin` on.
     using Piece = std::function<std::size_t(const RenderedFrame&, std::size_t begin, std::size_t left)>;
 
-    bool room() const { return replies_.size() < maxReplies; }
-    void reply(proto::ServerMessage message) { replies_.push_back(std::move(message)); }
+    bool room() const { return replies_.size() < maxReplies && replyBytes_ < maxReplyBytes; }
+    void reply(Reply reply);
     void viewFailed(proto::ServerMessage message) { viewFailure_ = std::move(message); }
     void jobChanged(const std::string& id);
     void catalogueChanged() { catalogue_ = true; }
@@ -63,7 +78,8 @@ class Outbox {
     };
     std::optional<Item> nextPiece(const Piece& piece);
 
-    std::deque<proto::ServerMessage> replies_;
+    std::deque<Reply> replies_;
+    std::size_t replyBytes_ = 0;  // of their payloads
     std::optional<proto::ServerMessage> viewFailure_;
     std::optional<proto::ServerMessage> farewell_;
     std::set<std::string> jobs_;

@@ -149,7 +149,7 @@ asio::awaitable<void> Session::write() {
         }
         readerWake_.notify();
         if (!fill(*item)) continue;
-        std::span<const std::uint8_t> payload;
+        std::span<const std::uint8_t> payload = item->payload;
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
         const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
         if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
@@ -178,9 +178,9 @@ bool Session::fill(Outbox::Item& item) {
     return true;
 }
 
-void Session::reply(std::uint64_t to, proto::ServerMessage message) {
-    message.set_reply_to(to);
-    outbox_.reply(std::move(message));
+void Session::reply(std::uint64_t to, Reply reply) {
+    reply.message.set_reply_to(to);
+    outbox_.reply(std::move(reply));
     writerWake_.notify();
 }
 
@@ -237,14 +237,14 @@ asio::awaitable<void> Session::work() {
         const proto::ClientMessage command = std::move(commands_.front());
         commands_.pop_front();
         readerWake_.notify();
-        auto message = co_await answer(command);
+        auto answered = co_await answer(command);
         // The writer wakes readers and workers alike when there is room again.
         while (!outbox_.room() && !closed_) co_await readerWake_.wait();
-        reply(command.request(), std::move(message));
+        reply(command.request(), std::move(answered));
     }
 }
 
-asio::awaitable<proto::ServerMessage> Session::answer(const proto::ClientMessage& command) {
+asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
     using Body = proto::ClientMessage;
     switch (command.body_case()) {
         case Body::kListDatasets:
@@ -258,6 +258,8 @@ asio::awaitable<proto::ServerMessage> Session::answer(const proto::ClientMessage
         case Body::kWatchJobs:
             watchesJobs_ = true;
             co_return watchJobs();
+        case Body::kFetchFilm:
+            co_return co_await fetchFilm(command.fetch_film());
         default:
             co_return failure({ErrorCode::unsupported, "message", "it is not known here"});
     }
@@ -298,31 +300,6 @@ asio::awaitable<proto::ServerMessage> Session::describe(const std::string& datas
     proto::ServerMessage message;
     *message.mutable_description() = std::move((*answer)->value());
     co_return message;
-}
-
-proto::ServerMessage Session::submitJob(const proto::JobRequest& request) {
-    auto job = context_.jobs->submit(request);
-    if (!job.ok()) return failure(job.error().within("job"));
-    proto::ServerMessage message;
-    *message.mutable_job() = *std::move(job);
-    return message;
-}
-
-proto::ServerMessage Session::cancelJob(const std::string& id) {
-    const auto status = context_.jobs->cancel(id);
-    if (!status.ok()) return failure(status.error());
-    auto job = context_.jobs->find(id);
-    if (!job.ok()) return failure(job.error());
-    proto::ServerMessage message;
-    *message.mutable_job() = *std::move(job);
-    return message;
-}
-
-proto::ServerMessage Session::watchJobs() {
-    proto::ServerMessage message;
-    auto& jobs = *message.mutable_jobs();
-    for (auto& job : context_.jobs->list()) *jobs.add_jobs() = std::move(job);
-    return message;
 }
 
 }  // namespace mote::server

@@ -93,21 +93,22 @@ class Session : public std::enable_shared_from_this<Session> {
     void beginFrames();
     RenderEvents renderEvents();
     void frameReady(RenderedFrame frame);
-    void viewFailed(std::uint64_t request, const Error& error);
+    void viewFailed(std::uint64_t request, bool queued, const Error& error);
 
     asio::awaitable<void> work();
-    asio::awaitable<proto::ServerMessage> answer(const proto::ClientMessage& command);
+    asio::awaitable<Reply> answer(const proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
     asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
     proto::ServerMessage submitJob(const proto::JobRequest& request);
     proto::ServerMessage cancelJob(const std::string& id);
     proto::ServerMessage watchJobs();
+    asio::awaitable<Reply> fetchFilm(const proto::FetchFilm& request);
 
     asio::awaitable<void> write();
     std::size_t piece(const RenderedFrame& frame, std::size_t begin, std::size_t left) const;
     bool fill(Outbox::Item& item);
     void fillFrame(Outbox::Item& item);
-    void reply(std::uint64_t to, proto::ServerMessage message);
+    void reply(std::uint64_t to, Reply reply);
     void close();
 
     const SessionId id_;
@@ -123,7 +124,7 @@ class Session : public std::enable_shared_from_this<Session> {
     std::uint64_t sequence_ = 0;       // of the latest frame
     std::optional<FlowControl> flow_;  // once it is known what the client can do
     EncodingTarget target_;
-    std::uint64_t viewId_ = 0;  // of the latest view
+    std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool greeted_ = false;      // our greeting is out: a failure can follow
     bool authenticated_ = false;
     bool watchesJobs_ = false;

@@ -32,6 +32,11 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
     task->page = page;
     // Nobody wants a document of a picture in motion.
     task->finalOnly = message.final_only() || page;
+    task->queued = message.queued();
+    if (task->queued && !task->finalOnly) {
+        return Error{ErrorCode::invalidArgument, "queued",
+                     "only views of which the exact picture alone is wanted (final_only) can be queued"};
+    }
     task->moving = message.moving();
     task->format =
         message.format() == proto::LINEAR_HALF ? render::PixelFormat::linearHalf : render::PixelFormat::srgb8;
@@ -60,9 +65,12 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
     }
     co_await findDatasets((*task)->view);
     if (closed_) co_return;
-    viewId_ = message.view_id();
-    outbox_.dropOutdated([this](bool partlySent) { flow_->dropped(partlySent); });
-    context_.render->setView(id_, *std::move(task));
+    if (!message.queued()) {
+        viewId_ = message.view_id();
+        outbox_.dropOutdated([this](bool partlySent) { flow_->dropped(partlySent); });
+    }
+    const auto taken = context_.render->setView(id_, *std::move(task));
+    if (!taken.ok()) reply(request, failureMessage(request, taken.error(), false));
     beginFrames();
 }
 
@@ -96,7 +104,7 @@ void Session::begin(const proto::Hello& hello) {
     flow_.emplace(hello.receipts(), frameCredits(hello));
     target_.measured = hello.receipts();
     for (const int encoding : hello.decodes()) target_.h264 = target_.h264 || encoding == proto::Frame::H264;
-    context_.render->open(id_, 0, renderEvents());
+    context_.render->open(id_, 0, renderEvents(), hello.background());
     context_.render->setTarget(id_, target_);
     beginFrames();
 }
@@ -158,10 +166,11 @@ RenderEvents Session::renderEvents() {
                     if (const auto self = weak.lock()) self->frameReady(std::move(frame));
                 });
             },
-            [weak, executor](std::uint64_t request, Error error) {
-                asio::post(executor, [weak, request, error = std::move(error)] {
-                    if (const auto self = weak.lock()) self->viewFailed(request, error);
-                });
+            [weak, executor](const ViewTask& task, Error error) {
+                asio::post(executor,
+                           [weak, request = task.request, queued = task.queued, error = std::move(error)] {
+                               if (const auto self = weak.lock()) self->viewFailed(request, queued, error);
+                           });
             }};
 }
 
@@ -179,8 +188,11 @@ void Session::frameReady(RenderedFrame frame) {
     writerWake_.notify();
 }
 
-void Session::viewFailed(std::uint64_t request, const Error& error) {
-    outbox_.viewFailed(failureMessage(request, error, false));
+/// Of queued views each is waited for; as long as failures find no room, no more views are read.
+void Session::viewFailed(std::uint64_t request, bool queued, const Error& error) {
+    auto failure = failureMessage(request, error, false);
+    if (queued) return reply(request, std::move(failure));
+    outbox_.viewFailed(std::move(failure));
     writerWake_.notify();
 }
 

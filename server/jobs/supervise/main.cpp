@@ -46,6 +46,8 @@ Options:
   --help                      Print this help message and exit
   --directory DIR REQUIRED    The job's folder, for its progress and its result
   --memory BYTES              What the program may take
+  --nice STEPS                How far its priority lies below this program's
+  --sockets unix              It may open Unix sockets, and no others
   --read DIR ...              What the program may read besides the system
   --write DIR ...             What it may write
 )";
@@ -69,6 +71,10 @@ std::optional<Order> parse(int argc, char** argv) {
             order.rights.writable.emplace_back(value);
         } else if (option == "--memory") {
             std::from_chars(value.data(), value.data() + value.size(), order.rights.memory);
+        } else if (option == "--nice") {
+            std::from_chars(value.data(), value.data() + value.size(), order.rights.niceness);
+        } else if (option == "--sockets" && value == "unix") {
+            order.rights.unixSockets = true;
         } else {
             return std::nullopt;
         }
@@ -89,7 +95,7 @@ void addSystem(Rights& rights, const std::string& program, const std::string& di
 
 /// Best effort: what a kernel does not have is said in the job's log.
 void giveUpRights(const Rights& rights) {
-    for (const auto& status : {limitResources(rights), limitFiles(rights), limitCalls()}) {
+    for (const auto& status : {limitResources(rights), limitFiles(rights), limitCalls(rights)}) {
         if (!status.ok()) fmt::print(stderr, "mote-supervise: note: {}\n", status.error().toString());
     }
     std::fflush(stderr);

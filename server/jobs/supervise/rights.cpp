@@ -9,12 +9,15 @@
 #include <linux/seccomp.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "protocol/scene/system_error.h"
@@ -31,7 +34,7 @@ constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
 constexpr unsigned kArchitecture = 0;
 #endif
 
-// Nothing that reads a file and writes a dataset needs these; each of them is a way out of it.
+// Nothing that makes a dataset or a film needs these; each of them is a way out of it.
 constexpr int kDenied[] = {
     SYS_socket,
     SYS_socketpair,
@@ -78,8 +81,22 @@ sock_filter jump(int code, unsigned value, int whenTrue, int whenFalse) {
     return {static_cast<__u16>(code), static_cast<__u8>(whenTrue), static_cast<__u8>(whenFalse), value};
 }
 
-std::vector<sock_filter> program() {
-    constexpr unsigned refuse = SECCOMP_RET_ERRNO | EPERM;
+constexpr unsigned refuse = SECCOMP_RET_ERRNO | EPERM;
+
+/// Answers a call of socket(), of any other nothing.
+void addUnixSockets(std::vector<sock_filter>& filter) {
+    // The family is an int, of which both processors have the low half first.
+    const std::array rule{
+        statement(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args)),
+        jump(BPF_JMP | BPF_JEQ | BPF_K, AF_UNIX, 0, 1),
+        statement(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+        statement(BPF_RET | BPF_K, refuse),
+    };
+    filter.push_back(jump(BPF_JMP | BPF_JEQ | BPF_K, SYS_socket, 0, static_cast<int>(rule.size())));
+    for (const auto& line : rule) filter.push_back(line);
+}
+
+std::vector<sock_filter> program(const Rights& rights) {
     std::vector<sock_filter> filter{
         statement(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
         jump(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0),
@@ -91,6 +108,7 @@ std::vector<sock_filter> program() {
     filter.push_back(jump(BPF_JMP | BPF_JGE | BPF_K, x32, 0, 1));
     filter.push_back(statement(BPF_RET | BPF_K, refuse));
 #endif
+    if (rights.unixSockets) addUnixSockets(filter);
     for (const int call : kDenied) {
         filter.push_back(jump(BPF_JMP | BPF_JEQ | BPF_K, static_cast<unsigned>(call), 0, 1));
         filter.push_back(statement(BPF_RET | BPF_K, refuse));
@@ -130,7 +148,7 @@ Status allow(int rules, const std::filesystem::path& path, std::uint64_t rights)
     return failure(path.c_str());
 }
 
-constexpr int kNiceness = 5;                                 // rendering comes first
+constexpr int kLeastPriority = 19;
 constexpr std::uint64_t kHeadroom = std::uint64_t{1} << 29;  // libraries, stacks of threads
 
 Status lower(int resource, std::uint64_t value) {
@@ -141,12 +159,20 @@ Status lower(int resource, std::uint64_t value) {
     return failure("setrlimit");
 }
 
+/// Kernels that share time between sessions first, and within each by niceness, ask for that of the session
+/// as well. Best effort: many kernels do not.
+void lowerSession(int niceness) {
+    const FileDescriptor file(open("/proc/self/autogroup", O_WRONLY | O_CLOEXEC));
+    const auto text = std::to_string(niceness);
+    if (!file.valid() || write(file.get(), text.data(), text.size()) < 0) return;
+}
+
 }  // namespace
 
-Status limitCalls() {
+Status limitCalls(const Rights& rights) {
     if (kArchitecture == 0)
         return Error{ErrorCode::unsupported, "seccomp", "is not set up for this processor"};
-    auto filter = program();
+    auto filter = program(rights);
     const sock_fprog code{static_cast<unsigned short>(filter.size()), filter.data()};
     if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &code, 0, 0) == 0) return success();
     return Error{ErrorCode::unsupported, "seccomp", systemMessage(errno)};
@@ -173,7 +199,10 @@ Status limitResources(const Rights& rights) {
     MOTE_RETURN_IF_ERROR(lower(RLIMIT_CORE, 0));
     // RLIMIT_DATA and not RLIMIT_AS: mapped files are no memory that anyone else misses.
     if (rights.memory != 0) MOTE_RETURN_IF_ERROR(lower(RLIMIT_DATA, rights.memory + kHeadroom));
-    setpriority(PRIO_PROCESS, 0, std::min(19, getpriority(PRIO_PROCESS, 0) + kNiceness));
+    const int niceness =
+        std::min(kLeastPriority, getpriority(PRIO_PROCESS, 0) + std::max(rights.niceness, 0));
+    setpriority(PRIO_PROCESS, 0, niceness);
+    lowerSession(niceness);
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0) return success();
     return failure("no_new_privs");
 }

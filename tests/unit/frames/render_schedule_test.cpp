@@ -1,42 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "server/frames/render_schedule.h"
-
-#include <gtest/gtest.h>
+#include "tests/unit/frames/schedule_fixture.h"
 
 namespace mote::server {
 namespace {
 
 using namespace std::chrono_literals;
 
-class RenderScheduleTest : public testing::Test {
-  protected:
-    RenderScheduleTest() : schedule_({.restDelay = 40ms, .patience = 2s}) {
-        schedule_.open(1, 2);
-        schedule_.open(2, 2);
-    }
-
-    std::shared_ptr<const ViewTask> task(bool moving, bool finalOnly = false) const {
-        ViewTask made;
-        made.moving = moving;
-        made.finalOnly = finalOnly;
-        made.arrived = now_;
-        return std::make_shared<const ViewTask>(std::move(made));
-    }
-    void view(SessionId session, bool moving, bool finalOnly = false) {
-        schedule_.setView(session, task(moving, finalOnly));
-    }
-    std::optional<RenderJob> next() { return schedule_.next(now_); }
-
-    Clock::time_point now_{1000s};
-    RenderSchedule schedule_;
-};
-
 TEST_F(RenderScheduleTest, ViewThatIsNotToBeDrawnYetWaitsWhileOthersAreDrawn) {
     ViewTask suspect;
     suspect.moving = true;
     suspect.arrived = now_;
     suspect.notBefore = now_ + 1s;
-    schedule_.setView(1, std::make_shared<const ViewTask>(std::move(suspect)));
+    ASSERT_TRUE(schedule_.setView(1, std::make_shared<const ViewTask>(std::move(suspect))).ok());
     EXPECT_FALSE(next());
     EXPECT_EQ(schedule_.nextDue(), now_ + 1s);
     view(2, true);
@@ -226,7 +201,7 @@ TEST_F(RenderScheduleTest, ClosedSessionIsForgottenAndItsPictureStopped) {
     schedule_.close(1);
     EXPECT_TRUE(job->stop.stop_requested());
     schedule_.finishStopped(*job);
-    schedule_.setView(1, task(true));
+    EXPECT_TRUE(schedule_.setView(1, task(true)).ok());
     schedule_.addCredits(1, 5);
     EXPECT_FALSE(next());
 }

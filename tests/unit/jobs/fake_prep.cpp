@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A stand-in for mote-prep that does what the request's title says, word by word, so that a test decides what
-// a job does and when: no sleeps. It takes the arguments that the server gives mote-prep.
+// A stand-in for mote-prep, and for mote-frames, that does what the request's title says, word by word, so
+// that a test decides what a job does and when: no sleeps. It takes the arguments that the server gives them.
+// Of a film, ROOT is the film's own folder and fifos are made where they are waited at.
 //   phase:NAME     reports progress with this phase        half:NAME   the same at 0.5
 //   pids:          reports "PID SUPERVISOR" as its phase    print:TEXT  a line on stderr
 //   wait:FIFO      reads a byte from ROOT/FIFO              exit:CODE   ends
@@ -9,12 +10,14 @@
 //   ignore:        SIGTERM is ignored                       die:SIGNAL  kills itself
 //   noise:         bytes that are no text on stderr         touch:PATH  makes a file; its error is printed
 //   read:PATH      reads a file; its error is printed       socket:     opens a socket; its error is printed
-//   limits:        prints the core limit and the niceness
+//   limits:        prints the core limit and the niceness   file:NAME   appends a byte to a file in ROOT
+//   unix:          opens a Unix socket; its error is printed
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,6 +25,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <sstream>
@@ -34,7 +38,10 @@ namespace {
 struct Fake {
     mote::proto::JobRequest request;
     std::map<std::string, std::filesystem::path> roots;
+    std::filesystem::path connection;
     int progress = -1;
+
+    const std::filesystem::path& root() const { return roots.begin()->second; }
 
     std::filesystem::path output() const {
         const auto& name = request.output();
@@ -66,11 +73,16 @@ void act(const Fake& fake, const std::string& verb, const std::string& word) {
     if (verb == "touch") tell("touch", open(word.c_str(), O_WRONLY | O_CREAT, 0600) >= 0);
     if (verb == "read") tell("read", open(word.c_str(), O_RDONLY) >= 0);
     if (verb == "socket") tell("socket", socket(AF_INET, SOCK_STREAM, 0) >= 0);
+    if (verb == "unix") tell("unix", socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
+    if (verb == "connection") tell("connection", open(fake.connection.c_str(), O_RDONLY) >= 0);
+    if (verb == "file") std::ofstream(fake.root() / word, std::ios::app) << 'x';
     if (verb == "die") raise(std::stoi(word));
     if (verb == "exit") _exit(std::stoi(word));
     if (verb == "wait") {
         char byte = 0;
-        const int fifo = open((fake.roots.begin()->second / word).c_str(), O_RDWR);
+        const auto path = fake.root() / word;
+        if (!fake.connection.empty()) mkfifo(path.c_str(), 0600);
+        const int fifo = open(path.c_str(), O_RDWR);
         if (read(fifo, &byte, 1) != 1) _exit(91);
     }
     if (verb == "publish") {
@@ -83,6 +95,9 @@ void act(const Fake& fake, const std::string& verb, const std::string& word) {
         getrlimit(RLIMIT_DATA, &data);
         fmt::print(stderr, "core {} data {} nice {} term {}\n", core.rlim_max, data.rlim_max,
                    getpriority(PRIO_PROCESS, 0), getpgid(0) == getpid());
+        std::string session;
+        std::getline(std::ifstream("/proc/self/autogroup"), session);
+        if (!session.empty()) fmt::print(stderr, "session{}\n", session.substr(session.find(' ')));
     }
     std::fflush(stderr);
 }
@@ -91,11 +106,14 @@ void act(const Fake& fake, const std::string& verb, const std::string& word) {
 
 int main(int argc, char** argv) {
     Fake fake;
-    if (argc < 3 || std::string(argv[1]) != "job") return 92;
+    const bool film = argc > 2 && std::string(argv[1]) == "--job";
+    if (argc < 3 || (!film && std::string(argv[1]) != "job")) return 92;
+    if (film) fake.roots["film"] = std::filesystem::path(argv[2]).parent_path() / "film";
     for (int i = 3; i + 1 < argc; i += 2) {
         const std::string option(argv[i]), value(argv[i + 1]);
         if (option == "--root")
             fake.roots[value.substr(0, value.find('='))] = value.substr(value.find('=') + 1);
+        if (option == "--connect") fake.connection = value;
         if (option == "--progress-fd") fake.progress = std::stoi(value);
     }
     if (!mote::readJsonFile(argv[2], fake.request).ok()) return 93;

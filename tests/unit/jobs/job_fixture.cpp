@@ -10,6 +10,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <optional>
 
 namespace mote::server {
 namespace {
@@ -43,6 +44,7 @@ JobSettings JobTest::settings() const {
     JobSettings settings;
     settings.stateDirectory = directory_ / "state";
     settings.prep = MOTE_FAKE_PREP;
+    settings.frames = MOTE_FAKE_PREP;
     settings.supervisor = MOTE_BIN "/mote-supervise";
     settings.roots = {"data=" + root_.string()};
     return settings;
@@ -75,6 +77,59 @@ std::string JobTest::submit(const std::string& script, const std::string& output
     const auto status = queue_->submit(request(script, output));
     EXPECT_TRUE(status.ok()) << status.error().toString();
     return status.ok() ? status.value().id() : std::string();
+}
+
+proto::JobRequest JobTest::filmRequest(const std::string& script) const {
+    proto::JobRequest request;
+    request.set_title(script);
+    auto& view = *request.mutable_film()->mutable_script()->add_views();
+    view.set_width(64);
+    view.set_height(48);
+    return request;
+}
+
+std::string JobTest::submitFilm(const std::string& script) {
+    const auto status = queue_->submit(filmRequest(script));
+    EXPECT_TRUE(status.ok()) << status.error().toString();
+    return status.ok() ? status.value().id() : std::string();
+}
+
+void JobTest::releaseFilm(const std::string& id, const std::string& name) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!std::filesystem::exists(filmFile(id, name)) && std::chrono::steady_clock::now() < end) settle();
+    // Blocks until somebody waits there.
+    const int fifo = open(filmFile(id, name).c_str(), O_WRONLY | O_CLOEXEC);
+    ASSERT_GE(fifo, 0) << name;
+    EXPECT_EQ(write(fifo, "g", 1), 1);
+    close(fifo);
+}
+
+Result<FilmPiece> JobTest::fetch(const proto::FetchFilm& request) {
+    std::optional<Result<FilmPiece>> answer;
+    queue_->fetchFilm(request, [&](Result<FilmPiece> piece) { answer.emplace(std::move(piece)); });
+    EXPECT_FALSE(answer) << "it is never told from within the call";
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (!answer && std::chrono::steady_clock::now() < deadline) {
+        context_->restart();
+        context_->run_one_until(deadline);
+    }
+    if (!answer) return Error{ErrorCode::internal, "", "no answer"};
+    return *std::move(answer);
+}
+
+Result<FilmPiece> JobTest::fetchPicture(const std::string& id, std::uint32_t frame, std::uint64_t begin) {
+    proto::FetchFilm request;
+    request.set_id(id);
+    request.set_frame(frame);
+    request.set_begin(begin);
+    return fetch(request);
+}
+
+Result<FilmPiece> JobTest::fetchVideo(const std::string& id, std::uint64_t begin) {
+    proto::FetchFilm request;
+    request.set_id(id);
+    request.set_begin(begin);
+    return fetch(request);
 }
 
 proto::JobStatus JobTest::waitUntil(const std::string& id,

@@ -35,6 +35,19 @@ class JobTest : public ::testing::Test {
     /// Submits what must be accepted; its id.
     std::string submit(const std::string& script, const std::string& output = "data/run.h5");
 
+    /// A film job, likewise, and what it has left or is told through.
+    proto::JobRequest filmRequest(const std::string& script) const;
+    std::string submitFilm(const std::string& script);
+    std::filesystem::path filmFile(const std::string& id, const std::string& name) const {
+        return directory_ / "state/jobs" / id / "film" / name;
+    }
+    /// Lets a film go on that waits at this fifo.
+    void releaseFilm(const std::string& id, const std::string& name);
+    /// Waits for the answer.
+    Result<FilmPiece> fetch(const proto::FetchFilm& request);
+    Result<FilmPiece> fetchPicture(const std::string& id, std::uint32_t frame, std::uint64_t begin = 0);
+    Result<FilmPiece> fetchVideo(const std::string& id, std::uint64_t begin = 0);
+
     /// Runs the queue until the job's status is like this; fails the test after half a minute.
     proto::JobStatus waitUntil(const std::string& id,
                                const std::function<bool(const proto::JobStatus&)>& wanted);

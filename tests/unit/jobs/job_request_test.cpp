@@ -42,6 +42,48 @@ class JobRequestTest : public ::testing::Test {
     storage::Roots roots_;
 };
 
+TEST_F(JobRequestTest, aFilmHasNoOutputAndMayBeLarge) {
+    proto::JobRequest request;
+    auto& film = *request.mutable_film();
+    film.mutable_script()->add_views()->set_width(64);
+    EXPECT_TRUE(checkJobRequest(request, roots_).ok());
+    while (request.ByteSizeLong() < 899 * 1024) film.mutable_script()->add_views()->set_width(64);
+    EXPECT_TRUE(checkJobRequest(request, roots_).ok());
+    while (request.ByteSizeLong() <= 900 * 1024) film.mutable_script()->add_views()->set_width(64);
+    EXPECT_EQ(checkJobRequest(request, roots_).error().code, ErrorCode::resourceExhausted);
+}
+
+TEST_F(JobRequestTest, badFilmsAreRefusedWithTheirField) {
+    const auto nan = std::numeric_limits<double>::quiet_NaN();
+    using Film = proto::FilmJob;
+    const std::vector<std::pair<const char*, std::function<void(Film&)>>> table{
+        {"film.script", [](Film& f) { f.clear_script(); }},
+        {"film.format", [](Film& f) { f.set_format("tiff"); }},
+        {"film.format", [](Film& f) { f.set_format("../png"); }},
+        {"film.video", [](Film& f) { f.set_video("avi"); }},
+        {"film.quality", [](Film& f) { f.set_quality(64); }},
+        {"film.samples", [](Film& f) { f.set_samples(2); }},
+        {"film.shutterDegrees", [](Film& f) { f.set_shutter_degrees(-1); }},
+        {"film.shutterDegrees", [](Film& f) { f.set_shutter_degrees(361); }},
+        {"film.shutterDegrees", [nan](Film& f) { f.set_shutter_degrees(nan); }},
+        {"film.subframes", [](Film& f) { f.set_subframes(65); }},
+    };
+    for (const auto& [where, spoil] : table) {
+        proto::JobRequest request;
+        request.mutable_film()->mutable_script()->add_views();
+        ASSERT_TRUE(checkJobRequest(request, roots_).ok());
+        spoil(*request.mutable_film());
+        const auto place = checkJobRequest(request, roots_);
+        ASSERT_FALSE(place.ok()) << where;
+        EXPECT_EQ(place.error().code, ErrorCode::invalidArgument);
+        EXPECT_EQ(place.error().where, where);
+    }
+    proto::JobRequest request;
+    request.mutable_film()->mutable_script()->add_views();
+    request.set_output("data/film.mp4");
+    EXPECT_EQ(checkJobRequest(request, roots_).error().where, "output");
+}
+
 struct Bad {
     const char* what;
     ErrorCode code;

@@ -23,6 +23,10 @@ class JobRightsTest : public JobTest {
         const auto done = waitForState(submit(script + " exit:1"), State::FAILED);
         return {done.log().begin(), done.log().end()};
     }
+    std::vector<std::string> filmLogAfter(const std::string& script) {
+        const auto done = waitForState(submitFilm(script + " exit:1"), State::FAILED);
+        return {done.log().begin(), done.log().end()};
+    }
 };
 
 bool landlockThere() {
@@ -56,6 +60,57 @@ TEST_F(JobRightsTest, onlyTheOutputsRootIsWritable) {
 TEST_F(JobRightsTest, itHasNoNetwork) {
     startServer();
     EXPECT_THAT(logAfter("socket:"), Contains("socket: Operation not permitted"));
+}
+
+TEST_F(JobRightsTest, itHasNoUnixSocketsEither) {
+    startServer();
+    EXPECT_THAT(logAfter("unix:"), Contains("unix: Operation not permitted"));
+}
+
+TEST_F(JobRightsTest, aFilmReadsNoDataAndWritesItsFolderAlone) {
+    if (!landlockThere()) GTEST_SKIP() << "this kernel has no Landlock";
+    startServer();
+    std::ofstream(root_ / "run.h5") << "x";
+    std::ofstream(directory_ / "state/film/connection.json") << "{}";
+    const auto log = filmLogAfter("read:" + (root_ / "run.h5").string());
+    EXPECT_THAT(log, Contains("read: Permission denied"));
+    EXPECT_THAT(filmLogAfter("touch:" + (root_ / "new").string()), Contains("touch: Permission denied"));
+    EXPECT_THAT(filmLogAfter("touch:" + (directory_ / "state/film/connection.json").string()),
+                Contains("touch: Permission denied"));
+    EXPECT_THAT(filmLogAfter("read:" + (directory_ / "state/jobs.sqlite").string()),
+                Contains("read: Permission denied"));
+    EXPECT_THAT(filmLogAfter("connection:"), Contains("connection: allowed"));
+    EXPECT_FALSE(std::filesystem::exists(root_ / "new"));
+}
+
+/// The next server writes another file of this name.
+TEST_F(JobRightsTest, aFilmReadsTheConnectionFileOfTheNextServerToo) {
+    startServer();
+    const auto file = directory_ / "state/film/connection.json";
+    std::ofstream(file) << "{}";
+    const auto id = submitFilm("phase:on wait:go connection: exit:1");
+    waitForPhase(id, "on");
+    std::filesystem::remove(file);
+    std::ofstream(file) << "{}";
+    releaseFilm(id, "go");
+    const auto done = waitForState(id, State::FAILED);
+    EXPECT_THAT(done.log(), Contains("connection: allowed"));
+}
+
+TEST_F(JobRightsTest, aFilmMayOpenUnixSocketsAndNoOthers) {
+    startServer();
+    EXPECT_THAT(filmLogAfter("unix:"), Contains("unix: allowed"));
+    EXPECT_THAT(filmLogAfter("socket:"), Contains("socket: Operation not permitted"));
+}
+
+TEST_F(JobRightsTest, aFilmIsTheNicestOfAll) {
+    startServer();
+    const auto nice = std::to_string(std::min(19, getpriority(PRIO_PROCESS, 0) + 15));
+    const auto log = filmLogAfter("limits:");
+    EXPECT_THAT(log, Contains(HasSubstr(" nice " + nice + " term true")));
+    if (std::filesystem::exists("/proc/self/autogroup")) {
+        EXPECT_THAT(log, Contains("session nice " + nice));
+    }
 }
 
 TEST_F(JobRightsTest, itsLimitsAreSet) {

@@ -34,6 +34,21 @@ TEST(Outbox, RepliesKeepTheirOrderAndTheirNumber) {
     EXPECT_EQ(outbox.next(whole)->message.pong().sent_ns(), 1);
 }
 
+TEST(Outbox, AReplyWithManyBytesLeavesNoRoomUntilItIsSent) {
+    Outbox outbox;
+    outbox.reply({pong(0), std::vector<std::uint8_t>(Outbox::maxReplyBytes - 1, 7)});
+    EXPECT_TRUE(outbox.room());
+    outbox.reply({pong(1), {1, 2}});
+    EXPECT_FALSE(outbox.room());
+    const auto first = outbox.next(whole);
+    EXPECT_EQ(first->kind, Kind::message);
+    EXPECT_EQ(first->payload, std::vector<std::uint8_t>(Outbox::maxReplyBytes - 1, 7));
+    EXPECT_TRUE(outbox.room());
+    const auto second = outbox.next(whole);
+    EXPECT_EQ(second->message.pong().sent_ns(), 1);
+    EXPECT_EQ(second->payload, (std::vector<std::uint8_t>{1, 2}));
+}
+
 TEST(Outbox, StateIsSentOnceHoweverOftenItChanged) {
     Outbox outbox;
     for (int i = 0; i < 100; ++i) {

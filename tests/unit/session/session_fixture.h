@@ -51,9 +51,9 @@ class SessionFixture : public testing::Test {
     std::filesystem::path socket() const { return wire::parseAddress(connection_.address())->path; }
 
     /// A client that is welcome.
-    std::unique_ptr<TestClient> client() {
+    std::unique_ptr<TestClient> client(bool background = false) {
         auto made = std::make_unique<TestClient>(socket());
-        const auto welcome = made->connect(connection_.token());
+        const auto welcome = made->connect(connection_.token(), background);
         EXPECT_TRUE(welcome.message.has_welcome()) << welcome.message.ShortDebugString();
         return made;
     }

@@ -84,12 +84,13 @@ void TestClient::greet(wire::Version version) {
     if (!wire::decodeGreeting(theirs).ok()) throw std::runtime_error("a bad greeting");
 }
 
-Received TestClient::connect(const std::string& token) {
+Received TestClient::connect(const std::string& token, bool background) {
     greet();
     proto::ClientMessage hello;
     hello.set_request(++request_);
     hello.mutable_hello()->set_token(token);
     hello.mutable_hello()->set_client("test");
+    hello.mutable_hello()->set_background(background);
     send(hello);
     auto first = receive();
     if (!first) throw std::runtime_error("no answer to hello");
@@ -161,6 +162,19 @@ void TestClient::setView(std::uint64_t id, std::uint32_t width, bool moving, boo
     view.mutable_view()->set_width(width);
     view.mutable_view()->set_height(width);
     send(message);
+}
+
+std::uint64_t TestClient::queueView(std::uint64_t id, std::uint32_t width, bool finalOnly) {
+    proto::ClientMessage message;
+    message.set_request(++request_);
+    auto& view = *message.mutable_set_view();
+    view.set_view_id(id);
+    view.set_final_only(finalOnly);
+    view.set_queued(true);
+    view.mutable_view()->set_width(width);
+    view.mutable_view()->set_height(width);
+    send(message);
+    return request_;
 }
 
 void TestClient::credit(std::uint32_t frames) {

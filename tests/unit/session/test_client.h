@@ -38,7 +38,7 @@ class TestClient {
 
     void greet(wire::Version version = wire::ownVersion);
     /// Greets and says hello; returns the first message.
-    Received connect(const std::string& token);
+    Received connect(const std::string& token, bool background = false);
 
     /// The next message; nothing where the server has closed.
     std::optional<Received> receive();
@@ -57,6 +57,8 @@ class TestClient {
     /// Asks for a layerless view of this size.
     void setView(std::uint64_t id, std::uint32_t width, bool moving = true, bool finalOnly = false,
                  proto::PixelFormat format = proto::SRGB8);
+    /// Likewise, in its turn, exactly. Returns the request.
+    std::uint64_t queueView(std::uint64_t id, std::uint32_t width, bool finalOnly = true);
     void credit(std::uint32_t frames);
 
   private:

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/film_job.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "protocol/scene/check.h"
+
+namespace mote {
+namespace {
+
+constexpr std::uint32_t mostQuality = 63;  // the worst that a codec knows
+constexpr std::uint32_t mostSubframes = 64;
+
+/// The name of a format, and the ending of its files.
+struct Format {
+    std::string_view name, ending;
+};
+constexpr std::array formats{Format{"", "png"}, Format{"png", "png"}, Format{"png16", "png"},
+                             Format{"exr", "exr"}, Format{"jpg", "jpg"}};
+constexpr std::array<std::string_view, 4> videos{"", "mp4", "webm", "gif"};
+constexpr std::array<std::uint32_t, 5> sampleCounts{0, 1, 4, 9, 16};
+
+Error bad(std::string field, std::string message) {
+    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
+}
+
+}  // namespace
+
+Status checkFilmJob(const proto::FilmJob& job) {
+    if (!job.has_script()) return bad("script", "is missing");
+    // Here the script itself is to be held to what scripts are: checkScript(job.script()), "script".
+    if (std::ranges::find(formats, job.format(), &Format::name) == formats.end())
+        return bad("format", "must be png, png16, exr or jpg");
+    if (std::ranges::find(videos, job.video()) == videos.end())
+        return bad("video", "must be mp4, webm or gif, or be left out");
+    if (job.quality() > mostQuality) return bad("quality", fmt::format("must be 0 to {}", mostQuality));
+    if (std::ranges::find(sampleCounts, job.samples()) == sampleCounts.end())
+        return bad("samples", "must be 1, 4, 9 or 16");
+    MOTE_RETURN_IF_ERROR(checkRange(job.shutter_degrees(), 0.0, 360.0, "shutterDegrees"));
+    if (job.subframes() > mostSubframes)
+        return bad("subframes", fmt::format("must be at most {}", mostSubframes));
+    return success();
+}
+
+std::string filmPictureName(const proto::FilmJob& job, std::uint32_t frame) {
+    const auto* const format = std::ranges::find(formats, job.format(), &Format::name);
+    return fmt::format("frame-{:06}.{}", frame, format != formats.end() ? format->ending : "png");
+}
+
+std::string filmVideoName(const proto::FilmJob& job) {
+    return job.video().empty() ? std::string() : "film." + job.video();
+}
+
+}  // namespace mote

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Film jobs: what one may ask for, and what the files that it makes are called. Pure functions.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote {
+
+/// Errors: invalidArgument, with the path of the field within the job.
+Status checkFilmJob(const proto::FilmJob& job);
+
+/// The file of its picture: "frame-000012.png". The job is a checked one, here and below.
+std::string filmPictureName(const proto::FilmJob& job, std::uint32_t frame);
+/// "film.mp4"; empty where no video is asked for.
+std::string filmVideoName(const proto::FilmJob& job);
+
+}  // namespace mote

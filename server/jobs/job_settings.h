@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// JobSettings: where a server keeps its jobs and what each may use. A value.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace mote::server {
+
+struct JobSettings {
+    std::filesystem::path stateDirectory;  ///< made (0700) where absent; holds jobs.sqlite, jobs/ID/, film/
+    std::filesystem::path prep;            ///< the program mote-prep
+    std::filesystem::path frames;          ///< mote-frames; empty: beside `prep`
+    std::filesystem::path supervisor;      ///< mote-supervise; empty: beside `prep`
+    std::vector<std::string> roots;        ///< "NAME=DIR", as the server's --root
+    std::size_t running = 1;    ///< jobs that may run at a time, at least 1; and one film beside them
+    std::size_t queued = 1000;  ///< jobs that may wait
+    std::size_t kept = 1000;    ///< finished jobs that are remembered
+    std::uint64_t memory = 0;   ///< bytes for each job; 0: no limit
+    unsigned threads = 0;       ///< of each job; 0: its own choice
+};
+
+/// The connection file that film jobs read. It has a folder of its own, made by the queue: a process that may
+/// read that folder finds the file of the next server there too.
+inline std::filesystem::path filmConnectionFile(const std::filesystem::path& stateDirectory) {
+    return stateDirectory / "film" / "connection.json";
+}
+
+}  // namespace mote::server

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// bench-background: how much a film that is made in the background takes from a hand that orbits: pictures a
+// second, and how late a picture is of a hand that moves now and then; each beside what it is without the
+// film, and the film's own pictures a second beside those of a film that has the server to itself. A table
+// for people.
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "client/frames/private_server.h"
+#include "protocol/cli/command.h"
+#include "protocol/wire/address.h"
+#include "protocol/wire/connection_file.h"
+#include "tests/bench/orbit/orbit_client.h"
+#include "tests/unit/session/test_client.h"
+
+namespace mote::bench {
+namespace {
+
+struct Options {
+    OrbitSettings orbit;
+    std::filesystem::path dataset;
+    std::optional<std::filesystem::path> connection;
+    std::string device = "cpu";
+    double seconds = 8.0;
+};
+
+constexpr std::chrono::seconds settling{1};
+constexpr double nowAndThen = 2.0;  // views a second
+
+/// Film: a client that asks for exact pictures of a turning view, as many at a time as may wait, on a thread
+/// of its own.
+class Film {
+  public:
+    Film(const proto::ConnectionFile& connection, const OrbitSettings& view)
+        : client_(wire::parseAddress(connection.address())->path), view_(view) {
+        if (!client_.connect(connection.token(), true).message.has_welcome())
+            throw std::runtime_error("the film is not welcome");
+        for (std::uint32_t i = 0; i < wire::maxQueuedViews; ++i) ask();
+        thread_ = std::thread([this] { make(); });
+    }
+    ~Film() {
+        client_.shutdownSend();
+        thread_.join();
+    }
+    Film(const Film&) = delete;
+    Film& operator=(const Film&) = delete;
+
+    int pictures() const { return pictures_; }
+
+  private:
+    void ask() {
+        proto::ClientMessage message;
+        auto& set = *message.mutable_set_view();
+        set.set_view_id(++asked_);
+        set.set_final_only(true);
+        set.set_queued(true);
+        auto& view = *set.mutable_view();
+        view.set_width(view_.width);
+        view.set_height(view_.height);
+        const double angle = 0.02 * static_cast<double>(asked_);
+        for (const double value : {4.0 * std::sin(angle), 0.5, 4.0 * std::cos(angle)})
+            view.mutable_camera()->add_eye(value);
+        for (const double value : {0.0, 0.0, 0.0}) view.mutable_camera()->add_target(value);
+        for (const double value : {0.0, 1.0, 0.0}) view.mutable_camera()->add_up(value);
+        view.add_layers()->set_dataset(view_.dataset);
+        view.mutable_layers(0)->mutable_particles();
+        client_.send(message);
+    }
+
+    void make() {
+        try {
+            while (const auto received = client_.receive()) {
+                if (received->message.has_failure()) {
+                    fmt::print(stderr, "bench-background: {}\n", received->message.failure().message());
+                }
+                if (!received->message.has_frame()) continue;
+                ++pictures_;
+                client_.credit(1);
+                ask();
+            }
+        } catch (const std::exception& failure) {
+            fmt::print(stderr, "bench-background: the film: {}\n", failure.what());
+        }
+    }
+
+    test::TestClient client_;
+    OrbitSettings view_;
+    std::uint64_t asked_ = 0;
+    std::atomic<int> pictures_ = 0;
+    std::thread thread_;
+};
+
+struct Hand {
+    double rate = 0.0, median = 0.0, late = 0.0, worst = 0.0;  ///< pictures a second; ms
+};
+
+class Bench {
+  public:
+    Bench(std::filesystem::path connectionFile, const Options& options)
+        : file_(std::move(connectionFile)), options_(options) {
+        const auto connection = wire::readConnectionFile(file_);
+        if (!connection.ok()) throw std::runtime_error(connection.error().toString());
+        connection_ = *connection;
+    }
+
+    void run() {
+        { OrbitClient(file_, options_.orbit).firstPicture(); }
+        const auto alone = hand({}), aloneNow = hand(nowAndThen);
+        const double filmAlone = film([&] { std::this_thread::sleep_for(duration()); });
+        Hand beside, besideNow;
+        const double filmBeside = film([&] { beside = hand({}); });
+        const double filmNow = film([&] { besideNow = hand(nowAndThen); });
+        const auto again = hand({}), againNow = hand(nowAndThen);
+        fmt::print("{:34} {:>10} {:>8} {:>8} {:>8} {:>10}\n", "", "hand, /s", "p50 ms", "p99 ms", "worst",
+                   "film, /s");
+        row("a hand that orbits", alone, {});
+        row("  beside a film", beside, filmBeside);
+        row("  again without", again, {});
+        row("a hand that moves now and then", aloneNow, {});
+        row("  beside a film", besideNow, filmNow);
+        row("  again without", againNow, {});
+        fmt::print("{:34} {:>10} {:>8} {:>8} {:>8} {:>10.2f}\n", "a film alone", "", "", "", "", filmAlone);
+        fmt::print("frame rate beside a film: {:.0f}% of that without\n", 100.0 * beside.rate / alone.rate);
+    }
+
+  private:
+    OrbitClient::Seconds duration() const { return OrbitClient::Seconds(options_.seconds); }
+
+    Hand hand(std::optional<double> rate) {
+        auto settings = options_.orbit;
+        settings.rate = rate;
+        OrbitClient client(file_, settings);
+        client.orbit(settling);
+        const auto seen = client.orbit(duration());
+        std::vector<double> late;
+        for (const auto& frame : seen.frames) late.push_back(frame.latencyMs);
+        return {static_cast<double>(seen.frames.size()) / seen.seconds, quantile(late, 0.5),
+                quantile(late, 0.99), quantile(late, 1.0)};
+    }
+
+    /// The film's pictures a second while something is done.
+    template <class Work>
+    double film(Work work) {
+        Film made(connection_, options_.orbit);
+        std::this_thread::sleep_for(settling);
+        const int before = made.pictures();
+        const auto begun = std::chrono::steady_clock::now();
+        work();
+        return (made.pictures() - before) /
+               OrbitClient::Seconds(std::chrono::steady_clock::now() - begun).count();
+    }
+
+    static void row(const char* what, const Hand& hand, std::optional<double> film) {
+        fmt::print("{:34} {:>10.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>10}\n", what, hand.rate, hand.median,
+                   hand.late, hand.worst, film ? fmt::format("{:.2f}", *film) : "");
+    }
+
+    std::filesystem::path file_;
+    Options options_;
+    proto::ConnectionFile connection_;
+};
+
+int measure(Options options) {
+    options.orbit.dataset = "data/" + options.dataset.stem().string();
+    if (options.connection) {
+        Bench(*options.connection, options).run();
+        return 0;
+    }
+    const client::Interrupt interrupt;
+    const auto folder = std::filesystem::canonical(options.dataset).parent_path();
+    auto server = client::PrivateServer::start(
+        {client::serverBesideUs(), {"data=" + folder.string()}, options.device}, interrupt);
+    if (!server.ok()) throw std::runtime_error(server.error().toString());
+    Bench((*server)->connectionFile(), options).run();
+    return 0;
+}
+
+}  // namespace
+}  // namespace mote::bench
+
+int main(int argc, char** argv) {
+    mote::bench::Options options;
+    const mote::cli::Program commandLine("A hand orbits while a film is made in the background",
+                                         "bench-background");
+    const auto app = commandLine.command();
+    app.option("dataset", options.dataset, "the folder NAME.mote of particles").required();
+    app.option("--connect", options.connection, "a running server that has it beneath its root \"data\"");
+    app.option("--device", options.device, "of a private server");
+    app.option("--seconds", options.seconds, "of each part").range(1.0, 600.0);
+    app.option("--width", options.orbit.width).range(16, 4096);
+    app.option("--height", options.orbit.height).range(16, 4096);
+    if (const auto end = commandLine.parse(argc, argv)) return *end;
+    try {
+        return mote::bench::measure(std::move(options));
+    } catch (const std::exception& failure) {
+        fmt::print(stderr, "bench-background: {}\n", failure.what());
+        return 1;
+    }
+}

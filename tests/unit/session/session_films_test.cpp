@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What films need of a session: views in a queue, and pictures that give way to everybody else's.
+#include <algorithm>
+#include <random>
+
+#include "storage/storage_error.h"
+#include "tests/unit/session/session_fixture.h"
+
+namespace mote::test {
+namespace {
+
+using SessionFilms = SessionFixture;
+
+proto::Failure failureOf(TestClient& client, std::uint64_t request) {
+    return client.receiveReply(request).message.failure();
+}
+
+TEST_F(SessionFilms, QueuedViewsAreAllAnsweredInTheirOrder) {
+    start();
+    const auto film = client();
+    std::uint64_t asked = 0, seen = 0;
+    while (asked < wire::maxQueuedViews) film->queueView(++asked, 40);
+    while (seen < 200) {
+        const auto frame = film->receiveFrame().message.frame();
+        ASSERT_EQ(frame.view_id(), ++seen);
+        EXPECT_TRUE(frame.final());
+        if (asked < 200) film->queueView(++asked, 40);
+        film->credit(1);
+    }
+    EXPECT_EQ(control_->renders().size(), 200u);
+}
+
+TEST_F(SessionFilms, OneTooManyIsRefusedAndTheOthersStay) {
+    start();
+    control_->closeGate();
+    const auto film = client();
+    for (std::uint64_t id = 1; id <= wire::maxQueuedViews; ++id) film->queueView(id, 40);
+    const auto failure = failureOf(*film, film->queueView(99, 40));
+    EXPECT_EQ(failure.code(), "resource_exhausted");
+    EXPECT_EQ(failure.where(), "queued");
+    EXPECT_FALSE(failure.fatal());
+    control_->openGate();
+    for (std::uint64_t id = 1; id <= wire::maxQueuedViews; ++id) {
+        EXPECT_EQ(film->receiveFrame().message.frame().view_id(), id);
+        film->credit(1);
+    }
+}
+
+TEST_F(SessionFilms, OnlyExactPicturesCanBeQueued) {
+    start();
+    const auto film = client();
+    const auto failure = failureOf(*film, film->queueView(1, 40, false));
+    EXPECT_EQ(failure.code(), "invalid_argument");
+    EXPECT_EQ(failure.where(), "queued");
+    film->queueView(2, 40);
+    EXPECT_EQ(film->receiveFrame().message.frame().view_id(), 2u);
+}
+
+TEST_F(SessionFilms, EachQueuedViewThatFailsIsToldAndTheNextGoesOn) {
+    start();
+    control_->closeGate();
+    const auto film = client();
+    // What fails is random; the answers must say just that.
+    std::mt19937 random(3);
+    std::map<std::uint64_t, std::uint64_t> requests;  // the view of each
+    std::vector<bool> fails;
+    for (std::uint64_t id = 1; id <= wire::maxQueuedViews; ++id) {
+        fails.push_back(random() % 2 == 0);
+        if (fails.back()) {
+            control_->failNext([] {
+                throw storage::StorageError({ErrorCode::corrupt, "step.h5", "differs"});
+            });
+        } else {
+            control_->failNext([] {});
+        }
+        requests[film->queueView(id, 40)] = id;
+    }
+    const auto wrong = std::count(fails.begin(), fails.end(), true);
+    ASSERT_GT(wrong, 3);
+    control_->openGate();
+    std::vector<bool> failed(fails.size(), false);
+    std::uint64_t latest = 0;
+    for (std::size_t i = 0; i < fails.size(); ++i) {
+        const auto got =
+            film->receive([](const auto& message) { return message.has_frame() || message.has_failure(); });
+        if (got.message.has_failure()) {
+            EXPECT_EQ(got.message.failure().code(), "corrupt");
+            failed[requests.at(got.message.reply_to()) - 1] = true;
+        } else {
+            EXPECT_GT(got.message.frame().view_id(), latest);
+            latest = got.message.frame().view_id();
+            film->credit(1);
+        }
+    }
+    EXPECT_EQ(failed, fails);
+}
+
+TEST_F(SessionFilms, FailuresOfAClientThatDoesNotReadTakeNoMemory) {
+    start();
+    const auto film = client();
+    proto::ClientMessage message;
+    auto& set = *message.mutable_set_view();
+    set.set_final_only(true);
+    set.set_queued(true);
+    set.mutable_view()->set_width(64);
+    set.mutable_view()->set_height(64);
+    set.mutable_view()->add_layers()->set_dataset("data/" + std::string(200, 'x'));
+    set.mutable_view()->mutable_layers(0)->mutable_particles();
+    int taken = 0;
+    for (int i = 0; i < 20'000; ++i) taken += film->trySend(message) ? 1 : 0;
+    EXPECT_LT(taken, 20'000) << "it reads on and on";
+    client()->barrier();
+}
+
+TEST_F(SessionFilms, AViewThatIsNotQueuedReplacesTheQueue) {
+    start();
+    control_->closeGate();
+    const auto film = client();
+    for (std::uint64_t id = 1; id <= 5; ++id) film->queueView(id, 40);
+    control_->awaitBegun(1);
+    film->setView(9, 50);
+    control_->awaitBegun(2);
+    control_->openGate();
+    EXPECT_EQ(film->receiveFrame().message.frame().view_id(), 9u);
+    EXPECT_EQ(control_->renders().size(), 2u);
+}
+
+TEST_F(SessionFilms, TheNextPictureIsDrawnWhileNobodyTookTheOneBefore) {
+    start();
+    const auto film = client();
+    for (std::uint64_t id = 1; id <= 5; ++id) film->queueView(id, 40);
+    control_->awaitBegun(2);  // two credits; a third picture would be one too many
+    const auto other = client();
+    other->setView(1, 32);
+    other->receiveFrame();
+    EXPECT_EQ(control_->renders().size(), 3u);
+}
+
+TEST_F(SessionFilms, AViewThatEndedServersIsRefusedAmongOthersOfItsFilm) {
+    server::CrashRecord crashes;
+    settings_.render.crashes = &crashes;
+    proto::View view;
+    view.set_width(65);
+    view.set_height(65);
+    for (int i = 0; i < 2; ++i) crashes.count(view.SerializeAsString());
+    start();
+    const auto film = client();
+    film->queueView(1, 64);
+    EXPECT_EQ(failureOf(*film, film->queueView(2, 65)).code(), "internal");
+    film->queueView(3, 66);
+    // The first may have been received while the failure was waited for.
+    EXPECT_EQ(film->receive([](const auto& message) { return message.frame().view_id() == 3; })
+                  .message.frame()
+                  .width(),
+              66u);
+}
+
+TEST_F(SessionFilms, APictureInTheBackgroundGivesWayToAnybodysAndIsMadeAfterwards) {
+    start();
+    control_->closeGate();
+    const auto film = client(true);
+    const auto script = client();
+    film->queueView(1, 64);
+    control_->awaitBegun(1);
+    script->setView(1, 65, false, true);
+    control_->awaitBegun(2);  // without a stop, the first would wait at the gate for ever
+    control_->openGate();
+    EXPECT_EQ(script->receiveFrame().message.frame().width(), 65u);
+    EXPECT_EQ(film->receiveFrame().message.frame().width(), 64u);
+    const auto renders = control_->renders();
+    ASSERT_EQ(renders.size(), 3u);
+    EXPECT_TRUE(renders[0].stopped);
+}
+
+}  // namespace
+}  // namespace mote::test
