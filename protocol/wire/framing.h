@@ -43,9 +43,6 @@ inline constexpr std::uint32_t measuredFrameCredits = 16;
 /// Views of one client that may wait to be drawn in their turn, that under way included.
 inline constexpr std::uint32_t maxQueuedViews = 16;
 
-/// Queued views that a server keeps of one client; more are refused.
-inline constexpr std::uint32_t maxQueuedViews = 16;
-
 /// Sides of the same major version understand each other; a minor version only adds.
 struct Version {
     std::uint16_t major = 0;

@@ -55,9 +55,9 @@ class ConnectionTest : public testing::Test {
   protected:
     using State = Connection::State;
 
-    void connect(const ConnectionSettings& settings = quietSettings()) {
+    void connect(const ConnectionSettings& settings = quietSettings(), std::uint32_t minor = 0) {
         connection_.emplace(server_.connectionFile(), settings);
-        server_.welcome();
+        server_.welcome(minor);
         ASSERT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::connected; }));
     }
 

@@ -64,7 +64,7 @@ void FakeServer::accept() {
     sendRaw({greeting.begin(), greeting.end()});
 }
 
-void FakeServer::welcome() {
+void FakeServer::welcome(std::uint32_t minor) {
     accept();
     const auto hello = read(proto::ClientMessage::kHello);
     require(hello.hello().token() == token, "the token is another");
@@ -73,6 +73,7 @@ void FakeServer::welcome() {
     message.mutable_welcome()->set_server("fake 1");
     message.mutable_welcome()->set_device("paper");
     message.mutable_welcome()->set_frame_credits(wire::frameCredits);
+    message.mutable_welcome()->set_minor(minor);
     send(message);
 }
 

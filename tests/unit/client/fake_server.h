@@ -29,7 +29,8 @@ class FakeServer {
     /// Accepts a connection and exchanges greetings.
     void accept();
     /// accept(), Hello and Welcome.
-    void welcome();
+    /// `minor`: of the protocol that it speaks.
+    void welcome(std::uint32_t minor = 0);
     proto::ClientMessage read();
     /// The next message with this body; others (pings, credits) are let pass.
     proto::ClientMessage read(proto::ClientMessage::BodyCase body);

@@ -75,7 +75,7 @@ TEST_F(FrameStoreTest, DamageIsNoPicture) {
         const auto read = store_.read(0);
         // A byte of the heading that says nothing about the pixels may change, and zstd's checksum finds the
         // others.
-        if (read.ok()) EXPECT_EQ(read->bytes, pixels(8).bytes) << place;
+        EXPECT_TRUE(!read.ok() || read->bytes == pixels(8).bytes) << place;
     }
 }
 
