@@ -115,13 +115,9 @@ void writeStyle(const ParticlesStyle& style, const glm::dvec3&, proto::Layer& la
 }
 
 void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor) {
-    const bool linked = isLinked(style), bothLinked = linked == isLinked(other);
-    visitor.word(bothLinked);
     visitCurve(visitor, style.volumeOpacity, other.volumeOpacity);
-    if (linked)
-        style.pointFraction = linkedFraction(style.volumeOpacity);
-    else if (bothLinked)
-        visitCurve(visitor, style.pointFraction, other.pointFraction);
+    // Linked to what lies between the volumes they would jump where one of these is nowhere opaque.
+    visitCurve(visitor, style.pointFraction, other.pointFraction);
     visitor.word(style.colorMap == other.colorMap);
     visitor.word(style.opacityByPlot == other.opacityByPlot);
     if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);

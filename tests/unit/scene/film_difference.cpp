@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -77,6 +76,8 @@ Layer withoutCurves(Layer layer) {
     }
     if (auto* const ink = std::get_if<InkStyle>(&layer.style); ink != nullptr && ink->opacity)
         ink->opacity = none;
+    // Without a strength there is none.
+    if (auto* const ink = std::get_if<InkStyle>(&layer.style)) ink->solid = {.strength = 0.5};
     auto* const hybrid = std::get_if<HybridStyle>(&layer.style);
     if (hybrid == nullptr || !hybrid->opacity) return layer;
     const auto& knots = hybrid->opacity->knots();
@@ -87,22 +88,31 @@ Layer withoutCurves(Layer layer) {
     return layer;
 }
 
-double differenceOf(const Curve& a, const Curve& b) {
-    double most = 0.0;
+double knotsApart(const Curve& a, const Curve& b) {
     const auto &ka = a.knots(), &kb = b.knots();
-    if (ka.size() == kb.size()) {
-        for (std::size_t i = 0; i < ka.size(); ++i)
-            most = std::max({most, std::abs(ka[i].x - kb[i].x), std::abs(ka[i].y - kb[i].y)});
-        return most;
-    }
+    if (ka.size() != kb.size()) return 1.0;
+    double most = 0.0;
+    for (std::size_t i = 0; i < ka.size(); ++i)
+        most = std::max({most, std::abs(ka[i].x - kb[i].x), std::abs(ka[i].y - kb[i].y)});
+    return most;
+}
+
+/// Of their values, on average. A step that moves a little differs little; and curves may be alike with other
+/// knots.
+double valuesApart(const Curve& a, const Curve& b) {
     constexpr int samples = 2000;
-    const double low = std::min(ka.front().x, kb.front().x), high = std::max(ka.back().x, kb.back().x);
+    const double low = std::min(a.knots().front().x, b.knots().front().x);
+    const double high = std::max(a.knots().back().x, b.knots().back().x);
     double sum = 0.0;
     for (int i = 0; i < samples; ++i) {
         const double x = low + (high - low) * (i + 0.5) / samples;
         sum += std::abs(a(x) - b(x));
     }
     return sum / samples;
+}
+
+double differenceOf(const Curve& a, const Curve& b) {
+    return std::min(knotsApart(a, b), valuesApart(a, b));
 }
 
 double numbersApart(const std::vector<double>& a, const std::vector<double>& b) {
@@ -112,26 +122,32 @@ double numbersApart(const std::vector<double>& a, const std::vector<double>& b) 
     return a.size() == b.size() ? most : 1.0;
 }
 
-/// What is shown of layers that differ in nothing but numbers.
 struct Shown {
+    std::string words;
     double opacity = 0.0;
     std::vector<double> numbers;
     std::vector<ColoredCurve> curves;
 };
 
-std::multimap<std::string, Shown> shownBy(const View& view) {
-    std::multimap<std::string, Shown> all;
+/// The most visible first.
+std::vector<Shown> shownBy(const View& view) {
+    std::vector<Shown> all;
     for (const auto& layer : view.layers) {
         Layer bare = withoutCurves(layer);
         bare.opacity = 1.0;
+        bare.transform = glm::dmat4(1.0);
         View alone;
         alone.background = view.background;
         alone.layers = {bare};
         Contents contents;
         collect(toProto(alone).layers(0), contents);
-        all.insert({layer.dataset + "#" + std::to_string(layer.step) + contents.words,
-                    {layer.opacity, contents.numbers, curvesOf(layer)}});
+        for (int i = 0; i < 16; ++i) contents.numbers.push_back(layer.transform[i / 4][i % 4]);
+        if (layer.ink())
+            contents.numbers.push_back(layer.ink()->solid.strength * layer.ink()->solid.complexity);
+        all.push_back({layer.dataset + "#" + std::to_string(layer.step) + contents.words, layer.opacity,
+                       contents.numbers, curvesOf(layer)});
     }
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.opacity > b.opacity; });
     return all;
 }
 
@@ -159,13 +175,17 @@ double differenceOf(const Camera& a, const Camera& b) {
 
 double difference(const View& a, const View& b) {
     double most = std::max(differenceOf(a.camera, b.camera), glm::distance(a.background, b.background));
-    auto first = shownBy(a), second = shownBy(b);
-    for (const auto& [words, shown] : first) {
-        const auto found = second.find(words);
-        most = std::max(most, found == second.end() ? shown.opacity : differenceOf(shown, found->second));
-        if (found != second.end()) second.erase(found);
+    auto second = shownBy(b);
+    for (const auto& shown : shownBy(a)) {
+        const auto alike = std::partition(second.begin(), second.end(),
+                                          [&](const auto& other) { return other.words == shown.words; });
+        const auto nearest = std::min_element(second.begin(), alike, [&](const auto& x, const auto& y) {
+            return differenceOf(shown, x) < differenceOf(shown, y);
+        });
+        most = std::max(most, nearest == alike ? shown.opacity : differenceOf(shown, *nearest));
+        if (nearest != alike) second.erase(nearest);
     }
-    for (const auto& [words, shown] : second) most = std::max(most, shown.opacity);
+    for (const auto& shown : second) most = std::max(most, shown.opacity);
     return most;
 }
 

@@ -3,6 +3,10 @@
 // Films that nobody chose: every frame is a view, and none jumps.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <string>
+
 #include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"

@@ -141,7 +141,7 @@ TEST(FilmMoves, PlayOnlyWhatIsThere) {
     EXPECT_EQ(errorOf(script, 0),
               "moves[0].playSteps.dataset: what the view shows has no steps to be played");
     EXPECT_EQ(
-        errorOf(moves("{'seconds': 1, 'zoomTo': {'target': [0, 0, 9e11], 'factor': 1e-9}}"), 5).substr(0, 16),
+        errorOf(moves("{'seconds': 1, 'zoomTo': {'target': [0, 0, 9e11], 'factor': 1e9}}"), 5).substr(0, 16),
         "moves[0].zoomTo:");
 }
 
