@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/frames/video/part_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "protocol/scene/system_error.h"
+
+namespace mote::client {
+namespace {
+
+bool isNamed(int file, const std::filesystem::path& path) {
+    struct stat mine {
+    }, named{};
+    return ::fstat(file, &mine) == 0 && ::lstat(path.c_str(), &named) == 0 && mine.st_dev == named.st_dev &&
+           mine.st_ino == named.st_ino;
+}
+
+/// An open, locked file of that name; or -1, with errno (EWOULDBLOCK: of another process). File systems
+/// without locks do without.
+int openLocked(const std::filesystem::path& path) {
+    constexpr int mostTries = 100;  // each fails only where another process ends in between
+    for (int i = 0; i < mostTries; ++i) {
+        const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (file < 0) return file;
+        const bool busy = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+        if (!busy && isNamed(file, path)) return file;
+        ::close(file);
+        errno = EWOULDBLOCK;
+        if (busy) return -1;
+    }
+    return -1;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& path) {
+    std::error_code code;
+    if (path.filename().empty() || std::filesystem::is_directory(path, code)) {
+        return Error{ErrorCode::alreadyExists, path.string(), "is a folder, where a film should be written"};
+    }
+    const auto hidden = path.parent_path() / fmt::format(".{}.part", path.filename().string());
+    const int file = openLocked(hidden);
+    if (file < 0 && errno == EWOULDBLOCK) {
+        return Error{ErrorCode::alreadyExists, path.string(), "is being written by another process"};
+    }
+    if (file < 0) return systemError(errno, path.string(), "cannot be written");
+    std::unique_ptr<PartFile> part(new PartFile(path, hidden, file));
+    if (::ftruncate(file, 0) != 0) return systemError(errno, path.string(), "cannot be written");
+    return part;
+}
+
+PartFile::PartFile(std::filesystem::path path, std::filesystem::path hidden, int file)
+    : path_(std::move(path)), hidden_(std::move(hidden)), file_(file) {}
+
+PartFile::~PartFile() {
+    if (!published_) ::unlink(hidden_.c_str());
+    ::close(file_);
+}
+
+Status PartFile::publish() {
+    if (::rename(hidden_.c_str(), path_.c_str()) != 0) {
+        return systemError(errno, path_.string(), "cannot be written");
+    }
+    published_ = true;
+    return success();
+}
+
+}  // namespace mote::client

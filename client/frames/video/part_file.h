@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PartFile: a file that grows under a hidden name beside its final one, ".NAME.part", and appears by one
+// rename. It is locked while its owner lives, so that two processes do not write the same film, and so that
+// what a killed process left is taken over and does not stay. One owner, one thread at a time.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+class PartFile {
+  public:
+    /// Makes the hidden file, empty. Errors: those of the system for its folder; alreadyExists: `path` is a
+    /// folder, or another process is writing it.
+    static Result<std::unique_ptr<PartFile>> create(const std::filesystem::path& path);
+    /// Removes the hidden file, unless it was published.
+    ~PartFile();
+    PartFile(const PartFile&) = delete;
+    PartFile& operator=(const PartFile&) = delete;
+
+    const std::filesystem::path& hidden() const { return hidden_; }
+    /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
+    Status publish();
+
+  private:
+    PartFile(std::filesystem::path path, std::filesystem::path hidden, int file);
+
+    std::filesystem::path path_, hidden_;
+    int file_;  ///< holds the lock
+    bool published_ = false;
+};
+
+}  // namespace mote::client

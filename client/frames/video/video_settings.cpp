@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/frames/video/video_settings.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+}
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "client/frames/video/video_codec.h"
+
+namespace mote::client {
+namespace {
+
+constexpr double leastFps = 0.01;  // 100 s a frame: GIF can wait 655 s, and nobody does
+
+Error refused(std::string message) {
+    return {ErrorCode::invalidArgument, "", std::move(message)};
+}
+
+Status checkSize(const VideoSettings& settings, const VideoCodec& codec) {
+    const auto [width, height] = std::pair{settings.width, settings.height};
+    const auto size = fmt::format("a film of {} x {} pixels cannot be {}", width, height, codec.title);
+    if (width < codec.leastSide || height < codec.leastSide) {
+        return refused(fmt::format("{}: each side has {} pixels at least", size, codec.leastSide));
+    }
+    if (width > codec.mostSide || height > codec.mostSide) {
+        return refused(fmt::format("{}: each side has {} pixels at most", size, codec.mostSide));
+    }
+    if (std::uint64_t{width} * height > codec.mostPixels) {
+        return refused(fmt::format("{}: it has {} pixels at most", size, codec.mostPixels));
+    }
+    if (codec.evenSides && (width % 2 != 0 || height % 2 != 0)) {
+        return refused(fmt::format("{}: both sides must be even", size));
+    }
+    return success();
+}
+
+Status checkRate(double fps, const VideoCodec& codec) {
+    if (std::isfinite(fps) && fps >= leastFps && fps <= codec.mostFps) return success();
+    return refused(fmt::format("a {} film has {} to {} frames a second, not {}", codec.title, leastFps,
+                               codec.mostFps, fps));
+}
+
+Status checkQuality(const std::optional<unsigned>& quality, const VideoCodec& codec) {
+    if (!quality) return success();
+    if (!codec.mostCrf) return refused(fmt::format("a {} film has no crf to be set", codec.title));
+    if (*quality <= *codec.mostCrf) return success();
+    return refused(
+        fmt::format("the crf of a {} film is 0 to {}, not {}", codec.title, *codec.mostCrf, *quality));
+}
+
+}  // namespace
+
+std::optional<VideoFormat> videoFormat(std::string_view extension) {
+    if (extension.starts_with('.')) extension.remove_prefix(1);
+    std::string lower(extension);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    for (const auto format : {VideoFormat::mp4, VideoFormat::webm, VideoFormat::gif}) {
+        if (videoCodec(format).container == lower) return format;
+    }
+    return std::nullopt;
+}
+
+std::string_view name(VideoFormat format) {
+    return videoCodec(format).title;
+}
+
+unsigned defaultQuality(VideoFormat format) {
+    return videoCodec(format).defaultCrf;
+}
+
+Status checkVideo(const VideoSettings& settings) {
+    const auto& codec = videoCodec(settings.format);
+    MOTE_RETURN_IF_ERROR(checkSize(settings, codec));
+    MOTE_RETURN_IF_ERROR(checkRate(settings.fps, codec));
+    MOTE_RETURN_IF_ERROR(checkQuality(settings.quality, codec));
+    if (!avcodec_find_encoder_by_name(codec.encoder)) {
+        return Error{
+            ErrorCode::unsupported, "",
+            fmt::format("libavcodec has no {} here, which {} films need", codec.encoder, codec.title)};
+    }
+    if (!av_guess_format(codec.container, nullptr, nullptr)) {
+        return Error{ErrorCode::unsupported, "",
+                     fmt::format("libavformat cannot write {} films here", codec.title)};
+    }
+    return success();
+}
+
+}  // namespace mote::client

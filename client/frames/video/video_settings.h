@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What a film's file is: its container and codec, size, rate, quality. Values and pure functions, any thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+enum class VideoFormat {
+    mp4,   ///< H.264 by libx264
+    webm,  ///< VP9 by libvpx
+    gif,   ///< at most 255 colours, the film's own
+};
+
+/// How many samples of colour an MP4 or WebM film has. Full: one a pixel, what dots of one pixel need, but
+/// some players do not know it. Halved: one for two by two pixels, for every player.
+enum class VideoChroma { full, halved };
+
+struct VideoSettings {
+    VideoFormat format = VideoFormat::mp4;
+    std::uint32_t width = 0;          ///< pixels
+    std::uint32_t height = 0;         ///< pixels
+    double fps = 30;                  ///< frames a second
+    std::optional<unsigned> quality;  ///< the codec's constant rate factor, less is better; without: good
+    VideoChroma chroma = VideoChroma::full;
+};
+
+/// "mp4", "webm" or "gif", with or without a dot before it, in either case.
+std::optional<VideoFormat> videoFormat(std::string_view extension);
+
+/// "MP4", "WebM", "GIF": for sentences.
+std::string_view name(VideoFormat format);
+
+/// The constant rate factor that is used where none is given; 0 for GIF, which has none.
+unsigned defaultQuality(VideoFormat format);
+
+/// Whether such a film can be made here, before anything is drawn. Errors: invalidArgument (a size, rate or
+/// quality that the format cannot hold), unsupported (libavcodec has no such encoder).
+Status checkVideo(const VideoSettings& settings);
+
+}  // namespace mote::client

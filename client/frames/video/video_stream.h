@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// VideoStream: frames of libavcodec's kind into a file of libavformat's, of a size, rate and quality that
+// have been checked. The same frames give the same bytes on any machine with the same libraries: a fixed
+// number of threads, no choice by processor, no dates or versions. One owner, one thread at a time; it has
+// threads of its own.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "client/frames/video/libav.h"
+#include "client/frames/video/video_settings.h"
+
+namespace mote::client {
+
+class VideoStream {
+  public:
+    /// Writes into `file`, which is there; errors name `where`. Errors: unsupported (the encoder takes no
+    /// such film), resourceExhausted, and those of the system.
+    static Result<std::unique_ptr<VideoStream>> open(const std::filesystem::path& file, std::string where,
+                                                     const VideoSettings& settings);
+
+    /// The frame to be filled before each encode(). Errors: resourceExhausted.
+    Result<AVFrame*> frame();
+    /// Errors: those of the system (a full disk), internal.
+    Status encode();
+    /// The end of the file. Errors: as of encode.
+    Status finish();
+
+  private:
+    VideoStream(std::string where, const VideoSettings& settings);
+    Status openEncoder();
+    Status openFile(const std::filesystem::path& file);
+    Status send(const AVFrame* frame);
+    Status write(AVPacket& packet);
+    /// Where frame `index` lies, in the encoder's unit of time.
+    std::int64_t timeOf(std::int64_t index) const;
+    Error failed(int code) const;
+
+    std::string where_;
+    VideoSettings settings_;
+    AVRational rate_;  ///< frames a second
+    CodecOwner encoder_;
+    OutputOwner output_;
+    FrameOwner frame_;
+    PacketOwner packet_;
+    std::int64_t frames_ = 0;  ///< encoded so far
+};
+
+}  // namespace mote::client
