@@ -80,11 +80,15 @@ Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& backgrou
     }
 }
 
+/// Of those of which there is something.
 Bounds layersBounds(const std::vector<Layer>& layers) {
-    if (layers.empty()) return plotBounds;
-    Bounds bounds = plotBounds.transformed(layers.front().transform);
-    for (const auto& layer : layers) bounds = bounds.united(plotBounds.transformed(layer.transform));
-    return bounds;
+    std::optional<Bounds> bounds;
+    for (const auto& layer : layers) {
+        if (!(layer.opacity > 0.0)) continue;
+        const Bounds here = plotBounds.transformed(layer.transform);
+        bounds = bounds ? bounds->united(here) : here;
+    }
+    return bounds.value_or(plotBounds);
 }
 
 }  // namespace

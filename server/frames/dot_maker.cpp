@@ -61,9 +61,11 @@ Status checkDots(const View& view, const StippleStyle& style) {
                  fmt::format("asks for up to {:.0f} dots; a picture may have {:.0f}", dots, mostDots)};
 }
 
-void addDots(render::Scene& scene, const render::Dots& dots) {
+void addDots(render::Scene& scene, const render::Dots& dots, double opacity) {
     auto all = scene.dots ? std::make_shared<render::Dots>(*scene.dots) : std::make_shared<render::Dots>();
+    const std::size_t before = all->size();
     all->insert(all->end(), dots.begin(), dots.end());
+    for (std::size_t i = before; i < all->size(); ++i) (*all)[i].opacity *= static_cast<float>(opacity);
     scene.dots = std::move(all);
 }
 

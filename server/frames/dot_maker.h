@@ -63,7 +63,7 @@ class DrawnPhotographs {
 /// Whether a view may ask for so many dots on the plane. Errors: resourceExhausted.
 Status checkDots(const View& view, const StippleStyle& style);
 
-/// Puts dots behind those that are in a scene.
-void addDots(render::Scene& scene, const render::Dots& dots);
+/// Puts dots of a layer of some opacity behind those that are in a scene.
+void addDots(render::Scene& scene, const render::Dots& dots, double opacity);
 
 }  // namespace mote::server

@@ -88,6 +88,22 @@ Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& 
     return history.quality.worthIntermediate(loadOf(scene, history)) ? Stage::intermediate : Stage::exact;
 }
 
+/// What is seen beside the dots of layer `index`, which stipples those before it: what it leaves of them, and
+/// those after it.
+View besideDots(View view, std::size_t index) {
+    const auto dots = view.layers.begin() + static_cast<std::ptrdiff_t>(index);
+    const double left = 1.0 - dots->opacity;
+    std::for_each(view.layers.begin(), dots, [left](Layer& layer) { layer.opacity *= left; });
+    view.layers.erase(left > 0.0 ? dots : view.layers.begin(), dots + 1);
+    return view;
+}
+
+/// Whether there is anything of any layer.
+bool anything(const View& view) {
+    return std::any_of(view.layers.begin(), view.layers.end(),
+                       [](const Layer& layer) { return layer.opacity > 0.0; });
+}
+
 }  // namespace
 
 PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs)
@@ -169,19 +185,20 @@ Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& v
                                                                    const RenderJob& job,
                                                                    PictureHistory& history, Making& why) {
     const auto at = static_cast<std::ptrdiff_t>(index);
+    const Layer& layer = view.layers[index];
     View before = view;
-    View after = view;
     before.layers.erase(before.layers.begin() + at, before.layers.end());
-    after.layers.erase(after.layers.begin(), after.layers.begin() + at + 1);
     const std::optional<render::Scene> none;
+    // Dots that are on their way take one step, not two, where they are also seen themselves.
+    DotHistory shown = layer.opacity < 1.0 ? history.dots : DotHistory();
     MOTE_ASSIGN_OR_RETURN(const auto drawn, sceneOf(before, job, history.dots, why));
     if (!drawn) return none;
-    const auto dots = stippled(*drawn, view.layers[index], job, history, why);
+    const auto dots = stippled(*drawn, layer, job, history, why);
     if (!dots.ok()) return inLayer(index, dots.error());
     if (!*dots) return none;
-    DotHistory atOnce;  // what lies in front of a drawing does not fade in
-    auto scene = sceneOf(after, job, atOnce, why);
-    if (scene.ok() && *scene) addDots(**scene, **dots);
+    shown.layers.resize(index);  // what lies in front of a drawing does not fade in
+    auto scene = sceneOf(besideDots(view, index), job, shown, why);
+    if (scene.ok() && *scene) addDots(**scene, **dots, layer.opacity);
     return scene;
 }
 
@@ -189,7 +206,9 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
                                                            Making& why) {
     View view = job.task->view;
     MOTE_RETURN_IF_ERROR(fitLayers(view, steps_));
-    const auto stipples = [](const Layer& layer) { return layer.stipple() && layer.stipple()->sourceLayers; };
+    const auto stipples = [](const Layer& layer) {
+        return layer.opacity > 0.0 && layer.stipple() && layer.stipple()->sourceLayers;
+    };
     const auto found = std::find_if(view.layers.begin(), view.layers.end(), stipples);
     if (found == view.layers.end()) return sceneOf(view, job, history.dots, why);
     const auto index = static_cast<std::size_t>(found - view.layers.begin());
@@ -239,7 +258,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
     const double renderMs = milliseconds(Clock::now() - planned);
     const double share = shareOf(*plan, quality);
     // What surfaces take is taken by their plan.
-    if (!scene.view.layers.empty())
+    if (anything(scene.view))
         learn(history, scene, *picture, quality, share, milliseconds(Clock::now() - planning));
     MadePicture made{*std::move(picture),
                      {},

@@ -12,9 +12,24 @@
 #include "server/frames/layer_kinds.h"
 
 namespace mote::server {
+namespace {
+
+/// A layer of which there is nothing: what it would be drawn from must exist, but is not asked for.
+Result<LayerPart> nothingOf(const Layer& layer, StepSource& data) {
+    MOTE_RETURN_IF_ERROR(data.dataset(layer.dataset));
+    const StippleStyle* const stipple = layer.stipple();
+    if (stipple != nullptr && !stipple->image.empty()) {
+        const auto image = data.dataset(stipple->image);
+        if (!image.ok()) return Error{image.error().code, "stipple.image", image.error().message};
+    }
+    return LayerPart([](render::Scene&, std::size_t, const auto&) { return DotHistory::Layer(); });
+}
+
+}  // namespace
 
 Status fitLayers(View& view, StepSource& data) {
     if (!view.cameraFitted) return success();
+<<<<<<< HEAD
     std::vector<std::optional<Bounds>> boxes;
     for (const Layer& layer : view.layers) {
         boxes.emplace_back();
@@ -23,6 +38,18 @@ Status fitLayers(View& view, StepSource& data) {
         const auto found = data.dataset(layer.dataset);
         if (!found.ok()) return inLayer(boxes.size() - 1, found.error());
         boxes.back() = datasetBounds(*found->manifest);
+=======
+    std::optional<Bounds> all;
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const Layer& layer = view.layers[i];
+        if (!(layer.opacity > 0.0)) continue;
+        const auto found =
+            std::visit([&](const auto& style) { return boundsOf(style, layer, data); }, layer.style);
+        if (!found.ok()) return inLayer(i, found.error());
+        if (!*found) continue;
+        const Bounds bounds = (*found)->transformed(layer.transform);
+        all = all ? all->united(bounds) : bounds;
+>>>>>>> opacity
     }
     mote::fitLayers(view, boxes);
     return success();
@@ -33,7 +60,9 @@ Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob
     std::vector<LayerPart> parts;
     for (const Layer& layer : view.layers) {
         const LayerRequest asked{view, layer, job, data, photographs};
-        auto part = std::visit([&](const auto& style) { return partOf(style, asked); }, layer.style);
+        auto part = layer.opacity > 0.0
+                        ? std::visit([&](const auto& style) { return partOf(style, asked); }, layer.style)
+                        : nothingOf(layer, data);
         if (!part.ok()) return inLayer(parts.size(), part.error());
         parts.push_back(*std::move(part));
     }

@@ -24,6 +24,7 @@ double determinant(const std::array<glm::dvec3, 3>& rows) {
 MeshHits::MeshHits(const View& view, const Layer& layer, const render::MeshSurface& surface)
     : view_(view),
       style_(*layer.mesh()),
+      opacity_(style_.opacity * layer.opacity),
       toEye_(view.camera.worldToEye() * layer.transform),
       gap_(1e-4 * glm::length(surface.bounds().size())),
       pixels_(view.height / (2.0 * view.camera.halfHeight())),
@@ -145,7 +146,7 @@ void MeshHits::addPixel(std::uint32_t column, std::uint32_t row, const std::vect
     left.fill(1.0);
     double all = samples.size();
     for (const auto& one : met) {
-        const double lost = left[one.sample] * style_.opacity;
+        const double lost = left[one.sample] * opacity_;
         if (lost > 0.0) hits.push_back({column, one.depth, std::min(lost / all, 1.0), one.color});
         left[one.sample] -= lost;
         all -= lost;

@@ -49,6 +49,7 @@ class MeshHits {
 
     const View& view_;
     const MeshStyle& style_;
+    double opacity_;  // of a surface
     glm::dmat4 toEye_;
     double gap_;  // off the surface, where rays to the light begin
     double pixels_;

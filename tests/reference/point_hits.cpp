@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "protocol/scene/drawn_points.h"
 
@@ -53,6 +54,7 @@ PointHits::PointHits(const render::Scene& scene,
     : width_(scene.view.width), height_(scene.view.height) {
     ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
+        if (!(scene.view.layers[layer].opacity > 0.0)) continue;
         if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
         if (scene.view.layers[layer].mesh() != nullptr)
             meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
@@ -67,8 +69,11 @@ PointHits::PointHits(const render::Scene& scene,
 void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
     const render::FramePlan plan{
         .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
-    const Layer& of = scene.view.layers[layer];
-    inks_.push_back(render::inkOf(of, *of.ink(), render::inkDataOf(scene, layer), plan, 1.0, {}));
+    Layer whole = scene.view.layers[layer];
+    const double opacity = std::exchange(whole.opacity, 1.0);
+    inks_.push_back(render::inkOf(whole, *whole.ink(), render::inkDataOf(scene, layer), plan, 1.0, {}));
+    for (auto& fragment : inks_.back().fragments) fragment.opacity *= static_cast<float>(opacity);
+    inks_.back().strokes.opacity = static_cast<float>(opacity);
     strokes_.emplace_back(scene.view, inks_.back().strokes);
 }
 
@@ -106,7 +111,7 @@ void PointHits::addDots(const render::Scene& scene) {
         const double alpha = dot.opacity * std::min(1.0, 3.0 * radius * radius);
         const bool near = std::isfinite(dot.depth) && dot.depth < nearestDepth(view.camera);
         if (!near && alpha > 0.0)
-            spots_.push_back({number, dot.depth, alpha, dot.color, dot.x, dot.y, soft + 0.5});
+            spots_.push_back({number, dot.depth, alpha, 1.0, dot.color, dot.x, dot.y, soft + 0.5});
         ++number;
     }
 }
@@ -122,8 +127,8 @@ void PointHits::addPoint(const View& view, std::uint32_t layer, const glm::dvec3
     const bool small = style.pointSize <= 1.0;
     const double ink = small ? style.pointSize * style.pointSize : 1.0;
     if (small) markAmbiguous(px, py);
-    spots_.push_back({layer, depth, ink * style.pointOpacity, style.pointColor, px, py,
-                      small ? 0.0 : 0.5 * style.pointSize + 0.5});
+    spots_.push_back({layer, depth, ink * style.pointOpacity, view.layers[layer].opacity, style.pointColor,
+                      px, py, small ? 0.0 : 0.5 * style.pointSize + 0.5});
 }
 
 void PointHits::markAmbiguous(double px, double py) {
@@ -162,7 +167,8 @@ RowHits PointHits::row(std::uint32_t row) const {
         const Spot& spot = spots_[i];
         const auto [first, end] = touched(spot.x, spot.reach, width_);
         for (auto column = first; column < end; ++column) {
-            const double alpha = spot.alpha * coverage(spot, column, row);
+            const double whole = spot.alpha * coverage(spot, column, row);
+            const double alpha = 1.0 - std::pow(1.0 - whole, spot.layerOpacity);
             if (alpha > 0.0) result.hits_.push_back({column, spot.depth, alpha, spot.color});
         }
     }

@@ -47,7 +47,8 @@ class PointHits {
     struct Spot {
         std::uint32_t layer;  ///< or, after all layers, the dot
         double depth;
-        double alpha;  ///< before coverage
+        double alpha;         ///< before coverage
+        double layerOpacity;  ///< of a point's layer; of a dot's it is in `alpha`
         glm::dvec3 color;
         double x, y;   ///< pixels
         double reach;  ///< beyond which, across and down, nothing is covered; 0: within one pixel

@@ -50,12 +50,14 @@ class Renderer {
         : view_(scene.view), hits_(scene, options.strokes), samplesPerCell_(options.samplesPerCell) {
         for (std::size_t i = 0; i < view_.layers.size(); ++i) {
             const Layer& layer = view_.layers[i];
+            if (!(layer.opacity > 0.0)) continue;
             if (const ParticlesStyle* const style = layer.particles())
                 fields_.push_back(std::make_unique<VolumeField>(*scene.steps[i], *style));
             else if (layer.hybrid() != nullptr)
                 fields_.push_back(std::make_unique<HybridField>(*scene.hybrids[i], layer, view_.camera));
             else
                 continue;
+            opacity_.push_back(layer.opacity);
             within_.push_back(fields_.back()->within());
             eyeToLayer_.push_back(glm::inverse(view_.camera.worldToEye() * layer.transform));
         }
@@ -149,7 +151,7 @@ class Renderer {
             if (depth < rays[i].enter || depth > rays[i].leave) continue;
             const VolumeMatter matter = fields_[i]->at(rays[i].at(depth));
             // Extinction is per length of layer space: here per depth.
-            const double here = matter.extinction * glm::length(rays[i].perDepth);
+            const double here = opacity_[i] * matter.extinction * glm::length(rays[i].perDepth);
             if (here <= 0.0) continue;
             extinction += here;
             emission += here * matter.color;
@@ -164,6 +166,7 @@ class Renderer {
     PointHits hits_;
     double samplesPerCell_;
     std::vector<std::unique_ptr<Volume>> fields_;
+    std::vector<double> opacity_;  // of their layers
     std::vector<std::vector<HalfSpace>> within_;
     std::vector<glm::dmat4> eyeToLayer_;
 };

@@ -64,8 +64,8 @@ double StrokeHits::areaDepthAt(std::uint32_t column, std::uint32_t row) const {
 
 void StrokeHits::addPixel(std::uint32_t column, std::uint32_t row, std::vector<Hit>& hits) const {
     const auto add = [&](double depth, double alpha) {
-        if (alpha > 0.0 && depth >= nearestDepth(view_.camera))
-            hits.push_back({column, depth, std::min(alpha, 1.0), strokes_.color});
+        if (alpha * strokes_.opacity > 0.0 && depth >= nearestDepth(view_.camera))
+            hits.push_back({column, depth, std::min(alpha, 1.0) * strokes_.opacity, strokes_.color});
     };
     const glm::dvec2 middle(column + 0.5, row + 0.5);
     for (const auto& line : strokes_.lines) {

@@ -36,8 +36,8 @@ struct Run {
 bool failed(const Run& run, const Verdict& verdict) {
     if (verdict.kind == Verdict::Kind::broken || verdict.kind == Verdict::Kind::dead) return true;
     if (verdict.kind == Verdict::Kind::undecided) return false;
-    return run.check == "difference" ? verdict.psnr < run.below
-                                     : run.check == "bytes" && verdict.worst > run.most;
+    if (run.check == "bytes") return verdict.worst > run.most;
+    return run.check != "survival" && verdict.psnr < run.below;
 }
 
 /// A view that is shrunk stays below 35 dB where it was, so that what is left has the same cause.
@@ -120,10 +120,10 @@ void addOptions(const mote::cli::Command& app, Run& run) {
     app.option("--first", run.first, "number of the first view of the series");
     app.option("--count", run.count, "how many views");
     app.option("--pixels", run.pixels, "most pixels of a picture");
-    app.option("--check", run.check, "difference, survival or bytes");
+    app.option("--check", run.check, "difference, survival, bytes or dissolve");
     app.option("--device", run.device, "cpu, egl or ranks");
     app.option("--vectors", run.vectors, "the only ones that are used: avx-512, avx2, sse4, ssse3, scalar");
-    app.option("--below", run.below, "dB: what is a failure of \"difference\"");
+    app.option("--below", run.below, "dB: what is a failure of \"difference\" and \"dissolve\"");
     app.option("--most", run.most, "steps of 255: beyond is a failure of \"bytes\"");
     app.option("--keep", run.keep, "folder for views that fail, whole and shrunk");
     app.option("--record", run.record,

@@ -46,10 +46,10 @@ render::Dot onScreen(const std::string& form, const View& view, Random& random) 
     return dot;
 }
 
-void addLook(render::Dot& dot, double value, const StippleStyle& style) {
+void addLook(render::Dot& dot, double value, const StippleStyle& style, double opacity) {
     dot.radius =
         static_cast<float>(0.5 * (style.leastDotSize + value * (style.dotSize - style.leastDotSize)));
-    dot.opacity = static_cast<float>(style.opacity);
+    dot.opacity = static_cast<float>(style.opacity * opacity);
     dot.color = style.colorMap ? (*style.colorMap)(value) : style.color;
 }
 
@@ -62,6 +62,7 @@ std::span<const std::string_view> dotForms() {
 
 void addDots(const std::string& form, std::uint32_t number, const Layer& layer, const View& view,
              render::Dots& dots) {
+    if (!(layer.opacity > 0.0)) return;
     const StippleStyle& style = *layer.stipple();
     Random random(number + 64 * std::uint64_t{layer.step}, 3);
     const std::uint64_t count = std::array<std::uint64_t, 4>{300, 40, 1, 0}[number % 4];
@@ -72,7 +73,7 @@ void addDots(const std::string& form, std::uint32_t number, const Layer& layer, 
         const double value = random.unit();
         if (!dot) continue;
         dots.push_back(*dot);
-        addLook(dots.back(), value, style);
+        addLook(dots.back(), value, style, layer.opacity);
     }
 }
 

@@ -33,6 +33,13 @@ TEST(Generator, ViewsAreTheSameAfterAFile) {
     }
 }
 
+/// How much there is of which kind of layer.
+std::string fadedOf(const proto::Layer& layer) {
+    const std::string kind = std::to_string(layer.kind_case());
+    if (layer.opacity() == 0.0) return "nothing of " + kind;
+    return (layer.opacity() == 1.0 ? "all of " : "some of ") + kind;
+}
+
 /// What some view has, by name.
 std::set<std::string> featuresOf(const proto::View& view) {
     std::set<std::string> has;
@@ -46,6 +53,8 @@ std::set<std::string> featuresOf(const proto::View& view) {
         has.insert("step " + std::to_string(layer.step()));
         has.insert("kind " + std::to_string(layer.kind_case()));
         if (layer.transform().empty()) has.insert("identity");
+        if (!layer.has_opacity()) has.insert("all of a layer");
+        if (layer.has_opacity()) has.insert(fadedOf(layer));
         if (layer.has_hybrid()) {
             has.insert("representation " + layer.hybrid().representation());
             has.insert("shape " + layer.hybrid().point_shape());
@@ -76,6 +85,19 @@ TEST(Generator, ReachesTheEndsOfTheSchema) {
                                       "kind 5",
                                       "kind 6",
                                       "identity",
+                                      "all of a layer",
+                                      "nothing of 4",
+                                      "nothing of 5",
+                                      "nothing of 6",
+                                      "nothing of 7",
+                                      "nothing of 8",
+                                      "some of 4",
+                                      "some of 5",
+                                      "some of 6",
+                                      "some of 7",
+                                      "some of 8",
+                                      "all of 4",
+                                      "all of 5",
                                       "representation points",
                                       "representation residual",
                                       "representation volume",

@@ -91,6 +91,7 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"InkStyle.Silhouettes.width", {0.1, 64.0}},
         {"InkStyle.Solid.complexity", {0.0, 1.0}},
         {"InkStyle.Solid.strength", {0.0, 1.0}},
+        {"Layer.opacity", {0.0, 1.0}},
         {"Layer.transform", {-1e9, 1e9}},
         {"Light.ambient", {0.0, 1.0}},
         {"Light.diffuse", {0.0, 1.0}},

@@ -6,6 +6,7 @@
 
 #include "tests/views/bytes_check.h"
 #include "tests/views/difference_check.h"
+#include "tests/views/dissolve_check.h"
 #include "tests/views/survival_check.h"
 
 namespace mote::test {
@@ -24,7 +25,8 @@ std::unique_ptr<ViewCheck> viewCheckOf(const std::string& check, const std::stri
     if (check == "difference") return std::make_unique<DifferenceCheck>(drawerOf(device));
     if (check == "survival") return std::make_unique<SurvivalCheck>(drawerOf(device));
     if (check == "bytes") return std::make_unique<BytesCheck>();
-    throw std::invalid_argument("there are no checks but difference, survival and bytes");
+    if (check == "dissolve") return std::make_unique<DissolveCheck>(drawerOf(device));
+    throw std::invalid_argument("there are no checks but difference, survival, bytes and dissolve");
 }
 
 }  // namespace mote::test

@@ -6,6 +6,7 @@
 // "difference": a device's exact picture against the reference. "survival": a device draws the view at
 // several qualities and gives a picture of the right size each time, or says in a sentence why it cannot.
 // "bytes": the cpu device draws the same with every kind of vectors and with one, two and three threads.
+// "dissolve": of two layers in place of each of matter, which share its opacity, a device draws the same.
 #pragma once
 
 #include <memory>

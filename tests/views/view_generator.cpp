@@ -59,6 +59,15 @@ void drawInInk(const DatasetName& data, proto::Layer& layer) {
     if (random.chance(share)) *layer.mutable_ink() = anyInkStyle(random, ViewData::traits(data));
 }
 
+/// Some layers come or go, in films. By numbers of their own, too.
+void fade(const DatasetName& data, proto::Layer& layer) {
+    constexpr double share = 0.3, nothing = 0.15;
+    Random random(layer.ByteSizeLong(), 64 + data.number);
+    if (!random.chance(share)) return;
+    const double some = anyShare(random);
+    layer.set_opacity(random.chance(nothing) ? 0.0 : some);
+}
+
 /// A layer of any dataset, without its transform.
 proto::Layer anyLayer(Random& random, const DatasetName& data) {
     proto::Layer layer;
@@ -73,6 +82,7 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
     else if (data.kind == DataKind::mesh)
         *layer.mutable_mesh() = anyMeshStyle(random);
     drawInInk(data, layer);
+    fade(data, layer);
     return layer;
 }
 

@@ -72,7 +72,7 @@ std::string ViewReport::toString() const {
     std::string text = fmt::format(
         "{} views: {} measured, {} undecided, {} broken, {} dead; reference {:.1f} s, device {:.1f} s\n",
         verdicts_.size(), count(measured), count(undecided), count(broken), count(dead), reference, device);
-    if (check_ == "difference") text += nearness();
+    if (byNearness()) text += nearness();
     return check_ == "survival" ? text : text + steps();
 }
 
@@ -83,7 +83,7 @@ bool ViewReport::good() const {
     for (const auto& [view, verdict] : verdicts_) {
         if (verdict.kind != measured) continue;
         if (check_ == "bytes" && verdict.worst > closeBytes) return false;
-        if (check_ != "difference") continue;
+        if (!byNearness()) continue;
         ++decided;
         if (verdict.psnr < near) ++far;
         if (verdict.psnr < nearest) return false;

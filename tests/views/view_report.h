@@ -23,6 +23,8 @@ class ViewReport {
     bool good() const;
 
   private:
+    /// Whether it is of how near pictures are to others.
+    bool byNearness() const { return check_ == "difference" || check_ == "dissolve"; }
     std::size_t count(Verdict::Kind kind) const;
     std::string nearness() const;
     std::string steps() const;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/views/view_check.h"
+#include "tests/views/view_data.h"
 #include "tests/views/view_drawer.h"
 #include "tests/views/view_generator.h"
 #include "tests/views/view_report.h"
@@ -47,6 +48,33 @@ TEST_P(FixedViews, Survive) {
     for (std::uint64_t i = 0; i < GetParam().count; ++i) {
         const auto verdict = check->check(generatedView(2, i, {65536}));
         EXPECT_EQ(verdict.kind, Kind::measured) << i << ": " << verdict.text;
+    }
+}
+
+/// Layers of matter in place of which there are two that share their opacity.
+TEST_P(FixedViews, StayWhatTheyAreWhereTheyDissolve) {
+    const auto check = viewCheckOf("dissolve", GetParam().device);
+    for (std::uint64_t i = 0; i < GetParam().count; ++i) {
+        const auto verdict = check->check(generatedView(4, i, {400}));
+        ASSERT_EQ(verdict.kind, Kind::measured) << i << ": " << verdict.text;
+        EXPECT_GE(verdict.psnr, 45.0) << i;
+    }
+}
+
+/// A layer of which there is nothing is as good as none.
+TEST_P(FixedViews, AreTheSameWithoutWhatIsNotThere) {
+    const auto drawer = drawerOf(GetParam().device);
+    ViewData data;
+    for (std::uint64_t i = 0; i < GetParam().count; ++i) {
+        auto with = generatedView(8, i, {400}), without = with;
+        if (with.layers().empty()) continue;
+        const int index = static_cast<int>(i % static_cast<std::uint64_t>(with.layers_size()));
+        with.mutable_layers(index)->set_opacity(0.0);
+        without.mutable_layers()->DeleteSubrange(index, 1);
+        const auto pixels = [&](const proto::View& view) {
+            return drawer->draw(*data.scene(view), render::Quality::exact()).pixels;
+        };
+        EXPECT_EQ(pixels(with), pixels(without)) << i;
     }
 }
 

@@ -77,6 +77,7 @@ PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page) {
     for (auto list = drawing.strokes.rbegin(); list != drawing.strokes.rend(); ++list) {
         auto ink = inkOnPage(**list, drawing.width, drawing.height, page.plotter);
         ink.color = encoded((*list)->color);
+        ink.opacity = (*list)->opacity;
         ink.name = "ink " + hexColor(ink.color);
         placed.inks.push_back(std::move(ink));
     }

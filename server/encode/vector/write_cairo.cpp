@@ -84,12 +84,13 @@ void paintBeneath(cairo_t* context, const PageDrawing& drawing) {
     }
 }
 
-/// PostScript knows no transparency, and Cairo would make the whole page an image for it: there a dot is as
-/// pale as it would be on the background.
-void setColor(cairo_t* context, const PageDot& dot, const PageDrawing& drawing, bool blend) {
-    const auto opacity = static_cast<float>(dot.opacity);
-    const auto color = blend ? dot.color * opacity + drawing.background * (1.0F - opacity) : dot.color;
-    cairo_set_source_rgba(context, color.x, color.y, color.z, blend ? 1.0 : dot.opacity);
+/// PostScript knows no transparency, and Cairo would make the whole page an image for it: there a dot, or
+/// ink, is as pale as it would be on the background.
+template <class Mark>
+void setColor(cairo_t* context, const Mark& mark, const PageDrawing& drawing, bool blend) {
+    const auto opacity = static_cast<float>(mark.opacity);
+    const auto color = blend ? mark.color * opacity + drawing.background * (1.0F - opacity) : mark.color;
+    cairo_set_source_rgba(context, color.x, color.y, color.z, blend ? 1.0 : mark.opacity);
 }
 
 /// A stroke with a round pen, of no length or nearly none: smaller by far than a path of four curves.
@@ -119,7 +120,6 @@ void addOutline(cairo_t* context, std::span<const glm::dvec2> points) {
 }
 
 void drawInk(cairo_t* context, const PageInk& ink) {
-    cairo_set_source_rgb(context, ink.color.x, ink.color.y, ink.color.z);
     cairo_set_fill_rule(context, CAIRO_FILL_RULE_EVEN_ODD);
     for (const auto& area : ink.areas) {
         for (std::size_t i = 0; i < area.size(); ++i) addOutline(context, area.of(i));
@@ -140,7 +140,7 @@ void drawInk(cairo_t* context, const PageInk& ink) {
 }
 
 /// In pixels of the picture, and beyond its edge nothing.
-void drawInks(cairo_t* context, const PageDrawing& drawing) {
+void drawInks(cairo_t* context, const PageDrawing& drawing, bool blend) {
     if (drawing.inks.empty()) return;
     const auto& layout = drawing.layout;
     cairo_save(context);
@@ -150,7 +150,10 @@ void drawInks(cairo_t* context, const PageDrawing& drawing) {
     cairo_scale(context, layout.scale, layout.scale);
     cairo_set_line_cap(context, CAIRO_LINE_CAP_ROUND);
     cairo_set_line_join(context, CAIRO_LINE_JOIN_ROUND);
-    for (const auto& ink : drawing.inks) drawInk(context, ink);
+    for (const auto& ink : drawing.inks) {
+        setColor(context, ink, drawing, blend);
+        drawInk(context, ink);
+    }
     cairo_restore(context);
 }
 
@@ -188,7 +191,7 @@ Result<Bytes> writeCairo(const PageDrawing& drawing, proto::Page::Format format)
     const Context context(cairo_create(surface.get()));
     cairo_scale(context.get(), pointsPerMm, pointsPerMm);
     paintBeneath(context.get(), drawing);
-    drawInks(context.get(), drawing);
+    drawInks(context.get(), drawing, format == proto::Page::EPS);
     drawDots(context.get(), drawing, format == proto::Page::EPS);
     cairo_show_page(context.get());
     if (const auto status = cairo_status(context.get()); status != CAIRO_STATUS_SUCCESS)

@@ -24,6 +24,11 @@ std::string number(double value) {
     return text == "-0" ? "0" : text;
 }
 
+/// The attribute of a fill or a stroke that is not opaque.
+std::string faded(const char* what, double opacity) {
+    return opacity < 1.0 ? fmt::format(" {}-opacity=\"{}\"", what, number(opacity)) : std::string();
+}
+
 /// RFC 4648, section 4.
 std::string base64(const std::vector<std::uint8_t>& bytes) {
     constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -109,11 +114,11 @@ class SvgText {
             fmt::format(" transform=\"translate({} {}) scale({:.9g})\"", number(drawing_.layout.left),
                         number(drawing_.layout.top), drawing_.layout.scale / inkUnits);
         beginLayer(index + 1, ink.name, place);
-        add("<g fill=\"{}\" fill-rule=\"evenodd\">\n", hexColor(ink.color));
+        add("<g fill=\"{}\"{} fill-rule=\"evenodd\">\n", hexColor(ink.color), faded("fill", ink.opacity));
         for (const auto& outlines : ink.areas) addPaths(outlines, "", "z");
         if (ink.outlines.size() > 0) addPaths(ink.outlines, " fill-rule=\"nonzero\"", "z");
-        add("</g>\n<g fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
-            hexColor(ink.color));
+        add("</g>\n<g fill=\"none\" stroke=\"{}\"{} stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
+            hexColor(ink.color), faded("stroke", ink.opacity));
         for (const auto& [width, lines] : ink.lines)
             addPaths(lines, fmt::format(" stroke-width=\"{}\"", number(width * inkUnits)), "");
         add("</g>\n</g>\n");
@@ -159,15 +164,13 @@ class SvgText {
     void addCircle(const PageDot& dot) {
         add("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"", number(dot.x), number(dot.y),
             number(dot.radius), hexColor(dot.color));
-        if (dot.opacity < 1.0) add(" fill-opacity=\"{}\"", number(dot.opacity));
-        add("/>\n");
+        text_ += faded("fill", dot.opacity) + "/>\n";
     }
 
     void addStroke(const PageDot& dot) {
         add("<path d=\"M{} {}h{}\" stroke=\"{}\" stroke-width=\"{}\"", number(dot.x - 0.5 * strokeLength),
             number(dot.y), number(strokeLength), hexColor(dot.color), number(2.0 * dot.radius));
-        if (dot.opacity < 1.0) add(" stroke-opacity=\"{}\"", number(dot.opacity));
-        add("/>\n");
+        text_ += faded("stroke", dot.opacity) + "/>\n";
     }
 
     const PageDrawing& drawing_;

@@ -134,7 +134,8 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
     for (const auto& one : plan.points) {
         const double size = std::min(one.look.size, 1.0);
         points.push_back(
-            {glm::vec3(one.look.color), static_cast<float>(-std::log1p(-one.look.opacity * size * size))});
+            {glm::vec3(one.look.color),
+             static_cast<float>(-std::log1p(-one.look.opacity * size * size) * one.look.thinned)});
     }
     for (std::size_t i = 0; i < plan.fields.size(); ++i) {
         const FieldPlan& field = plan.fields[i];

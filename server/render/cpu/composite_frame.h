@@ -44,7 +44,7 @@ struct PixelRange {
 /// Points of one look.
 struct FramePointLook {
     glm::vec3 color;  ///< linear RGB
-    float tau;        ///< optical depth of a whole point
+    float tau;        ///< optical depth of a whole point, thinned as its look says
 };
 
 /// What is read of a field of samples with normals; nothing is owned but a few numbers.

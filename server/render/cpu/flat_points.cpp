@@ -31,7 +31,7 @@ constexpr std::size_t countBytes = std::size_t{1} << 30;
 /// is much, must not be seen either. Few enough that counts saturate only where all is opaque.
 double discUnit(const PointLook& look) {
     constexpr double least = 256.0, most = 8192.0, stepsOfDepth = 512.0;
-    return std::round(std::clamp(-std::log1p(-look.opacity) * stepsOfDepth, least, most));
+    return std::round(std::clamp(-std::log1p(-look.opacity) * look.thinned * stepsOfDepth, least, most));
 }
 
 /// So that a sum never wraps and does not depend on its order.
@@ -151,7 +151,7 @@ class PixelBytes {
     PixelBytes(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points, PixelFormat format)
         : background_(plan.background), color_(only.look.color), format_(format) {
         const double size = std::min(only.look.size, 1.0);
-        tau_ = -std::log1p(-only.look.opacity * size * size) * points.weightOfOne();
+        tau_ = -std::log1p(-only.look.opacity * size * size) * only.look.thinned * points.weightOfOne();
         // What is left behind so much shows in no pixel of the format.
         const double opaque = format == PixelFormat::srgb8 ? 12.0 : 20.0;
         constexpr double most = 65536.0;

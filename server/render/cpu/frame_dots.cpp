@@ -52,16 +52,16 @@ const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
     local.points.clear();
     local.all.clear();
     points.appendAlone(tile, local.points);
-    for (const auto& point : local.points) local.all.push_back(&point);
+    for (const auto& point : local.points) local.all.push_back({&point.dot, point.thinned});
     if (!dots_.empty()) {
         for (const auto dot : tiles_.of(std::size_t{tile.row} * columns_ + tile.column))
-            local.all.push_back(&dots_[dot]);
+            local.all.push_back({&dots_[dot]});
     }
     if (local.all.empty()) return nullptr;
     // Dots are front to back already; one at a point's depth lies behind it.
     if (!local.points.empty())
         std::stable_sort(local.all.begin(), local.all.end(),
-                         [](const ScreenDot* a, const ScreenDot* b) { return a->place < b->place; });
+                         [](const TileDot& a, const TileDot& b) { return a.dot->place < b.dot->place; });
     local.tile.set(tile, local.all, slabs_);
     return &local.tile;
 }

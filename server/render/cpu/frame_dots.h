@@ -28,8 +28,8 @@ class FrameDots {
 
   private:
     struct Local {
-        std::vector<ScreenDot> points;
-        std::vector<const ScreenDot*> all;
+        std::vector<LonePoint> points;
+        std::vector<TileDot> all;
         TileDots tile;
     };
 

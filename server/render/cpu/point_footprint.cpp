@@ -18,12 +18,17 @@ constexpr double mostHits = 1 << 19;         // of a layer in a tile, in memory 
 constexpr std::uint64_t mostClear = 1 << 10;
 constexpr double clear = 1.0 / 64.0;
 
+/// Of a whole point, in the pixel that it covers most.
+float mostOf(const PointLook& look) {
+    return thinnedOpacity(pointFootprint(look).most, look.thinned);
+}
+
 /// The most hits of points that all lie in one tile; where some are opaque those behind are left out.
 double hitsInTile(const FramePlan& plan, const PointsPlan& layer) {
     constexpr double opaque = 10.0;  // optical depth
     const double across = std::max(layer.look.size, 0.0) + 2.0;
     const double pixels = std::min<double>({Tile::pixels, double(plan.width) * plan.height, across * across});
-    const double depth = -std::log1p(-pointFootprint(layer.look).most);
+    const double depth = -std::log1p(-mostOf(layer.look));
     return pixels * std::min(static_cast<double>(layer.pointsDrawn), 1.0 + opaque / std::max(depth, 1e-9));
 }
 
@@ -32,7 +37,7 @@ double hitsInTile(const FramePlan& plan, const PointsPlan& layer) {
 bool standAlone(const FramePlan& plan, const PointsPlan& layer) {
     if (!plan.exact || layer.preview != nullptr) return false;
     if (layer.pointsDrawn > mostPoints || layer.selection->drawn.size() > mostLeaves) return false;
-    if (layer.pointsDrawn > mostClear && pointFootprint(layer.look).most < clear) return false;
+    if (layer.pointsDrawn > mostClear && mostOf(layer.look) < clear) return false;
     return hitsInTile(plan, layer) <= mostHits;
 }
 

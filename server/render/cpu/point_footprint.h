@@ -67,7 +67,13 @@ void DiscFootprint::spread(float x, float y, const PixelBox& box, Add add) const
 /// Whether each point of a layer is drawn where it stands. The same on all ranks, before points are dealt.
 bool standAlone(const FramePlan& plan, const PointsPlan& points);
 
-/// What a point of a look covers of a pixel. Its reach is 0 where it lies in one pixel alone.
+/// What a point of a look covers of a pixel, before it is thinned. Its reach is 0 where it lies in one pixel
+/// alone.
 DotFootprint pointFootprint(const PointLook& look);
+
+/// The opacity that is left of a point in a pixel (PointLook::thinned).
+inline float thinnedOpacity(float opacity, double thinned) {
+    return thinned == 1.0 ? opacity : static_cast<float>(-std::expm1(thinned * std::log1p(-opacity)));
+}
 
 }  // namespace mote::render

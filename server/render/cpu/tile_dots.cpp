@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/render/cpu/point_footprint.h"
+
 namespace mote::render {
 namespace {
 
@@ -29,11 +31,11 @@ struct Reach {
 
 }  // namespace
 
-void TileDots::set(Tile tile, std::span<const ScreenDot* const> dots, std::uint32_t slabs) {
+void TileDots::set(Tile tile, std::span<const TileDot> dots, std::uint32_t slabs) {
     placedCount_ = 0;
     occupied_.assign(slabs, 0);
     left_.fill(1.0F);
-    for (const ScreenDot* const dot : dots) spread(tile, *dot, slabs);
+    for (const auto& one : dots) spread(tile, one, slabs);
     const std::span placed(placed_.data(), placedCount_);
     begin_.fill(0);
     for (const auto& one : placed) ++begin_[one.pixel + 1];
@@ -44,7 +46,8 @@ void TileDots::set(Tile tile, std::span<const ScreenDot* const> dots, std::uint3
     for (const auto& one : placed) hits_[next[one.pixel]++] = one.hit;
 }
 
-void TileDots::spread(Tile tile, const ScreenDot& dot, std::uint32_t slabs) {
+void TileDots::spread(Tile tile, const TileDot& one, std::uint32_t slabs) {
+    const ScreenDot& dot = *one.dot;
     const Reach columns(dot.x, dot.ink.reach, tile.column), rows(dot.y, dot.ink.reach, tile.row);
     const std::size_t most = placedCount_ + std::size_t{columns.count()} * rows.count();
     if (placed_.size() < most) placed_.resize(2 * most);
@@ -56,7 +59,8 @@ void TileDots::spread(Tile tile, const ScreenDot& dot, std::uint32_t slabs) {
             const std::uint32_t pixel = Tile::pixelIndex(column, row);
             if (left_[pixel] < opaque) continue;
             const float dx = static_cast<float>(tile.column * Tile::edge + column) + 0.5F - dot.x;
-            const float opacity = small ? dot.ink.most : dot.ink.coverage(std::sqrt(dx * dx + dy * dy));
+            const float whole = small ? dot.ink.most : dot.ink.coverage(std::sqrt(dx * dx + dy * dy));
+            const float opacity = thinnedOpacity(whole, one.thinned);
             if (!(opacity > 0.0F)) continue;
             left_[pixel] *= 1.0F - opacity;
             placed_[placedCount_++] = {pixel, {dot.place, opacity, dot.color}};

@@ -21,10 +21,16 @@ struct DotHit {
     glm::vec3 color;
 };
 
+/// What touches a tile: a dot, or a point that stands alone.
+struct TileDot {
+    const ScreenDot* dot;
+    double thinned = 1.0;  ///< what is left of its optical depth in each pixel, as PointLook's
+};
+
 class TileDots {
   public:
     /// `dots`: those that touch the tile, front to back; one without a reach lies in one pixel alone.
-    void set(Tile tile, std::span<const ScreenDot* const> dots, std::uint32_t slabs);
+    void set(Tile tile, std::span<const TileDot> dots, std::uint32_t slabs);
 
     /// Front to back. `pixel`: a Tile::pixelIndex.
     std::span<const DotHit> of(std::uint32_t pixel) const {
@@ -38,7 +44,7 @@ class TileDots {
         std::uint32_t pixel;
         DotHit hit;
     };
-    void spread(Tile tile, const ScreenDot& dot, std::uint32_t slabs);
+    void spread(Tile tile, const TileDot& one, std::uint32_t slabs);
 
     std::vector<Placed> placed_;  // the first `placedCount_`; room beyond
     std::size_t placedCount_ = 0;

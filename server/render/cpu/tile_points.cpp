@@ -98,6 +98,7 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
     pointsDrawn_ = 0;
     alone_ = standAlone(plan, layer);
     ink_ = pointFootprint(layer.look);
+    thinned_ = layer.look.thinned;
     color_ = glm::vec3(layer.look.color);
     // Not by what is found: of several processes each has its own part of the points.
     slabs_ = layer.pointsDrawn > 0 && !alone_ ? map_->slabs() : 0;
@@ -203,7 +204,7 @@ void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCel
     }
 }
 
-void TilePoints::appendAlone(Tile tile, std::vector<ScreenDot>& out) const {
+void TilePoints::appendAlone(Tile tile, std::vector<LonePoint>& out) const {
     if (!alone_) return;
     const float left = static_cast<float>(tile.column * Tile::edge) - reach();
     const float top = static_cast<float>(tile.row * Tile::edge) - reach();
@@ -215,7 +216,7 @@ void TilePoints::appendAlone(Tile tile, std::vector<ScreenDot>& out) const {
             projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
         for (const auto& point : std::span(screen).first(hits)) {
             if (point.x < left || point.x > left + edge || point.y < top || point.y > top + edge) continue;
-            out.push_back({point.x, point.y, ink_, first + point.slab, color_});
+            out.push_back({{point.x, point.y, ink_, first + point.slab, color_}, thinned_});
         }
     }
 }
@@ -266,7 +267,7 @@ std::span<TileCells> FramePoints::gather(Tile tile) {
     return cells;
 }
 
-void FramePoints::appendAlone(Tile tile, std::vector<ScreenDot>& out) const {
+void FramePoints::appendAlone(Tile tile, std::vector<LonePoint>& out) const {
     for (const auto& layer : layers_) layer.appendAlone(tile, out);
 }
 

@@ -24,6 +24,12 @@
 
 namespace mote::render {
 
+/// A point that stands alone.
+struct LonePoint {
+    ScreenDot dot;
+    double thinned;  ///< as PointLook's
+};
+
 class TilePoints {
   public:
     /// Sorts what the plan selects; uses all threads of the calling arena. False where `stop` was requested
@@ -42,7 +48,7 @@ class TilePoints {
     /// Adds the points of a tile to its cells. From any thread.
     void gather(Tile tile, TileCells& cells) const;
     /// Appends those of a tile that stand alone, in the order of the file. From any thread.
-    void appendAlone(Tile tile, std::vector<ScreenDot>& out) const;
+    void appendAlone(Tile tile, std::vector<LonePoint>& out) const;
     /// The picture's slabs that the points have cells in: the first, and how many, 0 where there are none.
     std::uint32_t firstSlab() const { return map_->bends.first.firstSlab; }
     std::uint32_t slabs() const { return slabs_; }
@@ -61,6 +67,7 @@ class TilePoints {
 
     bool alone_ = false;
     DotFootprint ink_{0.0F};  // of one that stands alone
+    double thinned_ = 1.0;
     glm::vec3 color_{0.0F};
     std::optional<PointMap> map_;
     std::optional<DiscFootprint> discs_;
@@ -94,7 +101,7 @@ class FramePoints {
     std::span<TileCells> gather(Tile tile);
     /// Appends the points of a tile that have no cells since they stand alone, layer by layer. From any
     /// thread.
-    void appendAlone(Tile tile, std::vector<ScreenDot>& out) const;
+    void appendAlone(Tile tile, std::vector<LonePoint>& out) const;
     /// `alone`: also those that stand alone.
     std::uint64_t pointsDrawn(bool alone = true) const;
 

@@ -160,7 +160,8 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
         result.scale = glm::vec4(0.0, volumeSizes[i], 0.0, 0.0);
         if (slots[i].points == nullptr) continue;
         const PointNumbers numbers = pointNumbers(plan, *slots[i].points);
-        result.point = glm::vec4(slots[i].points->look.color, numbers.tau);
+        const PointLook& look = slots[i].points->look;
+        result.point = glm::vec4(look.color, numbers.tau * look.thinned);
         result.scale.x = static_cast<float>(1.0 / numbers.unit);
     }
     for (std::size_t i = plan.densities(), slot = slots.size(); i < plan.fields.size(); ++i, ++slot) {

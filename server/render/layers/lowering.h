@@ -34,4 +34,7 @@ struct Lowering {
     void addDots(double nearest, double farthest);
 };
 
+/// A field of a layer of that opacity: its extinction times it (docs/PICTURE.md, "Layers that fade").
+TransferFunction thinned(TransferFunction transfer, double opacity);
+
 }  // namespace mote::render

@@ -135,6 +135,13 @@ void Lowering::addDots(double nearest, double farthest) {
     depths.push_back({low - 1e-6 * (1.0 + std::abs(low)), high + 1e-6 * (1.0 + std::abs(high)), 0});
 }
 
+/// The same opacities over a longer way: no value that is seen is lost, however little there is of it.
+TransferFunction thinned(TransferFunction transfer, double opacity) {
+    constexpr double least = 1e-12;  // of which no picture shows anything
+    transfer.opacityLength /= std::max(opacity, least);
+    return transfer;
+}
+
 FramePlan makeFramePlan(const Scene& scene, const Quality& quality) {
     SelectionCache selections;
     return makeFramePlan(scene, quality, selections, {});
@@ -160,8 +167,10 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
                       .pixels = static_cast<double>(plan.height) / view.height,
                       .slabs = slabsFor(plan, std::max(1U, quality.slabs)),
                       .stop = stop};
-    for (std::size_t i = 0; i < view.layers.size(); ++i)
-        std::visit(LayerLowering{scene, i, lowering}, view.layers[i].style);
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        // Of what there is nothing of there need not be any data either.
+        if (view.layers[i].opacity > 0.0) std::visit(LayerLowering{scene, i, lowering}, view.layers[i].style);
+    }
     for (const auto& lower : lowering.last) {
         if (!plan.exact || !plan.waits()) lower();
     }

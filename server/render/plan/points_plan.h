@@ -23,6 +23,9 @@ struct PointLook {
     double size = 1.0;      ///< diameter, pixels of the plan
     double opacity = 1.0;   ///< 0 to TransferFunction::opacityLimit
     glm::dvec3 color{1.0};  ///< linear RGB
+    /// What is left of its optical depth in each pixel (docs/PICTURE.md, "Layers that fade"), above 0, at
+    /// most 1.
+    double thinned = 1.0;
 
     bool operator==(const PointLook&) const = default;
 };

@@ -98,7 +98,8 @@ class BandPainter {
     void approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment);
     void cross(const StrokePoint& from, const StrokePoint& to);
     void addSpan(std::uint32_t row, double left, double right);
-    void add(Cell cell, double depth, float opacity) {
+    void add(Cell cell, double depth, float covered) {
+        const float opacity = covered * strokes_.opacity;
         if (opacity > 0.0F && depth >= nearDepth_)
             fragments_.push_back({cell.column, top_ + cell.row, depth, opacity, strokes_.color});
     }

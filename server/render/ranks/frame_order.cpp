@@ -97,7 +97,7 @@ void passStrokes(Way& way, Shared& shared) {
     const auto pass = [&way](auto& strokes) {
         auto& depths = strokes.areaDepths;
         way(strokes.points, strokes.lines, strokes.outlines, strokes.areas, depths.width, depths.height,
-            depths.values, strokes.color);
+            depths.values, strokes.color, strokes.opacity);
     };
     if constexpr (Way::reads) {
         Strokes strokes;

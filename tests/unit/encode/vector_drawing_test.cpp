@@ -290,6 +290,26 @@ TEST(VectorDrawing, epsAndPdfHoldStrokesAsShapes) {
     EXPECT_GT(pdf.size(), textOf(drawVector(someDots(0), page(proto::Page::PDF))).size());
 }
 
+TEST(VectorDrawing, inkThatFadesIsPale) {
+    auto drawing = strokesOf({{{10.0F, 20.0F, 2.0F}, {42.0F, 30.0F, 2.0F}}},
+                             {{{1.0F, 1.0F}, {3.0F, 1.0F}, {1.0F, 3.0F}}});
+    const auto whole = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_THAT(whole, Not(HasSubstr("opacity")));
+    auto strokes = *drawing.strokes[0];
+    strokes.opacity = 0.25F;
+    drawing.strokes = {std::make_shared<const render::Strokes>(strokes)};
+    const auto svg = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_THAT(svg, HasSubstr("<g fill=\"#ff0000\" fill-opacity=\"0.25\" fill-rule=\"evenodd\">"));
+    EXPECT_THAT(svg, HasSubstr("stroke=\"#ff0000\" stroke-opacity=\"0.25\" stroke-linecap=\"round\""));
+    // A quarter of red over white, and no image of the page.
+    const auto eps = textOf(drawVector(drawing, page(proto::Page::EPS)));
+    EXPECT_THAT(eps, HasSubstr("1 0.75 0.75 rg"));
+    EXPECT_THAT(eps, Not(HasSubstr("/ImageType")));
+    const auto pdf = textOf(drawVector(drawing, page(proto::Page::PDF)));
+    EXPECT_THAT(pdf, Not(HasSubstr("/Subtype /Image")));
+    EXPECT_THAT(pdf, HasSubstr("/ca 0.25"));
+}
+
 TEST(VectorDrawing, noDotsIsAnEmptySheet) {
     for (const auto format : {proto::Page::SVG, proto::Page::EPS, proto::Page::PDF}) {
         EXPECT_TRUE(drawVector(someDots(0), page(format)).ok());

@@ -60,16 +60,17 @@ TEST(FrameOrder, FieldsArrive) {
 
 TEST(FrameOrder, PointsArrive) {
     FrameOrder order;
-    const PointsPlan points{.layer = 2,
-                            .step = {},
-                            .boxToEye = glm::dmat4(1.5),
-                            .look = {.size = 2.0, .opacity = 0.25, .color = glm::dvec3(0.1, 0.2, 0.3)},
-                            .fraction = Curve::create({{0.0, 1.0}, {0.5, 0.0}}).value(),
-                            .selection = std::make_shared<const PointSelection>(),
-                            .leavesInView = {5, 6, 7},
-                            .preview = {},
-                            .pointsDrawn = 12345,
-                            .share = 0.75};
+    const PointsPlan points{
+        .layer = 2,
+        .step = {},
+        .boxToEye = glm::dmat4(1.5),
+        .look = {.size = 2.0, .opacity = 0.25, .color = glm::dvec3(0.1, 0.2, 0.3), .thinned = 0.5},
+        .fraction = Curve::create({{0.0, 1.0}, {0.5, 0.0}}).value(),
+        .selection = std::make_shared<const PointSelection>(),
+        .leavesInView = {5, 6, 7},
+        .preview = {},
+        .pointsDrawn = 12345,
+        .share = 0.75};
     order.plan.points = {points};
     order.pointSteps = {{"data/beam.mote/step-000000.h5", "digest"}};
     order.flatPoints = 0;
@@ -86,6 +87,22 @@ TEST(FrameOrder, PointsArrive) {
     EXPECT_EQ(one.leavesInView, points.leavesInView);
     EXPECT_EQ(one.pointsDrawn, points.pointsDrawn);
     EXPECT_EQ(one.share, points.share);
+}
+
+TEST(FrameOrder, StrokesArrive) {
+    FrameOrder order;
+    Strokes strokes;
+    strokes.points = {{1.0F, 2.0F, 3.0F, 4.0}, {5.0F, 6.0F, 7.0F, 8.0}, {9.0F, 1.0F}};
+    strokes.lines = {{0, 2}};
+    strokes.outlines = {{0, 3}};
+    strokes.areas = {{0, 1}};
+    strokes.areaDepths = {2, 1, {1.0F, AreaDepths::none}};
+    strokes.color = {0.1F, 0.2F, 0.3F};
+    strokes.opacity = 0.4F;
+    order.plan.strokes = {std::make_shared<const Strokes>(strokes)};
+    const auto arrived = unpackOrder(packOrder(order));
+    ASSERT_EQ(arrived.plan.strokes.size(), 1U);
+    EXPECT_EQ(*arrived.plan.strokes[0], strokes);
 }
 
 }  // namespace

@@ -135,6 +135,46 @@ TEST(FramePlan, OpacityStaysBelowItsLimit) {
     EXPECT_EQ(plan.points[0].look.opacity, ParticlesStyle::opacityLimit);
 }
 
+TEST(FramePlan, ALayerThatFadesIsThinned) {
+    auto scene = beamScene(plain);
+    const auto whole = makeFramePlan(scene, Quality::exact());
+    EXPECT_EQ(whole.points[0].look.thinned, 1.0);
+    for (const double opacity : {0.999, 0.3, 1e-6, 1e-300}) {
+        scene.view.layers[0].opacity = opacity;
+        for (const auto& quality : {Quality::exact(), Quality{.pointFraction = 0.25}}) {
+            const auto plan = makeFramePlan(scene, quality);
+            EXPECT_EQ(plan.points[0].look.thinned, opacity);
+            EXPECT_EQ(plan.points[0].look.opacity,
+                      makeFramePlan(beamScene(plain), quality).points[0].look.opacity);
+            const auto &thin = plan.fields[0].transfer, &full = whole.fields[0].transfer;
+            for (const double t : {-0.1, 0.3, 0.7, 1.0})
+                EXPECT_NEAR(thin.extinction(t), opacity * full.extinction(t), 1e-11) << opacity << ' ' << t;
+            EXPECT_EQ(thin.extinction(1.0) > 0.0, full.extinction(1.0) > 0.0) << "it is still looked for";
+            EXPECT_EQ(thin.opacity, full.opacity);
+        }
+    }
+}
+
+TEST(FramePlan, OfALayerOfWhichThereIsNothingNothingIsPlanned) {
+    auto scene = beamScene(plain);
+    scene.view.layers.resize(5, scene.view.layers[0]);
+    scene.view.layers[1].style = HybridStyle{};
+    scene.view.layers[2].style = MeshStyle{};
+    scene.view.layers[3].style = InkStyle{};
+    scene.view.layers[4].transform[3][2] = 100.0;
+    for (std::size_t i = 1; i < 5; ++i) scene.view.layers[i].opacity = 0.0;
+    scene.steps.resize(5);
+    const auto plan = makeFramePlan(scene, Quality::exact());
+    const auto alone = makeFramePlan(beamScene(plain), Quality::exact());
+    EXPECT_EQ(plan.points.size(), 1U);
+    EXPECT_EQ(plan.fields.size(), 1U);
+    EXPECT_FALSE(plan.anyDots());
+    EXPECT_EQ(plan.nearDepth, alone.nearDepth);
+    EXPECT_EQ(plan.farDepth, alone.farDepth);
+    scene.view.layers[0].opacity = 0.0;
+    EXPECT_TRUE(makeFramePlan(scene, Quality::exact()).blank());
+}
+
 TEST(FramePlan, LeavesOutOfViewAreNotDrawn) {
     const auto plan = makeFramePlan(
         beamScene("{'width': 90, 'height': 90, 'camera': {'eye': [0.7, 0, 4], 'target': [0.7, 0, 0],"

@@ -95,5 +95,46 @@ TEST(LonePoints, EdgesOfOpaqueDiscsAreAsDefined) {
     }
 }
 
+/// Points where they stand, in motion and alone in the picture: all by other ways (docs/PICTURE.md, "Layers
+/// that fade").
+TEST(LonePoints, OfALayerThatFadesHideInProportionInEachPixel) {
+    const Points one{{{0.53, 0.52, 0.5}}}, behind{{{0.1, 0.1, 0.4}}};
+    const auto drawn = [](const Scene& scene, const Quality& quality) {
+        CpuDevice device({.threads = 1});
+        return device.render(makeFramePlan(scene, quality), PixelFormat::srgb8, {})->pixels;
+    };
+    for (const std::string size : {"0.7", "1", "3.3"}) {
+        for (const double opacity : {1.0, 0.8, 0.1}) {
+            auto scene = sceneOf(
+                "'width': 8, 'height': 8, 'background': [0, 0, 0]",
+                "'color': [1, 1, 1], 'opacity': " + std::to_string(opacity) + ", 'sizePixels': " + size,
+                {one, behind});
+            for (const double w : {1.0, 0.6, 0.05}) {
+                scene.view.layers[0].opacity = w;
+                const double pixels = std::stod(size), most = std::min(opacity, 0.9999);
+                const auto expected = [&](int i) {
+                    const double dx = i % 8 + 0.5 - 8 * 0.53, dy = i / 8 + 0.5 - 8 * 0.48;
+                    double coverage = std::clamp(0.5 * pixels + 0.5 - std::hypot(dx, dy), 0.0, 1.0);
+                    if (pixels <= 1.0) coverage = i == 8 * 3 + 4 ? pixels * pixels : 0.0;
+                    return 255.0 * linearToSrgb(1.0 - std::pow(1.0 - most * coverage, w));
+                };
+                for (const auto& quality : {Quality::exact(), Quality{.slabs = 24}}) {
+                    const auto both = drawn(scene, quality);
+                    Scene single{scene.view, {scene.steps[0]}};
+                    single.view.layers.pop_back();
+                    const auto alone = drawn(single, quality);
+                    for (int i = 0; i < 64; ++i) {
+                        const auto at = 4 * static_cast<std::size_t>(i);
+                        EXPECT_NEAR(alone[at], expected(i), 5.5) << size << ' ' << opacity << ' ' << w;
+                        // The other one is in the lower left corner.
+                        if (i % 8 < 4 || i / 8 > 4) continue;
+                        EXPECT_NEAR(both[at], expected(i), 5.5) << size << ' ' << opacity << ' ' << w;
+                    }
+                }
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace mote::render

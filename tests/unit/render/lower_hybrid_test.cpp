@@ -58,6 +58,19 @@ TEST(LowerHybrid, ShapesAreAsSteepAsPictureSays) {
     EXPECT_EQ(fieldOf(grid, points, 1.0, PointShape::square).steepness, 8.0);
 }
 
+TEST(LowerHybrid, ALayerThatFadesIsThinned) {
+    const auto grid = machine(residual);
+    View view{.width = 8, .height = 8, .camera = fitCamera(grid->bounds(), 1.0), .layers = {}};
+    view.layers.push_back({.dataset = "data/a", .style = HybridStyle()});
+    Scene scene{.view = view, .steps = {nullptr}, .hybrids = {grid}};
+    const auto whole = makeFramePlan(scene, Quality::exact()).fields.at(0).transfer;
+    scene.view.layers[0].opacity = 0.25;
+    const auto thin = makeFramePlan(scene, Quality::exact()).fields.at(0).transfer;
+    EXPECT_EQ(thin.opacity, whole.opacity);
+    EXPECT_GT(whole.extinction(grid->range.high), 0.0);
+    EXPECT_DOUBLE_EQ(thin.extinction(grid->range.high), 0.25 * whole.extinction(grid->range.high));
+}
+
 TEST(GridRanges, HoldWhatShowsOfTheCoarseGridInBricks) {
     const auto step = machine(points);
     const auto whole = gridRanges({.grid = step}).ranges(),

@@ -201,6 +201,22 @@ TEST(StrokeFragments, ThreadsChangeNothing) {
     }
 }
 
+TEST(StrokeFragments, InkThatFadesIsAsPaleInEachPixel) {
+    Strokes strokes;
+    addLine(strokes, {{10.5F, 20.5F, 0.2F, 1.0}, {30.5F, 25.5F, 5.0F, 5.0}});
+    addArea(strokes, {rectangle(10.25F, 10.25F, 30.75F, 30.5F)}, 3.0F);
+    const auto whole = all(strokes);
+    strokes.opacity = 0.3F;
+    const auto pale = all(strokes);
+    ASSERT_EQ(pale.size(), whole.size());
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+        EXPECT_EQ(pale[i].opacity, 0.3F * whole[i].opacity);
+        EXPECT_EQ(pale[i].depth, whole[i].depth);
+    }
+    strokes.opacity = 0.0F;
+    EXPECT_TRUE(all(strokes).empty());
+}
+
 TEST(StrokeFragments, NothingMakesNothing) {
     EXPECT_TRUE(all({}).empty());
     Strokes outside;

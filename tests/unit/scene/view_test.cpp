@@ -54,6 +54,31 @@ TEST(View, WithoutACameraSeesItsLayers) {
     EXPECT_EQ(view->camera, fitCamera(both, view->aspect()));
 }
 
+TEST(View, WithoutACameraDoesNotSeeLayersOfWhichThereIsNothing) {
+    auto message = plain();
+    message.clear_camera();
+    message.mutable_layers(1)->set_opacity(0.0);
+    EXPECT_EQ(parseView(message)->camera, fitCamera(plotBounds, parseView(message)->aspect()));
+    message.mutable_layers(0)->set_opacity(0.0);
+    EXPECT_EQ(parseView(message)->camera, fitCamera(plotBounds, parseView(message)->aspect()));
+    message.mutable_layers(1)->set_opacity(0.5);
+    const auto moved = plotBounds.transformed(parseView(message)->layers[1].transform);
+    EXPECT_EQ(parseView(message)->camera, fitCamera(moved, parseView(message)->aspect()));
+}
+
+TEST(View, ALayersOpacityIsAShare) {
+    auto message = plain();
+    EXPECT_EQ(parseView(message)->layers[1].opacity, 1.0);
+    message.mutable_layers(1)->set_opacity(0.25);
+    EXPECT_EQ(parseView(message)->layers[1].opacity, 0.25);
+    for (const double wrong : {-1e-9, 1.0 + 1e-9, std::nan("")}) {
+        message.mutable_layers(1)->set_opacity(wrong);
+        const auto view = parseView(message);
+        ASSERT_FALSE(view.ok());
+        EXPECT_EQ(view.error().where, "layers[1].opacity");
+    }
+}
+
 TEST(View, WithoutLayersIsAView) {
     const auto view = parseView(messageOf(R"({"width": 1, "height": 1})"));
     ASSERT_TRUE(view.ok());

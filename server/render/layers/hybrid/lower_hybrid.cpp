@@ -93,7 +93,7 @@ void lowerHybrid(const Layer& layer, std::size_t index, const HybridStyle& style
         {.layer = index,
          .boxToEye = boxToEye,
          .boxToLayer = glm::dmat3(field->boxToLayer),
-         .transfer = transferOf(style, *field),
+         .transfer = thinned(transferOf(style, *field), layer.opacity),
          .clips = clipsOf(style, field->boxToLayer),
          .samples = samplesOf(style, field, shadesOf(style.light, layerToEye, worldToEye))});
 }

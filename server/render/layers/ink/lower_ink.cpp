@@ -26,8 +26,10 @@ bool needsLines(const InkStyle& style) {
 }
 
 /// A picture as a surface at the depths of what it shows; what shows nothing lies behind that.
-Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modalities, double farthest) {
+Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modalities, double farthest,
+                      float opacity) {
     Fragments fragments;
+    if (!(opacity > 0.0F)) return fragments;
     fragments.reserve(shown.values.size());
     for (std::uint32_t row = 0; row < shown.height; ++row) {
         for (std::uint32_t column = 0; column < shown.width; ++column) {
@@ -35,7 +37,7 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
             fragments.push_back({.column = column,
                                  .row = row,
                                  .depth = std::isfinite(depth) ? static_cast<double>(depth) : farthest,
-                                 .opacity = 1.0F,
+                                 .opacity = opacity,
                                  .color = shown.at(column, row)});
         }
     }
@@ -49,13 +51,15 @@ InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data,
     const auto scene = seenOf(data, layer.transform, style, plan, needsLines(style), stop);
     if (stop.stop_requested()) return {};
     auto drawing = drawInk(scene, style, pixels, stop, memory);
+    // It is drawn as if there were all of it, so that lines stay where they are while it fades.
+    const auto opacity = drawing.strokes.opacity = static_cast<float>(layer.opacity);
     const Bounds inEye = boundsOf(data).transformed(plan.camera.worldToEye() * layer.transform);
     InkDrawing made{.strokes = std::move(drawing.strokes),
                     .fragments = {},
                     .nearDepth = -inEye.max.z,
                     .farDepth = std::max(-inEye.min.z, nearLimit(plan.camera))};
     if (!drawing.shown.values.empty())
-        made.fragments = fragmentsOf(drawing.shown, scene.modalities, made.farDepth);
+        made.fragments = fragmentsOf(drawing.shown, scene.modalities, made.farDepth, opacity);
     return made;
 }
 

@@ -25,12 +25,13 @@ constexpr std::array<std::array<int, 2>, PixelFragments::mostSamples> places{
 /// The fragments of some pixels, one thread's.
 class Band {
   public:
-    Band(const MeshSight& sight, const MeshRays& rays, const MeshStyle& style, bool exact, double gap)
+    /// `firstOnly`: nothing is seen behind what a ray meets first.
+    Band(const MeshSight& sight, const MeshRays& rays, bool firstOnly, const PixelFragments& fragments)
         : sight_(sight),
           mesh_(rays),
-          firstOnly_(!style.wire && style.opacity == 1.0),
-          samples_(exact ? PixelFragments::mostSamples : 1),
-          pixels_(MeshRays::packet / samples_, PixelFragments(samples_, style.opacity, gap)) {}
+          firstOnly_(firstOnly),
+          samples_(fragments.samples()),
+          pixels_(MeshRays::packet / samples_, fragments) {}
 
     void drawRow(const PixelRect& rect, std::uint32_t row, const std::stop_token& stop) {
         const auto step = static_cast<std::uint32_t>(pixels_.size());
@@ -77,7 +78,7 @@ class Band {
 
     const MeshSight& sight_;
     const MeshRays& mesh_;
-    const bool firstOnly_;  // nothing is seen behind what a ray meets first
+    const bool firstOnly_;
     const std::uint32_t samples_;
     std::vector<PixelFragments> pixels_;           // of a packet
     std::array<SightRay, MeshRays::packet> rays_;  // of its samples, pixel by pixel
@@ -92,12 +93,15 @@ void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& su
     const FramePlan& plan = out.plan;
     const MeshSight sight(plan, layer.transform, style, surface, out.pixels);
     const PixelRect rect = sight.touched();
-    if (!(style.opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;
-    const double gap = (sight.farDepth() - sight.nearDepth()) / out.slabs;
+    const double opacity = style.opacity * layer.opacity;
+    if (!(opacity > 0.0) || rect.left >= rect.right || rect.top >= rect.bottom) return;
+    const PixelFragments pixel(plan.exact ? PixelFragments::mostSamples : 1, opacity,
+                               (sight.farDepth() - sight.nearDepth()) / out.slabs);
+    const bool firstOnly = !style.wire && opacity == 1.0;
     std::vector<Fragments> bands((rect.bottom - rect.top + bandRows - 1) / bandRows);
     std::atomic<std::size_t> count{0};
     tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t i) {
-        Band band(sight, surface.rays(), style, plan.exact, gap);
+        Band band(sight, surface.rays(), firstOnly, pixel);
         const auto top = rect.top + static_cast<std::uint32_t>(i) * bandRows;
         for (auto row = top; row < std::min(top + bandRows, rect.bottom); ++row)
             band.drawRow(rect, row, out.stop);

@@ -30,6 +30,7 @@ class PixelFragments {
     PixelFragments(std::uint32_t samples, double opacity, double gap)
         : samples_(samples), opacity_(opacity), gap_(gap) {}
 
+    std::uint32_t samples() const { return samples_; }
     void add(const Hit& hit) { hits_.push_back(hit); }
     /// Appends the fragments of what was added, front to back, and forgets it.
     void take(std::uint32_t column, std::uint32_t row, Fragments& fragments);

@@ -12,11 +12,12 @@ double footprintReach(double pointSize) {
     return pointSize > 1.0 ? 0.5 * pointSize + 0.5 : 0.0;
 }
 
-PointLook lookOf(const ParticlesStyle& style, double pixels, double share) {
+PointLook lookOf(const Layer& layer, const ParticlesStyle& style, double pixels, double share) {
     return {.size = style.pointSize * pixels,
             .opacity = std::min(-std::expm1(std::log1p(-style.pointOpacity) / share),
                                 TransferFunction::opacityLimit),
-            .color = style.pointColor};
+            .color = style.pointColor,
+            .thinned = layer.opacity};
 }
 
 std::uint64_t pointsInView(const PointsPlan& points) {
@@ -99,9 +100,9 @@ void lowerParticles(const Layer& layer, std::size_t index, const ParticlesStyle&
     const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(style.pointSize * out.pixels),
                           nearLimit(plan.camera), layerToEye);
     select(points, frustum, out);
-    points.look = lookOf(style, out.pixels, points.share);
+    points.look = lookOf(layer, style, out.pixels, points.share);
     out.plan.points.push_back(std::move(points));
-    auto transfer = style.transfer();
+    auto transfer = thinned(style.transfer(), layer.opacity);
     if (!transfer.visible()) return;
     out.plan.fields.push_back({.layer = index,
                                .boxToEye = boxToEye,
