@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "client/frames/film_run.h"
+#include "client/frames/frame_key.h"
 #include "client/frames/picture_files.h"
+#include "client/frames/video/video_key.h"
 #include "client/frames/video_file.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/json.h"
@@ -133,7 +135,17 @@ Status checkTarget(const FramesOptions& options) {
     return Error{ErrorCode::alreadyExists, video.string(), "is there already; --force replaces it"};
 }
 
-Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Film& film) {
+/// Everything that decides a video's bytes.
+std::string videoKey(const FramesOptions& options, const VideoSettings& video, const proto::Script& script,
+                     const std::string& dataKey) {
+    return keyOf(fmt::format(
+        "{}\n{}\n{} {} {} {}\n{} {} {}\n", dataKey, toJsonLine(script), name(video.format), video.fps,
+        video.quality.value_or(defaultQuality(video.format)), static_cast<int>(video.chroma),
+        options.exposure.samples, options.exposure.shutterDegrees, options.exposure.subframes));
+}
+
+Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Film& film,
+                                          const std::string& key) {
     std::unique_ptr<FrameSink> pictures;
     if (!options.out.empty() && (options.video.empty() || options.keepFrames))
         pictures = std::make_unique<PictureFiles>(options.out, options.format);
@@ -144,7 +156,7 @@ Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Fi
     const auto checked = checkVideo(*video);
     if (!checked.ok()) return Error{checked.error().code, "--video", checked.error().toString()};
     return std::unique_ptr<FrameSink>(
-        std::make_unique<VideoFile>(options.video, *video, film.frameCount(), std::move(pictures)));
+        std::make_unique<VideoFile>(options.video, *video, film.frameCount(), key, std::move(pictures)));
 }
 
 FilmOrder orderOf(const FramesOptions& options, const Film& film) {
@@ -174,7 +186,11 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
     if (!film.ok())
         return Error{film.error().code, fmt::format("{}: {}", name, film.error().where),
                      film.error().message};
-    MOTE_ASSIGN_OR_RETURN(const auto sink, sinkOf(options, *film));
+    const auto video = videoOf(options, *film);
+    const auto key = video ? videoKey(options, *video, script, known.key) : std::string();
+    if (video && options.resume && !options.keepFrames && readVideoKey(options.video, video->format) == key)
+        return success();
+    MOTE_ASSIGN_OR_RETURN(const auto sink, sinkOf(options, *film, key));
     MOTE_RETURN_IF_ERROR(sink->open(options.resume));
     const auto order = orderOf(options, *film);
     std::vector<PictureServer*> places;

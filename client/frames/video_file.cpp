@@ -18,10 +18,11 @@ constexpr std::chrono::milliseconds patience{50};
 
 }  // namespace
 
-VideoFile::VideoFile(std::filesystem::path path, VideoSettings settings, std::size_t frames,
+VideoFile::VideoFile(std::filesystem::path path, VideoSettings settings, std::size_t frames, std::string key,
                      std::unique_ptr<FrameSink> pictures)
     : path_(std::move(path)),
       settings_(std::move(settings)),
+      key_(std::move(key)),
       pictures_(std::move(pictures)),
       store_(path_),
       stored_(frames, false) {}
@@ -98,8 +99,8 @@ Result<FramePixels> VideoFile::inTurn(std::size_t index) {
 void VideoFile::encodeAll() {
     Status outcome = success();
     try {
-        outcome = videoOfFrames(path_, settings_, stored_.size(),
-                                [this](std::size_t index) { return inTurn(index); });
+        outcome = videoOfFrames(
+            path_, settings_, stored_.size(), [this](std::size_t index) { return inTurn(index); }, key_);
     } catch (const std::exception& failure) {
         outcome = Error{ErrorCode::internal, path_.string(), failure.what()};
     }

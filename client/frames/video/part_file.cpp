@@ -63,6 +63,17 @@ PartFile::~PartFile() {
     ::close(file_);
 }
 
+Status PartFile::append(std::string_view bytes) {
+    const off_t end = ::lseek(file_, 0, SEEK_END);
+    if (end < 0) return systemError(errno, path_.string(), "cannot be written");
+    while (!bytes.empty()) {
+        const auto count = ::write(file_, bytes.data(), bytes.size());
+        if (count < 0 && errno != EINTR) return systemError(errno, path_.string(), "cannot be written");
+        if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
+    }
+    return success();
+}
+
 Status PartFile::publish() {
     if (::rename(hidden_.c_str(), path_.c_str()) != 0) {
         return systemError(errno, path_.string(), "cannot be written");

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "protocol/scene/error.h"
 
@@ -23,6 +24,8 @@ class PartFile {
     PartFile& operator=(const PartFile&) = delete;
 
     const std::filesystem::path& hidden() const { return hidden_; }
+    /// Adds bytes at its end. Errors: those of the system.
+    Status append(std::string_view bytes);
     /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
     Status publish();
 

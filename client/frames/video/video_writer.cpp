@@ -5,6 +5,7 @@
 
 #include "client/frames/video/part_file.h"
 #include "client/frames/video/video_colors.h"
+#include "client/frames/video/video_key.h"
 #include "client/frames/video/video_stream.h"
 
 namespace mote::client {
@@ -51,9 +52,10 @@ class VideoWriter::Impl {
         return stream_->encode();
     }
 
-    Status finish() {
+    Status finish(std::string_view key) {
         if (frames_ == 0) return Error{ErrorCode::invalidArgument, where_, "a film needs a frame"};
         MOTE_RETURN_IF_ERROR(stream_->finish());
+        if (!key.empty()) MOTE_RETURN_IF_ERROR(part_->append(videoTail(settings_.format, key)));
         return part_->publish();
     }
 
@@ -102,10 +104,10 @@ Status VideoWriter::add(std::span<const std::uint8_t> rgba) {
     return state_;
 }
 
-Status VideoWriter::finish() {
+Status VideoWriter::finish(std::string_view key) {
     if (!state_.ok()) return state_;
     MOTE_CHECK(impl_ != nullptr);
-    state_ = impl_->finish();
+    state_ = impl_->finish(key);
     impl_.reset();
     return state_;
 }
