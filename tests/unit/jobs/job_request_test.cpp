@@ -47,9 +47,12 @@ TEST_F(JobRequestTest, aFilmHasNoOutputAndMayBeLarge) {
     auto& film = *request.mutable_film();
     film.mutable_script()->add_views()->set_width(64);
     EXPECT_TRUE(checkJobRequest(request, roots_).ok());
-    while (request.ByteSizeLong() < 899 * 1024) film.mutable_script()->add_views()->set_width(64);
+    auto& view = *film.mutable_script()->add_views();
+    while (request.ByteSizeLong() < 899 * 1024)
+        view.add_layers()->set_dataset("data/" + std::string(900, 'a'));
     EXPECT_TRUE(checkJobRequest(request, roots_).ok());
-    while (request.ByteSizeLong() <= 900 * 1024) film.mutable_script()->add_views()->set_width(64);
+    while (request.ByteSizeLong() <= 900 * 1024)
+        view.add_layers()->set_dataset("data/" + std::string(900, 'a'));
     EXPECT_EQ(checkJobRequest(request, roots_).error().code, ErrorCode::resourceExhausted);
 }
 
