@@ -99,7 +99,7 @@ TEST_F(FadingLayers, WhatIsNotThereIsAnErrorAllTheSame) {
 TEST_F(FadingLayers, BetweenThePicturesWithoutAndWithAllOfItThereIsNoJump) {
     for (const auto& layer : {ball, solid, ink, grey}) {
         const std::string behind = "{'transform': [3,0,0,0, 0,3,0,0, 0,0,3,0, 0,0,0,1]," + solid.substr(1);
-        for (const std::string before : {std::string(), withOpacity(behind, 0.5) + ", "}) {
+        for (const std::string& before : {std::string(), withOpacity(behind, 0.5) + ", "}) {
             const std::string camera = "'camera': {'eye': [0, 1, 6], 'target': [0, 0, 0]},";
             const auto without = drawn(before.substr(0, before.size() - (before.empty() ? 0 : 2)), camera);
             const auto whole = drawn(before + layer, camera);
