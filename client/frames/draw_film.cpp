@@ -161,7 +161,7 @@ Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Fi
 
 FilmOrder orderOf(const FramesOptions& options, const Film& film) {
     FilmOrder order{film};
-    order.format = options.video.empty() ? options.format : PictureFormat::png;
+    order.format = options.video.empty() || options.keepFrames ? options.format : PictureFormat::png;
     if (options.page.format() != proto::Page::FORMAT_UNSPECIFIED) order.page = options.page;
     order.exposure = options.exposure;
     order.resume = options.resume;

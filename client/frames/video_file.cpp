@@ -7,6 +7,7 @@
 #include <chrono>
 #include <exception>
 
+#include "client/frames/exposure.h"
 #include "client/frames/video_of_frames.h"
 
 namespace mote::client {
@@ -62,8 +63,10 @@ void VideoFile::there(std::size_t index) {
 }
 
 Status VideoFile::put(DrawnFrame frame) {
-    MOTE_RETURN_IF_ERROR(store_.put(frame.index, frame.key, frame.pixels, std::move(frame.payload)));
     if (pictures_) MOTE_RETURN_IF_ERROR(pictures_->put({frame.index, frame.key, frame.pixels, {}}));
+    if (frame.pixels.format != proto::SRGB8) frame.payload.clear();
+    frame.pixels = asBytes(std::move(frame.pixels));
+    MOTE_RETURN_IF_ERROR(store_.put(frame.index, frame.key, frame.pixels, std::move(frame.payload)));
     {
         const std::lock_guard lock(mutex_);
         if (outcome_ && !outcome_->ok()) return *outcome_;
