@@ -73,9 +73,9 @@ Result<std::unique_ptr<PictureServer>> connected(const FramesOptions& options, W
     return server;
 }
 
-/// The pictures of a job, into a folder.
-Status fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
-                     ProgressBar& bar) {
+/// The pictures of a job, into a folder; how many they are.
+Result<std::uint32_t> fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
+                                    ProgressBar& bar) {
     const auto& film = job.request().film();
     const auto format = pictureFormat(film.format().empty() ? "png" : film.format());
     if (!film.video().empty() || !format) {
@@ -86,19 +86,23 @@ Status fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::
     std::error_code code;
     fs::create_directories(folder, code);
     if (code) return Error{ErrorCode::permissionDenied, folder.string(), "cannot be made: " + code.message()};
-    MOTE_RETURN_IF_ERROR(checkScript(film.script()), "script");
-    const auto count = frameCountOf(film.script());
-    for (std::uint32_t i = 0; i < count; ++i) {
-        MOTE_ASSIGN_OR_RETURN(const auto bytes, fetching.file(i));
-        MOTE_RETURN_IF_ERROR(writeFile(folder / fmt::format("frame-{:06}.{}", i, extension(*format)), bytes));
-        bar.show(i + 1, count, "fetching");
+    // How many they are is told by the first one that is not there.
+    for (std::uint32_t i = 0; i < maxFrames; ++i) {
+        const auto bytes = fetching.file(i);
+        const bool past = !bytes.ok() && i > 0 && bytes.error().code == ErrorCode::notFound &&
+                          bytes.error().where == "frame";
+        if (past) return i;
+        MOTE_RETURN_IF_ERROR(bytes);
+        MOTE_RETURN_IF_ERROR(
+            writeFile(folder / fmt::format("frame-{:06}.{}", i, extension(*format)), *bytes));
+        bar.show(i, i + 1, "fetching");
     }
-    return success();
+    return static_cast<std::uint32_t>(maxFrames);
 }
 
 /// Of pictures that were fetched.
 Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, const fs::path& folder,
-                     const Interrupt& interrupt) {
+                     std::uint32_t count, const Interrupt& interrupt) {
     const auto format = *pictureFormat(film.format().empty() ? "png" : film.format());
     const auto read = [&](std::size_t index) -> Result<FramePixels> {
         if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
@@ -109,11 +113,11 @@ Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, c
     settings.format = *videoFormat(options.video.extension().string());
     settings.width = first.width;
     settings.height = first.height;
-    settings.fps = film.script().has_fps() ? film.script().fps() : defaultFps;
+    settings.fps = options.fps.value_or(film.script().has_fps() ? film.script().fps() : defaultFps);
     settings.quality = options.crf;
     settings.chroma = options.chroma;
     MOTE_RETURN_IF_ERROR(checkVideo(settings));
-    return videoOfFrames(options.video, settings, frameCountOf(film.script()), read);
+    return videoOfFrames(options.video, settings, count, read);
 }
 
 Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesOptions& options,
@@ -136,8 +140,8 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
     const auto folder =
         options.video.parent_path() / fmt::format(".{}.fetched", options.video.filename().string());
     const auto made = [&]() -> Status {
-        MOTE_RETURN_IF_ERROR(fetchPictures(fetching, job, folder, bar));
-        return videoOfFolder(options, film, folder, interrupt);
+        MOTE_ASSIGN_OR_RETURN(const auto count, fetchPictures(fetching, job, folder, bar));
+        return videoOfFolder(options, film, folder, count, interrupt);
     }();
     std::error_code ignored;
     fs::remove_all(folder, ignored);
@@ -183,7 +187,10 @@ Status fetchFilm(const FramesOptions& options, const Interrupt& interrupt) {
     Fetching fetching(*server, options.fetch);
     MOTE_ASSIGN_OR_RETURN(const auto job, fetching.job());
     ProgressBar bar(!options.quiet, -1);
-    if (options.video.empty()) return fetchPictures(fetching, job, options.out, bar);
+    if (options.video.empty()) {
+        MOTE_RETURN_IF_ERROR(fetchPictures(fetching, job, options.out, bar));
+        return success();
+    }
     return fetchVideo(fetching, job, options, bar, interrupt);
 }
 
