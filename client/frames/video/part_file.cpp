@@ -26,7 +26,7 @@ bool isNamed(int file, const std::filesystem::path& path) {
 int openLocked(const std::filesystem::path& path) {
     constexpr int mostTries = 100;  // each fails only where another process ends in between
     for (int i = 0; i < mostTries; ++i) {
-        const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
         if (file < 0) return file;
         const bool busy = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
         if (!busy && isNamed(file, path)) return file;

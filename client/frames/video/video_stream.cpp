@@ -54,12 +54,12 @@ Options encoderOptions(const VideoSettings& settings) {
 }
 
 /// Code values of sRGB are kept; players show BT.709 as they are shown.
-void describeColors(AVCodecContext& context) {
+void describeColors(AVCodecContext& context, VideoChroma chroma) {
     context.color_range = AVCOL_RANGE_MPEG;
     context.color_primaries = AVCOL_PRI_BT709;
     context.color_trc = AVCOL_TRC_BT709;
     context.colorspace = AVCOL_SPC_BT709;
-    context.chroma_sample_location = AVCHROMA_LOC_LEFT;
+    if (chroma == VideoChroma::halved) context.chroma_sample_location = AVCHROMA_LOC_LEFT;
 }
 
 void describe(AVCodecContext& context, const VideoSettings& settings, AVRational rate) {
@@ -77,7 +77,7 @@ void describe(AVCodecContext& context, const VideoSettings& settings, AVRational
     context.gop_size = static_cast<int>(std::ceil(keySeconds * av_q2d(rate)));
     context.max_b_frames = 0;
     context.bit_rate = 0;  // whatever the quality takes
-    describeColors(context);
+    describeColors(context, settings.chroma);
 }
 
 }  // namespace
