@@ -14,6 +14,7 @@
 #include "client/frames/video/video_key.h"
 #include "client/frames/video_file.h"
 #include "protocol/scene/dataset.h"
+#include "protocol/scene/film_job.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
@@ -212,7 +213,7 @@ Status drawFilmJob(const FramesOptions& given, const Interrupt& interrupt) {
     options.quiet = true;
     options.format = pictureFormat(job.format().empty() ? "png" : job.format()).value_or(PictureFormat::png);
     if (job.video().empty()) options.out = folder;
-    if (!job.video().empty()) options.video = folder / fmt::format("film.{}", job.video());
+    if (!job.video().empty()) options.video = folder / filmVideoName(job);
     if (job.has_quality()) options.crf = job.quality();
     options.exposure.samples = std::max(1U, job.samples());
     options.exposure.shutterDegrees = job.shutter_degrees();

@@ -12,6 +12,7 @@
 #include "client/frames/progress_bar.h"
 #include "client/frames/video_of_frames.h"
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/film_job.h"
 
 namespace mote::client {
 namespace {
@@ -77,8 +78,7 @@ Result<std::unique_ptr<PictureServer>> connected(const FramesOptions& options, W
 Result<std::uint32_t> fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
                                     ProgressBar& bar) {
     const auto& film = job.request().film();
-    const auto format = pictureFormat(film.format().empty() ? "png" : film.format());
-    if (!film.video().empty() || !format) {
+    if (!film.video().empty()) {
         return Error{
             ErrorCode::unsupported, "--out",
             fmt::format("this film was made as {} alone: give --video FILE.{}", film.video(), film.video())};
@@ -93,8 +93,7 @@ Result<std::uint32_t> fetchPictures(Fetching& fetching, const proto::JobStatus& 
                           bytes.error().where == "frame";
         if (past) return i;
         MOTE_RETURN_IF_ERROR(bytes);
-        MOTE_RETURN_IF_ERROR(
-            writeFile(folder / fmt::format("frame-{:06}.{}", i, extension(*format)), *bytes));
+        MOTE_RETURN_IF_ERROR(writeFile(folder / filmPictureName(film, i), *bytes));
         bar.show(i, i + 1, "fetching");
     }
     return static_cast<std::uint32_t>(maxFrames);
@@ -103,10 +102,9 @@ Result<std::uint32_t> fetchPictures(Fetching& fetching, const proto::JobStatus& 
 /// Of pictures that were fetched.
 Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, const fs::path& folder,
                      std::uint32_t count, const Interrupt& interrupt) {
-    const auto format = *pictureFormat(film.format().empty() ? "png" : film.format());
     const auto read = [&](std::size_t index) -> Result<FramePixels> {
         if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
-        return readPictureFrame(folder / fmt::format("frame-{:06}.{}", index, extension(format)));
+        return readPictureFrame(folder / filmPictureName(film, static_cast<std::uint32_t>(index)));
     };
     MOTE_ASSIGN_OR_RETURN(const auto first, read(0));
     VideoSettings settings;
