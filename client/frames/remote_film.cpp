@@ -11,14 +11,13 @@
 #include "client/frames/picture_server.h"
 #include "client/frames/progress_bar.h"
 #include "client/frames/video_of_frames.h"
+#include "client/shared/film_download.h"
 #include "protocol/scene/film/check_script.h"
 
 namespace mote::client {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t largestFile = std::uint64_t{1} << 40;  // bytes; a server may say anything
 
 /// What the line brings of one film.
 class Fetching {
@@ -39,25 +38,17 @@ class Fetching {
         return *found;
     }
 
-    /// A picture, or the video, whole.
-    Result<std::vector<std::uint8_t>> file(std::optional<std::uint32_t> frame) {
-        std::vector<std::uint8_t> bytes;
-        proto::FetchFilm wanted;
-        wanted.set_id(id_);
-        if (frame) wanted.set_frame(*frame);
-        while (true) {
-            wanted.set_begin(bytes.size());
+    /// The video, or the pictures, as files.
+    Status save(const proto::JobStatus& job, const fs::path& target, ProgressBar& bar) {
+        MOTE_ASSIGN_OR_RETURN(const auto download, FilmDownload::begin(job, target));
+        while (!download->done()) {
             MOTE_ASSIGN_OR_RETURN(const auto piece, server_.answerTo<FilmBytes>([&](auto reply) {
-                server_.line().fetchFilm(wanted, std::move(reply));
+                server_.line().fetchFilm(download->wanted(), std::move(reply));
             }));
-            const auto size = piece.message.size();
-            const bool sound = piece.message.begin() == bytes.size() && size <= largestFile &&
-                               piece.bytes.size() <= size - bytes.size() && !piece.bytes.empty();
-            if (!sound)
-                return Error{ErrorCode::corrupt, "--fetch", "the server sent a piece of another file"};
-            bytes.insert(bytes.end(), piece.bytes.begin(), piece.bytes.end());
-            if (bytes.size() == size) return bytes;
+            MOTE_RETURN_IF_ERROR(download->take(piece));
+            bar.show(download->filesDone(), download->files(), "fetching");
         }
+        return success();
     }
 
   private:
@@ -83,17 +74,7 @@ Status fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::
             ErrorCode::unsupported, "--out",
             fmt::format("this film was made as {} alone: give --video FILE.{}", film.video(), film.video())};
     }
-    std::error_code code;
-    fs::create_directories(folder, code);
-    if (code) return Error{ErrorCode::permissionDenied, folder.string(), "cannot be made: " + code.message()};
-    MOTE_RETURN_IF_ERROR(checkScript(film.script()), "script");
-    const auto count = frameCountOf(film.script());
-    for (std::uint32_t i = 0; i < count; ++i) {
-        MOTE_ASSIGN_OR_RETURN(const auto bytes, fetching.file(i));
-        MOTE_RETURN_IF_ERROR(writeFile(folder / fmt::format("frame-{:06}.{}", i, extension(*format)), bytes));
-        bar.show(i + 1, count, "fetching");
-    }
-    return success();
+    return fetching.save(job, folder, bar);
 }
 
 /// Of pictures that were fetched.
@@ -130,8 +111,7 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
             return Error{
                 ErrorCode::unsupported, "--video",
                 fmt::format("this film was made as {}: give --video FILE.{}", film.video(), film.video())};
-        MOTE_ASSIGN_OR_RETURN(const auto bytes, fetching.file(std::nullopt));
-        return writeFile(options.video, bytes);
+        return fetching.save(job, options.video, bar);
     }
     const auto folder =
         options.video.parent_path() / fmt::format(".{}.fetched", options.video.filename().string());

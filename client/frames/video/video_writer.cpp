@@ -3,9 +3,9 @@
 
 #include <cstring>
 
-#include "client/frames/video/part_file.h"
 #include "client/frames/video/video_colors.h"
 #include "client/frames/video/video_stream.h"
+#include "client/shared/part_file.h"
 
 namespace mote::client {
 namespace {
