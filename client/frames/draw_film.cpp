@@ -13,7 +13,7 @@
 #include "client/frames/picture_files.h"
 #include "client/frames/video/video_key.h"
 #include "client/frames/video_file.h"
-#include "protocol/scene/dataset.h"
+#include "client/shared/known_datasets.h"
 #include "protocol/scene/film_job.h"
 #include "protocol/scene/json.h"
 
@@ -55,14 +55,6 @@ Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const 
     return servers;
 }
 
-/// The entry of a dataset that nobody has described yet: its steps are known, where it lies is not.
-FilmDatasets fromCatalogue(const proto::Catalogue& catalogue) {
-    FilmDatasets datasets;
-    for (const auto& entry : catalogue.datasets())
-        datasets[entry.name()] = {plotBounds, static_cast<int>(entry.steps())};
-    return datasets;
-}
-
 Result<KnownData> askServer(PictureServer& server, const proto::Script& script) {
     using Line = Connection::State;
     MOTE_RETURN_IF_ERROR(server.waitUntil([&] { return server.line().state() == Line::connected; }));
@@ -70,14 +62,14 @@ Result<KnownData> askServer(PictureServer& server, const proto::Script& script) 
         server.line().listDatasets(std::move(reply));
     }));
     const auto welcome = server.line().welcome();
-    KnownData known{fromCatalogue(catalogue),
+    KnownData known{knownDatasets(catalogue),
                     fmt::format("{}\n{}\n", welcome.server(), withoutThreads(welcome.device()))};
     for (const auto& name : datasetsOf(script)) {
         if (known.datasets.count(name) == 0) continue;  // told with its place in the script
         MOTE_ASSIGN_OR_RETURN(const auto description, server.answerTo<proto::Description>([&](auto reply) {
             server.line().describe(name, std::move(reply));
         }));
-        known.datasets[name] = {datasetBounds(description.manifest()), stepCount(description.manifest())};
+        known.datasets[name] = knownDataset(description.manifest());
         known.key += toJsonLine(description.manifest()) + "\n";
     }
     return known;

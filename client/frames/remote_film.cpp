@@ -11,6 +11,7 @@
 #include "client/frames/picture_server.h"
 #include "client/frames/progress_bar.h"
 #include "client/frames/video_of_frames.h"
+#include "client/shared/film_download.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film_job.h"
 
@@ -18,8 +19,6 @@ namespace mote::client {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t largestFile = std::uint64_t{1} << 40;  // bytes; a server may say anything
 
 /// What the line brings of one film.
 class Fetching {
@@ -40,25 +39,16 @@ class Fetching {
         return *found;
     }
 
-    /// A picture, or the video, whole.
-    Result<std::vector<std::uint8_t>> file(std::optional<std::uint32_t> frame) {
-        std::vector<std::uint8_t> bytes;
-        proto::FetchFilm wanted;
-        wanted.set_id(id_);
-        if (frame) wanted.set_frame(*frame);
-        while (true) {
-            wanted.set_begin(bytes.size());
-            MOTE_ASSIGN_OR_RETURN(const auto piece, server_.answerTo<FilmBytes>([&](auto reply) {
-                server_.line().fetchFilm(wanted, std::move(reply));
-            }));
-            const auto size = piece.message.size();
-            const bool sound = piece.message.begin() == bytes.size() && size <= largestFile &&
-                               piece.bytes.size() <= size - bytes.size() && !piece.bytes.empty();
-            if (!sound)
-                return Error{ErrorCode::corrupt, "--fetch", "the server sent a piece of another file"};
-            bytes.insert(bytes.end(), piece.bytes.begin(), piece.bytes.end());
-            if (bytes.size() == size) return bytes;
+    /// The video, or the pictures, as files; how many they are.
+    Result<std::uint64_t> save(const proto::JobStatus& job, const fs::path& target, ProgressBar& bar) {
+        MOTE_ASSIGN_OR_RETURN(const auto download, FilmDownload::begin(job, target));
+        while (!download->done()) {
+            const auto piece = server_.answerTo<FilmBytes>(
+                [&](auto reply) { server_.line().fetchFilm(download->wanted(), std::move(reply)); });
+            MOTE_RETURN_IF_ERROR(download->take(piece));
+            bar.show(download->filesDone(), download->filesDone() + 1, "fetching");
         }
+        return download->filesDone();
     }
 
   private:
@@ -75,7 +65,7 @@ Result<std::unique_ptr<PictureServer>> connected(const FramesOptions& options, W
 }
 
 /// The pictures of a job, into a folder; how many they are.
-Result<std::uint32_t> fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
+Result<std::uint64_t> fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
                                     ProgressBar& bar) {
     const auto& film = job.request().film();
     if (!film.video().empty()) {
@@ -83,25 +73,12 @@ Result<std::uint32_t> fetchPictures(Fetching& fetching, const proto::JobStatus& 
             ErrorCode::unsupported, "--out",
             fmt::format("this film was made as {} alone: give --video FILE.{}", film.video(), film.video())};
     }
-    std::error_code code;
-    fs::create_directories(folder, code);
-    if (code) return Error{ErrorCode::permissionDenied, folder.string(), "cannot be made: " + code.message()};
-    // How many they are is told by the first one that is not there.
-    for (std::uint32_t i = 0; i < maxFrames; ++i) {
-        const auto bytes = fetching.file(i);
-        const bool past = !bytes.ok() && i > 0 && bytes.error().code == ErrorCode::notFound &&
-                          bytes.error().where == "frame";
-        if (past) return i;
-        MOTE_RETURN_IF_ERROR(bytes);
-        MOTE_RETURN_IF_ERROR(writeFile(folder / filmPictureName(film, i), *bytes));
-        bar.show(i, i + 1, "fetching");
-    }
-    return static_cast<std::uint32_t>(maxFrames);
+    return fetching.save(job, folder, bar);
 }
 
 /// Of pictures that were fetched.
 Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, const fs::path& folder,
-                     std::uint32_t count, const Interrupt& interrupt) {
+                     std::uint64_t count, const Interrupt& interrupt) {
     const auto read = [&](std::size_t index) -> Result<FramePixels> {
         if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
         return readPictureFrame(folder / filmPictureName(film, static_cast<std::uint32_t>(index)));
@@ -132,8 +109,8 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
             return Error{
                 ErrorCode::unsupported, "--video",
                 fmt::format("this film was made as {}: give --video FILE.{}", film.video(), film.video())};
-        MOTE_ASSIGN_OR_RETURN(const auto bytes, fetching.file(std::nullopt));
-        return writeFile(options.video, bytes);
+        MOTE_RETURN_IF_ERROR(fetching.save(job, options.video, bar));
+        return success();
     }
     const auto folder =
         options.video.parent_path() / fmt::format(".{}.fetched", options.video.filename().string());

@@ -11,6 +11,7 @@
 
 #include "client/shared/connection.h"
 #include "client/view/camera_control.h"
+#include "client/view/film_editor.h"
 #include "client/view/options.h"
 #include "client/view/panel.h"
 #include "client/view/playback.h"
@@ -38,10 +39,10 @@ ConnectionSettings connectionSettings() {
 /// newest picture and sleeps while nothing changes. Main thread.
 class Viewer {
   public:
-    /// Loads the saved view if one was given. Throws WindowError.
+    /// Loads the saved view and the film if they were given. Throws WindowError.
     explicit Viewer(const ViewOptions& options);
 
-    /// Errors of options.view; to be asked before run().
+    /// Errors of options.view and options.film; to be asked before run().
     const Status& loaded() const { return loaded_; }
     /// Runs until the window closes or, on request, the exact picture was shown. Returns the exit status.
     int run();
@@ -55,6 +56,9 @@ class Viewer {
     void listen();
     void askServer();
     void openDataset(const std::string& name);
+    /// Shows a view of a film, whatever its dataset.
+    void showView(const proto::View& view);
+    void describeShown();
     /// Opens the plot that a job of ours was to make, once the catalogue knows it.
     bool openAwaited();
     void plot(const AxisNames& axes);
@@ -62,6 +66,7 @@ class Viewer {
     void saveView();
     void say(const std::string& message);
 
+    float filmHeight() const;
     Area pictureArea() const;
     void takeInput(const Area& area);
     void takeKeys();
@@ -70,6 +75,8 @@ class Viewer {
     void takePicture();
     void showPicture(const Area& area) const;
     void play();
+    void editFilm(const Area& area);
+    bool still() const;
     bool finished();
     void refreshStatistics();
 
@@ -79,8 +86,10 @@ class Viewer {
     ViewModel model_;
     Playback playback_;
     ServerState server_;
+    FilmEditor film_;
+    FramePixels picture_;  // on the screen
     Status loaded_ = success();
-    bool panelShown_ = true;
+    bool panelShown_ = true, filmShown_ = false;
     bool dirty_ = true;        // the model differs from what was sent
     bool moving_ = false;      // a gesture is under way
     bool sentMoving_ = false;  // the sent view was announced as moving
@@ -95,26 +104,35 @@ class Viewer {
 Viewer::Viewer(const ViewOptions& options)
     : options_(options),
       window_(options.width, options.height, "Mote"),
+      film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
       connection_(options.connection, connectionSettings()) {
     if (options.view) {
         proto::View view;
         loaded_ = readJsonFile(*options.view, view);
         if (loaded_.ok()) loaded_ = model_.load(view);
     }
+    if (options.film && loaded_.ok()) {
+        loaded_ = film_.open(*options.film);
+        if (loaded_.ok() && !options.view) loaded_ = model_.load(film_.film().keyframes().front().view);
+        filmShown_ = true;
+    }
     listen();
 }
 
 void Viewer::listen() {
     connection_.onState([this](Connection::State state) {
+        film_.forgetAsked();
         if (state == Connection::State::connected) askServer();
         if (state == Connection::State::lost && options_.exitAfterStill) exitStatus_ = 1;
     });
     connection_.onCatalogue([this](const proto::Catalogue& catalogue) {
         server_.catalogue = catalogue;
+        film_.setCatalogue(catalogue);
         openAwaited();
     });
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
-    connection_.onViewFailed([this](std::uint64_t, const Error& error) {
+    connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
+        if (film_.takeFailure(view)) return;
         say(error.toString());
         if (options_.exitAfterStill) exitStatus_ = 1;
     });
@@ -124,6 +142,7 @@ void Viewer::askServer() {
     connection_.listDatasets([this](Result<proto::Catalogue> reply) {
         if (!reply.ok()) return say(reply.error().toString());
         server_.catalogue = *reply;
+        film_.setCatalogue(*reply);
         if (model_.hasDataset()) return openDataset(model_.dataset());
         if (reply->datasets().empty()) return say("the server has no datasets yet");
         openDataset(reply->datasets(0).name());
@@ -148,12 +167,31 @@ void Viewer::openDataset(const std::string& name) {
             if (options_.exitAfterStill) exitStatus_ = 1;
             return say(reply.error().toString());
         }
+        film_.setDescription(*reply);
         server_.shown = *std::move(reply);
         server_.message.clear();
         model_.setDataset(name, server_.shown->manifest());
         window_.setTitle(fmt::format("{} - Mote", name));
         dirty_ = true;
     });
+}
+
+void Viewer::showView(const proto::View& view) {
+    const auto loaded = model_.load(view);
+    if (!loaded.ok()) return say(loaded.error().toString());
+    dirty_ = true;
+    describeShown();
+}
+
+/// What the panel says of the dataset in the view, once it is known.
+void Viewer::describeShown() {
+    const auto* description = film_.description(model_.dataset());
+    if (description == nullptr) return;
+    if (!server_.shown || server_.shown->dataset() != model_.dataset()) {
+        server_.shown = *description;
+        window_.setTitle(fmt::format("{} - Mote", model_.dataset()));
+    }
+    model_.describe(description->manifest());
 }
 
 void Viewer::plot(const AxisNames& axes) {
@@ -198,11 +236,15 @@ void Viewer::say(const std::string& message) {
     server_.message = message;
 }
 
+float Viewer::filmHeight() const {
+    return panelShown_ && filmShown_ ? FilmPanel::height(window_.contentScale()) : 0.0F;
+}
+
 Viewer::Area Viewer::pictureArea() const {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
     const float panel = panelShown_ ? panelWidth * window_.contentScale() : 0.0F;
-    const float width = std::max(display.x - panel, 1.0F), height = std::max(display.y, 1.0F);
+    const float width = std::max(display.x - panel, 1.0F), height = std::max(display.y - filmHeight(), 1.0F);
     return {width, height, static_cast<std::uint32_t>(std::max(width * density.x, 1.0F)),
             static_cast<std::uint32_t>(std::max(height * density.y, 1.0F))};
 }
@@ -214,6 +256,7 @@ void Viewer::takeInput(const Area& area) {
                       ImGui::IsMouseDown(ImGuiMouseButton_Middle);
     moving_ = held && !io.WantCaptureMouse;
     if (io.WantCaptureMouse) return;
+    if (moving_ || io.MouseWheel != 0.0F) film_.stop();
     const double aspect = static_cast<double>(area.columns) / area.rows;
     const glm::dvec2 drag(io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
     const bool dragged = drag != glm::dvec2(0.0) && held;
@@ -243,17 +286,26 @@ void Viewer::takeKeys() {
     if (pressed(ImGuiKey_Space)) playback_.playing = !playback_.playing;
     if (letter('F')) model_.fit();
     if (letter('O')) model_.setCamera(toggleProjection(model_.camera(1.0)));
+    if (letter('F') || letter('O')) film_.stop();
     if (pressed(ImGuiKey_Tab)) panelShown_ = !panelShown_;
+    if (letter('K')) filmShown_ = !filmShown_;
     dirty_ |= letter('F') || letter('O');
 }
 
 void Viewer::apply(const PanelActions& actions) {
+    if (actions.viewChanged) film_.stop();
     dirty_ |= actions.viewChanged;
     moving_ |= actions.editing;
     if (actions.saveView) saveView();
+    if (actions.toggleFilm) filmShown_ = !filmShown_;
     if (actions.reconnect) connection_.reconnect();
     if (actions.openDataset) openDataset(*actions.openDataset);
     if (actions.plot) plot(*actions.plot);
+    for (const auto& job : server_.jobs) {
+        if (job.id() != actions.saveFilm) continue;
+        filmShown_ = true;  // it asks where to
+        film_.askWhereToSave(job);
+    }
     if (actions.cancelJob) {
         connection_.cancelJob(*actions.cancelJob, [this](Result<proto::JobStatus> reply) {
             if (!reply.ok()) say(reply.error().toString());
@@ -268,6 +320,7 @@ void Viewer::sendView(const Area& area) {
     if (!dirty_ && !resized && !released) return;
     ViewRequest request;
     request.moving = moving_;
+    film_.forgetAsked();  // this view takes the place of all others
     sentView_ = connection_.setView(model_.view(area.columns, area.rows), request);
     sentMoving_ = moving_;
     sentColumns_ = area.columns;
@@ -277,7 +330,9 @@ void Viewer::sendView(const Area& area) {
 
 void Viewer::takePicture() {
     while (auto frame = connection_.takeFrame()) {
+        if (film_.takeFrame(*frame)) continue;
         texture_.upload(frame->pixels.bytes, frame->pixels.width, frame->pixels.height);
+        picture_ = std::move(frame->pixels);
         server_.frame = std::move(frame->message);
     }
 }
@@ -312,11 +367,29 @@ void Viewer::play() {
     dirty_ = true;
 }
 
+/// What a film's bar and its preview change of the view.
+void Viewer::editFilm(const Area& area) {
+    const double now = ImGui::GetTime();
+    if (const auto view = film_.play(now)) showView(*view);
+    if (panelShown_ && filmShown_) {
+        const auto present = model_.view(area.columns, area.rows);
+        const FilmSurroundings around{0.0F, area.height, area.width, window_.contentScale(),
+                                      now,  present,     picture_,   server_};
+        if (const auto view = film_.draw(around)) showView(*view);
+    }
+    moving_ |= film_.moving();
+    if (still()) film_.askThumbnails();
+}
+
 /// The exact picture of the latest view is on the screen.
+bool Viewer::still() const {
+    return server_.frame && server_.frame->final() && server_.frame->view_id() == sentView_ && !dirty_ &&
+           !moving_;
+}
+
+/// And all that is shown beside it.
 bool Viewer::finished() {
-    const bool still =
-        server_.frame && server_.frame->final() && server_.frame->view_id() == sentView_ && !dirty_;
-    if (!still || !(options_.screenshot || options_.exitAfterStill)) return false;
+    if (!still() || film_.waits() || !(options_.screenshot || options_.exitAfterStill)) return false;
     if (options_.screenshot) {
         const auto status = writeScreenshot(*options_.screenshot, window_.readPixels(),
                                             window_.framebufferWidth(), window_.framebufferHeight());
@@ -342,6 +415,7 @@ int Viewer::run() {
         takeInput(area);
         play();
         if (panelShown_) apply(drawPanel(model_, playback_, server_, window_.contentScale()));
+        editFilm(area);
         sendView(area);
         showPicture(area);
         window_.drawFrame();

@@ -38,12 +38,14 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     app.footer(
         "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
         "Keys: F fits the view, O toggles perspective, left and right change the step, space plays them, "
-        "Tab hides the panel.\n\n"
+        "Tab hides the panel, K shows the keyframes of a film.\n\n"
         "Examples:\n"
         "  mote-view --connect ~/.mote/connection.json\n"
-        "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still");
+        "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still\n"
+        "  mote-view --connect c.json --film film.json");
     app.option("--connect", options.connection, "Connection file of the server").showDefault();
     app.option("--view", options.view, "A saved view (JSON) to start with");
+    app.option("--film", options.film, "A script of keyframes (JSON) to edit");
     app.option("--size", size, "Size of the window, WIDTHxHEIGHT").showDefault("1600x900");
     app.option("--screenshot", options.screenshot, "Write the window as PNG once the exact picture is shown");
     app.flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");

@@ -12,6 +12,7 @@ namespace mote::client {
 struct ViewOptions {
     std::filesystem::path connection;           ///< connection file of the server
     std::optional<std::filesystem::path> view;  ///< a saved view to start with
+    std::optional<std::filesystem::path> film;  ///< a script of keyframes to start with
     int width = 1600;                           ///< of the window, screen coordinates
     int height = 900;
     std::optional<std::filesystem::path>

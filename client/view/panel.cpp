@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/view/camera_control.h"
+#include "client/view/film/film_jobs.h"
 #include "protocol/scene/dataset.h"
 
 namespace mote::client {
@@ -125,6 +126,8 @@ void drawCamera(ViewModel& model, PanelActions& actions) {
     }
     ImGui::SameLine();
     actions.saveView = ImGui::Button("Save view");
+    actions.toggleFilm = ImGui::Button("Film (K)");
+    ImGui::SameLine();
     text("from");
     constexpr std::array<const char*, 6> sides{"-x", "+x", "-y", "+y", "-z", "+z"};
     for (std::size_t i = 0; i < sides.size(); ++i) {
@@ -141,12 +144,13 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
     for (std::size_t i = 0; i < std::min(server.jobs.size(), most); ++i) {
         const auto& job = server.jobs[i];
         ImGui::PushID(job.id().c_str());
-        text(fmt::format("{}: {}", datasetName(job.request()), stateName(job.state())));
+        text(fmt::format("{}: {}", jobName(job.request()), stateName(job.state())));
         if (job.state() == proto::JobStatus::RUNNING || job.state() == proto::JobStatus::QUEUED) {
             ImGui::ProgressBar(static_cast<float>(job.progress()), {-70.0F, 0.0F}, job.phase().c_str());
             ImGui::SameLine();
             if (ImGui::SmallButton("Cancel")) actions.cancelJob = job.id();
         }
+        if (isReadyFilm(job) && ImGui::SmallButton("Save film...")) actions.saveFilm = job.id();
         if (!job.error().empty()) dim(job.error());
         ImGui::PopID();
     }

@@ -20,10 +20,12 @@ struct PanelActions {
     bool viewChanged = false;  ///< the model was edited
     bool editing = false;      ///< and a control is still held
     bool saveView = false;
+    bool toggleFilm = false;  ///< the keyframes are shown, or hidden
     bool reconnect = false;
     std::optional<std::string> openDataset;  ///< a name of the catalogue
     std::optional<AxisNames> plot;           ///< other axes of the shown run
     std::optional<std::string> cancelJob;    ///< an id
+    std::optional<std::string> saveFilm;     ///< an id
 };
 
 void text(const std::string& line);

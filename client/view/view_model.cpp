@@ -57,6 +57,13 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     editor_->setDataset(manifest);
 }
 
+void ViewModel::describe(const proto::Manifest& manifest) {
+    steps_ = stepCount(manifest);
+    bounds_ = datasetBounds(manifest);
+    described_ = true;
+    editor_->setDataset(manifest);
+}
+
 void ViewModel::drawAs(proto::Layer::KindCase kind, const proto::Manifest& manifest) {
     if (setKind(kind)) editor_->setDataset(manifest);
 }

@@ -31,6 +31,8 @@ class ViewModel {
     /// Shows another dataset, with the same look if the same kind of layer draws it; the step is kept where
     /// it has as many. A loaded camera stays.
     void setDataset(const std::string& name, const proto::Manifest& manifest);
+    /// What is known of the dataset that a loaded view shows, whose camera and look stay.
+    void describe(const proto::Manifest& manifest);
     /// The kind of the first layer.
     proto::Layer::KindCase kind() const { return layer().kind_case(); }
     /// Shows the dataset, whose manifest is given, by another kind of layer that draws it, every control at

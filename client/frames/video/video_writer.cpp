@@ -3,10 +3,10 @@
 
 #include <cstring>
 
-#include "client/frames/video/part_file.h"
 #include "client/frames/video/video_colors.h"
 #include "client/frames/video/video_key.h"
 #include "client/frames/video/video_stream.h"
+#include "client/shared/part_file.h"
 
 namespace mote::client {
 namespace {
@@ -55,7 +55,10 @@ class VideoWriter::Impl {
     Status finish(std::string_view key) {
         if (frames_ == 0) return Error{ErrorCode::invalidArgument, where_, "a film needs a frame"};
         MOTE_RETURN_IF_ERROR(stream_->finish());
-        if (!key.empty()) MOTE_RETURN_IF_ERROR(part_->append(videoTail(settings_.format, key)));
+        if (!key.empty()) {
+            const auto tail = videoTail(settings_.format, key);
+            MOTE_RETURN_IF_ERROR(part_->append({reinterpret_cast<const std::uint8_t*>(tail.data()), tail.size()}));
+        }
         return part_->publish();
     }
 

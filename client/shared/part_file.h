@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // PartFile: a file that grows under a hidden name beside its final one, ".NAME.part", and appears by one
-// rename. It is locked while its owner lives, so that two processes do not write the same film, and so that
+// rename. It is locked while its owner lives, so that two processes do not write the same file, and so that
 // what a killed process left is taken over and does not stay. One owner, one thread at a time.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <string_view>
+#include <span>
 
 #include "protocol/scene/error.h"
 
@@ -24,8 +25,8 @@ class PartFile {
     PartFile& operator=(const PartFile&) = delete;
 
     const std::filesystem::path& hidden() const { return hidden_; }
-    /// Adds bytes at its end. Errors: those of the system.
-    Status append(std::string_view bytes);
+    /// Puts bytes at its end. Errors: those of the system.
+    Status append(std::span<const std::uint8_t> bytes);
     /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
     Status publish();
 

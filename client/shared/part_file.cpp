@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/frames/video/part_file.h"
+#include "client/shared/part_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -42,7 +42,7 @@ int openLocked(const std::filesystem::path& path) {
 Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& path) {
     std::error_code code;
     if (path.filename().empty() || std::filesystem::is_directory(path, code)) {
-        return Error{ErrorCode::alreadyExists, path.string(), "is a folder, where a film should be written"};
+        return Error{ErrorCode::alreadyExists, path.string(), "is a folder, where a file should be written"};
     }
     const auto hidden = path.parent_path() / fmt::format(".{}.part", path.filename().string());
     const int file = openLocked(hidden);
@@ -63,13 +63,12 @@ PartFile::~PartFile() {
     ::close(file_);
 }
 
-Status PartFile::append(std::string_view bytes) {
-    const off_t end = ::lseek(file_, 0, SEEK_END);
-    if (end < 0) return systemError(errno, path_.string(), "cannot be written");
+Status PartFile::append(std::span<const std::uint8_t> bytes) {
+    if (::lseek(file_, 0, SEEK_END) < 0) return systemError(errno, path_.string(), "cannot be written");
     while (!bytes.empty()) {
-        const auto count = ::write(file_, bytes.data(), bytes.size());
-        if (count < 0 && errno != EINTR) return systemError(errno, path_.string(), "cannot be written");
-        if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
+        const auto written = ::write(file_, bytes.data(), bytes.size());
+        if (written >= 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+        if (written < 0 && errno != EINTR) return systemError(errno, path_.string(), "cannot be written");
     }
     return success();
 }

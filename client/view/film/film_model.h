@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// FilmModel: the film that is edited in the viewer: keyframes, which of them is selected, and the playhead.
+// Its keyframes ascend in time by at least a frame; with two of them its script is a valid one. A value that
+// knows no window and no clock; main thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "protocol/scene/film/check_script.h"
+#include "protocol/scene/film/easing.h"
+#include "protocol/scene/film/steps_between.h"
+
+namespace mote::client {
+
+struct FilmKeyframe {
+    double seconds = 0.0;
+    proto::View view;  ///< valid; its size is the film's
+    Easing easing = Easing::linear;
+    std::uint64_t picture = 0;  ///< number of its thumbnail; copies have the same
+};
+
+struct FilmSize {
+    std::uint32_t width = 0;   ///< pixels
+    std::uint32_t height = 0;  ///< pixels
+
+    bool operator==(const FilmSize&) const = default;
+};
+
+class FilmModel {
+  public:
+    /// Seconds from the last keyframe to one that is put behind it.
+    static constexpr double usualGap = 2.0;
+
+    /// The film of a script of keyframes. Keyframes nearer to each other than a frame are moved apart.
+    /// Errors: of checkScript(); unsupported: a script of views or moves.
+    static Result<FilmModel> fromScript(const proto::Script& script);
+    /// With two keyframes a script that checkScript() finds nothing wrong with. Without easings where the
+    /// speed is constant.
+    proto::Script toScript() const;
+
+    const std::vector<FilmKeyframe>& keyframes() const { return keyframes_; }
+    bool empty() const { return keyframes_.empty(); }
+    bool isFilm() const { return keyframes_.size() >= 2; }
+    double begin() const { return empty() ? 0.0 : keyframes_.front().seconds; }  ///< seconds
+    double end() const { return empty() ? 0.0 : keyframes_.back().seconds; }     ///< seconds
+    /// Frames, both ends shown; 0 of what is no film yet.
+    std::uint64_t frameCount() const;
+    /// Another number after every change of what is shown.
+    std::uint64_t revision() const { return revision_; }
+
+    /// Puts a valid view at the playhead where that lies between two keyframes with a frame's room, else
+    /// after the last. It is selected; the first one decides the film's size, made even. Errors:
+    /// invalidArgument (of parseView), resourceExhausted: there is no room for it.
+    Status add(const proto::View& view);
+    /// A copy of the selected one half way to the next, or after the last. Errors: as add().
+    Status duplicate();
+    /// The selected one shows another view from now on. Errors: as parseView(); nothing is selected.
+    Status replace(const proto::View& view);
+    void removeSelected();
+    /// To a time of a whole frame, but never past a neighbour, and no film longer than it may be. `keyframe`
+    /// is one of keyframes().
+    void move(std::size_t keyframe, double seconds);
+    /// Of the selected one.
+    void setEasing(Easing easing);
+
+    std::optional<std::size_t> selected() const { return selected_; }
+    /// Takes the playhead along. One of keyframes().
+    void select(std::size_t keyframe);
+    double playhead() const { return playhead_; }  ///< seconds; within the film
+    void setPlayhead(double seconds);
+
+    double fps() const { return fps_; }  ///< frames a second
+    /// As near to it as the film allows; keyframes that come too near move apart.
+    void setFps(double fps);
+    FilmSize size() const { return size_; }
+    /// Of all frames. Ignored where a view cannot have it.
+    void setSize(FilmSize size);
+    bool constantSpeed() const { return constantSpeed_; }
+    void setConstantSpeed(bool constant);
+    BetweenSteps betweenSteps() const { return betweenSteps_; }
+    void setBetweenSteps(BetweenSteps between);
+
+  private:
+    double frame() const { return 1.0 / fps_; }  // seconds
+    /// The latest time that a keyframe may have.
+    double latest() const;
+    double earliest() const;
+    std::optional<std::size_t> wayOfPlayhead() const;
+    Status insert(std::size_t index, FilmKeyframe keyframe);
+    void spread();
+    void changed();
+
+    std::vector<FilmKeyframe> keyframes_;
+    std::optional<std::size_t> selected_;
+    double playhead_ = 0.0;
+    double fps_ = defaultFps;
+    FilmSize size_;
+    bool constantSpeed_ = false;
+    BetweenSteps betweenSteps_ = BetweenSteps::hold;
+    std::uint64_t pictures_ = 0;  // numbers given so far
+    std::uint64_t revision_ = 0;
+};
+
+}  // namespace mote::client

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/film/path_prompt.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace mote::client {
+
+std::filesystem::path expandHome(const std::string& typed) {
+    const char* home = std::getenv("HOME");
+    if (home == nullptr || !typed.starts_with("~/")) return typed;
+    return std::filesystem::path(home) / typed.substr(2);
+}
+
+PathPrompt::PathPrompt(std::string title, std::string verb, std::string usual, bool mayReplace)
+    : title_(std::move(title)), verb_(std::move(verb)), mayReplace_(mayReplace) {
+    std::copy_n(usual.begin(), std::min(usual.size(), typed_.size() - 1), typed_.begin());
+}
+
+void PathPrompt::open() {
+    opening_ = true;
+    closing_ = false;
+    failure_.clear();
+    agreed_.clear();
+}
+
+std::optional<std::filesystem::path> PathPrompt::decide(bool pressed) {
+    const auto path = expandHome(typed_.data());
+    if (!pressed) return std::nullopt;
+    failure_.clear();
+    if (path.empty()) {
+        fail("a path is needed");
+        return std::nullopt;
+    }
+    std::error_code code;
+    if (mayReplace_ && agreed_ != path && std::filesystem::is_regular_file(path, code)) {
+        agreed_ = path;
+        fail(fmt::format("{} is there already; once more to replace it", path.string()));
+        return std::nullopt;
+    }
+    return path;
+}
+
+std::optional<std::filesystem::path> PathPrompt::draw(float scale) {
+    if (opening_) ImGui::OpenPopup(title_.c_str());
+    const bool fresh = std::exchange(opening_, false);
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 3.0F}, ImGuiCond_Always, {0.5F, 0.5F});
+    ImGui::SetNextWindowSize({std::min(520.0F * scale, display.x), 0.0F});
+    constexpr auto flags = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize;
+    if (!ImGui::BeginPopupModal(title_.c_str(), nullptr, flags)) return std::nullopt;
+    if (fresh) ImGui::SetKeyboardFocusHere();
+    ImGui::SetNextItemWidth(-1.0F);
+    const bool entered =
+        ImGui::InputText("##path", typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+    const bool pressed = ImGui::Button(verb_.c_str()) || entered;
+    ImGui::SameLine();
+    const bool given = ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape));
+    const auto path = decide(pressed && !given);
+    if (!failure_.empty()) {
+        ImGui::PushStyleColor(ImGuiCol_Text, IM_COL32(255, 150, 110, 255));
+        ImGui::TextWrapped("%s", failure_.c_str());
+        ImGui::PopStyleColor();
+    }
+    if (given || std::exchange(closing_, false)) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    return path;
+}
+
+}  // namespace mote::client

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PathPrompt: asks the user for the path of a file, in a window above all others. It stays until what was
+// asked for is done: its owner closes it, or lets it say what went wrong. Main thread, within a Dear ImGui
+// frame.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace mote::client {
+
+/// "~/film.json" as the shell has it.
+std::filesystem::path expandHome(const std::string& typed);
+
+class PathPrompt {
+  public:
+    /// `verb` is on its button; a path that was typed before stays unless it is empty. `mayReplace`: a file
+    /// that is there is replaced only once the user has said so.
+    explicit PathPrompt(std::string title, std::string verb, std::string usual, bool mayReplace);
+
+    void open();
+    /// Says what went wrong, as one sentence.
+    void fail(std::string sentence) { failure_ = std::move(sentence); }
+    void close() { closing_ = true; }
+
+    /// Draws it while it is open; the path, in the frame in which the user wants it.
+    std::optional<std::filesystem::path> draw(float scale);
+
+  private:
+    std::optional<std::filesystem::path> decide(bool pressed);
+
+    const std::string title_, verb_;
+    const bool mayReplace_;
+    std::array<char, 4096> typed_{};
+    std::string failure_;
+    std::string agreed_;  // a file that may be replaced
+    bool opening_ = false, closing_ = false;
+};
+
+}  // namespace mote::client

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/film/film_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "protocol/scene/film/film.h"
+#include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
+#include "tests/support/random.h"
+
+namespace mote::client {
+namespace {
+
+using test::Random;
+
+proto::View viewFrom(const glm::dvec3& direction, std::uint32_t width = 1261, std::uint32_t height = 707) {
+    proto::View view;
+    view.set_width(width);
+    view.set_height(height);
+    auto& camera = *view.mutable_camera();
+    for (int i = 0; i < 3; ++i) camera.add_eye(4.0 * direction[i]);
+    for (int i = 0; i < 3; ++i) camera.add_target(0.0);
+    // Never along the line of sight.
+    const bool upright = std::abs(direction.y) < 0.9;
+    for (const double number : {upright ? 0.0 : 1.0, upright ? 1.0 : 0.0, 0.0}) camera.add_up(number);
+    auto& layer = *view.add_layers();
+    layer.set_dataset("data/beam");
+    layer.mutable_particles();
+    return view;
+}
+
+proto::View anyView(Random& random) {
+    return viewFrom(random.direction(), 64 + static_cast<std::uint32_t>(random.below(2000)),
+                    64 + static_cast<std::uint32_t>(random.below(2000)));
+}
+
+/// What holds after every edit.
+void expectSound(const FilmModel& film) {
+    const auto& keyframes = film.keyframes();
+    const double frame = 1.0 / film.fps();
+    for (std::size_t i = 1; i < keyframes.size(); ++i) {
+        const double rounding = 1e-9 * frame + 1e-15 * std::abs(keyframes[i].seconds);
+        ASSERT_GE(keyframes[i].seconds - keyframes[i - 1].seconds, frame - rounding) << i;
+    }
+    ASSERT_EQ(film.selected().has_value(), !film.empty());
+    if (film.selected()) ASSERT_LT(*film.selected(), keyframes.size());
+    ASSERT_GE(film.playhead(), film.begin());
+    ASSERT_LE(film.playhead(), film.end());
+    const auto script = film.toScript();
+    const auto checked = checkScript(script);
+    ASSERT_EQ(checked.ok(), film.isFilm()) << (checked.ok() ? "" : checked.error().toString());
+    if (film.isFilm()) ASSERT_EQ(film.frameCount(), frameCountOf(script));
+}
+
+void edit(Random& random, FilmModel& film) {
+    const auto some = [&] { return random.below(std::max<std::size_t>(film.keyframes().size(), 1)); };
+    const double wild = random.sign() * random.magnitude(-6, 35);
+    const double near = film.begin() + (film.end() - film.begin() + 3.0) * random.unit() - 0.5;
+    switch (random.below(12)) {
+        case 0:
+        case 1:
+            (void)film.add(anyView(random));
+            break;
+        case 2:
+            (void)film.duplicate();
+            break;
+        case 3:
+            film.removeSelected();
+            break;
+        case 4:
+        case 5:
+            if (!film.empty()) film.move(some(), random.chance(0.8) ? near : wild);
+            break;
+        case 6:
+            if (!film.empty()) film.select(some());
+            break;
+        case 7:
+            film.setPlayhead(random.chance(0.8) ? near : wild);
+            break;
+        case 8:
+            film.setFps(random.chance(0.7) ? random.between(1.0, 120.0) : random.magnitude(-12, 12));
+            break;
+        case 9:
+            film.setEasing(random.oneOf({Easing::linear, Easing::smooth, Easing::hold}));
+            film.setBetweenSteps(random.chance(0.5) ? BetweenSteps::hold : BetweenSteps::blend);
+            break;
+        case 10:
+            film.setConstantSpeed(random.chance(0.5));
+            (void)film.replace(anyView(random));
+            break;
+        default:
+            film.setSize({static_cast<std::uint32_t>(random.below(20000)),
+                          static_cast<std::uint32_t>(random.below(5000))});
+    }
+}
+
+TEST(FilmModel, StaysSoundWhateverIsDone) {
+    for (std::uint64_t series = 0; series < 200; ++series) {
+        Random random(13, series);
+        FilmModel film;
+        for (int step = 0; step < 120; ++step) {
+            edit(random, film);
+            expectSound(film);
+            if (testing::Test::HasFatalFailure()) FAIL() << "series " << series << ", step " << step;
+        }
+    }
+}
+
+TEST(FilmModel, AScriptThatWasSavedIsTheSameFilm) {
+    for (std::uint64_t series = 0; series < 100; ++series) {
+        Random random(14, series);
+        FilmModel film;
+        while (!film.isFilm() || random.chance(0.9)) edit(random, film);
+        proto::Script read;
+        ASSERT_TRUE(parseJson(toJson(film.toScript()), read, "test").ok());
+        const auto again = FilmModel::fromScript(read);
+        ASSERT_TRUE(again.ok()) << again.error().toString();
+        ASSERT_EQ(toJson(again->toScript()), toJson(film.toScript())) << "series " << series;
+        ASSERT_EQ(again->size(), film.size());
+    }
+}
+
+/// Times that a hand-written script may have, nearer than a frame.
+TEST(FilmModel, ScriptsOfAnyTimesAreTaken) {
+    for (std::uint64_t series = 0; series < 200; ++series) {
+        Random random(15, series);
+        proto::Script script;
+        if (random.chance(0.8)) script.set_fps(random.magnitude(-9, 9));
+        const bool dense = random.chance(0.5);
+        double seconds = random.between(-50.0, 50.0);
+        for (auto count = 2 + random.below(30); count > 0; --count) {
+            script.add_keyframes()->set_seconds(seconds);
+            *script.mutable_keyframes()->rbegin()->mutable_view() = viewFrom(random.direction());
+            seconds += dense ? 1e-4 * (1.0 + random.unit()) : random.between(0.01, 30.0);
+        }
+        ASSERT_TRUE(checkScript(script).ok());
+        auto film = FilmModel::fromScript(script);
+        ASSERT_TRUE(film.ok()) << film.error().toString();
+        expectSound(*film);
+        EXPECT_EQ(film->begin(), script.keyframes(0).seconds());
+        for (int step = 0; step < 20; ++step) edit(random, *film);
+        expectSound(*film);
+        if (testing::Test::HasFatalFailure()) FAIL() << "series " << series;
+    }
+}
+
+FilmModel filmOfThree() {
+    FilmModel film;
+    EXPECT_TRUE(film.add(viewFrom({0, 0, 1})).ok());
+    EXPECT_TRUE(film.add(viewFrom({1, 0, 0})).ok());
+    EXPECT_TRUE(film.add(viewFrom({0, 0, -1})).ok());
+    return film;
+}
+
+TEST(FilmModel, KeyframesAreTwoSecondsApartOrAtThePlayhead) {
+    auto film = filmOfThree();
+    EXPECT_EQ(film.keyframes()[1].seconds, 2.0);
+    EXPECT_EQ(film.end(), 4.0);
+    EXPECT_EQ(film.selected(), 2U);
+    film.setPlayhead(2.5);
+    ASSERT_TRUE(film.add(viewFrom({0, 1, 0})).ok());
+    EXPECT_EQ(film.keyframes()[2].seconds, 2.5);
+    EXPECT_EQ(film.selected(), 2U);
+    film.select(1);  // on a keyframe is not between two
+    ASSERT_TRUE(film.add(viewFrom({0, 1, 0})).ok());
+    EXPECT_EQ(film.end(), 6.0);
+}
+
+TEST(FilmModel, DraggedKeyframesStopAFrameBeforeTheirNeighbours) {
+    auto film = filmOfThree();
+    film.move(1, 100.0);
+    EXPECT_DOUBLE_EQ(film.keyframes()[1].seconds, 4.0 - 1.0 / 30.0);
+    film.move(1, -100.0);
+    EXPECT_DOUBLE_EQ(film.keyframes()[1].seconds, 1.0 / 30.0);
+    film.move(1, 1.017);  // whole frames
+    EXPECT_DOUBLE_EQ(film.keyframes()[1].seconds, std::round(1.017 * 30.0) / 30.0);
+    film.move(0, -100.0);
+    EXPECT_EQ(film.begin(), 0.0);
+    film.move(2, 1e7);
+    EXPECT_EQ(film.frameCount(), maxFrames);
+}
+
+TEST(FilmModel, TheFirstViewDecidesTheSizeMadeEven) {
+    const auto film = filmOfThree();
+    EXPECT_EQ(film.size(), (FilmSize{1260, 706}));
+    EXPECT_EQ(film.keyframes()[2].view.width(), 1260U);
+}
+
+TEST(FilmModel, ACopyLiesHalfWayAndHasTheSamePicture) {
+    auto film = filmOfThree();
+    film.select(0);
+    film.setEasing(Easing::smooth);
+    ASSERT_TRUE(film.duplicate().ok());
+    EXPECT_EQ(film.keyframes()[1].seconds, 1.0);
+    EXPECT_EQ(film.keyframes()[1].picture, film.keyframes()[0].picture);
+    EXPECT_EQ(film.keyframes()[1].easing, Easing::smooth);
+    ASSERT_TRUE(film.replace(viewFrom({0, 1, 0})).ok());
+    EXPECT_NE(film.keyframes()[1].picture, film.keyframes()[0].picture);
+}
+
+TEST(FilmModel, ConstantSpeedLeavesEasingsOutAndKeepsThem) {
+    auto film = filmOfThree();
+    film.select(0);
+    film.setEasing(Easing::hold);
+    film.setConstantSpeed(true);
+    EXPECT_EQ(film.toScript().keyframes(0).easing(), "");
+    film.setConstantSpeed(false);
+    EXPECT_EQ(film.toScript().keyframes(0).easing(), "hold");
+}
+
+TEST(FilmModel, ItsScriptIsAFilm) {
+    const auto made = filmOfThree();
+    const auto film = Film::create(made.toScript(), {{"data/beam", {}}});
+    ASSERT_TRUE(film.ok()) << film.error().toString();
+    EXPECT_EQ(film->frameCount(), made.frameCount());
+    EXPECT_EQ(film->frameCount(), 121U);
+}
+
+TEST(FilmModel, RefusesWhatIsNoFilmOfKeyframes) {
+    proto::Script views;
+    *views.add_views() = viewFrom({0, 0, 1});
+    const auto ofViews = FilmModel::fromScript(views);
+    ASSERT_FALSE(ofViews.ok());
+    EXPECT_EQ(ofViews.error().code, ErrorCode::unsupported);
+    EXPECT_EQ(ofViews.error().where, "views");
+    EXPECT_FALSE(FilmModel::fromScript(proto::Script()).ok());
+    FilmModel film;
+    EXPECT_FALSE(film.add(proto::View()).ok());
+    EXPECT_TRUE(film.empty());
+    EXPECT_FALSE(film.duplicate().ok());
+    EXPECT_FALSE(film.replace(viewFrom({0, 0, 1})).ok());
+}
+
+}  // namespace
+}  // namespace mote::client
