@@ -78,7 +78,11 @@ TEST_F(FilmJobTest, theProgramHasTheWholeScriptAndNobodyElse) {
         auto& view = *request.mutable_film()->mutable_script()->add_views();
         view.set_width(random() % 1000 + 1);
         view.set_height(random() % 1000 + 1);
-        for (int j = 0; j < 40; ++j) view.add_background(random() * 0x1p-32);
+        for (int j = 0; j < 3; ++j) {
+            auto& layer = *view.add_layers();
+            layer.set_dataset("data/" + std::string(100, static_cast<char>('a' + random() % 26)));
+            layer.mutable_particles();
+        }
     }
     ASSERT_GT(request.ByteSizeLong(), 600'000u);
     const auto submitted = queue_->submit(request);
