@@ -145,10 +145,10 @@ proto::Script anyJourney(Random& random, int keyframes) {
     double seconds = 0.0, around = 0.0;
     for (int i = 0; i < keyframes; ++i) {
         Camera camera;
-        const double up = random.between(-0.4, 0.4);
+        const double up = random.between(-0.3, 0.3);
         const glm::dvec3 side(std::cos(up) * std::sin(around), std::sin(up), std::cos(up) * std::cos(around));
-        camera.target = 0.3 * random.direction();
-        camera.eye = camera.target + random.between(3.0, 5.0) * side;
+        camera.target = 0.2 * random.direction();
+        camera.eye = camera.target + random.between(3.2, 4.8) * side;
         camera.fovYDegrees = random.between(25.0, 45.0);
         addKeyframe(seconds, camera, script);
         around += random.between(0.5, 1.2);
