@@ -31,7 +31,9 @@ class SessionFilms : public SessionFixture {
         watch.mutable_watch_jobs();
         client.ask(watch);
         auto& film = *submit.mutable_submit_job()->mutable_job()->mutable_film();
-        film.mutable_script()->add_views();
+        auto& view = *film.mutable_script()->add_views();
+        view.set_width(64);
+        view.set_height(48);
         film.set_video("mp4");
         const auto id = client.ask(submit).message.job().id();
         const auto done = client.receive([&](const auto& message) {
