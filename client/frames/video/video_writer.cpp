@@ -57,7 +57,8 @@ class VideoWriter::Impl {
         MOTE_RETURN_IF_ERROR(stream_->finish());
         if (!key.empty()) {
             const auto tail = videoTail(settings_.format, key);
-            MOTE_RETURN_IF_ERROR(part_->append({reinterpret_cast<const std::uint8_t*>(tail.data()), tail.size()}));
+            MOTE_RETURN_IF_ERROR(
+                part_->append({reinterpret_cast<const std::uint8_t*>(tail.data()), tail.size()}));
         }
         return part_->publish();
     }
