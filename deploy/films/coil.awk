@@ -6,7 +6,7 @@
 BEGIN {
     pi = atan2(0, -1); radius = 1
     if (part == "ring") { along = 240; around = 96; thick = 0.32; turns = 0 }
-    else { along = 960; around = 24; thick = 0.07; turns = 12 }
+    else { along = 960; around = 24; thick = 0.085; turns = 10 }
     for (j = 0; j < along; ++j) for (i = 0; i < around; ++i) vertex(2 * pi * j / along, 2 * pi * i / around)
     for (j = 0; j < along; ++j) for (i = 0; i < around; ++i) {
         a = number(j, i); b = number(j, i + 1); c = number(j + 1, i + 1); d = number(j + 1, i)

@@ -5,15 +5,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <iterator>
 #include <regex>
+#include <stdexcept>
 #include <string>
 
+#include "protocol/scene/camera.h"
+#include "protocol/scene/film/film.h"
 #include "protocol/scene/json.h"
-#include "tests/unit/scene/film_scripts.h"
+#include "protocol/scene/view.h"
 
 namespace mote::test {
 namespace {
@@ -64,7 +68,7 @@ double wayOfEye(const Film& film, std::size_t from, std::size_t to) {
     return glm::distance(cameraOf(film, from).eye, cameraOf(film, to).eye);
 }
 
-TEST(DeployFilms, AreFilmsOfTheDemosDatasets) {
+TEST(Films, AreFilmsOfTheDemosDatasets) {
     ASSERT_EQ(stepsOfRun("run"), 6);
     ASSERT_GT(stepsOfRun("channel"), 100);
     int films = 0;
@@ -91,7 +95,7 @@ TEST(DeployFilms, AreFilmsOfTheDemosDatasets) {
 }
 
 /// deploy/demo names each film that it makes.
-TEST(DeployFilms, AreMadeByTheDemo) {
+TEST(Films, AreMadeByTheDemo) {
     for (const auto* name : {"exploration", "halo", "channel", "drawing"}) {
         EXPECT_TRUE(std::filesystem::exists(deploy / "films" / (std::string(name) + ".json"))) << name;
         EXPECT_TRUE(std::regex_search(demoText(), std::regex("for name in [^\n]*\\b" + std::string(name))))
@@ -99,7 +103,7 @@ TEST(DeployFilms, AreMadeByTheDemo) {
     }
 }
 
-TEST(DeployFilms, OfTheHaloLeadTheirLastFrameIntoTheirFirst) {
+TEST(Films, OfTheHaloLeadTheirLastFrameIntoTheirFirst) {
     for (const auto* name : {"halo.json", "halo-turn.json"}) {
         const Film film = filmIn(deploy / "films" / name);
         const std::size_t last = film.frameCount() - 1;
@@ -116,7 +120,7 @@ TEST(DeployFilms, OfTheHaloLeadTheirLastFrameIntoTheirFirst) {
     }
 }
 
-TEST(DeployFilms, OfTheChannelTravelsEvenlyThroughAllSteps) {
+TEST(Films, OfTheChannelTravelsEvenlyThroughAllSteps) {
     const Film film = filmIn(deploy / "films" / "channel.json");
     const std::size_t last = film.frameCount() - 1;
     double way = 0.0;
