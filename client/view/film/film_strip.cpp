@@ -143,11 +143,11 @@ void FilmStrip::drawKeyframe(const FilmModel& model, std::size_t keyframe, void*
     const ImVec2 from{box.left, box.top}, to{box.right, box.bottom};
     draw.AddRectFilled(from, to, emptyColor);
     if (thumbnail != nullptr) draw.AddImage(thumbnail, from, to);
-    draw.AddRect(from, to, color, 0.0F, 0, (selected ? 2.0F : 1.0F) * scale);
     const auto number = fmt::format("{}", keyframe + 1);
     const ImVec2 size = ImGui::CalcTextSize(number.c_str());
     draw.AddRectFilled(from, {from.x + size.x + 8.0F * scale, from.y + size.y + 2.0F * scale}, shadeColor);
     draw.AddText({from.x + 4.0F * scale, from.y + scale}, color, number.c_str());
+    draw.AddRect(from, to, color, 0.0F, 0, (selected ? 2.0F : 1.0F) * scale);
     const float x = scale_.at(model.keyframes()[keyframe].seconds);
     const float foot = area_.bottom - rulerHeight * scale, side = 4.0F * scale;
     draw.AddLine({x, box.bottom}, {x, foot}, color, scale);

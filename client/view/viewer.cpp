@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/viewer.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "client/view/screenshot.h"
+#include "protocol/scene/json.h"
+
+namespace mote::client {
+namespace {
+
+constexpr double idleSeconds =
+    0.25;  // how long to sleep where nothing happens; input and frames wake at once
+constexpr double activeSeconds = 0.005;  // between looks while a gesture or a refinement is under way
+
+ConnectionSettings connectionSettings() {
+    ConnectionSettings settings;
+    settings.client = "mote-view " MOTE_VERSION;
+    settings.wake = [] { Window::wake(); };
+    return settings;
+}
+
+}  // namespace
+
+Viewer::Viewer(const ViewOptions& options)
+    : options_(options),
+      window_(options.width, options.height, "Mote"),
+      film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
+      connection_(options.connection, connectionSettings()) {
+    if (options.view) {
+        proto::View view;
+        loaded_ = readJsonFile(*options.view, view);
+        if (loaded_.ok()) loaded_ = model_.load(view);
+    }
+    if (options.film && loaded_.ok()) {
+        loaded_ = film_.open(*options.film);
+        if (loaded_.ok() && !options.view) loaded_ = model_.load(film_.film().keyframes().front().view);
+        filmShown_ = true;
+    }
+    listen();
+}
+
+void Viewer::listen() {
+    connection_.onState([this](Connection::State state) {
+        film_.forgetAsked();
+        if (state == Connection::State::connected) askServer();
+        if (state == Connection::State::lost && options_.exitAfterStill) exitStatus_ = 1;
+    });
+    connection_.onCatalogue([this](const proto::Catalogue& catalogue) {
+        server_.catalogue = catalogue;
+        film_.setCatalogue(catalogue);
+        openAwaited();
+    });
+    connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
+    connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
+        if (film_.takeFailure(view)) return;
+        say(error.toString());
+        if (options_.exitAfterStill) exitStatus_ = 1;
+    });
+}
+
+void Viewer::askServer() {
+    connection_.listDatasets([this](Result<proto::Catalogue> reply) {
+        if (!reply.ok()) return say(reply.error().toString());
+        server_.catalogue = *reply;
+        film_.setCatalogue(*reply);
+        if (model_.hasDataset()) return openDataset(model_.dataset());
+        if (reply->datasets().empty()) return say("the server has no datasets yet");
+        openDataset(reply->datasets(0).name());
+    });
+    connection_.watchJobs([this](Result<proto::Jobs> reply) {
+        if (!reply.ok()) return say(reply.error().toString());
+        server_.jobs.assign(reply->jobs().begin(), reply->jobs().end());
+    });
+}
+
+bool Viewer::openAwaited() {
+    const auto& known = server_.catalogue.datasets();
+    const auto isAwaited = [this](const auto& entry) { return entry.name() == awaitedDataset_; };
+    if (awaitedDataset_.empty() || std::none_of(known.begin(), known.end(), isAwaited)) return false;
+    openDataset(std::exchange(awaitedDataset_, {}));
+    return true;
+}
+
+void Viewer::openDataset(const std::string& name) {
+    connection_.describe(name, [this, name](Result<proto::Description> reply) {
+        if (!reply.ok()) {
+            if (options_.exitAfterStill) exitStatus_ = 1;
+            return say(reply.error().toString());
+        }
+        film_.setDescription(*reply);
+        server_.shown = *std::move(reply);
+        server_.message.clear();
+        model_.setDataset(name, server_.shown->manifest());
+        window_.setTitle(fmt::format("{} - Mote", name));
+        dirty_ = true;
+    });
+}
+
+void Viewer::showView(const proto::View& view) {
+    const auto loaded = model_.load(view);
+    if (!loaded.ok()) return say(loaded.error().toString());
+    dirty_ = true;
+    describeShown();
+}
+
+/// What the panel says of the dataset in the view, once it is known.
+void Viewer::describeShown() {
+    const auto* description = film_.description(model_.dataset());
+    if (description == nullptr) return;
+    if (!server_.shown || server_.shown->dataset() != model_.dataset()) {
+        server_.shown = *description;
+        window_.setTitle(fmt::format("{} - Mote", model_.dataset()));
+    }
+    model_.describe(description->manifest());
+}
+
+void Viewer::plot(const AxisNames& axes) {
+    const auto request = replotRequest(*server_.shown, axes);
+    if (!request) return say("the run of this plot is not within the server's reach");
+    awaitedDataset_ = datasetName(*request);
+    if (openAwaited()) return;
+    connection_.submitJob(*request, [this](Result<proto::JobStatus> reply) {
+        if (reply.ok()) return replaceJob(*reply);
+        awaitedDataset_.clear();
+        say(reply.error().toString());
+    });
+}
+
+void Viewer::replaceJob(const proto::JobStatus& job) {
+    auto& jobs = server_.jobs;
+    const auto known =
+        std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id() == job.id(); });
+    if (known == jobs.end()) {
+        jobs.insert(jobs.begin(), job);
+    } else {
+        *known = job;
+    }
+    const bool ours = !awaitedDataset_.empty() && datasetName(job.request()) == awaitedDataset_;
+    if (!ours) return;
+    if (job.state() == proto::JobStatus::SUCCEEDED) openAwaited();
+    if (job.state() == proto::JobStatus::FAILED || job.state() == proto::JobStatus::CANCELLED) {
+        awaitedDataset_.clear();
+    }
+}
+
+void Viewer::say(const std::string& message) {
+    server_.message = message;
+}
+
+void Viewer::sendView(const Area& area) {
+    if (!server_.shown) return;  // nothing to show before the first dataset is known
+    const bool resized = area.columns != sentColumns_ || area.rows != sentRows_;
+    const bool released = sentMoving_ && !moving_;
+    if (!dirty_ && !resized && !released) return;
+    ViewRequest request;
+    request.moving = moving_;
+    film_.forgetAsked();  // this view takes the place of all others
+    sentView_ = connection_.setView(model_.view(area.columns, area.rows), request);
+    sentMoving_ = moving_;
+    sentColumns_ = area.columns;
+    sentRows_ = area.rows;
+    dirty_ = false;
+}
+
+void Viewer::takePicture() {
+    while (auto frame = connection_.takeFrame()) {
+        if (film_.takeFrame(*frame)) continue;
+        texture_.upload(frame->pixels.bytes, frame->pixels.width, frame->pixels.height);
+        picture_ = std::move(frame->pixels);
+        server_.frame = std::move(frame->message);
+    }
+}
+
+void Viewer::showPicture(const Area& area) const {
+    if (texture_.empty()) return;
+    ImGui::GetBackgroundDrawList()->AddImage(texture_.handle(), {0.0F, 0.0F}, {area.width, area.height});
+}
+
+void Viewer::refreshStatistics() {
+    const auto statistics = connection_.statistics();
+    server_.connected = connection_.state() == Connection::State::connected;
+    server_.framesPerSecond = statistics.framesPerSecond;
+    server_.roundTripMs = statistics.roundTripMs;
+    server_.bytesPerSecond = statistics.bytesPerSecond;
+    if (server_.connected) {
+        const auto welcome = connection_.welcome();
+        server_.connection = fmt::format("{}, {}", welcome.server(), welcome.device());
+    } else if (const auto reason = connection_.lostReason()) {
+        server_.connection = "Not connected: " + reason->toString();
+    } else {
+        server_.connection = "Connecting ...";
+    }
+}
+
+/// The exact picture of the latest view is on the screen.
+bool Viewer::still() const {
+    return server_.frame && server_.frame->final() && server_.frame->view_id() == sentView_ && !dirty_ &&
+           !moving_;
+}
+
+/// And all that is shown beside it.
+bool Viewer::finished() {
+    if (!still() || film_.waits() || !(options_.screenshot || options_.exitAfterStill)) return false;
+    if (options_.screenshot) {
+        const auto status = writeScreenshot(*options_.screenshot, window_.readPixels(),
+                                            window_.framebufferWidth(), window_.framebufferHeight());
+        if (!status.ok()) {
+            fmt::print(stderr, "mote-view: {}\n", status.error().toString());
+            exitStatus_ = 1;
+        }
+        options_.screenshot.reset();
+    }
+    return options_.exitAfterStill;
+}
+
+int Viewer::run() {
+    bool done = false;
+    while (!done && !window_.shouldClose()) {
+        const bool active = moving_ || playback_.playing || (server_.frame && !server_.frame->final());
+        window_.beginFrame(active ? activeSeconds : idleSeconds);
+        connection_.poll();
+        takePicture();
+        refreshStatistics();
+        takeKeys();
+        const Area area = pictureArea();
+        takeInput(area);
+        play();
+        if (panelShown_) apply(drawPanel(model_, playback_, server_, window_.contentScale()));
+        editFilm(area);
+        sendView(area);
+        showPicture(area);
+        window_.drawFrame();
+        done = finished();
+        window_.presentFrame();
+        const bool lost = options_.exitAfterStill && connection_.state() == Connection::State::lost;
+        if (options_.exitAfterStill && (exitStatus_ != 0 || lost)) {
+            const auto reason = connection_.lostReason();
+            fmt::print(stderr, "mote-view: {}\n", reason ? reason->toString() : server_.message);
+            return 1;
+        }
+    }
+    return exitStatus_;
+}
+
+}  // namespace mote::client

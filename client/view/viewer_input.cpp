@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What the user does in the viewer's window.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "client/view/camera_control.h"
+#include "client/view/viewer.h"
+#include "protocol/scene/json.h"
+
+namespace mote::client {
+
+void Viewer::saveView() {
+    const auto area = pictureArea();
+    const std::string path = fmt::format("mote-view-{}.json", sentView_);
+    std::ofstream file(path);
+    file << toJson(model_.view(area.columns, area.rows));
+    file.close();
+    say(file ? "saved " + path : path + " cannot be written");
+}
+
+float Viewer::filmHeight() const {
+    return panelShown_ && filmShown_ ? FilmPanel::height(window_.contentScale()) : 0.0F;
+}
+
+Viewer::Area Viewer::pictureArea() const {
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    const ImVec2 density = ImGui::GetIO().DisplayFramebufferScale;
+    const float panel = panelShown_ ? panelWidth * window_.contentScale() : 0.0F;
+    const float width = std::max(display.x - panel, 1.0F), height = std::max(display.y - filmHeight(), 1.0F);
+    return {width, height, static_cast<std::uint32_t>(std::max(width * density.x, 1.0F)),
+            static_cast<std::uint32_t>(std::max(height * density.y, 1.0F))};
+}
+
+void Viewer::takeInput(const Area& area) {
+    const ImGuiIO& io = ImGui::GetIO();
+    const bool held = ImGui::IsMouseDown(ImGuiMouseButton_Left) ||
+                      ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
+                      ImGui::IsMouseDown(ImGuiMouseButton_Middle);
+    moving_ = held && !io.WantCaptureMouse;
+    if (io.WantCaptureMouse) return;
+    if (moving_ || io.MouseWheel != 0.0F) film_.stop();
+    const double aspect = static_cast<double>(area.columns) / area.rows;
+    const glm::dvec2 drag(io.MouseDelta.x / area.height, io.MouseDelta.y / area.height);
+    const bool dragged = drag != glm::dvec2(0.0) && held;
+    Camera camera = model_.camera(aspect);
+    if (dragged && ImGui::IsMouseDown(ImGuiMouseButton_Left) && !io.KeyShift) {
+        camera = orbit(camera, drag);
+    } else if (dragged) {
+        camera = pan(camera, drag);
+    }
+    if (io.MouseWheel != 0.0F)
+        camera = io.KeyCtrl ? zoom(camera, io.MouseWheel) : dolly(camera, io.MouseWheel);
+    if (!dragged && io.MouseWheel == 0.0F) return;
+    model_.setCamera(camera);
+    dirty_ = true;
+}
+
+void Viewer::takeKeys() {
+    if (ImGui::GetIO().WantTextInput) return;
+    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
+    const auto letter = [](char key) { return ImGui::IsKeyPressed(key); };  // GLFW's codes of letters
+    const int step = static_cast<int>(model_.step());
+    const int wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
+    if (wanted != step && wanted >= 0 && wanted < model_.steps()) {
+        model_.setStep(static_cast<std::uint32_t>(wanted));
+        dirty_ = true;
+    }
+    if (pressed(ImGuiKey_Space)) playback_.playing = !playback_.playing;
+    if (letter('F')) model_.fit();
+    if (letter('O')) model_.setCamera(toggleProjection(model_.camera(1.0)));
+    if (letter('F') || letter('O')) film_.stop();
+    if (pressed(ImGuiKey_Tab)) panelShown_ = !panelShown_;
+    if (letter('K')) filmShown_ = !filmShown_;
+    dirty_ |= letter('F') || letter('O');
+}
+
+void Viewer::apply(const PanelActions& actions) {
+    if (actions.viewChanged) film_.stop();
+    dirty_ |= actions.viewChanged;
+    moving_ |= actions.editing;
+    if (actions.saveView) saveView();
+    if (actions.toggleFilm) filmShown_ = !filmShown_;
+    if (actions.reconnect) connection_.reconnect();
+    if (actions.openDataset) openDataset(*actions.openDataset);
+    if (actions.plot) plot(*actions.plot);
+    for (const auto& job : server_.jobs) {
+        if (job.id() != actions.saveFilm) continue;
+        filmShown_ = true;  // it asks where to
+        film_.askWhereToSave(job);
+    }
+    if (actions.cancelJob) {
+        connection_.cancelJob(*actions.cancelJob, [this](Result<proto::JobStatus> reply) {
+            if (!reply.ok()) say(reply.error().toString());
+        });
+    }
+}
+
+void Viewer::play() {
+    if (!server_.shown) return;
+    const bool seen = server_.frame && server_.frame->view_id() == sentView_;
+    const auto step = playback_.next(ImGui::GetTime(), model_.step(), model_.steps(), seen);
+    if (!step) return;
+    model_.setStep(*step);
+    dirty_ = true;
+}
+
+/// What a film's bar and its preview change of the view.
+void Viewer::editFilm(const Area& area) {
+    const double now = ImGui::GetTime();
+    if (const auto view = film_.play(now)) showView(*view);
+    if (panelShown_ && filmShown_) {
+        const auto present = model_.view(area.columns, area.rows);
+        const FilmSurroundings around{0.0F, area.height, area.width, window_.contentScale(),
+                                      now,  present,     picture_,   server_};
+        if (const auto view = film_.draw(around)) showView(*view);
+    }
+    moving_ |= film_.moving();
+    if (still()) film_.askThumbnails();
+}
+
+}  // namespace mote::client
