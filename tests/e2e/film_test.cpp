@@ -150,6 +150,10 @@ struct Bad {
     int status = 1;
 };
 
+void PrintTo(const Bad& bad, std::ostream* out) {
+    *out << bad.script;
+}
+
 class BadFilm : public Films, public testing::WithParamInterface<Bad> {};
 
 TEST_P(BadFilm, IsOneSentence) {
