@@ -90,6 +90,9 @@ void addInSteps(const Layer& layer, const std::vector<ShownStep>& steps, std::ve
         to.push_back(layer);
         to.back().step = shown.step;
         to.back().opacity = std::clamp(layer.opacity * shown.weight, 0.0, 1.0);
+        auto* const particles = to.back().particles();
+        if (particles == nullptr || particles->opacityByPlot || !(layer.opacity > 0.0)) continue;
+        particles->pointOpacity = blendedPointOpacity(particles->pointOpacity, layer.opacity, shown.weight);
     }
 }
 

@@ -30,8 +30,12 @@ glm::dvec3 turnOf(const proto::Move::Turn& turn, const Camera& camera) {
 /// A layer in a step, of which so much is shown.
 void addInStep(proto::Layer layer, const ShownStep& shown, proto::View& view) {
     layer.set_step(shown.step);
-    if (shown.weight != 1.0)
-        layer.set_opacity(std::clamp(shown.weight * (layer.has_opacity() ? layer.opacity() : 1.0), 0.0, 1.0));
+    const double opacity = layer.has_opacity() ? layer.opacity() : 1.0;
+    if (shown.weight != 1.0) layer.set_opacity(std::clamp(shown.weight * opacity, 0.0, 1.0));
+    if (layer.particles().points().has_opacity() && opacity > 0.0) {
+        auto& points = *layer.mutable_particles()->mutable_points();
+        points.set_opacity(blendedPointOpacity(points.opacity(), opacity, shown.weight));
+    }
     *view.add_layers() = std::move(layer);
 }
 
