@@ -2,8 +2,7 @@
 //
 // An EncodePool is a few threads that encode pictures while the next ones are rendered. Work of one session
 // is done in order and never at the same time. Work of background sessions has a thread of its own, of a
-// lower priority. Any thread may post; destroying it waits for what is under
-// way and drops the rest.
+// lower priority. Any thread may post; destroying it waits for what is under way and drops the rest.
 #pragma once
 
 #include <functional>
