@@ -14,7 +14,9 @@ namespace mote::server {
 
 namespace {
 
-constexpr int leastPriority = 19;  // the highest niceness
+// Steps below the other threads' priority. Not more: they share locks with it, of memory and of queues, and
+// would wait for a thread that holds one and is never let run.
+constexpr int niceness = 5;
 
 /// The work of some sessions, and the threads that share it. Its members are guarded by the pool's mutex.
 struct Lane {
@@ -69,7 +71,7 @@ struct EncodePool::Impl {
 
     /// On Linux a priority is a thread's own.
     void workNicely() {
-        ::setpriority(PRIO_PROCESS, 0, leastPriority);
+        ::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0) + niceness);
         work(background);
     }
 };

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // An EncodePool is a few threads that encode pictures while the next ones are rendered. Work of one session
-// is done in order and never at the same time. Work of background sessions has a thread of its own, which the
-// system lets run when the others leave it time. Any thread may post; destroying it waits for what is under
-// way and drops the rest.
+// is done in order and never at the same time. Work of background sessions has a thread of its own, of a
+// lower priority. Any thread may post; destroying it waits for what is under way and drops the rest.
 #pragma once
 
 #include <functional>

@@ -60,9 +60,10 @@ class PictureMaker {
     const render::DeviceCosts& costs() const { return costs_; }
 
     /// A view in motion is drawn from what is in memory; the exact picture waits until all of its data is
-    /// there, unless there is no room for it, when it is read as it is drawn. Errors: notFound, corrupt and
-    /// so on of the data; internal of the device, which is made anew where it fails again and again;
-    /// resourceExhausted (memory). Throws BrokenInvariant: then neither it nor the history is good for more.
+    /// there, unless there is no room for it, when it is read as it is drawn. Of a final-only view that comes
+    /// to no picture the history's dots are as they were. Errors: notFound, corrupt and so on of the data;
+    /// internal of the device, which is made anew where it fails again and again; resourceExhausted (memory).
+    /// Throws BrokenInvariant: then neither it nor the history is good for more.
     Result<Making> make(const RenderJob& job, PictureHistory& history);
 
     /// The device frees what nobody needs any more.
