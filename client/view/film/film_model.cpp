@@ -95,6 +95,10 @@ double FilmModel::earliest() const {
     return std::max(std::min(0.0, begin()), end() - static_cast<double>(maxFrames - 1) / fps_);
 }
 
+double FilmModel::whole(double seconds, double low, double high) const {
+    return std::max(low, std::min(std::round(seconds * fps_) / fps_, high));
+}
+
 /// The keyframe before the playhead, where that has a frame's room on both sides.
 std::optional<std::size_t> FilmModel::wayOfPlayhead() const {
     for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) {
@@ -120,8 +124,8 @@ Status FilmModel::add(const proto::View& view) {
     MOTE_RETURN_IF_ERROR(parseView(keyframe.view));
     std::size_t index = keyframes_.size();
     if (const auto way = wayOfPlayhead()) {
-        keyframe.seconds = playhead_;
-        keyframe.easing = keyframes_[*way].easing;
+        keyframe.seconds =
+            whole(playhead_, keyframes_[*way].seconds + frame(), keyframes_[*way + 1].seconds - frame());
         index = *way + 1;
     } else if (!empty()) {
         if (end() + frame() > latest()) return noRoom("the film is as long as it may be");
@@ -172,8 +176,7 @@ void FilmModel::move(std::size_t keyframe, double seconds) {
     const bool first = keyframe == 0, last = keyframe + 1 == keyframes_.size();
     const double low = first ? earliest() : keyframes_[keyframe - 1].seconds + frame();
     const double high = last ? (first ? farthest : latest()) : keyframes_[keyframe + 1].seconds - frame();
-    const double whole = std::round(seconds * fps_) / fps_;
-    const double before = std::exchange(keyframes_[keyframe].seconds, std::max(low, std::min(whole, high)));
+    const double before = std::exchange(keyframes_[keyframe].seconds, whole(seconds, low, high));
     if (keyframes_[keyframe].seconds == before) return;
     // The playhead stays at a keyframe that it was at.
     setPlayhead(playhead_ == before ? keyframes_[keyframe].seconds : playhead_);
