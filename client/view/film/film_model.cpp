@@ -119,6 +119,7 @@ Status FilmModel::insert(std::size_t index, FilmKeyframe keyframe) {
 }
 
 Status FilmModel::add(const proto::View& view) {
+    MOTE_RETURN_IF_ERROR(parseView(view));
     if (empty()) size_ = {even(view.width()), even(view.height())};
     FilmKeyframe keyframe{0.0, ofSize(view, size_), Easing::linear, pictures_ + 1};
     MOTE_RETURN_IF_ERROR(parseView(keyframe.view));
@@ -212,13 +213,19 @@ void FilmModel::setFps(double fps) {
     changed();
 }
 
-/// Moves keyframes apart that are nearer than a frame: later ones back, but not beyond the latest time.
+/// Moves keyframes apart that are nearer than a frame: later ones back, but not beyond the latest time. What
+/// is a frame apart but for rounding stays where it is.
 void FilmModel::spread() {
-    for (std::size_t i = 1; i < keyframes_.size(); ++i)
-        keyframes_[i].seconds = std::max(keyframes_[i].seconds, keyframes_[i - 1].seconds + frame());
+    const double rounding = 1e-9 * frame();
+    for (std::size_t i = 1; i < keyframes_.size(); ++i) {
+        const double least = keyframes_[i - 1].seconds + frame();
+        if (keyframes_[i].seconds < least - rounding) keyframes_[i].seconds = least;
+    }
     double most = latest();
-    for (std::size_t i = keyframes_.size(); i-- > 1; most = keyframes_[i].seconds - frame())
-        keyframes_[i].seconds = std::min(keyframes_[i].seconds, most);
+    for (std::size_t i = keyframes_.size(); i-- > 1; most = keyframes_[i].seconds - frame()) {
+        if (keyframes_[i].seconds <= most + rounding) break;
+        keyframes_[i].seconds = most;
+    }
 }
 
 void FilmModel::setSize(FilmSize size) {
