@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // mote-view in a real window of a virtual display, against a real server.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -54,6 +55,35 @@ Seen seenIn(const Image& image, std::uint32_t panelBegin) {
 std::string saved(std::string view) {
     std::replace(view.begin(), view.end(), '\'', '"');
     return view;
+}
+
+/// Films of "data/beam" seen from these distances, a keyframe each, `seconds` apart.
+std::string beamFilm(const std::vector<double>& distances, double seconds) {
+    std::string script;
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+        script += fmt::format("{}{{'seconds': {}, 'view': {}}}", i > 0 ? ", " : "",
+                              seconds * static_cast<double>(i), beamView(640, 0, distances[i]));
+    }
+    return saved(fmt::format("{{'fps': 30, 'keyframes': [{}]}}", script));
+}
+
+/// Runs of columns in which something warm is drawn (the beam, what is selected; no grey and no blue), apart
+/// by 20 columns at least, between these rows.
+int warmRuns(const Image& image, std::uint32_t top, std::uint32_t bottom, std::uint32_t right) {
+    constexpr std::uint32_t apart = 20;
+    int runs = 0;
+    std::uint32_t last = 0;
+    for (std::uint32_t x = 0; x < right; ++x) {
+        bool warm = false;
+        for (std::uint32_t y = top; y < bottom; ++y) {
+            const std::uint8_t* pixel = &image.pixels[4 * (static_cast<std::size_t>(y) * image.width + x)];
+            warm |= pixel[0] > 90 && pixel[0] > pixel[2] + 40;
+        }
+        if (!warm) continue;
+        if (runs == 0 || x > last + apart) ++runs;
+        last = x;
+    }
+    return runs;
 }
 
 class View : public testing::Test {
@@ -126,6 +156,36 @@ TEST_F(View, ShowsASavedView) {
     const auto seen = seenIn(*image, 1000 - 340);
     EXPECT_GT(seen.picture, 0);
     EXPECT_LT(seen.picture, 500);
+}
+
+TEST_F(View, ShowsAFilmsKeyframesWithTheirPictures) {
+    station_.startServer();
+    const auto file = station_.root() / "film.json";
+    std::ofstream(file) << beamFilm({4.0, 6.0, 3.0}, 2.5);
+    const auto picture = station_.root() / "window.png";
+    const auto done = view({"--film", file.string(), "--screenshot", picture.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto image = readPng(picture);
+    ASSERT_TRUE(image.ok()) << image.error().toString();
+    // The bar is some 212 pixels high: controls, then the strip, then the film's controls.
+    EXPECT_EQ(warmRuns(*image, 600 - 165, 600 - 125, 1000 - 340), 3);  // one selected, three with a beam
+    EXPECT_GT(seenIn(*image, 1000 - 340).picture, 3000);
+}
+
+TEST_F(View, RefusesFilmsThatItCannotEdit) {
+    const auto file = station_.root() / "film.json";
+    const auto refused = [&](const std::string& script) {
+        std::ofstream(file) << script;
+        const auto done = view({"--film", file.string()});
+        EXPECT_EQ(done.status, 1);
+        EXPECT_THAT(done.errors, HasSubstr("film.json"));
+        return done.errors;
+    };
+    EXPECT_THAT(refused(saved(scriptOf({beamView(640)}))), HasSubstr("keyframes"));
+    EXPECT_THAT(refused(beamFilm({4.0}, 1.0)), HasSubstr("two keyframes"));
+    EXPECT_THAT(refused(beamFilm({4.0, 5.0}, 0.0)), HasSubstr("keyframes[1].seconds"));
+    EXPECT_THAT(refused("{'keyframes'"), HasSubstr("film.json"));
+    EXPECT_THAT(view({"--film", (station_.root() / "none.json").string()}).errors, HasSubstr("none.json"));
 }
 
 TEST_F(View, SaysWhatIsWrongAndEnds) {

@@ -95,6 +95,10 @@ double FilmModel::earliest() const {
     return std::max(std::min(0.0, begin()), end() - static_cast<double>(maxFrames - 1) / fps_);
 }
 
+double FilmModel::whole(double seconds, double low, double high) const {
+    return std::max(low, std::min(std::round(seconds * fps_) / fps_, high));
+}
+
 /// The keyframe before the playhead, where that has a frame's room on both sides.
 std::optional<std::size_t> FilmModel::wayOfPlayhead() const {
     for (std::size_t i = 0; i + 1 < keyframes_.size(); ++i) {
@@ -115,13 +119,14 @@ Status FilmModel::insert(std::size_t index, FilmKeyframe keyframe) {
 }
 
 Status FilmModel::add(const proto::View& view) {
+    MOTE_RETURN_IF_ERROR(parseView(view));
     if (empty()) size_ = {even(view.width()), even(view.height())};
     FilmKeyframe keyframe{0.0, ofSize(view, size_), Easing::linear, pictures_ + 1};
     MOTE_RETURN_IF_ERROR(parseView(keyframe.view));
     std::size_t index = keyframes_.size();
     if (const auto way = wayOfPlayhead()) {
-        keyframe.seconds = playhead_;
-        keyframe.easing = keyframes_[*way].easing;
+        keyframe.seconds =
+            whole(playhead_, keyframes_[*way].seconds + frame(), keyframes_[*way + 1].seconds - frame());
         index = *way + 1;
     } else if (!empty()) {
         if (end() + frame() > latest()) return noRoom("the film is as long as it may be");
@@ -172,8 +177,7 @@ void FilmModel::move(std::size_t keyframe, double seconds) {
     const bool first = keyframe == 0, last = keyframe + 1 == keyframes_.size();
     const double low = first ? earliest() : keyframes_[keyframe - 1].seconds + frame();
     const double high = last ? (first ? farthest : latest()) : keyframes_[keyframe + 1].seconds - frame();
-    const double whole = std::round(seconds * fps_) / fps_;
-    const double before = std::exchange(keyframes_[keyframe].seconds, std::max(low, std::min(whole, high)));
+    const double before = std::exchange(keyframes_[keyframe].seconds, whole(seconds, low, high));
     if (keyframes_[keyframe].seconds == before) return;
     // The playhead stays at a keyframe that it was at.
     setPlayhead(playhead_ == before ? keyframes_[keyframe].seconds : playhead_);
@@ -209,13 +213,19 @@ void FilmModel::setFps(double fps) {
     changed();
 }
 
-/// Moves keyframes apart that are nearer than a frame: later ones back, but not beyond the latest time.
+/// Moves keyframes apart that are nearer than a frame: later ones back, but not beyond the latest time. What
+/// is a frame apart but for rounding stays where it is.
 void FilmModel::spread() {
-    for (std::size_t i = 1; i < keyframes_.size(); ++i)
-        keyframes_[i].seconds = std::max(keyframes_[i].seconds, keyframes_[i - 1].seconds + frame());
+    const double rounding = 1e-9 * frame();
+    for (std::size_t i = 1; i < keyframes_.size(); ++i) {
+        const double least = keyframes_[i - 1].seconds + frame();
+        if (keyframes_[i].seconds < least - rounding) keyframes_[i].seconds = least;
+    }
     double most = latest();
-    for (std::size_t i = keyframes_.size(); i-- > 1; most = keyframes_[i].seconds - frame())
-        keyframes_[i].seconds = std::min(keyframes_[i].seconds, most);
+    for (std::size_t i = keyframes_.size(); i-- > 1; most = keyframes_[i].seconds - frame()) {
+        if (keyframes_[i].seconds <= most + rounding) break;
+        keyframes_[i].seconds = most;
+    }
 }
 
 void FilmModel::setSize(FilmSize size) {

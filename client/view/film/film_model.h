@@ -88,6 +88,8 @@ class FilmModel {
 
   private:
     double frame() const { return 1.0 / fps_; }  // seconds
+    /// The time of a whole frame, within limits.
+    double whole(double seconds, double low, double high) const;
     /// The latest time that a keyframe may have.
     double latest() const;
     double earliest() const;

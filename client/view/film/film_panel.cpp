@@ -128,7 +128,9 @@ void FilmPanel::drawPreview(const FilmModel& model, FilmPreview& preview, const 
                             FilmActions& actions, float scale) {
     const bool playable = model.isFilm() && state.failure.empty();
     ImGui::SameLine(0.0F, 16.0F * scale);
-    actions.togglePreview = button(preview.playing() ? "Stop" : "Preview", playable || preview.playing());
+    ImGui::BeginDisabled(!playable && !preview.playing());
+    actions.togglePreview = ImGui::Button(preview.playing() ? "Stop" : "Preview", {70.0F * scale, 0.0F});
+    ImGui::EndDisabled();
     ImGui::SameLine();
     ImGui::Checkbox("loop", &preview.loop);
     ImGui::SameLine();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace mote::client {
 
@@ -21,10 +22,15 @@ PathPrompt::PathPrompt(std::string title, std::string verb, std::string usual, b
 }
 
 void PathPrompt::open() {
-    opening_ = true;
+    opening_ = focusing_ = true;
     closing_ = false;
     failure_.clear();
     agreed_.clear();
+}
+
+void PathPrompt::fail(std::string sentence) {
+    failure_ = std::move(sentence);
+    focusing_ = true;
 }
 
 std::optional<std::filesystem::path> PathPrompt::decide(bool pressed) {
@@ -45,14 +51,13 @@ std::optional<std::filesystem::path> PathPrompt::decide(bool pressed) {
 }
 
 std::optional<std::filesystem::path> PathPrompt::draw(float scale) {
-    if (opening_) ImGui::OpenPopup(title_.c_str());
-    const bool fresh = std::exchange(opening_, false);
+    if (std::exchange(opening_, false)) ImGui::OpenPopup(title_.c_str());
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x / 2.0F, display.y / 3.0F}, ImGuiCond_Always, {0.5F, 0.5F});
     ImGui::SetNextWindowSize({std::min(520.0F * scale, display.x), 0.0F});
     constexpr auto flags = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize;
     if (!ImGui::BeginPopupModal(title_.c_str(), nullptr, flags)) return std::nullopt;
-    if (fresh) ImGui::SetKeyboardFocusHere();
+    if (std::exchange(focusing_, false)) ImGui::SetKeyboardFocusHere();
     ImGui::SetNextItemWidth(-1.0F);
     const bool entered =
         ImGui::InputText("##path", typed_.data(), typed_.size(), ImGuiInputTextFlags_EnterReturnsTrue);

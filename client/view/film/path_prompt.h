@@ -23,7 +23,7 @@ class PathPrompt {
 
     void open();
     /// Says what went wrong, as one sentence.
-    void fail(std::string sentence) { failure_ = std::move(sentence); }
+    void fail(std::string sentence);
     void close() { closing_ = true; }
 
     /// Draws it while it is open; the path, in the frame in which the user wants it.
@@ -38,6 +38,7 @@ class PathPrompt {
     std::string failure_;
     std::string agreed_;  // a file that may be replaced
     bool opening_ = false, closing_ = false;
+    bool focusing_ = false;  // the user goes on typing
 };
 
 }  // namespace mote::client

@@ -91,7 +91,7 @@ TEST(Thumbnail, IsTheMiddleOfThePictureAveraged) {
         const double shown = std::min(1.0, static_cast<double>(height) * smallWidth / smallHeight / width);
         for (std::uint32_t x = 0; x < smallWidth; ++x) {
             const double share = 0.5 + ((x + 0.5) / smallWidth - 0.5) * shown;
-            ASSERT_NEAR(small.pixels[4 * x], 255.0 * share, 4.0 + 255.0 * 1.5 / width) << width << " " << x;
+            ASSERT_NEAR(small.pixels[4 * x], 255.0 * share, 2.0 + 255.0 * 2.6 / width) << width << " " << x;
             ASSERT_EQ(small.pixels[4 * x + 2], 7);
             ASSERT_EQ(small.pixels[4 * x + 3], 255);
         }
