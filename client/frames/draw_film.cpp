@@ -40,7 +40,9 @@ Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const 
     Servers servers;
     const bool job = options.task == FramesTask::job;
     for (const auto& file : options.connect) {
-        MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open({file, {}, job, job}, wakeup, interrupt));
+        MOTE_ASSIGN_OR_RETURN(
+            auto server, PictureServer::open({file, {}, job, job ? options.script : std::filesystem::path()},
+                                             wakeup, interrupt));
         servers.push_back(std::move(server));
     }
     if (!servers.empty()) return servers;

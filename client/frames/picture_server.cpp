@@ -23,7 +23,8 @@ Result<std::unique_ptr<PictureServer>> PictureServer::open(const ServerChoice& c
     settings.client = "mote-frames " MOTE_VERSION;
     settings.wake = [&wakeup] { wakeup(); };
     settings.background = choice.background;
-    if (choice.untiring) settings.returnPatience = untiringPatience;
+    server->waitsWhile_ = choice.waitsWhile;
+    if (!choice.waitsWhile.empty()) settings.returnPatience = untiringPatience;
     const auto file = server->server_ ? server->server_->connectionFile() : *choice.connect;
     server->line_ = std::make_unique<Connection>(file, settings);
     server->listen();
@@ -87,6 +88,10 @@ Status PictureServer::waitUntil(const std::function<bool()>& done) {
 
 std::optional<Error> PictureServer::lost() const {
     if (complaint_) return complaint_;
+    std::error_code code;
+    if (!waitsWhile_.empty() && line_->state() == Connection::State::connecting &&
+        !std::filesystem::exists(waitsWhile_, code))
+        return Error{ErrorCode::notFound, waitsWhile_.string(), "is gone, and the server with it"};
     if (line_->state() != Connection::State::lost) return std::nullopt;
     const auto reason = line_->lostReason().value_or(Error{});
     if (!server_ || server_->lastWords().empty()) return reason;

@@ -27,7 +27,8 @@ struct ServerChoice {
     std::optional<std::filesystem::path> connect;
     ServerCommand spawn = {};
     bool background = false;  ///< it draws for us only while nobody else waits
-    bool untiring = false;    ///< a server that ended is waited for
+    /// A server that ended is waited for as long as there is such a file; empty: for a moment.
+    std::filesystem::path waitsWhile = {};
 };
 
 /// What came of a view that was asked for.
@@ -85,6 +86,7 @@ class PictureServer {
     std::optional<Error> complaint_;  // of the server, about no view that we know
     bool connected_ = false;
     unsigned returns_ = 0;
+    std::filesystem::path waitsWhile_;
 };
 
 }  // namespace mote::client

@@ -154,9 +154,8 @@ TEST(FilmDownload, SaysAtOnceWhereItCannotWrite) {
     proto::JobStatus plot;
     plot.mutable_request()->mutable_particles();
     EXPECT_FALSE(FilmDownload::begin(plot, folder / "film.mp4").ok());
-    auto broken = jobOf("", 3);
-    broken.mutable_request()->mutable_film()->mutable_script()->set_fps(-1.0);
-    EXPECT_FALSE(FilmDownload::begin(broken, folder / "pictures").ok());
+    std::ofstream(folder / "pictures") << "a file";
+    EXPECT_FALSE(FilmDownload::begin(jobOf("", 3), folder / "pictures").ok());
 }
 
 }  // namespace
