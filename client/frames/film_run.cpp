@@ -17,6 +17,8 @@ constexpr std::size_t mostAhead = 4;
 /// Frames that wait to be written or encoded; with more nothing is asked for.
 constexpr std::size_t mostUnfinished = 6;
 constexpr unsigned finishingThreads = 2;
+/// Frames of one picture, as in a hold, that are made of one drawing.
+constexpr std::size_t mostAlike = 8;
 /// Each frame is tried so often.
 constexpr unsigned mostAttempts = 2;
 /// After so many that failed one after the other, the rest is not tried.
@@ -150,6 +152,11 @@ Status FilmRun::ask(Place& place, std::size_t index) {
         open->keep = false;
     }
     if (open->keep) reports_.expect(index);
+    if (isLikeLast(open->key)) {
+        last_.lock()->alike.push_back(index);
+        return success();
+    }
+    last_ = open;
     for (const auto& view : *views)
         place.views[place.server->ask(view, pixelFormat(order_.format), order_.page)] = open;
     return success();
@@ -164,6 +171,7 @@ Status FilmRun::collect(Place& place) {
         if (!answer.frame.ok()) {
             // The frame's other views are of no use.
             std::erase_if(place.views, [&](const auto& entry) { return entry.second == open; });
+            again_.insert(again_.end(), open->alike.begin(), open->alike.end());
             MOTE_RETURN_IF_ERROR(failed(open->index, answer.frame.error()));
             continue;
         }
@@ -181,9 +189,28 @@ Status FilmRun::received(Open& open, ReceivedFrame frame) {
     if (--open.left > 0 || !open.keep) return success();
     const bool asItCame = lossless && order_.exposure.side() == 1 && order_.exposure.views() == 1;
     if (!asItCame) open.payload.clear();
+    const auto pixels = open.exposure.take();
+    for (const auto index : open.alike) {
+        auto& report = drawn_[index] = open.report;
+        report.index = index;
+        report.file = sink_.fileOf(index).string();
+        finishing_.post({index, open.key, pixels, open.payload});
+    }
     drawn_[open.index] = open.report;
-    finishing_.post({open.index, open.key, open.exposure.take(), std::move(open.payload)});
+    finishing_.post({open.index, open.key, pixels, std::move(open.payload)});
     return success();
+}
+
+/// Whether a frame shows what the one before it shows, which is not there yet.
+bool FilmRun::isLikeLast(const std::string& key) const {
+    const auto last = last_.lock();
+    return last && !remembers_ && last->key == key && last->alike.size() < mostAlike;
+}
+
+/// The frames that it was to be.
+void FilmRun::askAgain(const Open& open) {
+    again_.push_back(open.index);
+    again_.insert(again_.end(), open.alike.begin(), open.alike.end());
 }
 
 Status FilmRun::failed(std::size_t index, const Error& error) {
@@ -222,8 +249,7 @@ Status FilmRun::dropLost() {
 
 void FilmRun::drop(Place& place) {
     for (const auto& [view, open] : place.views) {
-        if (std::find(again_.begin(), again_.end(), open->index) == again_.end())
-            again_.push_back(open->index);
+        if (std::find(again_.begin(), again_.end(), open->index) == again_.end()) askAgain(*open);
     }
     place.views.clear();
     std::sort(again_.begin(), again_.end());

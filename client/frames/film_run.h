@@ -52,8 +52,9 @@ class FilmRun {
     struct Open {
         std::size_t index = 0;
         std::string key;
-        bool keep = true;      ///< false: it stands; it is drawn because the next ones remember it
-        std::size_t left = 0;  ///< views to come
+        bool keep = true;                ///< false: it stands; it is drawn because the next ones remember it
+        std::size_t left = 0;            ///< views to come
+        std::vector<std::size_t> alike;  ///< later frames that show the same
         Exposure exposure{1};
         std::vector<std::uint8_t> payload;
         FrameReport report;
@@ -69,7 +70,9 @@ class FilmRun {
     Status ask(Place& place, std::size_t index);
     std::optional<std::size_t> nextFrame();
     Status collect(Place& place);
+    bool isLikeLast(const std::string& key) const;
     Status received(Open& open, ReceivedFrame frame);
+    void askAgain(const Open& open);
     Status failed(std::size_t index, const Error& error);
     Status settle();
     Status dropLost();
@@ -87,6 +90,7 @@ class FilmRun {
     FinishingThreads finishing_;
     ReportLines reports_;
 
+    std::weak_ptr<Open> last_;                  // the frame that was asked for last
     std::size_t next_ = 0;                      // the first frame that was not looked at
     std::deque<std::size_t> again_;             // frames to be asked for once more
     std::map<std::size_t, unsigned> attempts_;  // of frames that failed

@@ -131,6 +131,22 @@ TEST_F(Films, KeepTheirFrames) {
     EXPECT_THAT(namesIn(videos()), testing::ElementsAre("film.webm"));
 }
 
+TEST_F(Films, AHoldIsOnePictureManyTimes) {
+    auto script = turn(64);
+    const std::string hold = ", {'hold': {}, 'seconds': 1}]}";
+    script.replace(script.size() - 2, 2, hold);
+    auto done = station_.frames(script, spawn({"--json"}), options());
+    ASSERT_EQ(done.status, 0) << done.errors;
+    EXPECT_THAT(indicesIn(done.output), SizeIs(36));
+    const auto names = namesIn(station_.out());
+    ASSERT_THAT(names, SizeIs(36));
+    std::set<std::string> moving, held;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        (i < 12 ? moving : held).insert(bytesOf(station_.out() / names[i]));
+    EXPECT_THAT(moving, SizeIs(12));
+    EXPECT_THAT(held, SizeIs(1));
+}
+
 TEST_F(Films, SamplesAndBlurChangeThePicture) {
     std::set<std::string> kinds;
     for (const std::vector<std::string>& how : std::vector<std::vector<std::string>>{
