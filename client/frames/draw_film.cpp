@@ -9,9 +9,12 @@
 #include <vector>
 
 #include "client/frames/film_run.h"
+#include "client/frames/frame_key.h"
 #include "client/frames/picture_files.h"
+#include "client/frames/video/video_key.h"
 #include "client/frames/video_file.h"
 #include "client/shared/known_datasets.h"
+#include "protocol/scene/film_job.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
@@ -125,7 +128,17 @@ Status checkTarget(const FramesOptions& options) {
     return Error{ErrorCode::alreadyExists, video.string(), "is there already; --force replaces it"};
 }
 
-Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Film& film) {
+/// Everything that decides a video's bytes.
+std::string videoKey(const FramesOptions& options, const VideoSettings& video, const proto::Script& script,
+                     const std::string& dataKey) {
+    return keyOf(fmt::format(
+        "{}\n{}\n{} {} {} {}\n{} {} {}\n", dataKey, toJsonLine(script), name(video.format), video.fps,
+        video.quality.value_or(defaultQuality(video.format)), static_cast<int>(video.chroma),
+        options.exposure.samples, options.exposure.shutterDegrees, options.exposure.subframes));
+}
+
+Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Film& film,
+                                          const std::string& key) {
     std::unique_ptr<FrameSink> pictures;
     if (!options.out.empty() && (options.video.empty() || options.keepFrames))
         pictures = std::make_unique<PictureFiles>(options.out, options.format);
@@ -136,12 +149,12 @@ Result<std::unique_ptr<FrameSink>> sinkOf(const FramesOptions& options, const Fi
     const auto checked = checkVideo(*video);
     if (!checked.ok()) return Error{checked.error().code, "--video", checked.error().toString()};
     return std::unique_ptr<FrameSink>(
-        std::make_unique<VideoFile>(options.video, *video, film.frameCount(), std::move(pictures)));
+        std::make_unique<VideoFile>(options.video, *video, film.frameCount(), key, std::move(pictures)));
 }
 
 FilmOrder orderOf(const FramesOptions& options, const Film& film) {
     FilmOrder order{film};
-    order.format = options.video.empty() ? options.format : PictureFormat::png;
+    order.format = options.video.empty() || options.keepFrames ? options.format : PictureFormat::png;
     if (options.page.format() != proto::Page::FORMAT_UNSPECIFIED) order.page = options.page;
     order.exposure = options.exposure;
     order.resume = options.resume;
@@ -166,7 +179,11 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
     if (!film.ok())
         return Error{film.error().code, fmt::format("{}: {}", name, film.error().where),
                      film.error().message};
-    MOTE_ASSIGN_OR_RETURN(const auto sink, sinkOf(options, *film));
+    const auto video = videoOf(options, *film);
+    const auto key = video ? videoKey(options, *video, script, known.key) : std::string();
+    if (video && options.resume && !options.keepFrames && readVideoKey(options.video, video->format) == key)
+        return success();
+    MOTE_ASSIGN_OR_RETURN(const auto sink, sinkOf(options, *film, key));
     MOTE_RETURN_IF_ERROR(sink->open(options.resume));
     const auto order = orderOf(options, *film);
     std::vector<PictureServer*> places;
@@ -188,7 +205,7 @@ Status drawFilmJob(const FramesOptions& given, const Interrupt& interrupt) {
     options.quiet = true;
     options.format = pictureFormat(job.format().empty() ? "png" : job.format()).value_or(PictureFormat::png);
     if (job.video().empty()) options.out = folder;
-    if (!job.video().empty()) options.video = folder / fmt::format("film.{}", job.video());
+    if (!job.video().empty()) options.video = folder / filmVideoName(job);
     if (job.has_quality()) options.crf = job.quality();
     options.exposure.samples = std::max(1U, job.samples());
     options.exposure.shutterDegrees = job.shutter_degrees();

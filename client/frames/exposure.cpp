@@ -120,6 +120,11 @@ Result<std::vector<proto::View>> viewsOf(const Film& film, std::size_t frame,
     return views;
 }
 
+FramePixels asBytes(FramePixels pixels) {
+    if (pixels.format == proto::SRGB8) return pixels;
+    return {pixels.width, pixels.height, proto::SRGB8, bytesOf(lightOf(pixels), proto::SRGB8)};
+}
+
 void Exposure::begin(const FramePixels& pixels) {
     MOTE_CHECK(pixels.width % side_ == 0 && pixels.height % side_ == 0);
     first_ = {pixels.width / side_, pixels.height / side_, pixels.format, {}};

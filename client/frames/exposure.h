@@ -38,6 +38,9 @@ Status checkExposure(const ExposureSettings& settings);
 Result<std::vector<proto::View>> viewsOf(const Film& film, std::size_t frame,
                                          const ExposureSettings& settings);
 
+/// Pixels as SRGB8; alpha is 255.
+FramePixels asBytes(FramePixels pixels);
+
 /// The pictures of one frame's views become its picture.
 class Exposure {
   public:

@@ -2,11 +2,11 @@
 #include "client/frames/film_run.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "client/frames/frame_key.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
@@ -21,11 +21,6 @@ constexpr unsigned finishingThreads = 2;
 constexpr unsigned mostAttempts = 2;
 /// After so many that failed one after the other, the rest is not tried.
 constexpr unsigned mostFailuresInRow = 3;
-
-std::string hashOf(std::string_view text) {
-    const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
-}
 
 /// Whether a picture keeps strokes of the one before it.
 bool remembersStrokes(const Film& film) {
@@ -74,7 +69,7 @@ std::string FilmRun::keyOf(const std::vector<proto::View>& views) const {
     std::string text = fmt::format("2\n{}\n{}\n{}\n", name(order_.format), dataKey_, order_.exposure.side());
     if (order_.page) text += toJsonLine(*order_.page) + "\n";
     for (const auto& view : views) text += toJsonLine(view) + "\n";
-    return hashOf(text);
+    return client::keyOf(text);
 }
 
 Status FilmRun::run(ProgressBar& bar) {

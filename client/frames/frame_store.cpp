@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/frames/frame_store.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 #include <zstd.h>
 
+#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -11,6 +15,7 @@
 
 #include "client/frames/picture_file.h"
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/system_error.h"
 #include "protocol/wire/row_filter.h"
 
 namespace mote::client {
@@ -60,9 +65,24 @@ std::vector<std::uint8_t> packed(const FramePixels& pixels) {
 FrameStore::FrameStore(const fs::path& video)
     : folder_(video.parent_path() / fmt::format(".{}.frames", video.filename().string())) {}
 
+FrameStore::~FrameStore() {
+    if (lock_ >= 0) ::close(lock_);
+}
+
 Status FrameStore::open(bool keep) {
+    MOTE_RETURN_IF_ERROR(makeFolder());
+    if (lock_ < 0) lock_ = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (lock_ < 0) return systemError(errno, folder_.string(), "cannot be opened");
+    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return Error{ErrorCode::alreadyExists, folder_.string(), "another process makes this film"};
+    if (keep) return success();
     std::error_code code;
-    if (!keep) fs::remove_all(folder_, code);
+    for (const auto& entry : fs::directory_iterator(folder_, code)) fs::remove_all(entry.path(), code);
+    return success();
+}
+
+Status FrameStore::makeFolder() const {
+    std::error_code code;
     fs::create_directories(folder_, code);
     if (!code && fs::is_directory(folder_, code)) return success();
     if (!code) return Error{ErrorCode::alreadyExists, folder_.string(), "is no folder"};

@@ -22,9 +22,14 @@ class FrameStore {
     /// Of the video at that path.
     explicit FrameStore(const std::filesystem::path& video);
 
+    ~FrameStore();
+    FrameStore(const FrameStore&) = delete;
+    FrameStore& operator=(const FrameStore&) = delete;
+
     const std::filesystem::path& folder() const { return folder_; }
-    /// Makes the folder, without the frames of an earlier run unless they are to be kept. Errors:
-    /// permissionDenied, alreadyExists (a file of its name), internal.
+    /// Makes the folder, without the frames of an earlier run unless they are to be kept; it is ours alone
+    /// while the object lives. Errors: permissionDenied, alreadyExists (a file of its name, or another
+    /// process has it), internal.
     Status open(bool keep);
     /// Whether a frame stands, made of what `key` says, and no shorter than it was written.
     bool has(std::size_t index, std::string_view key) const;
@@ -37,9 +42,11 @@ class FrameStore {
     void discard() const;
 
   private:
+    Status makeFolder() const;
     std::filesystem::path fileOf(std::size_t index) const;
 
     std::filesystem::path folder_;
+    int lock_ = -1;  // the folder, locked
 };
 
 }  // namespace mote::client

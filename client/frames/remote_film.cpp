@@ -13,6 +13,7 @@
 #include "client/frames/video_of_frames.h"
 #include "client/shared/film_download.h"
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/film_job.h"
 
 namespace mote::client {
 namespace {
@@ -38,17 +39,16 @@ class Fetching {
         return *found;
     }
 
-    /// The video, or the pictures, as files.
-    Status save(const proto::JobStatus& job, const fs::path& target, ProgressBar& bar) {
+    /// The video, or the pictures, as files; how many they are.
+    Result<std::uint64_t> save(const proto::JobStatus& job, const fs::path& target, ProgressBar& bar) {
         MOTE_ASSIGN_OR_RETURN(const auto download, FilmDownload::begin(job, target));
         while (!download->done()) {
-            MOTE_ASSIGN_OR_RETURN(const auto piece, server_.answerTo<FilmBytes>([&](auto reply) {
-                server_.line().fetchFilm(download->wanted(), std::move(reply));
-            }));
+            const auto piece = server_.answerTo<FilmBytes>(
+                [&](auto reply) { server_.line().fetchFilm(download->wanted(), std::move(reply)); });
             MOTE_RETURN_IF_ERROR(download->take(piece));
-            bar.show(download->filesDone(), download->files(), "fetching");
+            bar.show(download->filesDone(), download->filesDone() + 1, "fetching");
         }
-        return success();
+        return download->filesDone();
     }
 
   private:
@@ -64,12 +64,11 @@ Result<std::unique_ptr<PictureServer>> connected(const FramesOptions& options, W
     return server;
 }
 
-/// The pictures of a job, into a folder.
-Status fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
-                     ProgressBar& bar) {
+/// The pictures of a job, into a folder; how many they are.
+Result<std::uint64_t> fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
+                                    ProgressBar& bar) {
     const auto& film = job.request().film();
-    const auto format = pictureFormat(film.format().empty() ? "png" : film.format());
-    if (!film.video().empty() || !format) {
+    if (!film.video().empty()) {
         return Error{
             ErrorCode::unsupported, "--out",
             fmt::format("this film was made as {} alone: give --video FILE.{}", film.video(), film.video())};
@@ -79,22 +78,21 @@ Status fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::
 
 /// Of pictures that were fetched.
 Status videoOfFolder(const FramesOptions& options, const proto::FilmJob& film, const fs::path& folder,
-                     const Interrupt& interrupt) {
-    const auto format = *pictureFormat(film.format().empty() ? "png" : film.format());
+                     std::uint64_t count, const Interrupt& interrupt) {
     const auto read = [&](std::size_t index) -> Result<FramePixels> {
         if (interrupt.requested()) return Error{ErrorCode::cancelled, "", "interrupted"};
-        return readPictureFrame(folder / fmt::format("frame-{:06}.{}", index, extension(format)));
+        return readPictureFrame(folder / filmPictureName(film, static_cast<std::uint32_t>(index)));
     };
     MOTE_ASSIGN_OR_RETURN(const auto first, read(0));
     VideoSettings settings;
     settings.format = *videoFormat(options.video.extension().string());
     settings.width = first.width;
     settings.height = first.height;
-    settings.fps = film.script().has_fps() ? film.script().fps() : defaultFps;
+    settings.fps = options.fps.value_or(film.script().has_fps() ? film.script().fps() : defaultFps);
     settings.quality = options.crf;
     settings.chroma = options.chroma;
     MOTE_RETURN_IF_ERROR(checkVideo(settings));
-    return videoOfFrames(options.video, settings, frameCountOf(film.script()), read);
+    return videoOfFrames(options.video, settings, count, read);
 }
 
 Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesOptions& options,
@@ -111,13 +109,14 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
             return Error{
                 ErrorCode::unsupported, "--video",
                 fmt::format("this film was made as {}: give --video FILE.{}", film.video(), film.video())};
-        return fetching.save(job, options.video, bar);
+        MOTE_RETURN_IF_ERROR(fetching.save(job, options.video, bar));
+        return success();
     }
     const auto folder =
         options.video.parent_path() / fmt::format(".{}.fetched", options.video.filename().string());
     const auto made = [&]() -> Status {
-        MOTE_RETURN_IF_ERROR(fetchPictures(fetching, job, folder, bar));
-        return videoOfFolder(options, film, folder, interrupt);
+        MOTE_ASSIGN_OR_RETURN(const auto count, fetchPictures(fetching, job, folder, bar));
+        return videoOfFolder(options, film, folder, count, interrupt);
     }();
     std::error_code ignored;
     fs::remove_all(folder, ignored);
@@ -163,7 +162,10 @@ Status fetchFilm(const FramesOptions& options, const Interrupt& interrupt) {
     Fetching fetching(*server, options.fetch);
     MOTE_ASSIGN_OR_RETURN(const auto job, fetching.job());
     ProgressBar bar(!options.quiet, -1);
-    if (options.video.empty()) return fetchPictures(fetching, job, options.out, bar);
+    if (options.video.empty()) {
+        MOTE_RETURN_IF_ERROR(fetchPictures(fetching, job, options.out, bar));
+        return success();
+    }
     return fetchVideo(fetching, job, options, bar, interrupt);
 }
 

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <exception>
 
+#include "client/frames/exposure.h"
 #include "client/frames/video_of_frames.h"
 
 namespace mote::client {
@@ -18,10 +19,11 @@ constexpr std::chrono::milliseconds patience{50};
 
 }  // namespace
 
-VideoFile::VideoFile(std::filesystem::path path, VideoSettings settings, std::size_t frames,
+VideoFile::VideoFile(std::filesystem::path path, VideoSettings settings, std::size_t frames, std::string key,
                      std::unique_ptr<FrameSink> pictures)
     : path_(std::move(path)),
       settings_(std::move(settings)),
+      key_(std::move(key)),
       pictures_(std::move(pictures)),
       store_(path_),
       stored_(frames, false) {}
@@ -61,8 +63,10 @@ void VideoFile::there(std::size_t index) {
 }
 
 Status VideoFile::put(DrawnFrame frame) {
-    MOTE_RETURN_IF_ERROR(store_.put(frame.index, frame.key, frame.pixels, std::move(frame.payload)));
     if (pictures_) MOTE_RETURN_IF_ERROR(pictures_->put({frame.index, frame.key, frame.pixels, {}}));
+    if (frame.pixels.format != proto::SRGB8) frame.payload.clear();
+    frame.pixels = asBytes(std::move(frame.pixels));
+    MOTE_RETURN_IF_ERROR(store_.put(frame.index, frame.key, frame.pixels, std::move(frame.payload)));
     {
         const std::lock_guard lock(mutex_);
         if (outcome_ && !outcome_->ok()) return *outcome_;
@@ -98,8 +102,8 @@ Result<FramePixels> VideoFile::inTurn(std::size_t index) {
 void VideoFile::encodeAll() {
     Status outcome = success();
     try {
-        outcome = videoOfFrames(path_, settings_, stored_.size(),
-                                [this](std::size_t index) { return inTurn(index); });
+        outcome = videoOfFrames(
+            path_, settings_, stored_.size(), [this](std::size_t index) { return inTurn(index); }, key_);
     } catch (const std::exception& failure) {
         outcome = Error{ErrorCode::internal, path_.string(), failure.what()};
     }

@@ -21,8 +21,9 @@ namespace mote::client {
 
 class VideoFile final : public FrameSink {
   public:
-    /// `pictures`: also gets each frame; may be null.
-    VideoFile(std::filesystem::path path, VideoSettings settings, std::size_t frames,
+    /// `key`: of the whole film, 32 hexadecimal digits, which the video keeps; `pictures`: also gets each
+    /// frame; may be null.
+    VideoFile(std::filesystem::path path, VideoSettings settings, std::size_t frames, std::string key,
               std::unique_ptr<FrameSink> pictures);
     /// What is not finished is given up; the frames stay.
     ~VideoFile() override;
@@ -43,6 +44,7 @@ class VideoFile final : public FrameSink {
 
     const std::filesystem::path path_;
     const VideoSettings settings_;
+    const std::string key_;
     const std::unique_ptr<FrameSink> pictures_;
     FrameStore store_;
 

@@ -25,7 +25,7 @@ Result<FramePixels> checkedFrame(const FrameReader& frame, std::size_t index, co
 }  // namespace
 
 Status videoOfFrames(const std::filesystem::path& path, const VideoSettings& settings, std::size_t count,
-                     const FrameReader& frame) {
+                     const FrameReader& frame, std::string_view key) {
     std::optional<GifPalette> palette;
     if (settings.format == VideoFormat::gif) {
         PaletteMaker maker;
@@ -40,7 +40,7 @@ Status videoOfFrames(const std::filesystem::path& path, const VideoSettings& set
         MOTE_ASSIGN_OR_RETURN(const auto pixels, checkedFrame(frame, i, settings));
         MOTE_RETURN_IF_ERROR(writer->add(pixels.bytes));
     }
-    return writer->finish();
+    return writer->finish(key);
 }
 
 Result<FramePixels> readPictureFrame(const std::filesystem::path& path) {

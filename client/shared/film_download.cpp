@@ -22,25 +22,21 @@ Result<std::unique_ptr<FilmDownload>> FilmDownload::begin(const proto::JobStatus
     if (!job.request().has_film())
         return Error{ErrorCode::invalidArgument, "", fmt::format("job {} is no film", job.id())};
     const auto& film = job.request().film();
-    std::uint64_t files = 1;
     if (film.video().empty()) {
-        MOTE_RETURN_IF_ERROR(checkFilmJob(film), "film");
-        MOTE_RETURN_IF_ERROR(checkScript(film.script()), "film.script");
-        files = frameCountOf(film.script());
         std::error_code code;
         std::filesystem::create_directories(target, code);
         if (code) return systemError(code.value(), target.string(), "cannot be made");
     }
-    std::unique_ptr<FilmDownload> download(new FilmDownload(job, target, files));
+    std::unique_ptr<FilmDownload> download(new FilmDownload(job, target));
     MOTE_RETURN_IF_ERROR(download->open());
     return download;
 }
 
-FilmDownload::FilmDownload(const proto::JobStatus& job, std::filesystem::path target, std::uint64_t files)
-    : id_(job.id()), film_(job.request().film()), target_(std::move(target)), files_(files) {}
+FilmDownload::FilmDownload(const proto::JobStatus& job, std::filesystem::path target)
+    : id_(job.id()), film_(job.request().film()), target_(std::move(target)) {}
 
 std::filesystem::path FilmDownload::file() const {
-    if (!film_.video().empty()) return target_;
+    if (isVideo()) return target_;
     return target_ / filmPictureName(film_, static_cast<std::uint32_t>(filesDone_));
 }
 
@@ -55,13 +51,22 @@ Status FilmDownload::open() {
 proto::FetchFilm FilmDownload::wanted() const {
     proto::FetchFilm piece;
     piece.set_id(id_);
-    if (film_.video().empty()) piece.set_frame(static_cast<std::uint32_t>(filesDone_));
+    if (!isVideo()) piece.set_frame(static_cast<std::uint32_t>(filesDone_));
     piece.set_begin(received_);
     return piece;
 }
 
-Status FilmDownload::take(const FilmBytes& piece) {
+Status FilmDownload::take(const Result<FilmBytes>& answer) {
     MOTE_CHECK(!done());
+    if (!answer.ok()) {
+        const auto& error = answer.error();
+        const bool past = error.code == ErrorCode::notFound && error.where == "frame";
+        if (isVideo() || !past || filesDone_ == 0 || received_ > 0) return error;
+        part_.reset();
+        done_ = true;
+        return success();
+    }
+    const auto& piece = *answer;
     const auto size = piece.message.size();
     const bool sound = piece.message.begin() == received_ && size <= largestFile &&
                        (received_ == 0 || size == size_) && !piece.bytes.empty() &&
@@ -77,13 +82,14 @@ Status FilmDownload::finishFile() {
     MOTE_RETURN_IF_ERROR(part_->publish());
     part_.reset();
     ++filesDone_;
-    return done() ? success() : open();
+    done_ = isVideo() || filesDone_ == maxFrames;
+    return done_ ? success() : open();
 }
 
-double FilmDownload::progress() const {
-    const double share =
-        size_ > 0 && !done() ? static_cast<double>(received_) / static_cast<double>(size_) : 0.0;
-    return (static_cast<double>(filesDone_) + share) / static_cast<double>(files_);
+std::optional<double> FilmDownload::progress() const {
+    if (!isVideo()) return std::nullopt;
+    if (size_ == 0) return 0.0;
+    return static_cast<double>(received_) / static_cast<double>(size_);
 }
 
 }  // namespace mote::client

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/shared/connection.h"
@@ -21,7 +22,7 @@ class FilmDownload {
   public:
     /// The video of a job to a file, or, where it made none, its pictures into a folder, which is made where
     /// it is not there. Files of the same names are replaced. Errors: invalidArgument: the job makes no film;
-    /// of its script; permissionDenied and others of the system.
+    /// permissionDenied and others of the system.
     static Result<std::unique_ptr<FilmDownload>> begin(const proto::JobStatus& job,
                                                        const std::filesystem::path& target);
     FilmDownload(const FilmDownload&) = delete;
@@ -29,19 +30,19 @@ class FilmDownload {
 
     /// The piece to ask for; not once done().
     proto::FetchFilm wanted() const;
-    /// The piece that was wanted. Errors, after which it is of no use: corrupt: it is another one; those of
-    /// the system for a file.
-    Status take(const FilmBytes& piece);
+    /// The piece that was wanted, or why there is none: that there are no more pictures is the end. Errors,
+    /// after which it is of no use: that one; corrupt: it is another piece; those of the system for a file.
+    Status take(const Result<FilmBytes>& answer);
 
     /// All files are there.
-    bool done() const { return filesDone_ == files_; }
-    std::uint64_t files() const { return files_; }
+    bool done() const { return done_; }
     std::uint64_t filesDone() const { return filesDone_; }
-    /// 0 to 1.
-    double progress() const;
+    /// Of a video, 0 to 1; of pictures nothing: how many they are is told by the last one.
+    std::optional<double> progress() const;
 
   private:
-    FilmDownload(const proto::JobStatus& job, std::filesystem::path target, std::uint64_t files);
+    FilmDownload(const proto::JobStatus& job, std::filesystem::path target);
+    bool isVideo() const { return !film_.video().empty(); }
     std::filesystem::path file() const;
     Status open();
     Status finishFile();
@@ -49,7 +50,7 @@ class FilmDownload {
     const std::string id_;
     const proto::FilmJob film_;
     const std::filesystem::path target_;
-    const std::uint64_t files_;
+    bool done_ = false;
     std::uint64_t filesDone_ = 0;
     std::unique_ptr<PartFile> part_;  // of the present file
     std::uint64_t received_ = 0;      // bytes of it

@@ -26,7 +26,7 @@ bool isNamed(int file, const std::filesystem::path& path) {
 int openLocked(const std::filesystem::path& path) {
     constexpr int mostTries = 100;  // each fails only where another process ends in between
     for (int i = 0; i < mostTries; ++i) {
-        const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
         if (file < 0) return file;
         const bool busy = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
         if (!busy && isNamed(file, path)) return file;
@@ -64,6 +64,7 @@ PartFile::~PartFile() {
 }
 
 Status PartFile::append(std::span<const std::uint8_t> bytes) {
+    if (::lseek(file_, 0, SEEK_END) < 0) return systemError(errno, path_.string(), "cannot be written");
     while (!bytes.empty()) {
         const auto written = ::write(file_, bytes.data(), bytes.size());
         if (written >= 0) bytes = bytes.subspan(static_cast<std::size_t>(written));

@@ -25,7 +25,7 @@ class PartFile {
     PartFile& operator=(const PartFile&) = delete;
 
     const std::filesystem::path& hidden() const { return hidden_; }
-    /// Puts bytes behind those before; for owners that write by nothing else. Errors: those of the system.
+    /// Puts bytes at its end. Errors: those of the system.
     Status append(std::span<const std::uint8_t> bytes);
     /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
     Status publish();

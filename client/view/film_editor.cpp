@@ -167,7 +167,7 @@ void FilmEditor::saveFilm(const std::filesystem::path& path) {
 void FilmEditor::fetchNext() {
     connection_.fetchFilm(download_->wanted(), [this, mine = downloads_](const Result<FilmBytes>& piece) {
         if (!download_ || mine != downloads_) return;  // it was given up
-        const auto taken = piece.ok() ? download_->take(*piece) : Status(piece.error());
+        const auto taken = download_->take(piece);
         if (taken.ok() && !download_->done()) return fetchNext();
         download_.reset();
         say(taken);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "protocol/scene/check.h"
+#include "protocol/scene/film/check_script.h"
 
 namespace mote {
 namespace {
@@ -32,7 +33,7 @@ Error bad(std::string field, std::string message) {
 
 Status checkFilmJob(const proto::FilmJob& job) {
     if (!job.has_script()) return bad("script", "is missing");
-    // Here the script itself is to be held to what scripts are: checkScript(job.script()), "script".
+    MOTE_RETURN_IF_ERROR(checkScript(job.script()), "script");
     if (std::ranges::find(formats, job.format(), &Format::name) == formats.end())
         return bad("format", "must be png, png16, exr or jpg");
     if (std::ranges::find(videos, job.video()) == videos.end())

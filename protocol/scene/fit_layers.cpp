@@ -5,8 +5,9 @@
 
 namespace mote {
 
-bool liesOnScreen(const Layer& layer) {
-    return layer.stipple() != nullptr && layer.stipple()->onPlane();
+bool isFitted(const Layer& layer) {
+    const bool onScreen = layer.stipple() != nullptr && layer.stipple()->onPlane();
+    return !onScreen && layer.opacity > 0.0;
 }
 
 void fitLayers(View& view, std::span<const std::optional<Bounds>> boxes) {
@@ -14,7 +15,7 @@ void fitLayers(View& view, std::span<const std::optional<Bounds>> boxes) {
     if (!view.cameraFitted) return;
     std::optional<Bounds> all;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        if (!boxes[i] || liesOnScreen(view.layers[i])) continue;
+        if (!boxes[i] || !isFitted(view.layers[i])) continue;
         const Bounds inWorld = boxes[i]->transformed(view.layers[i].transform);
         all = all ? all->united(inWorld) : inWorld;
     }

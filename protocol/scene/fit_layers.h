@@ -11,8 +11,9 @@
 
 namespace mote {
 
-/// Whether a layer lies on the picture itself, so that no camera shows more or less of it.
-bool liesOnScreen(const Layer& layer);
+/// Whether a camera shows more or less of a layer: not of one that lies on the picture itself, or of which
+/// there is nothing.
+bool isFitted(const Layer& layer);
 
 /// Fits the camera of a view that came without one to its layers; another's stays as it is. `boxes`: of each
 /// layer's dataset, layer space; nothing where there is none to be seen.

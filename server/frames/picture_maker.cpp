@@ -104,6 +104,36 @@ bool anything(const View& view) {
                        [](const Layer& layer) { return layer.opacity > 0.0; });
 }
 
+/// A copy of its own: what is drawn with the one changes nothing in the other.
+DotHistory copyOf(const DotHistory& history) {
+    DotHistory copy = history;
+    for (auto& layer : copy.layers) {
+        if (layer.ink != nullptr) layer.ink = std::make_shared<render::InkMemory>(*layer.ink);
+    }
+    return copy;
+}
+
+/// A picture that is stopped or waits is made again. Where it is one of a row that shall always be the same,
+/// it then finds what it found: ink that follows the picture before must not follow one that was not
+/// finished.
+class Attempt {
+  public:
+    Attempt(const ViewTask& task, DotHistory& history) : history_(history) {
+        if (task.finalOnly) before_ = copyOf(history);
+    }
+    ~Attempt() {
+        if (before_) history_ = *std::move(before_);
+    }
+    Attempt(const Attempt&) = delete;
+    Attempt& operator=(const Attempt&) = delete;
+
+    void succeeded() { before_.reset(); }
+
+  private:
+    DotHistory& history_;
+    std::optional<DotHistory> before_;
+};
+
 }  // namespace
 
 PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs)
@@ -120,6 +150,7 @@ void PictureMaker::trim() {
 Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
     const auto begun = Clock::now();
     try {
+        Attempt attempt(*job.task, history.dots);
         if (!device_) device_ = factory_();
         history.quality.startFrom(costs_);
         steps_.beginPicture();
@@ -127,6 +158,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         MOTE_ASSIGN_OR_RETURN(const auto scene, sceneOf(job, history, made));
         if (scene) made = draw(job, *scene, begun, history);
         failures_ = 0;
+        if (made.picture) attempt.succeeded();
         return made;
     } catch (const BrokenInvariant&) {
         throw;

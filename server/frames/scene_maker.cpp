@@ -29,27 +29,14 @@ Result<LayerPart> nothingOf(const Layer& layer, StepSource& data) {
 
 Status fitLayers(View& view, StepSource& data) {
     if (!view.cameraFitted) return success();
-<<<<<<< HEAD
     std::vector<std::optional<Bounds>> boxes;
     for (const Layer& layer : view.layers) {
         boxes.emplace_back();
-        if (liesOnScreen(layer)) continue;
+        if (!isFitted(layer)) continue;
         // That a dataset is of another kind is said when it is drawn.
         const auto found = data.dataset(layer.dataset);
         if (!found.ok()) return inLayer(boxes.size() - 1, found.error());
         boxes.back() = datasetBounds(*found->manifest);
-=======
-    std::optional<Bounds> all;
-    for (std::size_t i = 0; i < view.layers.size(); ++i) {
-        const Layer& layer = view.layers[i];
-        if (!(layer.opacity > 0.0)) continue;
-        const auto found =
-            std::visit([&](const auto& style) { return boundsOf(style, layer, data); }, layer.style);
-        if (!found.ok()) return inLayer(i, found.error());
-        if (!*found) continue;
-        const Bounds bounds = (*found)->transformed(layer.transform);
-        all = all ? all->united(bounds) : bounds;
->>>>>>> opacity
     }
     mote::fitLayers(view, boxes);
     return success();

@@ -113,7 +113,7 @@ Status JobFiles::prepare(const proto::JobRequest& request) {
 Status JobFiles::keepFilm(const proto::JobRequest& request) {
     MOTE_RETURN_IF_ERROR(makeFolder(directory_));
     // On the disk before anybody is told that there is such a job.
-    auto written = storage::writeNewFile(directory_ / "request.json", toJson(request));
+    auto written = storage::writeNewFile(directory_ / "request.json", toJsonLine(request));
     if (!written.ok()) remove();
     return written;
 }

@@ -171,7 +171,10 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request) {
     if (request.has_film()) {
         MOTE_RETURN_IF_ERROR(JobFiles(directoryOf(record)).keepFilm(request));
         // Statuses are stored and told at every change: no place for a script of hundreds of kilobytes.
-        record.status.mutable_request()->mutable_film()->clear_script();
+        auto& script = *record.status.mutable_request()->mutable_film()->mutable_script();
+        proto::Script kept;
+        if (script.has_fps()) kept.set_fps(script.fps());
+        script = kept;
     }
     record.status.set_state(State::QUEUED);
     record.status.set_phase("waiting");

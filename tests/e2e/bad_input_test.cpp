@@ -71,16 +71,17 @@ TEST_F(BadInput, DatasetsAndStepsThatAreNotThere) {
 
 TEST_F(BadInput, WrongUsage) {
     const auto script = scriptOf({beamView(32)});
-    expectError(station_.frames(script, {"--format", "bmp"}), {"there are png, exr, jpg, svg, eps and pdf"},
-                2);
+    expectError(station_.frames(script, {"--format", "bmp"}),
+                {"there are png, png16, exr, jpg, svg, eps and pdf"}, 2);
     expectError(station_.frames(script, {"--format", "pdf", "--page", "large"}), {"--page", "WIDTHxHEIGHT"},
                 2);
     expectError(station_.frames(script, {"--format", "pdf", "--page", "20x20", "--margin", "10"}),
                 {"--margin"}, 2);
     expectError(station_.frames(script, {"--plotter"}), {"need svg, eps or pdf"}, 2);
-    expectError(station_.frames(script, {"--video", "a.mp4"}), {"not in this version"}, 2);
+    expectError(station_.frames(script, {"--crf", "20"}), {"--crf", "--video"}, 2);
+    expectError(station_.frames(script, {"--detach", "--fetch", "12"}), {"--detach"}, 2);
     expectError(station_.frames(script, {"--spawn", "data=x", "--connect", "y"}), {"--spawn"}, 2);
-    expectError(runProcess(program("mote-frames"), {}), {"SCRIPT"}, 2);
+    expectError(runProcess(program("mote-frames"), {"--connect", "x"}), {"SCRIPT"}, 2);
     expectError(station_.frames(script, {"--no-such-option"}), {"no-such-option"}, 2);
     EXPECT_FALSE(std::filesystem::exists(station_.out()));
 }

@@ -124,7 +124,7 @@ TEST(ReferenceFading, SheetsOfAMeshGrowPaleOneByOne) {
     EXPECT_NEAR(render(scene).at(10, 5).z, 0.7 * 0.7, 1e-12);
 }
 
-TEST(ReferenceFading, StrokesGrowPaleOneByOne) {
+TEST(ReferenceFading, StrokesGrowPaleTogether) {
     render::Strokes strokes;
     strokes.points = {{-9.0F, 10.0F, 6.0F, 4.0},
                       {60.0F, 10.0F, 6.0F, 4.0},
@@ -135,7 +135,7 @@ TEST(ReferenceFading, StrokesGrowPaleOneByOne) {
     const Scene scene{viewOf(""), {}};
     const auto picture = render(scene, {.strokes = {std::make_shared<const render::Strokes>(strokes)}});
     EXPECT_NEAR(picture.at(2, 10).z, 0.75, 1e-12);
-    EXPECT_NEAR(picture.at(10, 10).z, 0.75 * 0.75, 1e-12);
+    EXPECT_NEAR(picture.at(10, 10).z, 0.75, 1e-12);
     EXPECT_EQ(picture.at(2, 2).z, 1.0);
 }
 

@@ -63,9 +63,10 @@ double StrokeHits::areaDepthAt(std::uint32_t column, std::uint32_t row) const {
 }
 
 void StrokeHits::addPixel(std::uint32_t column, std::uint32_t row, std::vector<Hit>& hits) const {
+    std::vector<Hit> here;
     const auto add = [&](double depth, double alpha) {
-        if (alpha * strokes_.opacity > 0.0 && depth >= nearestDepth(view_.camera))
-            hits.push_back({column, depth, std::min(alpha, 1.0) * strokes_.opacity, strokes_.color});
+        if (alpha > 0.0 && depth >= nearestDepth(view_.camera))
+            here.push_back({column, depth, std::min(alpha, 1.0), strokes_.color});
     };
     const glm::dvec2 middle(column + 0.5, row + 0.5);
     for (const auto& line : strokes_.lines) {
@@ -79,8 +80,23 @@ void StrokeHits::addPixel(std::uint32_t column, std::uint32_t row, std::vector<H
         add(nearest.depth, overlap(-half, half, nearest.distance - 0.5, nearest.distance + 0.5));
     }
     const double depth = areaDepthAt(column, row);
-    if (!std::isfinite(depth)) return;
-    for (const auto& area : strokes_.areas) add(depth, shareOf(area, column, row));
+    if (std::isfinite(depth)) {
+        for (const auto& area : strokes_.areas) add(depth, shareOf(area, column, row));
+    }
+    fade(here);
+    hits.insert(hits.end(), here.begin(), here.end());
+}
+
+/// What of them lies before any depth is as pale as all of it.
+void StrokeHits::fade(std::vector<Hit>& hits) const {
+    std::stable_sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.depth < b.depth; });
+    const auto passed = [this](double left) { return 1.0 - strokes_.opacity * (1.0 - left); };
+    double left = 1.0;
+    for (auto& hit : hits) {
+        const double behind = left * (1.0 - hit.alpha);
+        if (strokes_.opacity < 1.0F) hit.alpha = 1.0 - passed(behind) / passed(left);
+        left = behind;
+    }
 }
 
 void StrokeHits::addRow(std::uint32_t row, std::vector<Hit>& hits) const {

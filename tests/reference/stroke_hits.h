@@ -23,6 +23,7 @@ class StrokeHits {
 
   private:
     void addPixel(std::uint32_t column, std::uint32_t row, std::vector<Hit>& hits) const;
+    void fade(std::vector<Hit>& hits) const;
     double areaDepthAt(std::uint32_t column, std::uint32_t row) const;
     double shareOf(const render::InkArea& area, std::uint32_t column, std::uint32_t row) const;
 

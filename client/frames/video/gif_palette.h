@@ -28,7 +28,7 @@ struct SeenColor {
 SeenColor seenColor(double r, double g, double b);
 double squareDistance(const SeenColor& a, const SeenColor& b);
 
-/// Pixels to indices. One owner, one thread at a time: it remembers each colour that it has seen.
+/// Pixels to indices. One owner, one thread at a time: it remembers each colour that it has seen, in 64 MiB.
 class GifDither {
   public:
     explicit GifDither(const GifPalette& palette);

@@ -9,7 +9,6 @@ extern "C" {
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "client/frames/video/video_codec.h"
@@ -43,16 +42,15 @@ Status checkSize(const VideoSettings& settings, const VideoCodec& codec) {
 
 Status checkRate(double fps, const VideoCodec& codec) {
     if (std::isfinite(fps) && fps >= leastFps && fps <= codec.mostFps) return success();
-    return refused(fmt::format("a {} film has {} to {} frames a second, not {}", codec.title, leastFps,
-                               codec.mostFps, fps));
+    return refused(
+        fmt::format("{} has {} to {} frames a second, not {}", codec.title, leastFps, codec.mostFps, fps));
 }
 
 Status checkQuality(const std::optional<unsigned>& quality, const VideoCodec& codec) {
     if (!quality) return success();
-    if (!codec.mostCrf) return refused(fmt::format("a {} film has no crf to be set", codec.title));
+    if (!codec.mostCrf) return refused(fmt::format("{} takes no crf", codec.title));
     if (*quality <= *codec.mostCrf) return success();
-    return refused(
-        fmt::format("the crf of a {} film is 0 to {}, not {}", codec.title, *codec.mostCrf, *quality));
+    return refused(fmt::format("{} takes a crf of 0 to {}, not {}", codec.title, *codec.mostCrf, *quality));
 }
 
 }  // namespace

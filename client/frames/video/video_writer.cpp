@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "client/frames/video/video_colors.h"
+#include "client/frames/video/video_key.h"
 #include "client/frames/video/video_stream.h"
 #include "client/shared/part_file.h"
 
@@ -51,9 +52,14 @@ class VideoWriter::Impl {
         return stream_->encode();
     }
 
-    Status finish() {
+    Status finish(std::string_view key) {
         if (frames_ == 0) return Error{ErrorCode::invalidArgument, where_, "a film needs a frame"};
         MOTE_RETURN_IF_ERROR(stream_->finish());
+        if (!key.empty()) {
+            const auto tail = videoTail(settings_.format, key);
+            MOTE_RETURN_IF_ERROR(
+                part_->append({reinterpret_cast<const std::uint8_t*>(tail.data()), tail.size()}));
+        }
         return part_->publish();
     }
 
@@ -102,10 +108,10 @@ Status VideoWriter::add(std::span<const std::uint8_t> rgba) {
     return state_;
 }
 
-Status VideoWriter::finish() {
+Status VideoWriter::finish(std::string_view key) {
     if (!state_.ok()) return state_;
     MOTE_CHECK(impl_ != nullptr);
-    state_ = impl_->finish();
+    state_ = impl_->finish(key);
     impl_.reset();
     return state_;
 }

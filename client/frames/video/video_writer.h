@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "client/frames/video/gif_palette.h"
 #include "client/frames/video/video_settings.h"
@@ -33,9 +34,9 @@ class VideoWriter {
     /// an error nothing stays, and every call returns it. Errors: resourceExhausted (a full disk), those of
     /// the system, internal.
     Status add(std::span<const std::uint8_t> rgba);
-    /// The film is there. Once, after the last frame. Errors: as of add; invalidArgument where there was no
-    /// frame.
-    Status finish();
+    /// The film is there. Once, after the last frame. `key`: what it shows, for readVideoKey(); "": nobody
+    /// asks. Errors: as of add; invalidArgument where there was no frame.
+    Status finish(std::string_view key = {});
 
   private:
     class Impl;

@@ -19,13 +19,12 @@ glm::dquat orientationOf(const Camera& camera) {
     return glm::normalize(glm::quat_cast(glm::transpose(glm::dmat3(camera.worldToEye()))));
 }
 
-Camera held(Camera camera) {
-    const glm::dvec3 offset = camera.eye - camera.target;
+Camera placed(Camera camera, const glm::dvec3& target, const glm::dvec3& offset) {
+    camera.target = glm::clamp(target, -0.4 * worldLimit, 0.4 * worldLimit);
     const double distance = glm::length(offset);
-    camera.target = glm::clamp(camera.target, -0.4 * worldLimit, 0.4 * worldLimit);
     const double least = leastDistance * (1.0 + glm::length(camera.target));
     const double legal = std::clamp(distance, least, 0.4 * worldLimit);
-    if (legal != distance) camera.eye = camera.target + (legal / distance) * offset;
+    camera.eye = camera.target + (legal == distance ? offset : (legal / distance) * offset);
     camera.fovYDegrees = std::clamp(camera.fovYDegrees, leastFovYDegrees, mostFovYDegrees);
     if (!camera.orthographicHeight) return camera;
     camera.orthographicHeight = std::clamp(*camera.orthographicHeight, leastHeight, worldLimit);
@@ -33,10 +32,10 @@ Camera held(Camera camera) {
 }
 
 Camera standing(Camera camera, const glm::dvec3& target, const glm::dquat& orientation, double distance) {
-    camera.target = target;
-    camera.eye = target + distance * (orientation * glm::dvec3(0.0, 0.0, 1.0));
     camera.up = orientation * glm::dvec3(0.0, 1.0, 0.0);
-    return held(camera);
+    // A distance may be too small or too large for the number itself.
+    const double some = std::clamp(distance, 1e-30, 1e30);
+    return placed(camera, target, some * (orientation * glm::dvec3(0.0, 0.0, 1.0)));
 }
 
 }  // namespace mote

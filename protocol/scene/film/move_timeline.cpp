@@ -37,15 +37,18 @@ void addInStep(proto::Layer layer, const ShownStep& shown, proto::View& view) {
 
 }  // namespace
 
+glm::dvec3 MoveTimeline::Move::offsetAt(double share) const {
+    const double nearer = camera.perspective() ? std::exp(-share * zoom) : 1.0;
+    return nearer * (rotationBy(share * turn) * (camera.eye - camera.target));
+}
+
 Camera MoveTimeline::Move::cameraAt(double share) const {
     Camera result = camera;
-    const glm::dquat rotation = rotationBy(share * turn);
-    const double scale = std::exp(-share * zoom);
-    const double nearer = camera.perspective() ? scale : 1.0;
     result.target = mix(camera.target, target, share);
-    result.eye = result.target + nearer * (rotation * (camera.eye - camera.target));
-    result.up = rotation * camera.up;
-    if (camera.orthographicHeight) result.orthographicHeight = scale * *camera.orthographicHeight;
+    result.eye = result.target + offsetAt(share);
+    result.up = rotationBy(share * turn) * camera.up;
+    if (camera.orthographicHeight)
+        result.orthographicHeight = std::exp(-share * zoom) * *camera.orthographicHeight;
     return result;
 }
 
@@ -149,10 +152,12 @@ proto::View MoveTimeline::at(double seconds) const {
     const double time = std::clamp((seconds - move.begin) / (move.end - move.begin), 0.0, 1.0);
     const double share = eased(move.easing, time);
     proto::View view = view_;
-    if (move.movesCamera())
-        *view.mutable_camera() = toProto(held(move.cameraAt(share)));
-    else
-        *view.mutable_camera() = toProto(move.camera);
+    Camera camera = move.camera;
+    if (move.movesCamera()) {
+        camera = move.cameraAt(share);
+        camera = placed(camera, camera.target, move.offsetAt(share));
+    }
+    *view.mutable_camera() = toProto(camera);
     view.clear_layers();
     for (int i = 0; i < view_.layers_size(); ++i) {
         for (const auto& shown : stepsOf(i, move.steps[static_cast<std::size_t>(i)], share))

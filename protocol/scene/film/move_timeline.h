@@ -43,6 +43,7 @@ class MoveTimeline : public Timeline {
         std::vector<Steps> steps;  ///< one a layer
 
         bool movesCamera() const { return turn != glm::dvec3(0.0) || target != camera.target || zoom != 0.0; }
+        glm::dvec3 offsetAt(double share) const;  ///< of the eye from the target
         Camera cameraAt(double share) const;
     };
 

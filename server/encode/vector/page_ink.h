@@ -18,7 +18,7 @@ namespace mote::server {
 struct PageInk {
     std::string name;                   ///< of its layer
     glm::vec3 color{0.0F};              ///< sRGB-encoded
-    double opacity = 1.0;               ///< of each path, one over the other
+    double opacity = 1.0;               ///< of all of it together
     std::map<double, PagePaths> lines;  ///< by their width, pixels; with round ends and joints
     PagePaths outlines;                 ///< of lines of changing width, one each: all that they go around
     std::vector<PagePaths> areas;       ///< what an odd number of each one's closed paths surrounds

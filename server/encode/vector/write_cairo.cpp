@@ -86,11 +86,11 @@ void paintBeneath(cairo_t* context, const PageDrawing& drawing) {
 
 /// PostScript knows no transparency, and Cairo would make the whole page an image for it: there a dot, or
 /// ink, is as pale as it would be on the background.
-template <class Mark>
-void setColor(cairo_t* context, const Mark& mark, const PageDrawing& drawing, bool blend) {
-    const auto opacity = static_cast<float>(mark.opacity);
-    const auto color = blend ? mark.color * opacity + drawing.background * (1.0F - opacity) : mark.color;
-    cairo_set_source_rgba(context, color.x, color.y, color.z, blend ? 1.0 : mark.opacity);
+void setColor(cairo_t* context, const glm::vec3& full, double opacity, const PageDrawing& drawing,
+              bool blend) {
+    const auto share = static_cast<float>(opacity);
+    const auto color = blend ? full * share + drawing.background * (1.0F - share) : full;
+    cairo_set_source_rgba(context, color.x, color.y, color.z, blend ? 1.0 : opacity);
 }
 
 /// A stroke with a round pen, of no length or nearly none: smaller by far than a path of four curves.
@@ -99,7 +99,7 @@ void drawDots(cairo_t* context, const PageDrawing& drawing, bool blend) {
     const double length = drawing.plotter ? strokeLength : 0.0;
     for (const auto& layer : drawing.layers) {
         for (const auto& dot : layer.dots) {
-            setColor(context, dot, drawing, blend);
+            setColor(context, dot.color, dot.opacity, drawing, blend);
             cairo_set_line_width(context, 2.0 * dot.radius);
             cairo_move_to(context, dot.x - 0.5 * length, dot.y);
             cairo_line_to(context, dot.x + 0.5 * length, dot.y);
@@ -151,8 +151,13 @@ void drawInks(cairo_t* context, const PageDrawing& drawing, bool blend) {
     cairo_set_line_cap(context, CAIRO_LINE_CAP_ROUND);
     cairo_set_line_join(context, CAIRO_LINE_JOIN_ROUND);
     for (const auto& ink : drawing.inks) {
-        setColor(context, ink, drawing, blend);
+        const bool group = ink.opacity < 1.0 && !blend;
+        if (group) cairo_push_group(context);
+        setColor(context, ink.color, group ? 1.0 : ink.opacity, drawing, blend);
         drawInk(context, ink);
+        if (!group) continue;
+        cairo_pop_group_to_source(context);
+        cairo_paint_with_alpha(context, ink.opacity);
     }
     cairo_restore(context);
 }

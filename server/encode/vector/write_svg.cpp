@@ -24,9 +24,9 @@ std::string number(double value) {
     return text == "-0" ? "0" : text;
 }
 
-/// The attribute of a fill or a stroke that is not opaque.
+/// The attribute of what is not opaque: a "fill-", a "stroke-", or all of a group.
 std::string faded(const char* what, double opacity) {
-    return opacity < 1.0 ? fmt::format(" {}-opacity=\"{}\"", what, number(opacity)) : std::string();
+    return opacity < 1.0 ? fmt::format(" {}opacity=\"{}\"", what, number(opacity)) : std::string();
 }
 
 /// RFC 4648, section 4.
@@ -113,12 +113,12 @@ class SvgText {
         const auto place =
             fmt::format(" transform=\"translate({} {}) scale({:.9g})\"", number(drawing_.layout.left),
                         number(drawing_.layout.top), drawing_.layout.scale / inkUnits);
-        beginLayer(index + 1, ink.name, place);
-        add("<g fill=\"{}\"{} fill-rule=\"evenodd\">\n", hexColor(ink.color), faded("fill", ink.opacity));
+        beginLayer(index + 1, ink.name, faded("", ink.opacity) + place);
+        add("<g fill=\"{}\" fill-rule=\"evenodd\">\n", hexColor(ink.color));
         for (const auto& outlines : ink.areas) addPaths(outlines, "", "z");
         if (ink.outlines.size() > 0) addPaths(ink.outlines, " fill-rule=\"nonzero\"", "z");
-        add("</g>\n<g fill=\"none\" stroke=\"{}\"{} stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
-            hexColor(ink.color), faded("stroke", ink.opacity));
+        add("</g>\n<g fill=\"none\" stroke=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n",
+            hexColor(ink.color));
         for (const auto& [width, lines] : ink.lines)
             addPaths(lines, fmt::format(" stroke-width=\"{}\"", number(width * inkUnits)), "");
         add("</g>\n</g>\n");
@@ -164,13 +164,13 @@ class SvgText {
     void addCircle(const PageDot& dot) {
         add("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"", number(dot.x), number(dot.y),
             number(dot.radius), hexColor(dot.color));
-        text_ += faded("fill", dot.opacity) + "/>\n";
+        text_ += faded("fill-", dot.opacity) + "/>\n";
     }
 
     void addStroke(const PageDot& dot) {
         add("<path d=\"M{} {}h{}\" stroke=\"{}\" stroke-width=\"{}\"", number(dot.x - 0.5 * strokeLength),
             number(dot.y), number(strokeLength), hexColor(dot.color), number(2.0 * dot.radius));
-        text_ += faded("stroke", dot.opacity) + "/>\n";
+        text_ += faded("stroke-", dot.opacity) + "/>\n";
     }
 
     const PageDrawing& drawing_;

@@ -58,7 +58,7 @@ struct Strokes {
     std::vector<InkArea> areas;
     AreaDepths areaDepths;
     glm::vec3 color{0.0F};  ///< linear RGB
-    float opacity = 1.0F;   ///< of the ink, 0 to 1, times what it covers of a pixel
+    float opacity = 1.0F;   ///< 0 to 1, of all of them together, as if they were on one sheet
 
     bool empty() const { return lines.empty() && areas.empty(); }
     bool operator==(const Strokes&) const = default;

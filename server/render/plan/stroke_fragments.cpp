@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <tuple>
 #include <utility>
 
 #include "server/render/plan/stroke_bands.h"
@@ -98,8 +99,7 @@ class BandPainter {
     void approachRow(std::uint32_t row, PixelSpan columns, const Segment& segment);
     void cross(const StrokePoint& from, const StrokePoint& to);
     void addSpan(std::uint32_t row, double left, double right);
-    void add(Cell cell, double depth, float covered) {
-        const float opacity = covered * strokes_.opacity;
+    void add(Cell cell, double depth, float opacity) {
         if (opacity > 0.0F && depth >= nearDepth_)
             fragments_.push_back({cell.column, top_ + cell.row, depth, opacity, strokes_.color});
     }
@@ -229,6 +229,23 @@ void BandPainter::addSpan(std::uint32_t row, double left, double right) {
     if (last < width_) shares[last] += (right - last) / rowLines;
 }
 
+/// Of all that the strokes hide together in a pixel, front to back, the share `opacity`, below 1: what each
+/// then hides of what those before it leave.
+void fade(Fragments& fragments, double opacity) {
+    const auto pixel = [](const Fragment& one) { return std::pair(one.row, one.column); };
+    std::stable_sort(fragments.begin(), fragments.end(), [&](const Fragment& a, const Fragment& b) {
+        return std::tuple(pixel(a), a.depth) < std::tuple(pixel(b), b.depth);
+    });
+    double left = 1.0;  // of the light, were they not faded
+    for (std::size_t i = 0; i < fragments.size(); ++i) {
+        if (i > 0 && pixel(fragments[i]) != pixel(fragments[i - 1])) left = 1.0;
+        const double lost = left * fragments[i].opacity;
+        fragments[i].opacity = static_cast<float>(opacity * lost / (1.0 - opacity * (1.0 - left)));
+        left -= lost;
+    }
+    std::erase_if(fragments, [](const Fragment& one) { return !(one.opacity > 0.0F); });
+}
+
 }  // namespace
 
 std::vector<Fragments> strokeFragments(const Strokes& strokes, std::uint32_t width, std::uint32_t height,
@@ -249,6 +266,7 @@ std::vector<Fragments> strokeFragments(const Strokes& strokes, std::uint32_t wid
             if (count + painter.fragments().size() > mostFragments) throw std::bad_alloc();
         }
         parts[i] = painter.fragments();
+        if (strokes.opacity < 1.0F) fade(parts[i], static_cast<double>(strokes.opacity));
         count += parts[i].size();
     });
     return parts;

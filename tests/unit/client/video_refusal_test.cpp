@@ -78,7 +78,7 @@ TEST(VideoCheck, RefusesRates) {
     }
     auto asked = settings(VideoFormat::gif);
     asked.fps = 60;
-    EXPECT_EQ(refusal(asked), "a GIF film has 0.01 to 50 frames a second, not 60");
+    EXPECT_EQ(refusal(asked), "GIF has 0.01 to 50 frames a second, not 60");
 }
 
 TEST(VideoCheck, RefusesQualities) {
@@ -86,7 +86,7 @@ TEST(VideoCheck, RefusesQualities) {
     asked.quality = 51;
     EXPECT_TRUE(checkVideo(asked).ok());
     asked.quality = 52;
-    EXPECT_EQ(refusal(asked), "the crf of a MP4 film is 0 to 51, not 52");
+    EXPECT_EQ(refusal(asked), "MP4 takes a crf of 0 to 51, not 52");
     asked = settings(VideoFormat::webm);
     asked.quality = 63;
     EXPECT_TRUE(checkVideo(asked).ok());
@@ -94,7 +94,7 @@ TEST(VideoCheck, RefusesQualities) {
     EXPECT_THAT(refusal(asked), HasSubstr("0 to 63"));
     asked = settings(VideoFormat::gif);
     asked.quality = 0;
-    EXPECT_EQ(refusal(asked), "a GIF film has no crf to be set");
+    EXPECT_EQ(refusal(asked), "GIF takes no crf");
 }
 
 class VideoFile : public testing::TestWithParam<VideoFormat> {

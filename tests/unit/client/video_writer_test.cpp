@@ -74,14 +74,15 @@ TEST_P(Video, HasEachFrameAtItsTime) {
     std::vector<Rgba> frames;
     for (std::size_t i = 0; i < count; ++i)
         frames.emplace_back(32 * 32 * 4, static_cast<std::uint8_t>(20 + 3 * i));
-    for (const double fps : {30.0, 25.0, 24.0, 29.97, 30000.0 / 1001, 12.5, 0.5, 240.0}) {
+    for (const double fps : {30.0, 25.0, 24.0, 29.97, 30000.0 / 1001, 12.5, 0.01, 240.0, 1000.0}) {
         writeFilm(file(), settings(32, 32, fps), frames);
         const Film film = test::readFilm(file());
         ASSERT_EQ(film.frames.size(), count) << fps;
         // WebM's times are whole milliseconds.
         const double exact = GetParam().format == VideoFormat::mp4 ? 1e-9 : 0.5001e-3;
         for (std::size_t i = 0; i < count; ++i) {
-            EXPECT_NEAR(film.times[i], static_cast<double>(i) / fps, exact) << fps << " " << i;
+            EXPECT_NEAR(film.times[i], static_cast<double>(i) / fps, exact + 1e-9 * film.times[i])
+                << fps << " " << i;
             EXPECT_NEAR(film.frames[i][0], 20 + 3 * static_cast<int>(i), 2) << fps << " " << i;
         }
         EXPECT_NEAR(film.duration, static_cast<double>(count) / fps, 2 * exact) << fps;
@@ -96,26 +97,39 @@ TEST_P(Video, KeepsPointsAsTheyWere) {
     EXPECT_GE(found, full() ? 40 : 25);
     EXPECT_TRUE(full() || found <= 40);
     RecordProperty("psnr", std::to_string(found));
-    std::printf("%.2f dB\n", found);
 }
 
+/// Fields that change a little from frame to frame, as fades do. Codecs work in squares of 16 pixels: what is
+/// flat has flat neighbours.
 TEST_P(Video, KeepsFlatColours) {
-    constexpr std::uint32_t side = 32, width = 20 * side, height = 12 * side;
-    std::vector<Rgba> frames;
-    for (unsigned i = 0; i < 4; ++i) frames.push_back(test::flatFields(width, height, side, 100 * i));
+    constexpr std::uint32_t side = 72, edge = 16, width = 12 * side, height = 8 * side;
+    std::vector<Rgba> frames{test::flatFields(width, height, side, 7)};
+    for (unsigned f = 1; f < 6; ++f) {
+        const auto steps = test::flatFields(width, height, side, 100 * f);
+        auto next = frames.back();
+        for (std::size_t i = 0; i < next.size(); ++i) {
+            next[i] = static_cast<std::uint8_t>(std::clamp(next[i] + steps[i] % 5 - 2, 0, 255));
+        }
+        frames.push_back(std::move(next));
+    }
     writeFilm(file(), settings(width, height), frames);
     const Film film = test::readFilm(file());
     ASSERT_EQ(film.frames.size(), frames.size());
-    const std::uint32_t edge = full() ? 0 : 4;  // where chroma is shared with the neighbour
     int worst = 0;
+    std::size_t beyond = 0, all = 0;
     for (std::size_t f = 0; f < frames.size(); ++f) {
         for (std::size_t i = 0; i < frames[f].size(); ++i) {
             const auto x = i / 4 % width % side, y = i / 4 / width % side;
-            if (std::min(x, y) < edge || std::max(x, y) >= side - edge) continue;
-            worst = std::max(worst, std::abs(film.frames[f][i] - frames[f][i]));
+            if (i % 4 == 3 || std::min(x, y) < edge || std::max(x, y) >= side - edge) continue;
+            const int off = std::abs(film.frames[f][i] - frames[f][i]);
+            worst = std::max(worst, off);
+            beyond += off > 2;
+            ++all;
         }
     }
-    EXPECT_LE(worst, 2);
+    // Halved chroma: one in ten thousand may be off by one more.
+    EXPECT_LE(worst, full() ? 2 : 3);
+    EXPECT_LE(10000 * beyond, all);
 }
 
 /// The process may run on one core alone while this lives.
@@ -170,7 +184,7 @@ TEST_P(Video, QualityIsAsAsked) {
 }
 
 TEST_P(Video, AnySizeThatIsAllowedIsMade) {
-    for (const auto [width, height] :
+    for (const auto& [width, height] :
          {std::pair{2U, 2U}, {4U, 2U}, {2U, 34U}, {16384U, 2U}, {2U, 16384U}, {102U, 58U}}) {
         ASSERT_TRUE(checkVideo(settings(width, height)).ok());
         const auto frame = test::flatFields(width, height, 64, 3);

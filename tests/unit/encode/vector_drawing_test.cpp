@@ -299,8 +299,8 @@ TEST(VectorDrawing, inkThatFadesIsPale) {
     strokes.opacity = 0.25F;
     drawing.strokes = {std::make_shared<const render::Strokes>(strokes)};
     const auto svg = textOf(drawVector(drawing, page(proto::Page::SVG)));
-    EXPECT_THAT(svg, HasSubstr("<g fill=\"#ff0000\" fill-opacity=\"0.25\" fill-rule=\"evenodd\">"));
-    EXPECT_THAT(svg, HasSubstr("stroke=\"#ff0000\" stroke-opacity=\"0.25\" stroke-linecap=\"round\""));
+    EXPECT_THAT(svg, HasSubstr("inkscape:label=\"ink #ff0000\" opacity=\"0.25\" transform="));
+    EXPECT_EQ(countOf(svg, "opacity"), 1U) << "of all together";
     // A quarter of red over white, and no image of the page.
     const auto eps = textOf(drawVector(drawing, page(proto::Page::EPS)));
     EXPECT_THAT(eps, HasSubstr("1 0.75 0.75 rg"));

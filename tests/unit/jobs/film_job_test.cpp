@@ -74,12 +74,17 @@ TEST_F(FilmJobTest, theProgramHasTheWholeScriptAndNobodyElse) {
     startServer();
     auto request = filmRequest("pids: wait:go file:frame-000000.png");
     std::mt19937 random(5);
-    while (request.ByteSizeLong() < 800 * 1024) {
+    for (int i = 0; i < 2000; ++i) {
         auto& view = *request.mutable_film()->mutable_script()->add_views();
         view.set_width(random() % 1000 + 1);
         view.set_height(random() % 1000 + 1);
-        view.add_background(random() * 0x1p-32);
+        for (int j = 0; j < 3; ++j) {
+            auto& layer = *view.add_layers();
+            layer.set_dataset("data/" + std::string(100, static_cast<char>('a' + random() % 26)));
+            layer.mutable_particles();
+        }
     }
+    ASSERT_GT(request.ByteSizeLong(), 600'000u);
     const auto submitted = queue_->submit(request);
     ASSERT_TRUE(submitted.ok()) << submitted.error().toString();
     const auto id = submitted->id();

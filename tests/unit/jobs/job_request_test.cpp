@@ -42,14 +42,28 @@ class JobRequestTest : public ::testing::Test {
     storage::Roots roots_;
 };
 
+void addSmallView(proto::JobRequest& film) {
+    auto& view = *film.mutable_film()->mutable_script()->add_views();
+    view.set_width(64);
+    view.set_height(48);
+}
+
 TEST_F(JobRequestTest, aFilmHasNoOutputAndMayBeLarge) {
     proto::JobRequest request;
     auto& film = *request.mutable_film();
-    film.mutable_script()->add_views()->set_width(64);
+    const auto addView = [&] {
+        auto& view = *film.mutable_script()->add_views();
+        view.set_width(64);
+        view.set_height(48);
+        auto& layer = *view.add_layers();
+        layer.set_dataset("data/" + std::string(900, 'a'));
+        layer.mutable_particles();
+    };
+    addView();
     EXPECT_TRUE(checkJobRequest(request, roots_).ok());
-    while (request.ByteSizeLong() < 899 * 1024) film.mutable_script()->add_views()->set_width(64);
+    while (request.ByteSizeLong() < 899 * 1024) addView();
     EXPECT_TRUE(checkJobRequest(request, roots_).ok());
-    while (request.ByteSizeLong() <= 900 * 1024) film.mutable_script()->add_views()->set_width(64);
+    while (request.ByteSizeLong() <= 900 * 1024) addView();
     EXPECT_EQ(checkJobRequest(request, roots_).error().code, ErrorCode::resourceExhausted);
 }
 
@@ -58,6 +72,7 @@ TEST_F(JobRequestTest, badFilmsAreRefusedWithTheirField) {
     using Film = proto::FilmJob;
     const std::vector<std::pair<const char*, std::function<void(Film&)>>> table{
         {"film.script", [](Film& f) { f.clear_script(); }},
+        {"film.script.views[0].width", [](Film& f) { f.mutable_script()->mutable_views(0)->set_width(0); }},
         {"film.format", [](Film& f) { f.set_format("tiff"); }},
         {"film.format", [](Film& f) { f.set_format("../png"); }},
         {"film.video", [](Film& f) { f.set_video("avi"); }},
@@ -70,7 +85,7 @@ TEST_F(JobRequestTest, badFilmsAreRefusedWithTheirField) {
     };
     for (const auto& [where, spoil] : table) {
         proto::JobRequest request;
-        request.mutable_film()->mutable_script()->add_views();
+        addSmallView(request);
         ASSERT_TRUE(checkJobRequest(request, roots_).ok());
         spoil(*request.mutable_film());
         const auto place = checkJobRequest(request, roots_);
@@ -79,7 +94,7 @@ TEST_F(JobRequestTest, badFilmsAreRefusedWithTheirField) {
         EXPECT_EQ(place.error().where, where);
     }
     proto::JobRequest request;
-    request.mutable_film()->mutable_script()->add_views();
+    addSmallView(request);
     request.set_output("data/film.mp4");
     EXPECT_EQ(checkJobRequest(request, roots_).error().where, "output");
 }

@@ -201,17 +201,38 @@ TEST(StrokeFragments, ThreadsChangeNothing) {
     }
 }
 
-TEST(StrokeFragments, InkThatFadesIsAsPaleInEachPixel) {
+/// What all fragments of each pixel that lie before a depth hide together.
+std::map<std::pair<std::uint32_t, std::uint32_t>, double> hidden(const Fragments& fragments, double before) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, double> left;
+    for (const auto& one : fragments) {
+        if (one.depth < before)
+            left.try_emplace({one.column, one.row}, 1.0).first->second *= 1.0 - one.opacity;
+    }
+    for (auto& [pixel, share] : left) share = 1.0 - share;
+    return left;
+}
+
+TEST(StrokeFragments, InkThatFadesIsAsPaleInEachPixelAndBeforeEachDepth) {
+    test::Random random(3);
     Strokes strokes;
-    addLine(strokes, {{10.5F, 20.5F, 0.2F, 1.0}, {30.5F, 25.5F, 5.0F, 5.0}});
-    addArea(strokes, {rectangle(10.25F, 10.25F, 30.75F, 30.5F)}, 3.0F);
+    for (int i = 0; i < 60; ++i) {
+        std::vector<StrokePoint> points;
+        for (int j = 0; j < 1 + i % 4; ++j)
+            points.push_back({static_cast<float>(random.between(0.0, 64.0)),
+                              static_cast<float>(random.between(0.0, 48.0)),
+                              static_cast<float>(random.between(0.2, 6.0)), random.between(0.0, 4.0)});
+        addLine(strokes, points);
+    }
+    addArea(strokes, {rectangle(10.25F, 10.25F, 30.75F, 30.5F)}, 2.0F);
     const auto whole = all(strokes);
-    strokes.opacity = 0.3F;
-    const auto pale = all(strokes);
-    ASSERT_EQ(pale.size(), whole.size());
-    for (std::size_t i = 0; i < whole.size(); ++i) {
-        EXPECT_EQ(pale[i].opacity, 0.3F * whole[i].opacity);
-        EXPECT_EQ(pale[i].depth, whole[i].depth);
+    for (const float opacity : {0.999F, 0.3F, 0.01F}) {
+        strokes.opacity = opacity;
+        const auto pale = all(strokes);
+        for (const double before : {1.0, 2.0, 3.0, 9.0}) {
+            const auto much = hidden(whole, before), little = hidden(pale, before);
+            ASSERT_EQ(much.size(), little.size());
+            for (const auto& [pixel, share] : much) EXPECT_NEAR(little.at(pixel), opacity * share, 1e-6);
+        }
     }
     strokes.opacity = 0.0F;
     EXPECT_TRUE(all(strokes).empty());

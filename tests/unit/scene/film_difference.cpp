@@ -100,7 +100,7 @@ double knotsApart(const Curve& a, const Curve& b) {
 /// Of their values, on average. A step that moves a little differs little; and curves may be alike with other
 /// knots.
 double valuesApart(const Curve& a, const Curve& b) {
-    constexpr int samples = 2000;
+    constexpr int samples = 500;
     const double low = std::min(a.knots().front().x, b.knots().front().x);
     const double high = std::max(a.knots().back().x, b.knots().back().x);
     double sum = 0.0;

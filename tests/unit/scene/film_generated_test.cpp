@@ -59,7 +59,7 @@ double largestJump(const Film& film, const proto::Script& script, double apart) 
         look(keyframe.seconds());
     }
     const double begin = film.secondsOf(0);
-    for (int i = 0; i < 40; ++i) look(begin + film.seconds() * (i + 0.37) / 40.0);
+    for (int i = 0; i < 25; ++i) look(begin + film.seconds() * (i + 0.37) / 25.0);
     return most;
 }
 

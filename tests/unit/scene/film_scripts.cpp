@@ -2,6 +2,7 @@
 #include "tests/unit/scene/film_scripts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "protocol/scene/json.h"
@@ -54,6 +55,14 @@ void change(Random& random, std::uint64_t seed, bool blend, proto::View& view) {
 
 void keepFew(int most, proto::View& view) {
     while (view.layers_size() > most) view.mutable_layers()->RemoveLast();
+}
+
+void addKeyframe(double seconds, const Camera& camera, proto::Script& script) {
+    auto& keyframe = *script.add_keyframes();
+    keyframe.set_seconds(seconds);
+    keyframe.mutable_view()->set_width(64);
+    keyframe.mutable_view()->set_height(48);
+    *keyframe.mutable_view()->mutable_camera() = toProto(camera);
 }
 
 glm::dvec3 someUp(Random& random) {
@@ -125,12 +134,25 @@ proto::Script anyCameraWay(Random& random, int keyframes) {
         camera.eye = camera.target + random.between(1.5, 6.0) * random.direction();
         camera.up = someUp(random);
         camera.fovYDegrees = random.between(20.0, 60.0);
-        auto& keyframe = *script.add_keyframes();
-        keyframe.set_seconds(seconds);
-        keyframe.mutable_view()->set_width(64);
-        keyframe.mutable_view()->set_height(48);
-        *keyframe.mutable_view()->mutable_camera() = toProto(camera);
+        addKeyframe(seconds, camera, script);
         seconds += random.between(0.5, 2.0);
+    }
+    return script;
+}
+
+proto::Script anyJourney(Random& random, int keyframes) {
+    proto::Script script;
+    double seconds = 0.0, around = 0.0;
+    for (int i = 0; i < keyframes; ++i) {
+        Camera camera;
+        const double up = random.between(-0.3, 0.3);
+        const glm::dvec3 side(std::cos(up) * std::sin(around), std::sin(up), std::cos(up) * std::cos(around));
+        camera.target = 0.2 * random.direction();
+        camera.eye = camera.target + random.between(3.2, 4.8) * side;
+        camera.fovYDegrees = random.between(25.0, 45.0);
+        addKeyframe(seconds, camera, script);
+        around += random.between(0.5, 1.2);
+        seconds += random.between(1.0, 3.0);
     }
     return script;
 }

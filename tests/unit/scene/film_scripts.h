@@ -21,8 +21,10 @@ proto::Script anyKeyframes(std::uint64_t seed, std::uint64_t number);
 /// A view and its moves.
 proto::Script anyMoves(std::uint64_t seed, std::uint64_t number);
 
-/// Keyframes of a camera around things of size one, without layers.
+/// Keyframes of a camera around things of size one, without layers, each from anywhere.
 proto::Script anyCameraWay(Random& random, int keyframes);
+/// The same, of a camera that goes round, up and down, nearer and farther.
+proto::Script anyJourney(Random& random, int keyframes);
 
 /// All that a script shows, with as many steps.
 FilmDatasets datasetsFor(const proto::Script& script, int steps = 3);

@@ -42,7 +42,7 @@ TEST(Json, AnUnknownFieldIsNamedWithItsPath) {
     expectNamed(R"({"views": [{"widht": 3}]})", "views[0].widht");
     expectNamed(R"({"views": [{"width": 3}, {"layers": [{"particles": {"points": {"siez": 1}}}]}]})",
                 "views[1].layers[0].particles.points.siez");
-    expectNamed(R"({"fps": 30})", "fps");
+    expectNamed(R"({"frames": 30})", "frames");
 }
 
 TEST(Json, AWrongTypeIsNamedWithItsPath) {

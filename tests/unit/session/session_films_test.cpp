@@ -10,7 +10,64 @@
 namespace mote::test {
 namespace {
 
-using SessionFilms = SessionFixture;
+class SessionFilms : public SessionFixture {
+  protected:
+    /// mote-frames is a program that makes one picture, and a video of two and a half pieces.
+    void makeFilms() {
+        settings_.prep = MOTE_BIN "/mote-prep";  // mote-supervise lies beside it
+        std::filesystem::create_directory(folder_ / "bin");
+        settings_.frames = folder_ / "bin/frames";
+        std::ofstream(settings_.frames) << "#!/bin/sh\n"
+                                           "cd \"${2%/request.json}/film\" || exit 1\n"
+                                           "echo picture > frame-000000.png\n"
+                                           "head -c 2621440 /dev/urandom > draft\n"
+                                           "mv draft film.mp4\n";
+        std::filesystem::permissions(settings_.frames, std::filesystem::perms::owner_all);
+    }
+
+    /// Submits a film and waits until it is done; its id.
+    std::string makeFilm(TestClient& client) {
+        proto::ClientMessage watch, submit;
+        watch.mutable_watch_jobs();
+        client.ask(watch);
+        auto& film = *submit.mutable_submit_job()->mutable_job()->mutable_film();
+        auto& view = *film.mutable_script()->add_views();
+        view.set_width(64);
+        view.set_height(48);
+        film.set_video("mp4");
+        const auto id = client.ask(submit).message.job().id();
+        const auto done = client.receive([&](const auto& message) {
+            return message.job().id() == id && message.job().state() > proto::JobStatus::RUNNING;
+        });
+        EXPECT_EQ(done.message.job().state(), proto::JobStatus::SUCCEEDED) << done.message.ShortDebugString();
+        return id;
+    }
+
+    static proto::ClientMessage fetch(const std::string& id, std::uint64_t begin) {
+        proto::ClientMessage message;
+        message.mutable_fetch_film()->set_id(id);
+        message.mutable_fetch_film()->set_begin(begin);
+        return message;
+    }
+
+    static std::vector<std::uint8_t> fetchAll(TestClient& client, const std::string& id) {
+        std::vector<std::uint8_t> bytes;
+        for (std::uint64_t size = 1; bytes.size() < size;) {
+            const auto got = client.ask(fetch(id, bytes.size()));
+            EXPECT_TRUE(got.message.has_film_piece()) << got.message.ShortDebugString();
+            EXPECT_EQ(got.message.film_piece().begin(), bytes.size());
+            if (got.payload.empty()) break;
+            size = got.message.film_piece().size();
+            bytes.insert(bytes.end(), got.payload.begin(), got.payload.end());
+        }
+        return bytes;
+    }
+
+    std::vector<std::uint8_t> videoOf(const std::string& id) const {
+        std::ifstream file(settings_.stateDirectory / "jobs" / id / "film/film.mp4", std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+};
 
 proto::Failure failureOf(TestClient& client, std::uint64_t request) {
     return client.receiveReply(request).message.failure();
@@ -171,6 +228,68 @@ TEST_F(SessionFilms, APictureInTheBackgroundGivesWayToAnybodysAndIsMadeAfterward
     const auto renders = control_->renders();
     ASSERT_EQ(renders.size(), 3u);
     EXPECT_TRUE(renders[0].stopped);
+}
+
+TEST_F(SessionFilms, AFilmIsFetchedPieceByPieceAlsoFromTheNextServer) {
+    makeFilms();
+    start();
+    auto one = client();
+    const auto id = makeFilm(*one);
+    const auto video = videoOf(id);
+    ASSERT_EQ(video.size(), 2'621'440u);
+    EXPECT_EQ(fetchAll(*one, id), video);
+    stop();
+    start();
+    one = client();
+    EXPECT_EQ(fetchAll(*one, id), video);
+    auto picture = fetch(id, 0);
+    picture.mutable_fetch_film()->set_frame(0);
+    const auto first = one->ask(picture);
+    EXPECT_EQ(first.message.film_piece().name(), "frame-000000.png");
+    EXPECT_EQ(std::string(first.payload.begin(), first.payload.end()), "picture\n");
+}
+
+TEST_F(SessionFilms, WhatCannotBeFetchedIsAFailureOfThatRequestAlone) {
+    makeFilms();
+    start();
+    const auto one = client();
+    const auto unknown = one->ask(fetch("none", 0)).message.failure();
+    EXPECT_EQ(unknown.code(), "not_found");
+    EXPECT_EQ(unknown.where(), "id");
+    EXPECT_FALSE(unknown.fatal());
+    const auto id = makeFilm(*one);
+    EXPECT_EQ(one->ask(fetch(id, 2'621'441)).message.failure().where(), "begin");
+    EXPECT_TRUE(one->ask(fetch(id, 2'621'440)).payload.empty());
+}
+
+TEST_F(SessionFilms, PiecesThatNobodyReadsHoldUpNobodyElse) {
+    makeFilms();
+    start();
+    const auto stalled = client(), other = client();
+    const auto id = makeFilm(*other);
+    int sent = 0;
+    for (int i = 0; i < 10'000; ++i) sent += stalled->trySend(fetch(id, 0)) ? 1 : 0;
+    EXPECT_LT(sent, 10'000) << "it is asked on and on";
+    for (std::uint64_t view = 1; view <= 10; ++view) {
+        other->setView(view, 40);
+        EXPECT_EQ(other->receiveFrame().message.frame().view_id(), view);
+        other->credit(1);
+    }
+    // It reads again: what it asked for comes.
+    for (int i = 0; i < sent; ++i) {
+        const auto piece = stalled->receive([](const auto& message) { return message.has_film_piece(); });
+        EXPECT_EQ(piece.payload.size(), std::size_t{1} << 20);
+    }
+}
+
+TEST_F(SessionFilms, TheirProgramFindsTheServerByAFileOfItsOwn) {
+    start();
+    const auto file = settings_.stateDirectory / "film/connection.json";
+    const auto content = wire::readConnectionFile(file);  // refuses a file that others may read
+    ASSERT_TRUE(content.ok()) << content.error().toString();
+    EXPECT_EQ(content->SerializeAsString(), connection_.SerializeAsString());
+    stop();
+    EXPECT_FALSE(std::filesystem::exists(file));
 }
 
 }  // namespace

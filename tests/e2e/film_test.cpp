@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Films by mote-frames: the same bytes whoever draws them, goes on after a kill, and leaves nothing
+// half-written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <random>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "tests/e2e/station.h"
+
+namespace mote::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+/// A turn about the beam while its steps are played.
+std::string turn(int width = 96, double seconds = 0.5, const std::string& dataset = "data/beam") {
+    return "{'fps': 24, 'view': {'width': " + std::to_string(width) +
+           ", 'height': " + std::to_string(width * 3 / 4) + ", 'layers': [{'dataset': '" + dataset +
+           "', 'particles': {}}]}, 'betweenSteps': 'blend', 'moves': "
+           "[{'turn': {'degrees': 360}, 'playSteps': {'from': 0, 'to': 1}, 'seconds': " +
+           std::to_string(seconds) + "}]}";
+}
+
+std::set<int> indicesIn(const std::string& lines) {
+    static const std::regex index(R"("index": (\d+))");
+    std::set<int> indices;
+    for (std::sregex_iterator match(lines.begin(), lines.end(), index), end; match != end; ++match)
+        EXPECT_TRUE(indices.insert(std::stoi((*match)[1])).second);
+    return indices;
+}
+
+class Films : public testing::Test {
+  protected:
+    ProcessOptions options() const { return {{{"TMPDIR", station_.temporary().string()}}, {}}; }
+    std::vector<std::string> spawn(std::vector<std::string> more = {}) const {
+        more.insert(more.end(), {"--spawn", "data=" + station_.root().string(), "--device", "cpu"});
+        return more;
+    }
+    /// mote-frames with a video and no folder of pictures.
+    Finished film(const std::string& script, const std::filesystem::path& video,
+                  const std::vector<std::string>& more) const {
+        return runProcess(program("mote-frames"), arguments(script, video, more), options());
+    }
+    std::vector<std::string> arguments(const std::string& script, const std::filesystem::path& video,
+                                       const std::vector<std::string>& more) const {
+        auto json = script;
+        std::replace(json.begin(), json.end(), '\'', '"');
+        std::vector<std::string> words{station_.writeScript(json).string(), "--video", video.string(),
+                                       "--quiet"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    }
+    std::filesystem::path videos() const {
+        std::filesystem::create_directories(folder_ / "videos");
+        return folder_ / "videos";
+    }
+
+    Station station_;
+    TempDir folder_;
+};
+
+TEST_F(Films, AreTheSameBytesWhoeverDrawsThem) {
+    const auto one = film(turn(), videos() / "one.mp4", spawn({"--threads", "1", "--json"}));
+    ASSERT_EQ(one.status, 0) << one.errors;
+    EXPECT_THAT(indicesIn(one.output), SizeIs(12));
+    const auto bytes = bytesOf(videos() / "one.mp4");
+    EXPECT_GT(bytes.size(), 1000U);
+    for (const std::vector<std::string>& how :
+         std::vector<std::vector<std::string>>{{"--threads", "3"}, {"--jobs", "2"}}) {
+        const auto done = film(turn(), videos() / "again.mp4", spawn({how[0], how[1], "--force"}));
+        ASSERT_EQ(done.status, 0) << done.errors;
+        EXPECT_EQ(bytesOf(videos() / "again.mp4"), bytes) << how[0];
+    }
+    station_.startServer();
+    const auto done =
+        film(turn(), videos() / "again.mp4", {"--connect", station_.connection().string(), "--force"});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    EXPECT_EQ(bytesOf(videos() / "again.mp4"), bytes);
+    EXPECT_THAT(namesIn(videos()), testing::ElementsAre("again.mp4", "one.mp4"));
+    EXPECT_THAT(namesIn(station_.temporary()), IsEmpty());
+}
+
+TEST_F(Films, GoOnWhereTheyWereKilled) {
+    const auto whole = film(turn(128, 2.0), videos() / "whole.mp4", spawn());
+    ASSERT_EQ(whole.status, 0) << whole.errors;
+    const auto video = videos() / "film.mp4";
+    const auto store = videos() / ".film.mp4.frames";
+    std::mt19937 random(1);
+    std::set<std::string> complete;
+    for (int kill = 0; kill < 10; ++kill) {
+        Process frames(program("mote-frames"),
+                       arguments(turn(128, 2.0), video, spawn({"--resume", "--json"})), options());
+        frames.wait(std::chrono::milliseconds(200 + random() % 700));
+        frames.signal(SIGKILL);
+        frames.wait();
+        for (const int index : indicesIn(frames.output())) {
+            char name[20];
+            std::snprintf(name, sizeof name, "frame-%06d", index);
+            EXPECT_EQ(complete.count(name), 0U) << name << " was drawn twice";
+        }
+        for (const auto& name : namesIn(store)) complete.insert(name);
+        if (std::filesystem::exists(video)) break;
+        complete.erase(complete.lower_bound("."), complete.lower_bound("/"));  // half-written ones
+    }
+    const auto last = film(turn(128, 2.0), video, spawn({"--resume"}));
+    ASSERT_EQ(last.status, 0) << last.errors;
+    EXPECT_EQ(bytesOf(video), bytesOf(videos() / "whole.mp4"));
+    EXPECT_THAT(namesIn(videos()), testing::ElementsAre("film.mp4", "whole.mp4"));
+    // What is complete is not begun again.
+    const auto again = film(turn(128, 2.0), video, spawn({"--resume", "--json"}));
+    EXPECT_EQ(again.status, 0) << again.errors;
+    EXPECT_EQ(again.output, "");
+}
+
+TEST_F(Films, KeepTheirFrames) {
+    auto more = spawn({"--keep-frames", "--out", station_.out().string(), "--format", "png16"});
+    const auto done = film(turn(64), videos() / "film.webm", more);
+    ASSERT_EQ(done.status, 0) << done.errors;
+    EXPECT_THAT(namesIn(station_.out()), SizeIs(12));
+    EXPECT_THAT(namesIn(videos()), testing::ElementsAre("film.webm"));
+}
+
+TEST_F(Films, SamplesAndBlurChangeThePicture) {
+    std::set<std::string> kinds;
+    for (const std::vector<std::string>& how : std::vector<std::vector<std::string>>{
+             {"--samples", "1"}, {"--samples", "4"}, {"--shutter", "180"}}) {
+        const auto done = film(turn(64), videos() / "film.gif", spawn({how[0], how[1], "--force"}));
+        ASSERT_EQ(done.status, 0) << done.errors;
+        kinds.insert(bytesOf(videos() / "film.gif"));
+    }
+    EXPECT_THAT(kinds, SizeIs(3));
+}
+
+struct Bad {
+    const char* name;
+    std::string script;
+    std::vector<std::string> more;
+    const char* said;
+    int status = 1;
+};
+
+void PrintTo(const Bad& bad, std::ostream* out) {
+    *out << bad.script;
+}
+
+class BadFilm : public Films, public testing::WithParamInterface<Bad> {};
+
+TEST_P(BadFilm, IsOneSentence) {
+    const auto done = film(GetParam().script, videos() / "film.mp4", spawn(GetParam().more));
+    EXPECT_EQ(done.status, GetParam().status);
+    EXPECT_THAT(done.errors, HasSubstr(GetParam().said));
+    const auto lines = std::count(done.errors.begin(), done.errors.end(), '\n');
+    EXPECT_TRUE(GetParam().status != 1 || lines == 1) << done.errors;
+    EXPECT_THAT(namesIn(videos()), IsEmpty());
+    EXPECT_THAT(namesIn(station_.temporary()), IsEmpty());
+}
+
+const std::string still =
+    "{'width': 64, 'height': 48, 'layers': [{'dataset': 'data/beam', 'particles': {}}]}";
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, BadFilm,
+    testing::Values(
+        Bad{"OddSize", turn(97), {}, "97"}, Bad{"NoSuchDataset", turn(96, 0.5, "data/none"), {}, "data/none"},
+        Bad{"OneKeyframe", "{'keyframes': [{'seconds': 0, 'view': " + still + "}]}", {}, "keyframes"},
+        Bad{"EqualTimes",
+            "{'keyframes': [{'seconds': 1, 'view': " + still + "}, {'seconds': 1, 'view': " + still + "}]}",
+            {},
+            "keyframes[1].seconds"},
+        Bad{"OutOfOrder",
+            "{'keyframes': [{'seconds': 2, 'view': " + still + "}, {'seconds': 1, 'view': " + still + "}]}",
+            {},
+            "keyframes[1].seconds"},
+        Bad{"NoFrames", "{'views': []}", {}, "views"}, Bad{"TooManyFrames", turn(96, 1e9), {}, "moves"},
+        Bad{"TwoSizes", "{'views': [" + still + ", {'width': 32, 'height': 48}]}", {}, "views[1].width"},
+        Bad{"NoVideo", turn(), {"--video", "film.avi"}, "--video", 2},
+        Bad{"Quality", turn(), {"--crf", "60"}, "crf"},
+        Bad{"BlurOfViews", "{'views': [" + still + "]}", {"--shutter", "90"}, "shutter"}),
+    [](const auto& each) { return each.param.name; });
+
+TEST_F(Films, AVideoThatIsThereStays) {
+    std::ofstream(videos() / "film.mp4") << "precious";
+    const auto done = film(turn(), videos() / "film.mp4", spawn());
+    EXPECT_EQ(done.status, 1);
+    EXPECT_THAT(done.errors, HasSubstr("film.mp4"));
+    EXPECT_EQ(bytesOf(videos() / "film.mp4"), "precious");
+    EXPECT_THAT(namesIn(videos()), SizeIs(1));
+}
+
+TEST_F(Films, ADatasetThatVanishesIsNamedAndTheFramesStay) {
+    Process frames(program("mote-frames"),
+                   arguments(turn(128, 100.0), videos() / "film.mp4", spawn({"--json"})), options());
+    ASSERT_TRUE(frames.waitForOutput("\"index\": 3,"));
+    std::filesystem::remove_all(station_.root() / "beam.mote");
+    // What is in memory is drawn on: the film ends well, or says what is missing.
+    frames.wait(std::chrono::milliseconds(2000));
+    frames.signal(SIGTERM);
+    const auto status = frames.wait();
+    ASSERT_TRUE(status);
+    EXPECT_NE(*status, 0);
+    EXPECT_FALSE(std::filesystem::exists(videos() / "film.mp4"));
+    EXPECT_GT(namesIn(videos() / ".film.mp4.frames").size(), 3U);
+}
+
+TEST_F(Films, AFullDiskIsSaidAndLeavesNoVideo) {
+    station_.startServer();
+    auto limited = options();
+    limited.fileSizeLimit = 2000;
+    const auto done = runProcess(
+        program("mote-frames"),
+        arguments(turn(), videos() / "film.mp4", {"--connect", station_.connection().string()}), limited);
+    EXPECT_EQ(done.status, 1);
+    EXPECT_THAT(done.errors, HasSubstr("film.mp4"));
+    EXPECT_FALSE(std::filesystem::exists(videos() / "film.mp4"));
+}
+
+TEST_F(Films, ThatAreInterruptedSayHowToGoOn) {
+    auto words = arguments(turn(128, 100.0), videos() / "film.mp4", spawn({"--json"}));
+    std::erase(words, "--quiet");
+    Process frames(program("mote-frames"), words, options());
+    ASSERT_TRUE(frames.waitForOutput("\"index\": 3,"));
+    frames.signal(SIGINT);
+    EXPECT_EQ(frames.wait(), 130);
+    EXPECT_THAT(frames.errors(), HasSubstr("--resume"));
+    EXPECT_FALSE(std::filesystem::exists(videos() / "film.mp4"));
+    EXPECT_THAT(namesIn(station_.temporary()), IsEmpty());
+}
+
+}  // namespace
+}  // namespace mote::test
