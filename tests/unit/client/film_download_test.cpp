@@ -72,8 +72,8 @@ TEST(FilmDownload, AVideoArrivesWholeAndOnlyThen) {
         double progress = 0.0;
         while (!download->done()) {
             ASSERT_FALSE(std::filesystem::exists(folder / "film.mp4"));
-            ASSERT_GE(download->progress(), progress);
-            progress = download->progress();
+            ASSERT_GE(download->progress().value(), progress);
+            progress = download->progress().value();
             ASSERT_EQ(download->wanted().id(), "job-7");
             ASSERT_FALSE(download->wanted().has_frame());
             ASSERT_TRUE(download->take(answer(film, download->wanted(), 1 + random.below(2000))).ok());
@@ -89,14 +89,19 @@ TEST(FilmDownload, PicturesArriveInAFolder) {
     Random random(52);
     const auto job = jobOf("", 5);
     auto download = FilmDownload::begin(job, folder / "new" / "pictures").value();
-    EXPECT_EQ(download->files(), 5U);
+    EXPECT_FALSE(download->progress().has_value());
     std::map<std::uint32_t, Bytes> pictures;
     for (std::uint32_t i = 0; i < 5; ++i) pictures[i] = anyBytes(random, 900);
     while (!download->done()) {
         const auto wanted = download->wanted();
         ASSERT_TRUE(wanted.has_frame());
-        ASSERT_TRUE(download->take(answer(pictures.at(wanted.frame()), wanted, 200)).ok());
+        if (wanted.frame() < pictures.size()) {
+            ASSERT_TRUE(download->take(answer(pictures.at(wanted.frame()), wanted, 200)).ok());
+        } else {
+            ASSERT_TRUE(download->take(Error{ErrorCode::notFound, "frame", "there are 5 frames"}).ok());
+        }
     }
+    EXPECT_EQ(download->filesDone(), 5U);
     EXPECT_EQ(filesIn(folder / "new" / "pictures"), 5U);
     for (const auto& [frame, bytes] : pictures)
         EXPECT_EQ(readBytes(folder / "new" / "pictures" / filmPictureName(job.request().film(), frame)),
@@ -151,9 +156,8 @@ TEST(FilmDownload, SaysAtOnceWhereItCannotWrite) {
     proto::JobStatus plot;
     plot.mutable_request()->mutable_particles();
     EXPECT_FALSE(FilmDownload::begin(plot, folder / "film.mp4").ok());
-    auto broken = jobOf("", 3);
-    broken.mutable_request()->mutable_film()->mutable_script()->set_fps(-1.0);
-    EXPECT_FALSE(FilmDownload::begin(broken, folder / "pictures").ok());
+    auto none = FilmDownload::begin(jobOf("", 3), folder / "pictures").value();
+    EXPECT_FALSE(none->take(Error{ErrorCode::notFound, "frame", "there is none"}).ok()) << "not even one";
 }
 
 }  // namespace
