@@ -8,7 +8,7 @@
 #include "client/frames/interrupt.h"
 #include "client/frames/options.h"
 #include "client/frames/remote_film.h"
-#include "client/frames/script.h"
+#include "client/shared/script.h"
 #include "protocol/scene/film/check_script.h"
 
 namespace mote::client {

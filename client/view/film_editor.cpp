@@ -9,13 +9,12 @@
 
 #include "client/shared/known_datasets.h"
 #include "client/shared/part_file.h"
+#include "client/shared/script.h"
 #include "client/view/film/film_jobs.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
 namespace {
-
-constexpr std::size_t largestScript = std::size_t{64} << 20;  // bytes
 
 /// Large enough that points look as in a whole picture, small enough that it is drawn at once.
 FilmSize askedSize(FilmSize film) {
@@ -29,8 +28,7 @@ FilmEditor::FilmEditor(Connection& connection, std::function<void(const proto::J
     : connection_(connection), heard_(std::move(heard)) {}
 
 Status FilmEditor::open(const std::filesystem::path& script) {
-    proto::Script read;
-    MOTE_RETURN_IF_ERROR(readJsonFile(script, read, largestScript));
+    MOTE_ASSIGN_OR_RETURN(const auto read, readScript(script));
     auto model = FilmModel::fromScript(read);
     if (!model.ok()) {
         const auto& error = model.error();
@@ -61,7 +59,12 @@ FilmState FilmEditor::stateOf(const FilmSurroundings& around) const {
     state.failure = failure_;
     state.connected = around.server.connected;
     state.shown = !around.picture.bytes.empty() && around.server.shown.has_value();
-    if (download_) state.saving = download_->progress();
+    if (download_) {
+        state.saving = true;
+        state.saved = download_->progress().value_or(0.0);
+        state.savedWhat =
+            download_->progress() ? "fetching" : fmt::format("{} pictures", download_->filesDone());
+    }
     const auto& jobs = around.server.jobs;
     const auto job = std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id() == job_; });
     if (job != jobs.end()) state.job = &*job;
@@ -83,6 +86,7 @@ std::optional<proto::View> FilmEditor::obey(const FilmActions& actions, const Fi
     }
     if (actions.stopSaving) download_.reset();
     takePaths(actions);
+    if (actions.openScript && openTyped(*actions.openScript)) return model_.keyframes().front().view;
     if (!actions.selected && !actions.scrubbed) return std::nullopt;
     preview_.stop();
     if (actions.selected) return model_.keyframes()[*model_.selected()].view;
@@ -122,13 +126,23 @@ void FilmEditor::takePaths(const FilmActions& actions) {
     const auto answer = [](PathPrompt& prompt, const Status& status) {
         status.ok() ? prompt.close() : prompt.fail(status.error().toString());
     };
-    if (actions.openScript) answer(panel_.opening, open(*actions.openScript));
     if (actions.saveScript) {
         const auto saved = save(*actions.saveScript);
         answer(panel_.savingScript, saved);
         if (saved.ok()) message_ = "saved " + actions.saveScript->string();
     }
     if (actions.saveFilmTo) saveFilm(*actions.saveFilmTo);
+}
+
+bool FilmEditor::openTyped(const std::filesystem::path& script) {
+    const auto opened = open(script);
+    if (!opened.ok()) {
+        panel_.opening.fail(opened.error().toString());
+        return false;
+    }
+    panel_.opening.close();
+    message_.clear();
+    return true;
 }
 
 Status FilmEditor::save(const std::filesystem::path& path) const {
@@ -150,7 +164,8 @@ void FilmEditor::makeFilm(const std::string& video) {
 
 void FilmEditor::askWhereToSave(const proto::JobStatus& job) {
     savedJob_ = job;
-    panel_.savingFilm.open();
+    const auto& video = job.request().film().video();
+    panel_.savingFilm.open(video.empty() ? "pictures" : "film." + video);
 }
 
 void FilmEditor::saveFilm(const std::filesystem::path& path) {

@@ -40,7 +40,7 @@ class FilmEditor {
     /// first draw().
     FilmEditor(Connection& connection, std::function<void(const proto::JobStatus&)> heard);
 
-    /// Edits a script's film. Errors: as readJsonFile() and FilmModel::fromScript(), with the file's name.
+    /// Edits a script's film. Errors: as readScript() and FilmModel::fromScript(), with the file's name.
     Status open(const std::filesystem::path& script);
     const FilmModel& film() const { return model_; }
 
@@ -76,6 +76,7 @@ class FilmEditor {
     std::optional<proto::View> viewAtPlayhead();
     void togglePreview(double now);
     void takePaths(const FilmActions& actions);
+    bool openTyped(const std::filesystem::path& script);
     Status save(const std::filesystem::path& path) const;
     void makeFilm(const std::string& video);
     void saveFilm(const std::filesystem::path& path);

@@ -68,9 +68,9 @@ std::string beamFilm(const std::vector<double>& distances, double seconds) {
 }
 
 /// Runs of columns in which something warm is drawn (the beam, what is selected; no grey and no blue), apart
-/// by 20 columns at least, between these rows.
+/// by 60 columns at least, between these rows.
 int warmRuns(const Image& image, std::uint32_t top, std::uint32_t bottom, std::uint32_t right) {
-    constexpr std::uint32_t apart = 20;
+    constexpr std::uint32_t apart = 60;
     int runs = 0;
     std::uint32_t last = 0;
     for (std::uint32_t x = 0; x < right; ++x) {

@@ -24,8 +24,7 @@ proto::JobRequest filmRequest(const proto::Script& script, const std::string& vi
 std::string jobName(const proto::JobRequest& request) {
     if (!request.output().empty()) return datasetName(request);
     if (!request.title().empty()) return request.title();
-    return request.has_film() ? fmt::format("film of {} frames", frameCountOf(request.film().script()))
-                              : "job";
+    return request.has_film() ? "film" : "job";
 }
 
 bool isReadyFilm(const proto::JobStatus& job) {

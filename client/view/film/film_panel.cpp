@@ -187,7 +187,7 @@ void FilmPanel::drawFiles(const FilmModel& model, const FilmState& state, FilmAc
 
 void FilmPanel::drawJob(const FilmState& state, FilmActions& actions, float scale) {
     if (state.saving) {
-        ImGui::ProgressBar(static_cast<float>(*state.saving), {150.0F * scale, 0.0F}, "fetching");
+        ImGui::ProgressBar(static_cast<float>(state.saved), {150.0F * scale, 0.0F}, state.savedWhat.c_str());
         ImGui::SameLine();
         actions.stopSaving = ImGui::Button("Stop");
         ImGui::SameLine();

@@ -21,7 +21,9 @@ struct FilmState {
     std::string failure;                    ///< why keyframes make no film; empty: they do, or are too few
     bool connected = false;                 ///< to a server
     bool shown = false;                     ///< there is a picture
-    std::optional<double> saving;           ///< a film is fetched: its progress, 0 to 1
+    bool saving = false;                    ///< a film is fetched
+    double saved = 0.0;                     ///< of it, 0 to 1; of pictures 0
+    std::string savedWhat;                  ///< "12 pictures"
     const proto::JobStatus* job = nullptr;  ///< the latest that makes a film of this one; null: none
 };
 
@@ -50,7 +52,7 @@ class FilmPanel {
 
     PathPrompt opening{"Open script", "Open", "film.json", false};
     PathPrompt savingScript{"Save script", "Save", "film.json", true};
-    PathPrompt savingFilm{"Save film", "Save", "film.mp4", true};
+    PathPrompt savingFilm{"Save film", "Save", "", true};
 
   private:
     void drawKeyframeControls(FilmModel& model, const FilmState& state, FilmActions& actions, float scale);

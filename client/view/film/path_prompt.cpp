@@ -16,12 +16,19 @@ std::filesystem::path expandHome(const std::string& typed) {
     return std::filesystem::path(home) / typed.substr(2);
 }
 
-PathPrompt::PathPrompt(std::string title, std::string verb, std::string usual, bool mayReplace)
+PathPrompt::PathPrompt(std::string title, std::string verb, const std::string& usual, bool mayReplace)
     : title_(std::move(title)), verb_(std::move(verb)), mayReplace_(mayReplace) {
-    std::copy_n(usual.begin(), std::min(usual.size(), typed_.size() - 1), typed_.begin());
+    offer(usual);
 }
 
-void PathPrompt::open() {
+void PathPrompt::offer(const std::string& path) {
+    typed_.fill('\0');
+    std::copy_n(path.begin(), std::min(path.size(), typed_.size() - 1), typed_.begin());
+}
+
+void PathPrompt::open(const std::filesystem::path& usual) {
+    const std::filesystem::path typed(typed_.data());
+    if (!usual.empty() && (typed.empty() || typed.extension() != usual.extension())) offer(usual.string());
     opening_ = focusing_ = true;
     closing_ = false;
     failure_.clear();

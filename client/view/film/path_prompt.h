@@ -17,11 +17,12 @@ std::filesystem::path expandHome(const std::string& typed);
 
 class PathPrompt {
   public:
-    /// `verb` is on its button; a path that was typed before stays unless it is empty. `mayReplace`: a file
-    /// that is there is replaced only once the user has said so.
-    explicit PathPrompt(std::string title, std::string verb, std::string usual, bool mayReplace);
+    /// `verb` is on its button; `usual` is what it offers at first. `mayReplace`: a file that is there is
+    /// replaced, but only once the user has said so.
+    PathPrompt(std::string title, std::string verb, const std::string& usual, bool mayReplace);
 
-    void open();
+    /// What was typed stays, unless a path is given that ends otherwise (".mp4").
+    void open(const std::filesystem::path& usual = {});
     /// Says what went wrong, as one sentence.
     void fail(std::string sentence);
     void close() { closing_ = true; }
@@ -30,6 +31,7 @@ class PathPrompt {
     std::optional<std::filesystem::path> draw(float scale);
 
   private:
+    void offer(const std::string& path);
     std::optional<std::filesystem::path> decide(bool pressed);
 
     const std::string title_, verb_;

@@ -73,7 +73,7 @@ TEST(FilmDownload, AVideoArrivesWholeAndOnlyThen) {
         while (!download->done()) {
             ASSERT_FALSE(std::filesystem::exists(folder / "film.mp4"));
             ASSERT_GE(download->progress().value(), progress);
-            progress = *download->progress();
+            progress = download->progress().value();
             ASSERT_EQ(download->wanted().id(), "job-7");
             ASSERT_FALSE(download->wanted().has_frame());
             ASSERT_TRUE(download->take(answer(film, download->wanted(), 1 + random.below(2000))).ok());
@@ -95,11 +95,13 @@ TEST(FilmDownload, PicturesArriveInAFolder) {
     while (!download->done()) {
         const auto wanted = download->wanted();
         ASSERT_TRUE(wanted.has_frame());
-        const auto picture = pictures.find(wanted.frame());
-        const Error past{ErrorCode::notFound, "frame", "the film has 5 pictures"};
-        ASSERT_TRUE(picture != pictures.end() ? download->take(answer(picture->second, wanted, 200)).ok()
-                                              : download->take(past).ok());
+        if (wanted.frame() < pictures.size()) {
+            ASSERT_TRUE(download->take(answer(pictures.at(wanted.frame()), wanted, 200)).ok());
+        } else {
+            ASSERT_TRUE(download->take(Error{ErrorCode::notFound, "frame", "there are 5 frames"}).ok());
+        }
     }
+    EXPECT_EQ(download->filesDone(), 5U);
     EXPECT_EQ(filesIn(folder / "new" / "pictures"), 5U);
     for (const auto& [frame, bytes] : pictures)
         EXPECT_EQ(readBytes(folder / "new" / "pictures" / filmPictureName(job.request().film(), frame)),
@@ -154,8 +156,8 @@ TEST(FilmDownload, SaysAtOnceWhereItCannotWrite) {
     proto::JobStatus plot;
     plot.mutable_request()->mutable_particles();
     EXPECT_FALSE(FilmDownload::begin(plot, folder / "film.mp4").ok());
-    std::ofstream(folder / "pictures") << "a file";
-    EXPECT_FALSE(FilmDownload::begin(jobOf("", 3), folder / "pictures").ok());
+    auto none = FilmDownload::begin(jobOf("", 3), folder / "pictures").value();
+    EXPECT_FALSE(none->take(Error{ErrorCode::notFound, "frame", "there is none"}).ok()) << "not even one";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "client/frames/script.h"
+#include "client/shared/script.h"
 
 #include <fmt/format.h>
 
