@@ -67,7 +67,10 @@ FilmState FilmEditor::stateOf(const FilmSurroundings& around) const {
     }
     const auto& jobs = around.server.jobs;
     const auto job = std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id() == job_; });
-    if (job != jobs.end()) state.job = &*job;
+    if (job == jobs.end()) return state;
+    state.job = &*job;
+    if (job->state() == proto::JobStatus::FAILED && state.message.empty())
+        state.message = fmt::format("the film was not made: {}", job->error());
     return state;
 }
 
