@@ -229,6 +229,23 @@ TEST_F(Films, ADatasetThatVanishesIsNamedAndTheFramesStay) {
     EXPECT_GT(namesIn(videos() / ".film.mp4.frames").size(), 3U);
 }
 
+TEST_F(Films, AFrameThatFailsIsNamedAndTheOthersAreDrawn) {
+    std::filesystem::copy(station_.root() / "beam.mote", station_.root() / "broken.mote");
+    const auto step = station_.root() / "broken.mote" / "step-000000.h5";
+    auto bytes = bytesOf(step);
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+    std::ofstream(step, std::ios::binary) << bytes;
+    const auto broken = beamView(64, 0, 4, "data/broken");
+    const auto done =
+        station_.frames(scriptOf({beamView(64), broken, beamView(64, 1), broken, beamView(64, 0, 3.0)}),
+                        spawn({"--json"}), options());
+    EXPECT_EQ(done.status, 1);
+    EXPECT_THAT(done.errors, HasSubstr("views[1]"));
+    EXPECT_THAT(done.errors, HasSubstr("2 frames are missing"));
+    EXPECT_EQ(indicesIn(done.output), (std::set<int>{0, 2, 4}));
+    EXPECT_THAT(namesIn(station_.out()), SizeIs(3));
+}
+
 TEST_F(Films, AFullDiskIsSaidAndLeavesNoVideo) {
     station_.startServer();
     auto limited = options();
