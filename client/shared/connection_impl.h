@@ -81,6 +81,7 @@ struct Connection::Impl {
     /// A line that broke is opened again.
     struct Returning {
         Error reason;
+        std::chrono::steady_clock::time_point since;
         std::chrono::steady_clock::time_point until;
     };
     struct WantedView {

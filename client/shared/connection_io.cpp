@@ -2,6 +2,8 @@
 //
 // The I/O thread's side of a connection.
 #include <fmt/format.h>
+
+#include <algorithm>
 #include <asio/post.hpp>
 
 #include "client/shared/connection_impl.h"
@@ -17,8 +19,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Milliseconds = std::chrono::duration<double, std::milli>;
 
-/// The pause between two attempts to open a line that broke.
-constexpr std::chrono::milliseconds returnPause{20};
+/// The pause between two attempts to open a line that broke: at first, and after a long time.
+constexpr std::chrono::milliseconds returnPause{20}, longReturnPause{1000};
+/// In between it is this share of the time that the line is broken.
+constexpr int returnPauseShare = 20;
 /// A line that broke sooner than this after it was opened again counts as not opened: some end takes us on
 /// and drops us again and again.
 constexpr std::chrono::seconds holdsAfter{1};
@@ -86,7 +90,8 @@ void Connection::Impl::lost(const Error& reason) {
     const bool mayReturn = reason.code == ErrorCode::internal || reason.code == ErrorCode::notFound;
     const auto now = Clock::now();
     if (welcomed_ && now - welcomedAt_ > holdsAfter) returning_.reset();
-    if (welcomed_ && mayReturn && !returning_) returning_ = Returning{reason, now + settings_.returnPatience};
+    if (welcomed_ && mayReturn && !returning_)
+        returning_ = Returning{reason, now, now + settings_.returnPatience};
     if (!returning_) return drop(reason);
     if (!mayReturn || now >= returning_->until) return drop(returning_->reason);
     comeBack();
@@ -101,7 +106,8 @@ void Connection::Impl::comeBack() {
         if (state_ != State::connecting) setState(State::connecting);
     }
     notify();
-    timer_.expires_after(returnPause);
+    const auto share = (Clock::now() - returning_->since) / returnPauseShare;
+    timer_.expires_after(std::clamp<Clock::duration>(share, returnPause, longReturnPause));
     timer_.async_wait([this](const asio::error_code& code) {
         if (!code && !ending_ && !line_) connect();
     });
@@ -239,7 +245,13 @@ void Connection::Impl::received(proto::ServerMessage message, std::vector<std::u
 }
 
 void Connection::Impl::welcomed(const proto::ServerMessage& message) {
-    if (message.has_failure()) return drop(toError(message.failure()));
+    if (message.has_failure()) {
+        const Error error = toError(message.failure());
+        // A server that is started anew listens a moment before its connection file holds its token.
+        const bool early =
+            error.code == ErrorCode::permissionDenied && returning_ && Clock::now() < returning_->until;
+        return early ? comeBack() : drop(error);
+    }
     if (!message.has_welcome()) return;
     welcomed_ = true;
     welcomedAt_ = Clock::now();

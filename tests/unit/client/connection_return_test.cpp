@@ -66,6 +66,27 @@ TEST_F(ConnectionReturnTest, QuestionsAreAskedAgainInOrderAndAnsweredOnce) {
     EXPECT_THAT(answers, ElementsAre("data/a", "list"));
 }
 
+/// The socket of a server that is started anew is there a moment before its connection file.
+TEST_F(ConnectionReturnTest, ATokenOfTheServerBeforeIsNotTheEnd) {
+    connect(patient());
+    connection_->setView(viewOfWidth(6), {});
+    server_.read();
+    server_.drop();
+    for (int i = 0; i < 3; ++i) {
+        server_.accept();
+        proto::ServerMessage failure;
+        failure.set_reply_to(server_.read(proto::ClientMessage::kHello).request());
+        failure.mutable_failure()->set_code("permission_denied");
+        failure.mutable_failure()->set_message("the token is not this server's");
+        failure.mutable_failure()->set_fatal(true);
+        server_.send(failure);
+        server_.drop();
+    }
+    server_.welcome();
+    EXPECT_EQ(server_.read(proto::ClientMessage::kSetView).set_view().view().width(), 6U);
+    EXPECT_EQ(connection_->state(), State::connected);
+}
+
 TEST_F(ConnectionReturnTest, AJobIsNotSubmittedTwice) {
     connect(patient());
     std::optional<Error> failure;
