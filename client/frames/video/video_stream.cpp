@@ -157,7 +157,13 @@ Status VideoStream::openFile(const std::filesystem::path& file) {
     if (settings_.format == VideoFormat::mp4) av_opt_set(context->priv_data, "movflags", "+faststart", 0);
     if (settings_.format == VideoFormat::gif) av_opt_set_int(context->priv_data, "loop", 0, 0);  // for ever
     const int code = avformat_write_header(context, nullptr);
+    open_ = code >= 0;
     return code < 0 ? Status(failed(code)) : success();
+}
+
+/// libavformat's GIF keeps a packet until its end is written, and frees it nowhere else.
+VideoStream::~VideoStream() {
+    if (open_ && settings_.format == VideoFormat::gif) av_write_trailer(output_.get());
 }
 
 Result<AVFrame*> VideoStream::frame() {
@@ -200,6 +206,7 @@ Status VideoStream::finish() {
     if (settings_.format == VideoFormat::gif) {
         av_opt_set_int(output_->priv_data, "final_delay", timeOf(frames_) - timeOf(frames_ - 1), 0);
     }
+    open_ = false;
     int code = av_write_trailer(output_.get());
     if (code >= 0) code = output_->pb->error;
     const int closed = avio_closep(&output_->pb);

@@ -22,6 +22,10 @@ class VideoStream {
     static Result<std::unique_ptr<VideoStream>> open(const std::filesystem::path& file, std::string where,
                                                      const VideoSettings& settings);
 
+    ~VideoStream();
+    VideoStream(const VideoStream&) = delete;
+    VideoStream& operator=(const VideoStream&) = delete;
+
     /// The frame to be filled before each encode(). Errors: resourceExhausted.
     Result<AVFrame*> frame();
     /// Errors: those of the system (a full disk), internal.
@@ -47,6 +51,7 @@ class VideoStream {
     FrameOwner frame_;
     PacketOwner packet_;
     std::int64_t frames_ = 0;  ///< encoded so far
+    bool open_ = false;        ///< the file has its beginning and not its end
 };
 
 }  // namespace mote::client
