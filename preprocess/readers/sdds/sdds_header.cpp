@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t maxCommandBytes = 64 * 1024;
 constexpr std::size_t maxFields = 65536;
 constexpr std::uint64_t maxLines = 1'000'000;
+constexpr std::uint64_t maxHeaderLines = 100'000;
 constexpr std::uint32_t maxDimensions = 32;
 
 constexpr std::pair<std::string_view, SddsType> typeNames[] = {
@@ -77,11 +78,10 @@ Status HeaderReader::addLine(std::string_view line) {
     if (line.starts_with("!#") && line.find("big-endian") != std::string_view::npos) header_.bigEndian = true;
     if (line.starts_with("!#") && line.find("little-endian") != std::string_view::npos)
         header_.bigEndian = false;
-    const std::string_view text = trim(pending_.empty() ? withoutSddsComment(line) : line);
-    if (text.empty()) return success();
-    if (!pending_.empty() && text.front() == '!') return success();
-    pending_ += pending_.empty() ? "" : " ";
-    pending_ += text;
+    // A comment does not begin in quotes, and those may have begun in an earlier line.
+    if (!pending_.empty()) pending_ += ' ';
+    pending_ += line;
+    pending_ = std::string(trim(withoutSddsComment(pending_)));
     while (!complete_ && !pending_.empty()) {
         if (pending_.front() != '&') {
             return corrupt("has no command of an SDDS header where one should stand");
@@ -91,7 +91,7 @@ Status HeaderReader::addLine(std::string_view line) {
         if (!end) break;
         MOTE_ASSIGN_OR_RETURN(const auto command, SddsCommand::parse(pending_.substr(0, *end), where()));
         MOTE_RETURN_IF_ERROR(take(command));
-        pending_ = std::string(trim(withoutSddsComment(std::string_view(pending_).substr(*end))));
+        pending_ = std::string(trim(std::string_view(pending_).substr(*end)));
     }
     return success();
 }
@@ -195,7 +195,7 @@ Result<SddsHeader> HeaderReader::read() {
     MOTE_RETURN_IF_ERROR(version());
     while (!complete_) {
         MOTE_ASSIGN_OR_RETURN(const auto text, line());
-        if (lines_.lineNumber() > maxLines) return corrupt("is still in the header");
+        if (lines_.lineNumber() > maxHeaderLines) return corrupt("is still in the header");
         MOTE_RETURN_IF_ERROR(addLine(text));
     }
     for (std::uint64_t i = 0; i < additionalLines_; ++i) {

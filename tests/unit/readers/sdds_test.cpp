@@ -215,7 +215,7 @@ TEST(SddsUnits, areThoseOfTheHeaderAndMassThatOfTheJob) {
     ASSERT_EQ(source->steps().size(), 2u);
     EXPECT_EQ(source->mass(), 938e6);
     const auto chunk = chunkOf(*source, 1, {Column::x, Column::px, Column::py, Column::weight, Column::id});
-    EXPECT_THAT(chunk[Column::x], ElementsAre(5e-3, 9e-3));
+    EXPECT_THAT(chunk[Column::x], ElementsAre(5e-3, 9 * 1e-3));
     EXPECT_THAT(chunk[Column::px], ElementsAre(6 * 938e6, 10 * 938e6));
     EXPECT_THAT(chunk[Column::py], ElementsAre(7e6, 5e5));
     EXPECT_THAT(chunk[Column::weight], ElementsAre(8e-12, 3e-12));
@@ -284,7 +284,7 @@ TEST(SddsErrors, areOneSentenceWithThePlace) {
          "unsupported: f.sdds, column 'x': is a text; a number is needed"},
         {table("&column name=x, units=ell, type=double &end\n", ""),
          "unsupported: f.sdds, column 'x': has the unit 'ell', which is not known"},
-        {table(x, ""), "corrupt: f.sdds: ends at its header, at byte 84: it has no page"},
+        {table(x, ""), "corrupt: f.sdds: ends at its header, at byte 88: it has no page"},
         {table(x, "3\n1\n2\n", "mode=ascii"),
          "corrupt: f.sdds: line 6: is cut short: page 1 declares 3 rows and has 2"},
         {table(x, "many\n", "mode=ascii"),
@@ -296,9 +296,9 @@ TEST(SddsErrors, areOneSentenceWithThePlace) {
         {table(x + "&column name=y, type=double &end\n", "1\n2\n", "mode=ascii"),
          "corrupt: f.sdds: line 6: has 1 values in a row of 2 columns"},
         {table(x, "\xfe\xff\xff\xff", "mode=binary, endian=little"),
-         "corrupt: f.sdds: declares -2 rows in page 1, at byte 82"},
+         "corrupt: f.sdds: declares -2 rows in page 1, at byte 87"},
         {table(x, "\xff\xff\xff\x7f", "mode=binary, endian=little"),
-         "corrupt: f.sdds: is cut short at byte 86, within page 1"},
+         "corrupt: f.sdds: is cut short at byte 91, within page 1"},
     };
     for (const auto& [bytes, sentence] : cases) {
         writeFile(folder / "f.sdds", bytes);
