@@ -15,6 +15,7 @@
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/particle_source.h"
+#include "preprocess/readers/sdds/sdds_header.h"
 #include "preprocess/readers/text/byte_source.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -24,7 +25,7 @@ namespace {
 
 // Format: which reader a file needs, by the name that the user gives or by what the file holds.
 
-enum class Format : std::uint8_t { openpmd, h5part, impactZ, impactT, csv, npy };
+enum class Format : std::uint8_t { openpmd, h5part, impactZ, impactT, sdds, csv, npy };
 
 constexpr std::size_t impactZColumns = 9;
 constexpr std::size_t impactTColumns = 6;
@@ -35,7 +36,8 @@ struct Name {
 };
 constexpr Name names[] = {{"openpmd", Format::openpmd}, {"h5part", Format::h5part},
                           {"impactz", Format::impactZ}, {"impactt", Format::impactT},
-                          {"csv", Format::csv},         {"npy", Format::npy}};
+                          {"sdds", Format::sdds},       {"csv", Format::csv},
+                          {"npy", Format::npy}};
 
 Error unsupported(const std::filesystem::path& path, std::string message) {
     return {ErrorCode::unsupported, path.filename().string(), std::move(message)};
@@ -45,13 +47,6 @@ Error adios(const std::filesystem::path& path, std::string_view version) {
     return unsupported(path, "is an ADIOS2 " + std::string(version) +
                                  " file, which is not read; convert it with: openpmd-pipe --infile " +
                                  path.filename().string() + " --outfile " + path.stem().string() + ".h5");
-}
-
-Error sdds(const std::filesystem::path& path) {
-    return unsupported(
-        path,
-        "is an SDDS file, which is not read yet; convert it, for example with sdds2stream to a "
-        "table with a line of names");
 }
 
 /// A directory is no input of ours, but ADIOS2 writes its files as one.
@@ -100,7 +95,7 @@ Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem:
     if (!shape.numbers) {
         return unsupported(
             path,
-            "is of no known format: neither HDF5 (openPMD, H5Part), .npy, a table with a line of "
+            "is of no known format: neither HDF5 (openPMD, H5Part), SDDS, .npy, a table with a line of "
             "names, nor a particle file of IMPACT");
     }
     return numbersFormat(job, path, shape.columns);
@@ -120,7 +115,7 @@ Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::pat
     if (begin.starts_with("PK\x03\x04")) {
         return unsupported(path, "is a zip archive (.npz?); save each array by itself with numpy.save");
     }
-    if (begin.starts_with("SDDS")) return sdds(path);
+    if (looksLikeSdds(begin)) return Format::sdds;
     if (begin.starts_with("ADIOS-BP") || path.extension() == ".bp") return adios(path, "BP");
     return textFormat(job, path);
 }
@@ -129,12 +124,12 @@ Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::pat
 /// unsupported (with what may be done), invalidArgument (an unknown name, files of different formats).
 Result<Format> formatOf(const proto::ParticlesJob& job, const std::vector<std::filesystem::path>& files) {
     if (!job.format().empty() && job.format() != "auto") {
-        if (job.format() == "sdds") return sdds(files.front());
         for (const Name& known : names) {
             if (known.name == job.format()) return known.format;
         }
-        return Error{ErrorCode::invalidArgument, "format",
-                     "'" + job.format() + "' is none of auto, openpmd, h5part, impactz, impactt, csv, npy"};
+        return Error{
+            ErrorCode::invalidArgument, "format",
+            "'" + job.format() + "' is none of auto, openpmd, h5part, impactz, impactt, sdds, csv, npy"};
     }
     const auto first = detect(job, files.front());
     if (!first) return first.error();
@@ -204,6 +199,8 @@ Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::Particle
             return openImpact(ImpactDeck::Code::impactZ, files, job.impact(), progress);
         case Format::impactT:
             return openImpact(ImpactDeck::Code::impactT, files, job.impact(), progress);
+        case Format::sdds:
+            return openSdds(files, mass, progress);
         case Format::csv:
             return openCsv(files, mass, progress);
         case Format::npy:

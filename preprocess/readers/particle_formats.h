@@ -52,4 +52,12 @@ Result<std::unique_ptr<ParticleSource>> openNpy(const std::vector<std::filesyste
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const std::vector<std::filesystem::path>& files,
                                                     const std::string& species, Progress& progress);
 
+// SDDS data sets, as elegant writes them: text or binary pages, each a step, gzipped or not. What becomes of
+// each column: docs/READERS.md.
+
+/// Files in the order of the numbers in their names, pages as they stand. `mass` in eV/c^2, 0: the electron's
+/// where one is needed, with a note. Errors: notFound, corrupt, unsupported, invalidArgument, cancelled.
+Result<std::unique_ptr<ParticleSource>> openSdds(const std::vector<std::filesystem::path>& files, double mass,
+                                                 Progress& progress);
+
 }  // namespace mote::prep

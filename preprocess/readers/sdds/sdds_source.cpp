@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "preprocess/readers/file_number.h"
+#include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/sdds/sdds_columns.h"
+#include "preprocess/readers/sdds/sdds_header.h"
+#include "preprocess/readers/sdds/sdds_pages.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr std::size_t rowsPerPass = 1u << 16;
+
+/// The places of parameters in SddsParameters.
+enum Parameter : std::size_t { charge, pCentral, place, stepNumber, pass, centralTime };
+
+class SddsSource : public ParticleSource {
+  public:
+    SddsSource(double mass, Progress& progress) : mass_(mass), progress_(progress) {}
+    Status addFile(const std::filesystem::path& path);
+    void finish();
+
+    std::string format() const override { return "sdds"; }
+    const std::vector<SourceStep>& steps() const override { return steps_; }
+    bool has(Column column) const override;
+    double mass() const override { return files_.front().columns.mass(); }
+    Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
+                ParticleChunk& chunk) override;
+
+  private:
+    struct File {
+        SddsColumns columns;
+        std::unique_ptr<SddsPages> pages;
+        std::optional<std::int64_t> number;  // of its name
+    };
+    struct Page {
+        std::size_t file = 0, page = 0;
+        double weight = 0.0;  // of each particle, C; 0: not known
+        std::optional<double> meanTime;
+    };
+
+    const SddsParameters& parameters(const Page& page) const {
+        return files_[page.file].pages->pages()[page.page].parameters;
+    }
+    bool numberBy(Parameter parameter);
+    void addPage(const File& file, std::size_t page, const std::string& name);
+    Result<double> meanTime(Page& page);
+
+    double mass_;
+    Progress& progress_;
+    std::vector<File> files_;
+    std::vector<Page> pages_;  // by step
+    std::vector<SourceStep> steps_;
+    SddsRows rows_;
+};
+
+/// When the step's particles pass its place, s: as the file says, else as long as light-like motion of the
+/// central momentum takes from the beginning.
+double timeOf(const SddsParameters& values) {
+    if (std::isfinite(values[centralTime])) return values[centralTime];
+    const double gammaBeta = values[pCentral];
+    const double time = values[place] * std::sqrt(1.0 + gammaBeta * gammaBeta) / (gammaBeta * speedOfLight);
+    return std::isfinite(time) ? time : 0.0;
+}
+
+Status SddsSource::addFile(const std::filesystem::path& path) {
+    MOTE_ASSIGN_OR_RETURN(const auto header, SddsHeader::read(path));
+    const std::string name = path.filename().string();
+    MOTE_ASSIGN_OR_RETURN(auto columns, SddsColumns::of(header, mass_, name));
+    auto pages =
+        header.ascii ? openSddsAscii(path, header, progress_) : openSddsBinary(path, header, progress_);
+    if (!pages) return pages.error();
+    if ((*pages)->pages().empty()) {
+        return Error{ErrorCode::corrupt, name,
+                     "ends at its header, at byte " + std::to_string(header.dataOffset) + ": it has no page"};
+    }
+    if (!files_.empty() && columns.mass() != files_.front().columns.mass()) {
+        return Error{ErrorCode::invalidArgument, name, "has particles of another mass than the first file"};
+    }
+    files_.push_back({std::move(columns), std::move(*pages), fileNumber(path)});
+    for (std::size_t i = 0; i < files_.back().pages->pages().size(); ++i) addPage(files_.back(), i, name);
+    return success();
+}
+
+void SddsSource::addPage(const File& file, std::size_t page, const std::string& name) {
+    const SddsPage& found = file.pages->pages()[page];
+    Page entry{files_.size() - 1, page, 0.0, std::nullopt};
+    const double total = std::abs(found.parameters[charge]) * file.columns.chargeFactor();
+    if (found.rows > 0 && total > 0.0 && std::isfinite(total))
+        entry.weight = total / static_cast<double>(found.rows);
+    pages_.push_back(entry);
+    steps_.push_back({name, static_cast<std::int64_t>(steps_.size()), timeOf(found.parameters), found.rows});
+}
+
+/// Numbers the steps by a parameter where it grows from step to step.
+bool SddsSource::numberBy(Parameter parameter) {
+    std::vector<std::int64_t> numbers;
+    for (const Page& page : pages_) {
+        const double value = parameters(page)[parameter];
+        if (!(value >= 0.0 && value < 9e15) || value != std::floor(value)) return false;
+        numbers.push_back(static_cast<std::int64_t>(value));
+        if (numbers.size() > 1 && numbers.back() <= numbers[numbers.size() - 2]) return false;
+    }
+    for (std::size_t i = 0; i < numbers.size(); ++i) steps_[i].iteration = numbers[i];
+    return true;
+}
+
+/// What can be said when all files are known.
+void SddsSource::finish() {
+    if (!numberBy(pass) && !numberBy(stepNumber) && steps_.size() == files_.size()) {
+        const bool all = std::all_of(files_.begin(), files_.end(),
+                                     [](const File& file) { return file.number.has_value(); });
+        for (std::size_t i = 0; all && i < steps_.size(); ++i) steps_[i].iteration = *files_[i].number;
+    }
+    const SddsColumns& first = files_.front().columns;
+    if (first.massAssumed()) {
+        progress_.note("no mass is given (impact.mass of the job): the particles are taken for electrons");
+    }
+    if (first.zFromTime()) {
+        progress_.note(
+            "z is found from the times at which the particles pass: z = -v_z (t - mean of t), in each step");
+    }
+}
+
+bool SddsSource::has(Column column) const {
+    return std::all_of(pages_.begin(), pages_.end(), [&](const Page& page) {
+        if (files_[page.file].columns.has(column)) return true;
+        const bool empty = files_[page.file].pages->pages()[page.page].rows == 0;
+        return column == Column::weight && (page.weight > 0.0 || empty);
+    });
+}
+
+/// In s, over all rows of the step where it is a number. The same for any order in which rows are asked for.
+Result<double> SddsSource::meanTime(Page& page) {
+    if (page.meanTime) return *page.meanTime;
+    File& file = files_[page.file];
+    const std::uint64_t rows = file.pages->pages()[page.page].rows;
+    double mean = 0.0, counted = 0.0;
+    for (std::uint64_t begin = 0; begin < rows; begin += rowsPerPass) {
+        if (progress_.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled while a table was read"};
+        const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(rowsPerPass, rows - begin));
+        MOTE_RETURN_IF_ERROR(
+            file.pages->read(page.page, begin, count, {*file.columns.timeColumn()}, std::nullopt, rows_));
+        for (const double value : rows_.columns[0]) {
+            if (!std::isfinite(value)) continue;
+            counted += 1.0;
+            mean += (value - mean) / counted;
+        }
+    }
+    page.meanTime = mean * file.columns.timeFactor();
+    return *page.meanTime;
+}
+
+Status SddsSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
+                        const std::vector<Column>& wanted, ParticleChunk& chunk) {
+    MOTE_RETURN_IF_ERROR(checkRange(steps_, step, begin, count));
+    Page& page = pages_[step];
+    File& file = files_[page.file];
+    for (const Column column : wanted) {
+        if (column != Column::weight && column != Column::id && !file.columns.has(column)) {
+            return Error{ErrorCode::invalidArgument, steps_[step].file,
+                         "has not all columns that were asked for"};
+        }
+    }
+    chunk.begin = begin;
+    chunk.size = count;
+    const auto asked = [&](Column column) {
+        return std::find(wanted.begin(), wanted.end(), column) != wanted.end();
+    };
+    double mean = 0.0;
+    if (asked(Column::z) && file.columns.zFromTime()) {
+        MOTE_ASSIGN_OR_RETURN(mean, meanTime(page));
+    }
+    const auto idColumn = asked(Column::id) ? file.columns.idColumn() : std::nullopt;
+    MOTE_RETURN_IF_ERROR(
+        file.pages->read(page.page, begin, count, file.columns.needed(wanted), idColumn, rows_));
+    file.columns.fill(wanted, rows_, mean, chunk);
+    if (asked(Column::weight)) {
+        const bool own = file.columns.has(Column::weight);
+        for (double& weight : chunk[Column::weight]) {
+            weight = own ? std::abs(weight) : page.weight > 0.0 ? page.weight : 1.0;
+        }
+    }
+    if (!asked(Column::id)) return success();
+    chunk.id.resize(count);
+    for (std::size_t i = 0; i < count; ++i) chunk.id[i] = idColumn ? rows_.ids[i] : begin + i;
+    return success();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ParticleSource>> openSdds(const std::vector<std::filesystem::path>& files, double mass,
+                                                 Progress& progress) {
+    auto source = std::make_unique<SddsSource>(mass, progress);
+    for (const std::filesystem::path& file : inOrder(files)) {
+        if (progress.cancelled())
+            return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
+        MOTE_RETURN_IF_ERROR(source->addFile(file));
+    }
+    source->finish();
+    return std::unique_ptr<ParticleSource>(std::move(source));
+}
+
+}  // namespace mote::prep
