@@ -64,7 +64,7 @@ class JobQueue {
     /// that goes. Errors: notFound.
     Status cancel(std::string_view id);
 
-    /// Newest first, at most 200: all live ones, then the latest finished ones.
+    /// At most 200: what runs, then what waits, then what has ended, the newest first of each.
     std::vector<proto::JobStatus> list() const;
 
     /// Errors: notFound.

@@ -180,6 +180,12 @@ Result<JobRecord> readRecord(const SqlStatement& row) {
     return record;
 }
 
+/// The part of the list that it stands in: 0 runs, 1 waits, 2 has ended.
+int listedIn(const JobRecord& record) {
+    if (!isLive(record)) return 2;
+    return record.status.state() == proto::JobStatus::RUNNING ? 0 : 1;
+}
+
 constexpr int kListedLines = 5;  // of a finished job's log: a list of hundreds goes over the wire at once
 
 }  // namespace
@@ -341,12 +347,14 @@ const JobRecord* JobTable::maker(std::string_view output) const {
 
 std::vector<proto::JobStatus> JobTable::list(std::size_t most) const {
     std::vector<proto::JobStatus> statuses;
-    for (const bool live : {true, false}) {
+    // What runs is never hidden behind what waits.
+    for (const int part : {0, 1, 2}) {
         for (auto entry = records_.rbegin(); entry != records_.rend(); ++entry) {
             if (statuses.size() >= most) return statuses;
-            if (isLive(entry->second) != live) continue;
+            if (listedIn(entry->second) != part) continue;
             auto& log = *statuses.emplace_back(entry->second.status).mutable_log();
-            if (!live && log.size() > kListedLines) log.DeleteSubrange(0, log.size() - kListedLines);
+            if (!isLive(entry->second) && log.size() > kListedLines)
+                log.DeleteSubrange(0, log.size() - kListedLines);
         }
     }
     return statuses;

@@ -97,8 +97,8 @@ class JobTable {
     std::vector<JobRecord*> all();
     /// A live job with this output; null: none.
     const JobRecord* maker(std::string_view output) const;
-    /// Newest first: live ones, then finished ones (with the last five lines of their logs), at most `most`
-    /// in all.
+    /// What runs, then what waits, then what has ended (with the last five lines of their logs), the newest
+    /// first of each; at most `most` in all.
     std::vector<proto::JobStatus> list(std::size_t most) const;
 
   private:
