@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/utf8.h"
 #include "server/log.h"
 
 namespace mote::server {
@@ -155,6 +156,10 @@ Result<JobRecord> readRecord(const SqlStatement& row) {
     record.number = row.integer(0);
     auto& status = record.status;
     status.set_id(row.text(1));
+    if (!isJobId(status.id())) {
+        return Error{ErrorCode::corrupt, "jobs.sqlite",
+                     fmt::format("row {} has no id of a job, but \"{}\"", record.number, status.id())};
+    }
     const auto state = row.integer(2);
     if (state < proto::JobStatus::QUEUED || state > proto::JobStatus::CANCELLED) {
         return Error{ErrorCode::corrupt, "jobs.sqlite",
@@ -232,7 +237,7 @@ Result<std::vector<JobRecord>> JobStore::load() const {
         if (record.ok()) {
             records.push_back(*std::move(record));
         } else {
-            log::warn("a job is left out: {}", record.error().toString());
+            log::warn("a job is left out: {}", toLogText(record.error().toString()));
         }
     }
     if (code != SQLITE_DONE) return failure(database_.get());

@@ -29,6 +29,11 @@ struct JobRecord {
     std::string handle;            ///< what its runner finds the running job by; empty: it never began
 };
 
+/// 16 hexadecimal digits, in small letters: what may be the name of a job's folder.
+inline bool isJobId(std::string_view id) {
+    return id.size() == 16 && id.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 inline bool isFilm(const JobRecord& record) {
     return record.status.request().has_film();
 }
