@@ -9,6 +9,7 @@
 #include "preprocess/console.h"
 #include "preprocess/export_vdb.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
 #include "storage/verify.h"
@@ -29,8 +30,9 @@ int info(const CommandLine& line, const Options& options) {
     if (line.json) {
         fmt::print("{}", toJson(*manifest));
     } else {
-        fmt::print("title    {}\nkind     {}\nwriter   {}\n{}", manifest->title(), manifest->kind(),
-                   manifest->writer(), storage::findKind(*manifest)->describe(*manifest));
+        fmt::print("title    {}\nkind     {}\nwriter   {}\n{}", toTerminalText(manifest->title()),
+                   toTerminalText(manifest->kind()), toTerminalText(manifest->writer()),
+                   toTerminalLines(storage::findKind(*manifest)->describe(*manifest)));
     }
     return 0;
 }
@@ -56,7 +58,7 @@ int verify(const CommandLine& line, const Options& options) {
             [&](double done) { progress.report(done, "verifying"); });
     }();
     if (errors.size() == 1 && errors.front().code == ErrorCode::cancelled) return fail(line, errors.front());
-    for (const auto& error : errors) fmt::print(stderr, "mote-prep: {}\n", error.toString());
+    for (const auto& error : errors) fmt::print(stderr, "mote-prep: {}\n", toTerminalText(error.toString()));
     if (line.json) printJson(options.dataset, errors);
     if (errors.empty() && !line.json && !line.quiet) fmt::print("{}: whole\n", options.dataset);
     return errors.empty() ? 0 : 1;

@@ -13,6 +13,7 @@
 #include "preprocess/parallel/communicator.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/job_request.h"
+#include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
 #include "storage/roots.h"
 
@@ -89,7 +90,8 @@ void printJson(const JobOutcome& outcome, double seconds) {
 void printText(const JobOutcome& outcome, double seconds) {
     const auto* kind = storage::findKind(outcome.manifest);
     const auto made = kind ? kind->summarize(outcome.manifest).text + ", " : std::string();
-    fmt::print("{}: {}made in {:.1f} s\n", outcome.output.string(), made, seconds);
+    fmt::print("{}: {}made in {:.1f} s\n", toTerminalText(outcome.output.string()), toTerminalText(made),
+               seconds);
 }
 
 /// The processes of this job: those that a launcher of MPI started, else this one.
@@ -166,7 +168,7 @@ int fail(const CommandLine& line, const Error& error) {
         fmt::print(stderr, "mote-prep: cancelled, nothing was made\n");
         return 128 + line.signal.received();
     }
-    fmt::print(stderr, "mote-prep: {}\n", error.toString());
+    fmt::print(stderr, "mote-prep: {}\n", toTerminalText(error.toString()));
     return error.code == ErrorCode::invalidArgument ? 2 : 1;
 }
 

@@ -11,20 +11,26 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
 
 std::string quoted(std::string_view text) {
     std::string result = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') {
+    // Of UTF-8, so that its control characters are told, C1 among them.
+    const auto whole = toUtf8(text);
+    for (std::string_view rest = whole; !rest.empty();) {
+        const auto character = rest.substr(0, characterLength(rest));
+        rest.remove_prefix(character.size());
+        if (character == "\"" || character == "\\") {
             result += '\\';
-            result += c;
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            result += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+            result += character;
+        } else if (isControl(character)) {
+            result +=
+                fmt::format("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(character.back())));
         } else {
-            result += c;
+            result += character;
         }
     }
     return result + "\"";
@@ -100,7 +106,7 @@ void ConsoleProgress::note(std::string_view sentence) {
     if (options_.quiet) return;
     const std::lock_guard lock(mutex_);
     clearBar();
-    fmt::print(stderr, "mote-prep: {}\n", sentence);
+    fmt::print(stderr, "mote-prep: {}\n", toTerminalText(sentence));
     drawBar();
 }
 
@@ -118,7 +124,8 @@ void ConsoleProgress::drawBar() const {
     if (!bar_ || percent_ < 0) return;
     constexpr int width = 30;
     const int full = percent_ * width / 100;
-    fmt::print(stderr, "\r\x1b[K[{:#<{}}{:.<{}}] {:3}% {}", "", full, "", width - full, percent_, phase_);
+    fmt::print(stderr, "\r\x1b[K[{:#<{}}{:.<{}}] {:3}% {}", "", full, "", width - full, percent_,
+               toTerminalText(phase_));
     std::fflush(stderr);
 }
 

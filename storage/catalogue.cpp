@@ -88,8 +88,10 @@ void Catalogue::addDataset(const fs::path& directory, std::string name, Walk& wa
     if (::stat((directory / manifestName).c_str(), &status) != 0) {
         return walk.fail(systemError(errno, name, "its manifest.json cannot be read"));
     }
-    const Stamp stamp{status.st_dev, status.st_ino, static_cast<std::uint64_t>(status.st_size),
-                      status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+    const Stamp stamp{
+        status.st_dev,         status.st_ino,          static_cast<std::uint64_t>(status.st_size),
+        status.st_mtim.tv_sec, status.st_mtim.tv_nsec, status.st_ctim.tv_sec,
+        status.st_ctim.tv_nsec};
     auto known = cache_.find(directory);
     if (known == cache_.end() || !(known->second.stamp == stamp)) {
         auto read = readManifest(directory);

@@ -54,7 +54,8 @@ class Catalogue {
     /// Tells one version of a manifest from the next.
     struct Stamp {
         std::uint64_t device, inode, size;
-        std::int64_t seconds, nanoseconds;
+        std::int64_t seconds, nanoseconds;                ///< when it was written last
+        std::int64_t changedSeconds, changedNanoseconds;  ///< or changed in any way, by the kernel's word
         bool operator==(const Stamp&) const = default;
     };
     struct Cached {

@@ -10,6 +10,7 @@
 #include "client/frames/remote_film.h"
 #include "client/shared/script.h"
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {
@@ -35,7 +36,7 @@ int run(int argc, const char* const* argv) {
     if (const int* status = std::get_if<int>(&parsed)) return *status;
     const auto done = runTask(std::get<FramesOptions>(parsed), interrupt);
     if (done.ok()) return 0;
-    fmt::print(stderr, "mote-frames: {}\n", done.error().toString());
+    fmt::print(stderr, "mote-frames: {}\n", toTerminalText(done.error().toString()));
     return interrupt.requested() ? killedBy + interrupt.signal() : failure;
 }
 
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
     try {
         return mote::client::run(argc, argv);
     } catch (const std::exception& error) {
-        fmt::print(stderr, "mote-frames: {}\n", error.what());
+        fmt::print(stderr, "mote-frames: {}\n", mote::toTerminalText(error.what()));
         return 1;
     }
 }

@@ -8,6 +8,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {
@@ -48,7 +49,7 @@ void ProgressBar::draw(std::size_t done, std::size_t total, std::string_view pha
     const auto elapsed = std::chrono::steady_clock::now() - start_;
     fmt::print(stderr, "{}[{}] {} of {} frames{}{}", wipe, bar, done, total,
                remaining(elapsed, done - first_, total - done),
-               phase.empty() ? "" : fmt::format(", {}", phase));
+               phase.empty() ? "" : fmt::format(", {}", toTerminalText(phase)));
     std::fflush(stderr);
 }
 

@@ -14,6 +14,7 @@
 #include "client/shared/film_download.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film_job.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {
@@ -148,7 +149,7 @@ Status detachFilm(const FramesOptions& options, const proto::Script& script, con
     MOTE_ASSIGN_OR_RETURN(const auto job, server->answerTo<proto::JobStatus>([&](auto reply) {
         server->line().submitJob(request, std::move(reply));
     }));
-    fmt::print("{}\n", job.id());
+    fmt::print("{}\n", toTerminalText(job.id()));
     return success();
 }
 

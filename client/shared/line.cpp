@@ -7,11 +7,14 @@
 #include <asio/local/stream_protocol.hpp>
 #include <asio/redirect_error.hpp>
 #include <asio/use_awaitable.hpp>
+#include <chrono>
 
 #include "protocol/wire/framing.h"
 
 namespace mote::client {
 namespace {
+
+constexpr std::chrono::seconds lastWords(1);
 
 auto into(asio::error_code& code) {
     return asio::redirect_error(asio::use_awaitable, code);
@@ -98,7 +101,16 @@ asio::awaitable<void> Line::writeAll() {
     while (!closed_) {
         if (const auto message = handlers_.next()) {
             const auto written = co_await stream_.write(*message, {}, wire::clientLimits);
-            if (!written.ok()) co_return fail(lostServer(written.error()));
+            if (written.ok()) continue;
+            // A server that closes has said why: what it sent is read first, and its end found there. One
+            // that is silent, and reads no more, is not waited for longer.
+            const auto end = std::chrono::steady_clock::now() + lastWords;
+            while (!closed_ && std::chrono::steady_clock::now() < end) {
+                asio::error_code woken;
+                writerSleep_.expires_at(end);
+                co_await writerSleep_.async_wait(into(woken));
+            }
+            co_return fail(lostServer(written.error()));
         } else {
             asio::error_code woken;
             co_await writerSleep_.async_wait(into(woken));

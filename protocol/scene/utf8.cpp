@@ -1,9 +1,39 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/utf8.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace mote {
+namespace {
+
+/// Each control character but the `kept` ones replaced, bytes of no character "?".
+std::string shown(std::string_view text, std::string_view kept, std::string (*replace)(std::string_view)) {
+    std::string result;
+    result.reserve(text.size());
+    while (!text.empty()) {
+        const std::size_t length = characterLength(text);
+        const auto character = text.substr(0, std::max<std::size_t>(length, 1));
+        if (length == 0) {
+            result += '?';
+        } else if (isControl(character) && kept.find(character[0]) == std::string_view::npos) {
+            result += replace(character);
+        } else {
+            result += character;
+        }
+        text.remove_prefix(character.size());
+    }
+    return result;
+}
+
+/// By its code point, which is the last byte of C0 and C1 alike.
+std::string escaped(std::string_view control) {
+    constexpr const char* digits = "0123456789abcdef";
+    const auto code = static_cast<std::uint8_t>(control.back());
+    return {'\\', 'x', digits[code >> 4], digits[code & 15]};
+}
+
+}  // namespace
 
 std::size_t characterLength(std::string_view text) {
     const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
@@ -47,13 +77,23 @@ std::string toUtf8(std::string_view text) {
     return result;
 }
 
+bool isControl(std::string_view character) {
+    const auto first = static_cast<std::uint8_t>(character[0]);
+    if (character.size() == 2) return first == 0xc2 && static_cast<std::uint8_t>(character[1]) < 0xa0;
+    return character.size() == 1 && (first < 0x20 || first == 0x7f);
+}
+
+std::string toTerminalText(std::string_view text) {
+    return shown(text, "", escaped);
+}
+
+std::string toTerminalLines(std::string_view text) {
+    return shown(text, "\n\t", escaped);
+}
+
 std::string toLogText(std::string_view text) {
     constexpr std::size_t longest = 500;
-    std::string result(text.substr(0, longest));
-    for (auto& c : result) {
-        if (static_cast<std::uint8_t>(c) < 0x20 || c == 0x7f) c = '?';
-    }
-    return toUtf8(result);
+    return shown(text.substr(0, longest), "", [](std::string_view) { return std::string("?"); });
 }
 
 }  // namespace mote

@@ -19,6 +19,15 @@ bool isUtf8(std::string_view text);
 /// Each byte that belongs to no character becomes "?".
 std::string toUtf8(std::string_view text);
 
+/// Whether a character is one that a terminal would obey, and not show: C0, DEL and C1 (U+0080 to U+009F).
+bool isControl(std::string_view character);
+
+/// Makes text of others fit for a terminal, on one line: control characters are shown as "\xNN", bytes that
+/// belong to no character as "?".
+std::string toTerminalText(std::string_view text);
+/// The same, but newlines and tabs stay.
+std::string toTerminalLines(std::string_view text);
+
 /// Makes text fit for a line of the log: as toUtf8, control characters "?" too, so that no text of a client
 /// looks like a line of ours, and cut to 500 bytes.
 std::string toLogText(std::string_view text);

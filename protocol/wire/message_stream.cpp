@@ -30,7 +30,9 @@ Error connectionError(const asio::error_code& code) {
 asio::awaitable<Result<Version>> MessageStream::greet(Version own) {
     const Greeting ours = encodeGreeting(own);
     const auto [writeCode, written] = co_await asio::async_write(socket_, asio::buffer(ours), awaitTuple);
-    if (writeCode) co_return connectionError(writeCode);
+    // Who closes at once has greeted before, and said why.
+    const bool closed = writeCode == asio::error::broken_pipe || writeCode == asio::error::connection_reset;
+    if (writeCode && !closed) co_return connectionError(writeCode);
     Greeting theirs{};
     const auto [readCode, count] = co_await asio::async_read(socket_, asio::buffer(theirs), awaitTuple);
     if (readCode) co_return connectionError(readCode);

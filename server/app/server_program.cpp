@@ -148,7 +148,9 @@ int serverProgram(int argc, const char* const* argv, const DeviceMaker& maker) {
     settings.frames = programBeside("mote-frames");
     settings.stopOnSignals = true;
     setUpLog();
+    // Errors of the write, both.
     std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
     storage::catchMappingFaults();
     const DeviceFactory device = [maker, kind = settings.device, threads = settings.threads] {
         return maker(kind, threads);

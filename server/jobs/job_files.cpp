@@ -89,9 +89,8 @@ std::string plainText(std::string_view text, std::size_t longest) {
     std::string plain;
     while (!text.empty()) {
         const auto length = characterLength(text);
-        const auto first = static_cast<unsigned char>(text[0]);
-        const bool printable = length > 1 || (length == 1 && first >= 0x20 && first != 0x7f);
-        const auto piece = printable ? text.substr(0, length) : first == '\t' ? std::string_view(" ") : "?";
+        const bool printable = length > 0 && !isControl(text.substr(0, length));
+        const auto piece = printable ? text.substr(0, length) : text[0] == '\t' ? std::string_view(" ") : "?";
         if (plain.size() + piece.size() > longest) break;
         plain += piece;
         text.remove_prefix(std::max<std::size_t>(length, 1));

@@ -7,7 +7,6 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/random.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <asio/post.hpp>
@@ -19,6 +18,7 @@
 
 #include "protocol/scene/system_error.h"
 #include "server/jobs/job_request_check.h"
+#include "server/jobs/own_files.h"
 #include "server/log.h"
 
 namespace mote::server {
@@ -89,16 +89,17 @@ Status JobQueue::openState() {
     std::error_code code;
     auto& state = settings_.stateDirectory;
     std::filesystem::create_directories(state.parent_path(), code);
-    if (mkdir(state.c_str(), 0700) != 0 && errno != EEXIST) {
-        return Error{ErrorCode::permissionDenied, state.string(),
-                     fmt::format("cannot be made: {}", systemMessage(errno))};
-    }
+    // The user may have put a link in its place; in the directory itself there is none.
+    if (auto place = std::filesystem::canonical(state, code); !code) state = std::move(place);
+    // The ids in the database are names of folders that are removed: all of it must be ours.
+    for (const auto& folder : {state, state / "jobs", filmConnectionFile(state).parent_path()})
+        MOTE_RETURN_IF_ERROR(makeOwnFolder(folder));
+    for (const char* file : {"jobs.lock", "jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm"})
+        MOTE_RETURN_IF_ERROR(checkOwnFile(state / file));
     state = std::filesystem::canonical(state, code);
-    for (const auto& folder : {state / "jobs", filmConnectionFile(state).parent_path()}) {
-        if (code || (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST))
-            return Error{ErrorCode::permissionDenied, state.string(), "cannot hold the jobs' directories"};
-    }
-    lock_ = storage::FileDescriptor(open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    if (code) return Error{ErrorCode::permissionDenied, settings_.stateDirectory.string(), code.message()};
+    lock_ = storage::FileDescriptor(
+        open((state / "jobs.lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
     if (!lock_.valid()) {
         return Error{ErrorCode::permissionDenied, (state / "jobs.lock").string(), systemMessage(errno)};
     }

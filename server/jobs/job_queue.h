@@ -46,9 +46,9 @@ class JobQueue {
     JobQueue& operator=(const JobQueue&) = delete;
 
     /// Opens the state directory, goes on with the jobs that run, queues interrupted ones again (once, films
-    /// more often) and begins. Errors: invalidArgument (a root), permissionDenied, alreadyExists (another
-    /// server has this state directory), internal (the disk). A broken database is no error: it is moved
-    /// aside, said in the log.
+    /// more often) and begins. Errors: invalidArgument (a root), permissionDenied (the state directory cannot
+    /// be made, is another user's or open to others), alreadyExists (another server has it), internal (the
+    /// disk). A broken database is no error: it is moved aside, said in the log.
     Status start();
 
     /// No job is started any more and nothing calls back; running jobs go on and the next server finds them.
@@ -64,7 +64,7 @@ class JobQueue {
     /// that goes. Errors: notFound.
     Status cancel(std::string_view id);
 
-    /// Newest first, at most 200: all live ones, then the latest finished ones.
+    /// At most 200: what runs, then what waits, then what has ended, the newest first of each.
     std::vector<proto::JobStatus> list() const;
 
     /// Errors: notFound.

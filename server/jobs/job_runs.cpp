@@ -207,7 +207,7 @@ void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::str
     log::info("job {} {}", record.status.id(),
               state == State::SUCCEEDED   ? "succeeded"
               : state == State::CANCELLED ? "was cancelled"
-                                          : "failed: " + error);
+                                          : "failed: " + record.status.error());
     changed(record);
     // The store keeps the log's end.
     if (keepsFilm(record)) {

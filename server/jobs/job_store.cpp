@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/utf8.h"
 #include "server/log.h"
 
 namespace mote::server {
@@ -155,6 +156,10 @@ Result<JobRecord> readRecord(const SqlStatement& row) {
     record.number = row.integer(0);
     auto& status = record.status;
     status.set_id(row.text(1));
+    if (!isJobId(status.id())) {
+        return Error{ErrorCode::corrupt, "jobs.sqlite",
+                     fmt::format("row {} has no id of a job, but \"{}\"", record.number, status.id())};
+    }
     const auto state = row.integer(2);
     if (state < proto::JobStatus::QUEUED || state > proto::JobStatus::CANCELLED) {
         return Error{ErrorCode::corrupt, "jobs.sqlite",
@@ -178,6 +183,12 @@ Result<JobRecord> readRecord(const SqlStatement& row) {
     record.cancelRequested = row.integer(12) != 0;
     record.handle = row.text(13);
     return record;
+}
+
+/// The part of the list that it stands in: 0 runs, 1 waits, 2 has ended.
+int listedIn(const JobRecord& record) {
+    if (!isLive(record)) return 2;
+    return record.status.state() == proto::JobStatus::RUNNING ? 0 : 1;
 }
 
 constexpr int kListedLines = 5;  // of a finished job's log: a list of hundreds goes over the wire at once
@@ -226,7 +237,7 @@ Result<std::vector<JobRecord>> JobStore::load() const {
         if (record.ok()) {
             records.push_back(*std::move(record));
         } else {
-            log::warn("a job is left out: {}", record.error().toString());
+            log::warn("a job is left out: {}", toLogText(record.error().toString()));
         }
     }
     if (code != SQLITE_DONE) return failure(database_.get());
@@ -341,12 +352,14 @@ const JobRecord* JobTable::maker(std::string_view output) const {
 
 std::vector<proto::JobStatus> JobTable::list(std::size_t most) const {
     std::vector<proto::JobStatus> statuses;
-    for (const bool live : {true, false}) {
+    // What runs is never hidden behind what waits.
+    for (const int part : {0, 1, 2}) {
         for (auto entry = records_.rbegin(); entry != records_.rend(); ++entry) {
             if (statuses.size() >= most) return statuses;
-            if (isLive(entry->second) != live) continue;
+            if (listedIn(entry->second) != part) continue;
             auto& log = *statuses.emplace_back(entry->second.status).mutable_log();
-            if (!live && log.size() > kListedLines) log.DeleteSubrange(0, log.size() - kListedLines);
+            if (!isLive(entry->second) && log.size() > kListedLines)
+                log.DeleteSubrange(0, log.size() - kListedLines);
         }
     }
     return statuses;

@@ -29,6 +29,11 @@ struct JobRecord {
     std::string handle;            ///< what its runner finds the running job by; empty: it never began
 };
 
+/// 16 hexadecimal digits, in small letters: what may be the name of a job's folder.
+inline bool isJobId(std::string_view id) {
+    return id.size() == 16 && id.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
 inline bool isFilm(const JobRecord& record) {
     return record.status.request().has_film();
 }
@@ -97,8 +102,8 @@ class JobTable {
     std::vector<JobRecord*> all();
     /// A live job with this output; null: none.
     const JobRecord* maker(std::string_view output) const;
-    /// Newest first: live ones, then finished ones (with the last five lines of their logs), at most `most`
-    /// in all.
+    /// What runs, then what waits, then what has ended (with the last five lines of their logs), the newest
+    /// first of each; at most `most` in all.
     std::vector<proto::JobStatus> list(std::size_t most) const;
 
   private:

@@ -150,7 +150,8 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint
                                  size, expectedSize)};
     }
     MappedFile mapped(path.string(), std::move(file));
-    mapped.changed_ = status.st_mtim;
+    mapped.written_ = status.st_mtim;
+    mapped.changed_ = status.st_ctim;
     MOTE_RETURN_IF_ERROR(mapped.map(size));
     return mapped;
 }
@@ -173,7 +174,8 @@ Result<MappedFile> MappedFile::unpack(const std::filesystem::path& path, std::ui
     struct stat status {};
     if (::fstat(memory.file_.get(), &status) != 0)
         return systemError(errno, path.string(), "cannot be unpacked");
-    memory.changed_ = status.st_mtim;
+    memory.written_ = status.st_mtim;
+    memory.changed_ = status.st_ctim;
     MOTE_RETURN_IF_ERROR(memory.map(size));
     return memory;
 }
@@ -210,7 +212,7 @@ std::optional<Error> MappedFile::damage() const {
                                  "make it again",
                                  size, bytes_.size())};
     }
-    if (same(status.st_mtim, changed_)) return std::nullopt;
+    if (same(status.st_mtim, written_) && same(status.st_ctim, changed_)) return std::nullopt;
     return Error{ErrorCode::corrupt, path_, "was written to while in use; what was read of it is void"};
 }
 

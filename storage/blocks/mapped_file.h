@@ -74,6 +74,7 @@ class MappedFile {
           file_(std::move(other.file_)),
           bytes_(std::exchange(other.bytes_, {})),
           guard_(std::move(other.guard_)),
+          written_(other.written_),
           changed_(other.changed_) {}
     MappedFile& operator=(MappedFile&&) = delete;
     ~MappedFile();
@@ -103,7 +104,8 @@ class MappedFile {
     FileDescriptor file_;
     std::span<const std::byte> bytes_;
     MappingGuard guard_;
-    timespec changed_{};  ///< last time of writing, when it was opened
+    timespec written_{};  ///< last time of writing, when it was opened; anyone may put it back
+    timespec changed_{};  ///< likewise, and of any other change; the kernel's own
 };
 
 }  // namespace mote::storage

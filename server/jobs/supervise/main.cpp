@@ -112,6 +112,7 @@ void giveUpRights(const Rights& rights) {
         dup2(progress, kProgress);
     }
     closefrom(kProgress + 1);
+    signal(SIGXFSZ, SIG_DFL);
     setenv("HDF5_PLUGIN_PRELOAD", "::", 1);  // foreign files choose no code to load
 #ifdef __SANITIZE_ADDRESS__
     setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // looking for leaks takes ptrace, which is given up
@@ -170,6 +171,7 @@ int writeResult(const std::string& directory, int status) {
 }
 
 int run(Order order) {
+    signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes becomes an error of the write
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);

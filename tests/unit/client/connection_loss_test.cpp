@@ -82,6 +82,48 @@ TEST_F(ConnectionTest, AFatalFailureIsTheReason) {
     EXPECT_EQ(connection_->lostReason()->code, ErrorCode::resourceExhausted);
 }
 
+proto::ServerMessage tooMany() {
+    proto::ServerMessage failure;
+    failure.mutable_failure()->set_code("resource_exhausted");
+    failure.mutable_failure()->set_where("server");
+    failure.mutable_failure()->set_message("it has as many clients as it takes");
+    failure.mutable_failure()->set_fatal(true);
+    return failure;
+}
+
+/// Whichever of the server's last words and our failing write comes first.
+TEST_F(ConnectionTest, WhoIsTurnedAwayHearsWhy) {
+    for (int turn = 0; turn < 100; ++turn) {
+        connection_.emplace(server_.connectionFile(), quietSettings());
+        server_.turnAway(tooMany());
+        ASSERT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::lost; }));
+        ASSERT_EQ(connection_->lostReason()->code, ErrorCode::resourceExhausted) << "turn " << turn;
+        ASSERT_THAT(connection_->lostReason()->message, HasSubstr("as many clients"));
+        connection_.reset();
+    }
+}
+
+TEST_F(ConnectionTest, WhatTheServerSaidBeforeItClosedIsTheReasonThoughOurWritesFail) {
+    for (int turn = 0; turn < 100; ++turn) {
+        connect();
+        server_.send(tooMany());
+        server_.drop();
+        connection_->setView(viewOfWidth(5), {});
+        ASSERT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::lost; }));
+        ASSERT_EQ(connection_->lostReason()->code, ErrorCode::resourceExhausted) << "turn " << turn;
+        connection_.reset();
+    }
+}
+
+/// It hears nobody any more and says nothing: its line is not waited for.
+TEST_F(ConnectionTest, AServerThatReadsNoMoreIsLostInTheEnd) {
+    connect();
+    server_.stopReading();
+    connection_->setView(viewOfWidth(5), {});
+    ASSERT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::lost; }));
+    EXPECT_THAT(connection_->lostReason()->message, HasSubstr("closed the connection"));
+}
+
 TEST_F(ConnectionTest, GarbageInsteadOfAFrameEndsTheConnection) {
     const std::string garbage[] = {
         std::string(64, '\xff'),                        // lengths beyond every limit

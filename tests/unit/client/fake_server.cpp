@@ -51,11 +51,26 @@ FakeServer::~FakeServer() {
     stop();
 }
 
-void FakeServer::accept() {
+void FakeServer::acceptSocket() {
     drop();
     awaitReadable(listener_, "nobody connects");
     client_ = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     require(client_ >= 0, "accept");
+}
+
+void FakeServer::turnAway(const proto::ServerMessage& reason) {
+    acceptSocket();
+    const auto greeting = wire::encodeGreeting(wire::ownVersion);
+    std::vector<std::uint8_t> frame;
+    require(wire::encodeFrame(reason, 0, wire::serverLimits, frame).ok(), "too long");
+    std::string bytes(greeting.begin(), greeting.end());
+    bytes.append(frame.begin(), frame.end());
+    sendRaw(bytes);
+    drop();
+}
+
+void FakeServer::accept() {
+    acceptSocket();
     const auto greeting = wire::encodeGreeting(wire::ownVersion);
     const std::string theirs = receive(greeting.size());
     require(std::equal(theirs.begin(), theirs.end(), greeting.begin(),
@@ -125,6 +140,10 @@ void FakeServer::sendRaw(const std::string& bytes) {
         require(count > 0, "cannot send");
         done += static_cast<std::size_t>(count);
     }
+}
+
+void FakeServer::stopReading() {
+    require(::shutdown(client_, SHUT_RD) == 0, "shutdown");
 }
 
 void FakeServer::drop() {

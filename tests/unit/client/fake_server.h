@@ -31,6 +31,8 @@ class FakeServer {
     /// accept(), Hello and Welcome.
     /// `minor`: of the protocol that it speaks.
     void welcome(std::uint32_t minor = 0);
+    /// Accepts a connection, sends greeting and `reason` at once and closes, without having read a byte.
+    void turnAway(const proto::ServerMessage& reason);
     proto::ClientMessage read();
     /// The next message with this body; others (pings, credits) are let pass.
     proto::ClientMessage read(proto::ClientMessage::BodyCase body);
@@ -38,12 +40,15 @@ class FakeServer {
     bool quiet() const;
     void send(const proto::ServerMessage& message, const std::string& payload = {});
     void sendRaw(const std::string& bytes);
+    /// Closes the half of the connection that the client writes to.
+    void stopReading();
     /// Closes the connection, goes on listening.
     void drop();
     /// Ends as a killed server does: the socket's file stays.
     void stop();
 
   private:
+    void acceptSocket();
     std::string receive(std::size_t size);
 
     TempDir folder_;

@@ -210,6 +210,10 @@ TEST_F(JobRequestTest, badRequestsAreRefusedWithTheirField) {
 TEST(PlainTextTest, anyBytesBecomePrintableUtf8) {
     EXPECT_EQ(plainText("a\tb", 10), "a b");
     EXPECT_EQ(plainText("\x1b[0m", 10), "?[0m");
+    EXPECT_EQ(plainText("\xc2\x9b"
+                        "0m",
+                        10),
+              "?0m");                                          // the same in C1
     EXPECT_EQ(plainText("\xe2\x82\xac", 10), "\xe2\x82\xac");  // the euro sign
     EXPECT_EQ(plainText("\xe2\x82\xac", 2), "");               // not cut in two
     EXPECT_EQ(plainText("\xe2\x82", 10), "??");

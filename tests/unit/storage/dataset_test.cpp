@@ -11,6 +11,7 @@
 #include "storage/hash.h"
 #include "storage/manifest.h"
 #include "tests/support/temp_dir.h"
+#include "tests/unit/storage/file_time.h"
 #include "tests/unit/storage/tiny_dataset.h"
 
 namespace mote::storage {
@@ -169,6 +170,24 @@ TEST(Catalogue, ListsFindsAndNotices) {
     fs::remove_all(dir / "b.mote");
     EXPECT_TRUE(catalogue.refresh());
     EXPECT_THAT(namesOf(catalogue), ElementsAre("data/plots/deep/a"));
+}
+
+TEST(Catalogue, AManifestIsReadAgainThoughItsTimeAndSizeArePutBack) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "a.mote");
+    auto catalogue = catalogueOf(dir.path());
+    ASSERT_TRUE(catalogue.refresh());
+    const auto file = dir / "a.mote" / manifestName;
+    const auto before = fs::last_write_time(file);
+    test::awaitNextTime(file);
+    std::string text;
+    std::getline(std::ifstream(file), text, char(0));
+    const auto title = text.find("tiny");
+    ASSERT_NE(title, std::string::npos);
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary) << text.replace(title, 4, "TINY");
+    fs::last_write_time(file, before);
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_EQ(catalogue.summary().datasets(0).title(), "TINY");
 }
 
 TEST(Catalogue, ABrokenDatasetIsReportedAndTheRestListed) {

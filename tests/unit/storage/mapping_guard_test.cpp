@@ -12,6 +12,7 @@
 
 #include "storage/blocks/mapped_file.h"
 #include "tests/support/temp_dir.h"
+#include "tests/unit/storage/file_time.h"
 
 namespace mote::storage {
 namespace {
@@ -91,6 +92,19 @@ TEST_F(MappingGuardTest, AFileThatIsWrittenToIsDamaged) {
     // A time of its own, however coarse the file system's clock is.
     fs::last_write_time(path_, fs::last_write_time(path_) + std::chrono::seconds(1));
     EXPECT_THAT(file->damage()->message, HasSubstr("written to"));
+}
+
+TEST_F(MappingGuardTest, AFileThatIsWrittenToIsDamagedThoughItsTimeIsPutBack) {
+    fill(path_, page);
+    const auto file = MappedFile::open(path_, page);
+    const auto before = fs::last_write_time(path_);
+    test::awaitNextTime(path_);
+    std::fstream(path_, std::ios::in | std::ios::out | std::ios::binary) << "other";
+    fs::last_write_time(path_, before);
+    ASSERT_EQ(fs::last_write_time(path_), before);
+    const auto damage = file->damage();
+    ASSERT_TRUE(damage);
+    EXPECT_THAT(damage->message, HasSubstr("written to"));
 }
 
 TEST_F(MappingGuardTest, EachMappingHasItsOwnFaults) {
