@@ -106,6 +106,9 @@ Status JobQueue::openState() {
     if (!lockSoon(lock_.get())) {
         return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};
     }
+    // SQLite would take the umask's mode, and give its other files that of this one.
+    storage::FileDescriptor(
+        open((state / "jobs.sqlite").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
     MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state / "jobs.sqlite"));
     const bool anew = !store.setAside().empty();
     JobTable table(std::move(store));
