@@ -182,6 +182,10 @@ Status checkVideo(RawOptions& raw, const cli::Command& app) {
         return refusal("--video", "is made of pixels: not of svg, eps or pdf");
     if (options.task == FramesTask::detach && document)
         return refusal("--format", "a detached film has pictures of pixels: png, png16, exr or jpg");
+    if (options.task == FramesTask::detach && raw.chroma != "full")
+        return refusal(
+            "--chroma",
+            "a detached film keeps the colour of each point; --fetch makes another of its pictures");
     if (app.count("--crf") > 0 && raw.video.empty()) return refusal("--crf", "is of a video: give --video");
     if (options.keepFrames && raw.video.empty())
         return refusal("--keep-frames", "is for --video; without it the pictures are all that is made");
