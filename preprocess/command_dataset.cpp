@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The subcommands about a dataset that is there: info, verify and export.
+// The subcommands about a dataset that is there: info and verify.
 #include <fmt/format.h>
 
 #include <memory>
 
 #include "preprocess/command_line.h"
 #include "preprocess/console.h"
-#include "preprocess/export_vdb.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
@@ -20,8 +20,6 @@ namespace {
 /// A subcommand's arguments, of which all have the first.
 struct Options {
     std::string dataset;
-    std::string file;
-    std::uint32_t step = 0;
 };
 
 int info(const CommandLine& line, const Options& options) {
@@ -58,24 +56,10 @@ int verify(const CommandLine& line, const Options& options) {
             [&](double done) { progress.report(done, "verifying"); });
     }();
     if (errors.size() == 1 && errors.front().code == ErrorCode::cancelled) return fail(line, errors.front());
-    for (const auto& error : errors) fmt::print(stderr, "mote-prep: {}\n", toTerminalText(error.toString()));
+    for (const auto& error : errors) complain("mote-prep", error.toString());
     if (line.json) printJson(options.dataset, errors);
     if (errors.empty() && !line.json && !line.quiet) fmt::print("{}: whole\n", options.dataset);
     return errors.empty() ? 0 : 1;
-}
-
-int exportStep(const CommandLine& line, const Options& options) {
-    const auto manifest = storage::readManifest(options.dataset);
-    if (!manifest.ok()) return fail(line, manifest.error());
-    const auto made = exportVdb(options.dataset, *manifest, options.step, options.file);
-    if (!made.ok()) return fail(line, made.error());
-    if (line.json) {
-        JsonObject object;
-        fmt::print("{}\n", object.add("output", options.file).add("step", options.step).text());
-    } else if (!line.quiet) {
-        fmt::print("{}: {} of step {}\n", options.file, *made, options.step);
-    }
-    return 0;
 }
 
 /// Adds what all have: the dataset, the flags, `examples`, and that the command runs `run`.
@@ -102,21 +86,6 @@ void addVerifyCommand(const cli::Command& program, CommandLine& line) {
     addDatasetCommand(program.subcommand("verify", "Check every byte of a dataset"), line,
                       std::make_shared<Options>(), "Example:\n  mote-prep verify beam.mote && echo whole",
                       verify);
-}
-
-void addExportCommand(const cli::Command& program, CommandLine& line) {
-    const auto command = program.subcommand("export", "Write a step's volume for other tools");
-    const auto options = std::make_shared<Options>();
-    command.option("--vdb", options->file, "The OpenVDB file to make, which must not exist")
-        .required()
-        .valueName("FILE");
-    command.option("--step", options->step, "Index of the step").showDefault().valueName("N");
-    addDatasetCommand(
-        command, line, options,
-        "Example:\n  mote-prep export beam.mote --step 3 --vdb beam-3.vdb\n\nOf particles: a grid "
-        "\"density\". Of a hybrid volume: the low-resolution \"volume\" and the \"residual\" to add "
-        "to it.",
-        exportStep);
 }
 
 }  // namespace mote::prep

@@ -20,6 +20,7 @@ struct Options {
     std::string request;
     std::vector<std::string> roots;
     int progressDescriptor = -1;
+    std::string output, draft;
     JobResources resources;
 };
 
@@ -32,7 +33,8 @@ int run(const CommandLine& line, const Options& options) {
     proto::JobRequest request;
     const auto read = readJsonFile(options.request, request);
     if (!read.ok()) return fail(line, read.error());
-    return runAndPrint(line, request, *roots, options.resources, options.progressDescriptor);
+    return runAndPrint(line, request, *roots, options.resources,
+                       {options.progressDescriptor, options.output, options.draft});
 }
 
 }  // namespace
@@ -47,6 +49,13 @@ void addJobCommand(const cli::Command& program, CommandLine& line) {
     command.option("--progress-fd", options->progressDescriptor, "Write progress as JSON lines")
         .range(0, 1 << 20)
         .valueName("N");
+    command
+        .option("--output", options->output, "The file to make, of a request that has no output: an export")
+        .valueName("FILE");
+    command
+        .option("--draft", options->draft,
+                "Make the output as OUTPUT.partial-ID/NAME, for who then puts it in place")
+        .valueName("ID");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
     command.footer(examples);

@@ -12,6 +12,7 @@
 #include "preprocess/job_kinds.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/utf8.h"
 #include "storage/dataset_kind.h"
@@ -33,11 +34,16 @@ Error inField(const Error& error, std::string_view field) {
             error.message};
 }
 
-Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roots& roots) {
+Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roots& roots,
+                            const ServedJob& served) {
+    if (request.output().empty() && !served.output.empty()) return served.output;
     if (request.output().empty()) return Error{ErrorCode::invalidArgument, "output", "is missing"};
-    if (roots.empty()) return fs::path(request.output());
-    auto path = roots.resolveNew(request.output());
-    return path.ok() ? path : inField(path.error(), "output");
+    auto path = roots.empty() ? Result<fs::path>(request.output()) : roots.resolveNew(request.output());
+    if (!path.ok()) return inField(path.error(), "output");
+    if (served.draft.empty()) return path;
+    const auto name = path->filename();
+    *path += ".partial-" + served.draft;
+    return *path / name;
 }
 
 Result<fs::path> inputPath(const JobInput& input, const storage::Roots& roots) {
@@ -59,8 +65,8 @@ Result<std::vector<fs::path>> inputPaths(const proto::JobRequest& request, const
 /// With roots, inputs and output are "ROOT/PATH" beneath them; without, paths. Errors: invalidArgument with
 /// the field's path, and the job's own.
 Result<JobOutcome> runJob(const proto::JobRequest& request, const storage::Roots& roots,
-                          const JobResources& resources, Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto output, outputPath(request, roots));
+                          const ServedJob& served, const JobResources& resources, Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(auto output, outputPath(request, roots, served));
     const auto found =
         std::ranges::find(jobKinds, request.kind_case(), [](const auto* kind) { return kind->kind; });
     if (found == jobKinds.end()) {
@@ -140,16 +146,16 @@ void addDatasetOptions(const cli::Command& command, CommandLine& line,
 }
 
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
-                const JobResources& resources, int progressDescriptor) {
+                const JobResources& resources, const ServedJob& served) {
     const auto begin = std::chrono::steady_clock::now();
     auto ranks = joinRanks(line.signal);
     if (!ranks.ok()) return fail(line, ranks.error());
     const bool first = (*ranks)->first();
     auto outcome = [&] {
-        ConsoleProgress progress(line.signal, {line.quiet || !first, first ? progressDescriptor : -1});
+        ConsoleProgress progress(line.signal, {line.quiet || !first, first ? served.progressDescriptor : -1});
         auto together = resources;
         together.ranks = ranks->get();
-        return runJob(request, roots, together, progress);
+        return runJob(request, roots, served, together, progress);
     }();
     // What all ranks know, one says.
     if (!first) return outcome.ok() ? 0 : 1;
@@ -165,10 +171,10 @@ int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const
 
 int fail(const CommandLine& line, const Error& error) {
     if (error.code == ErrorCode::cancelled && line.signal.received() != 0) {
-        fmt::print(stderr, "mote-prep: cancelled, nothing was made\n");
+        complain("mote-prep", "cancelled, nothing was made");
         return 128 + line.signal.received();
     }
-    fmt::print(stderr, "mote-prep: {}\n", toTerminalText(error.toString()));
+    complain("mote-prep", error.toString());
     return error.code == ErrorCode::invalidArgument ? 2 : 1;
 }
 

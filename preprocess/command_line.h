@@ -30,7 +30,6 @@ struct CommandLine {
 /// The subcommands that make nothing; those of jobs are in job_kinds.h.
 void addInfoCommand(const cli::Command& program, CommandLine& line);
 void addVerifyCommand(const cli::Command& program, CommandLine& line);
-void addExportCommand(const cli::Command& program, CommandLine& line);
 void addJobCommand(const cli::Command& program, CommandLine& line);
 
 /// --json and --quiet.
@@ -64,9 +63,16 @@ void addDatasetOptions(const cli::Command& command, CommandLine& line,
                        const std::shared_ptr<DatasetOptions>& options,
                        std::function<void(proto::JobRequest&)> complete);
 
+/// How a server has its jobs run.
+struct ServedJob {
+    int progressDescriptor = -1;   ///< JSON lines are written there; -1: nowhere
+    std::filesystem::path output;  ///< of a request that has none
+    std::string draft;             ///< not empty: OUTPUT is made as OUTPUT.partial-DRAFT/NAME, and left there
+};
+
 /// Runs a job with a progress bar, then prints what it made.
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
-                const JobResources& resources, int progressDescriptor = -1);
+                const JobResources& resources, const ServedJob& served = {});
 
 /// Prints the error on stderr; 2 for wrong usage, 128 + signal where one came, else 1.
 int fail(const CommandLine& line, const Error& error);

@@ -12,6 +12,7 @@ namespace {
 constexpr const char* examples = R"(Examples:
   mote-prep particles run.h5 --axes x,px,y --out plots/beam.mote
   mote-prep particles dtl/fort.1??.gz --axes x,y,energy --format impactz --out dtl.mote
+  mote-prep particles beam.mote --axes y,py,delta --out again.mote
   mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
 Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a plot's bounds are the least and the
@@ -27,6 +28,8 @@ struct Options {
     std::string format;
     std::string species;
     std::string steps;
+    std::string columns;
+    std::string lost;
     std::vector<std::string> bounds;
     std::optional<std::uint32_t> volumeLevel, leafCapacity, maxLevel;
     std::optional<double> frequency, mass, kineticEnergy, current;
@@ -78,6 +81,10 @@ Result<proto::JobRequest> toRequest(const Options& options) {
     job.set_format(options.format == "auto" ? "" : options.format);
     job.set_species(options.species);
     job.set_steps(options.steps);
+    if (!options.columns.empty()) {
+        for (const auto& column : split(options.columns, ',')) job.add_columns(column);
+    }
+    job.set_lost(options.lost);
     if (options.volumeLevel) job.set_volume_level(*options.volumeLevel);
     if (options.leafCapacity) job.set_leaf_capacity(*options.leafCapacity);
     if (options.maxLevel) job.set_max_level(*options.maxLevel);
@@ -90,14 +97,26 @@ Result<proto::JobRequest> toRequest(const Options& options) {
 }
 
 void addInputOptions(const cli::Command& command, Options& options) {
-    command.option("INPUT", options.inputs, "The files of one run").required();
-    command.option("--format", options.format, "auto, openpmd, h5part, impactz, impactt, sdds, csv or npy")
-        .oneOf({"auto", "openpmd", "h5part", "impactz", "impactt", "sdds", "csv", "npy"})
+    command.option("INPUT", options.inputs, "The files of one run, or a dataset with columns").required();
+    command
+        .option("--format", options.format,
+                "auto, openpmd, h5part, impactz, impactt, astra, tracewin, genesis4, sdds, elegant, csv, npy "
+                "or npz")
+        .oneOf({"auto", "openpmd", "h5part", "impactz", "impactt", "astra", "tracewin", "genesis4", "sdds",
+                "elegant", "csv", "npy", "npz"})
         .valueName("NAME");
     command.option("--species", options.species, "openPMD species; needed where there are several")
         .valueName("NAME");
     command.option("--steps", options.steps, "Step indices, the last included")
         .valueName("FIRST:LAST:STRIDE");
+    command.option(
+        "--columns", options.columns,
+        "Columns kept beside the points, with commas between; none: none. Default: those of the source");
+    command
+        .option("--lost", options.lost,
+                "Particles that the source marks as lost: without (the default), with or only these")
+        .oneOf({"without", "with", "only"})
+        .valueName("WHICH");
     command.option("--frequency", options.frequency, "IMPACT: scaling frequency, Hz").valueName("HZ");
     command.option("--mass", options.mass, "IMPACT: rest mass, eV/c^2").valueName("EV");
     command.option("--kinetic-energy", options.kineticEnergy, "IMPACT: reference kinetic energy, eV")

@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/utf8.h"
 
@@ -106,7 +107,7 @@ void ConsoleProgress::note(std::string_view sentence) {
     if (options_.quiet) return;
     const std::lock_guard lock(mutex_);
     clearBar();
-    fmt::print(stderr, "mote-prep: {}\n", toTerminalText(sentence));
+    complain("mote-prep", sentence);
     drawBar();
 }
 

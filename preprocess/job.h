@@ -17,12 +17,19 @@
 
 namespace mote::prep {
 
-/// The input as seen from the folder that holds the dataset `output`, so that a manifest does not depend on
-/// where or how it was made.
+/// Where what is made will lie in the end: a server's jobs make FOLDER/NAME as FOLDER/NAME.partial-ID/NAME.
+inline std::filesystem::path finalFolder(const std::filesystem::path& output) {
+    const auto folder = output.parent_path();
+    const auto draft = output.filename().string() + ".partial-";
+    return folder.filename().string().starts_with(draft) ? folder.parent_path() : folder;
+}
+
+/// The input as seen from the folder that is to hold the dataset `output`, so that a manifest does not depend
+/// on where or how it was made.
 inline std::string portableInput(const std::filesystem::path& input, const std::filesystem::path& output) {
     namespace fs = std::filesystem;
     std::error_code code;
-    const auto folder = fs::weakly_canonical(fs::absolute(output, code).parent_path(), code);
+    const auto folder = fs::weakly_canonical(finalFolder(fs::absolute(output, code)), code);
     return fs::weakly_canonical(fs::absolute(input, code), code).lexically_relative(folder).string();
 }
 

@@ -35,13 +35,13 @@ struct JobKind {
     Result<proto::Manifest> (*run)(const Job& job);
 };
 
-extern const JobKind synthJob, particlesJob, imageJob, meshJob, stippleJob, volumeJob;
+extern const JobKind synthJob, particlesJob, imageJob, meshJob, stippleJob, volumeJob, exportJob;
 
 /// All kinds, in the order in which help lists them.
 inline constexpr std::array jobKinds{
 #ifdef MOTE_HAVE_SYNTH
     &synthJob,
 #endif
-    &particlesJob, &imageJob, &meshJob, &stippleJob, &volumeJob};
+    &particlesJob, &imageJob, &meshJob, &stippleJob, &volumeJob, &exportJob};
 
 }  // namespace mote::prep

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "preprocess/job_kinds.h"
+#include "storage/arrays/hdf5_layout.h"
 #include "storage/storage_error.h"
 
 namespace {
@@ -45,6 +46,7 @@ void keepFreedMemory() {
 
 int main(int argc, char** argv) {
     keepFreedMemory();
+    storage::leaveHdf5Untidied();
     const prep::CancelSignal signal;
     prep::CommandLine line{signal};
     const cli::Program commandLine(
@@ -56,7 +58,6 @@ int main(int argc, char** argv) {
     for (const auto* kind : prep::jobKinds) kind->addCommand(program, line);
     prep::addInfoCommand(program, line);
     prep::addVerifyCommand(program, line);
-    prep::addExportCommand(program, line);
     prep::addJobCommand(program, line);
     if (const auto end = commandLine.parse(argc, argv)) return *end;
     return runCommand(line);

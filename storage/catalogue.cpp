@@ -9,6 +9,7 @@
 
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/system_error.h"
+#include "storage/files/walk_folders.h"
 #include "storage/manifest.h"
 
 namespace mote::storage {
@@ -34,6 +35,11 @@ bool isDataset(const fs::path& path) {
     return path.extension() == datasetSuffix && path.stem() != "";
 }
 
+/// What a job makes a dataset in (dataset_writer.h): nothing in it is one.
+bool isDraft(const fs::path& path) {
+    return path.filename().string().find(std::string(datasetSuffix) + ".partial-") != std::string::npos;
+}
+
 std::string_view withoutSuffix(std::string_view name) {
     const std::string_view suffix = datasetSuffix;
     if (name.ends_with(suffix)) name.remove_suffix(suffix.size());
@@ -51,6 +57,10 @@ bool Catalogue::refresh() {
     for (const auto& root : roots_.entries()) walkRoot(root, walk);
     std::sort(walk.entries.begin(), walk.entries.end(),
               [](const Entry& a, const Entry& b) { return a.name < b.name; });
+    // A folder that is renamed while its parent is listed may be seen twice.
+    walk.entries.erase(std::unique(walk.entries.begin(), walk.entries.end(),
+                                   [](const Entry& a, const Entry& b) { return a.name == b.name; }),
+                       walk.entries.end());
     const bool changed =
         !std::equal(entries_.begin(), entries_.end(), walk.entries.begin(), walk.entries.end(), sameEntry);
     entries_ = std::move(walk.entries);
@@ -60,33 +70,38 @@ bool Catalogue::refresh() {
 }
 
 void Catalogue::walkRoot(const Roots::Entry& root, Walk& walk) {
-    std::error_code code;
-    // A recursive iterator does not follow links to folders unless asked to.
-    fs::recursive_directory_iterator at(root.folder, fs::directory_options::skip_permission_denied, code);
-    for (; !code && at != fs::recursive_directory_iterator(); at.increment(code)) {
-        if (walk.entries.size() >= maxDatasets || ++walk.visited > maxVisited) {
-            if (!std::exchange(walk.full, true)) {
-                walk.fail({ErrorCode::resourceExhausted, root.name,
-                           fmt::format("the catalogue stops at {} datasets and {} files and folders",
-                                       maxDatasets, maxVisited)});
-            }
-            return;
+    using Next = FolderWalk::Next;
+    FolderWalk folders;
+    folders.maxDepth = maxDepth;
+    folders.count = [&] {
+        if (walk.entries.size() < maxDatasets && ++walk.visited <= maxVisited) return true;
+        if (!std::exchange(walk.full, true)) {
+            walk.fail({ErrorCode::resourceExhausted, root.name,
+                       fmt::format("the catalogue stops at {} datasets and {} files and folders", maxDatasets,
+                                   maxVisited)});
         }
-        std::error_code ignored;
-        if (at->symlink_status(ignored).type() != fs::file_type::directory) continue;
-        if (at.depth() >= maxDepth) at.disable_recursion_pending();
-        if (!isDataset(at->path())) continue;
-        at.disable_recursion_pending();
-        const auto relative = at->path().lexically_relative(root.folder).generic_string();
-        addDataset(at->path(), root.name + "/" + std::string(withoutSuffix(relative)), walk);
-    }
-    if (code) walk.fail(systemError(code.value(), root.name, "its folders cannot be listed"));
+        return false;
+    };
+    folders.visit = [&](const fs::path& folder) {
+        if (isDraft(folder)) return Next::pass;
+        if (!isDataset(folder)) return Next::enter;
+        const auto relative = folder.generic_string();
+        addDataset(root.folder / folder, root.name + "/" + std::string(withoutSuffix(relative)), walk);
+        return Next::pass;
+    };
+    folders.unreadable = [&](const fs::path& folder, int error) {
+        walk.fail(systemError(error, (root.name / folder).generic_string(), "its folders cannot be listed"));
+    };
+    walkFolders(root.folder, folders);
 }
 
 void Catalogue::addDataset(const fs::path& directory, std::string name, Walk& walk) {
     struct stat status {};
     if (::stat((directory / manifestName).c_str(), &status) != 0) {
-        return walk.fail(systemError(errno, name, "its manifest.json cannot be read"));
+        const int error = errno;
+        std::error_code code;
+        if (error == ENOENT && !fs::exists(directory, code)) return;  // it went while it was looked at
+        return walk.fail(systemError(error, name, "its manifest.json cannot be read"));
     }
     const Stamp stamp{
         status.st_dev,         status.st_ino,          static_cast<std::uint64_t>(status.st_size),

@@ -3,9 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <span>
+
 #include "protocol/scene/json.h"
 #include "storage/dataset_kind.h"
 #include "storage/files/dataset_file.h"
+#include "storage/hash.h"
 
 namespace mote::storage {
 namespace {
@@ -17,7 +20,8 @@ Error corrupt(std::string where, std::string message) {
 /// A file directly in the dataset: no name leads out of it.
 bool isPlainName(const std::string& name) {
     return !name.empty() && name.size() <= 255 && name != "." && name != ".." && name != manifestName &&
-           name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+           name != manifestDigestName && name.find('/') == std::string::npos &&
+           name.find('\0') == std::string::npos;
 }
 
 bool isHex32(const std::string& text) {
@@ -34,6 +38,17 @@ Status checkFiles(const proto::Manifest& manifest, FileNames& names) {
         if (!isHex32(file.xxh3_128())) return corrupt(where + ".xxh3128", "must be 32 hexadecimal digits");
     }
     return success();
+}
+
+/// Nobody else keeps the manifest's hash. A dataset may have none: it was made before there was one.
+Status checkDigest(const std::filesystem::path& directory, std::string_view text) {
+    constexpr std::size_t most = 256;
+    const auto digest = readWhole(directory / manifestDigestName, most);
+    if (!digest.ok()) return digest.error().code == ErrorCode::notFound ? success() : Status(digest.error());
+    if (*digest == manifestDigest(text)) return success();
+    return corrupt((directory / manifestName).string(),
+                   fmt::format("differs from its digest in {}: the dataset is damaged; copy or make it again",
+                               manifestDigestName));
 }
 
 Error inFile(const std::filesystem::path& path, Error error) {
@@ -60,6 +75,7 @@ Status checkManifest(const proto::Manifest& manifest) {
 Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {
     const auto path = directory / manifestName;
     MOTE_ASSIGN_OR_RETURN(const auto text, readWhole(path, manifestLimit));
+    MOTE_RETURN_IF_ERROR(checkDigest(directory, text));
     proto::Manifest manifest;
     const auto parsed = parseJson(text, manifest, path.string());
     // A dataset's own file that is not what it must be is damage, not somebody's wrong argument.
@@ -77,7 +93,12 @@ Status writeManifest(const std::filesystem::path& directory, const proto::Manife
     if (text.size() > manifestLimit) {
         return Error{ErrorCode::resourceExhausted, path.string(), "would be larger than a manifest may be"};
     }
+    MOTE_RETURN_IF_ERROR(writeNewFile(directory / manifestDigestName, manifestDigest(text)));
     return writeNewFile(path, text);
+}
+
+std::string manifestDigest(std::string_view text) {
+    return fmt::format("{}  {}\n", hash128(std::as_bytes(std::span(text))), manifestName);
 }
 
 const proto::FileEntry* findFile(const proto::Manifest& manifest, const std::string& name) {

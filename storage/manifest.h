@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -15,6 +17,8 @@ namespace mote::storage {
 
 inline constexpr std::uint32_t formatVersion = 1;
 inline constexpr const char* manifestName = "manifest.json";
+/// Its own hash, as `xxhsum -H2` prints and checks it.
+inline constexpr const char* manifestDigestName = "manifest.digest";
 inline constexpr const char* datasetSuffix = ".mote";
 /// Steps of one dataset; keeps a manifest well below manifestLimit.
 inline constexpr int maxSteps = 10000;
@@ -27,12 +31,16 @@ inline constexpr int densityHistogramBins = 128;
 /// unsupported (a kind or format of a later version), with the field's path.
 Status checkManifest(const proto::Manifest& manifest);
 
-/// Reads and checks `directory`/manifest.json. Errors: notFound, permissionDenied, corrupt, unsupported.
+/// Reads and checks `directory`/manifest.json, also against its digest where that is there: datasets made
+/// before it was have none. Errors: notFound, permissionDenied, corrupt, unsupported.
 Result<proto::Manifest> readManifest(const std::filesystem::path& directory);
 
-/// Checks, writes and syncs `directory`/manifest.json, a new file. Errors: as checkManifest,
+/// Checks, writes and syncs `directory`/manifest.json and its digest, new files. Errors: as checkManifest,
 /// resourceExhausted (disk full), permissionDenied, alreadyExists.
 Status writeManifest(const std::filesystem::path& directory, const proto::Manifest& manifest);
+
+/// What manifest.digest says of a manifest's text.
+std::string manifestDigest(std::string_view text);
 
 /// The entry of a file, nullptr where the manifest has none.
 const proto::FileEntry* findFile(const proto::Manifest& manifest, const std::string& name);

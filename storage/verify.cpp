@@ -39,7 +39,7 @@ void DatasetVerifier::findExtra() {
     fs::directory_iterator at(directory_, code);
     for (; !code && at != fs::directory_iterator() && errors_.size() < maxErrors; at.increment(code)) {
         const auto name = at->path().filename().string();
-        if (name == manifestName || findFile(manifest_, name)) continue;
+        if (name == manifestName || name == manifestDigestName || findFile(manifest_, name)) continue;
         errors_.push_back({ErrorCode::corrupt, at->path().string(), "is no part of the dataset"});
     }
     if (code) errors_.push_back(systemError(code.value(), directory_.string(), "cannot be listed"));

@@ -14,6 +14,7 @@
 #include "client/frames/video/video_key.h"
 #include "client/frames/video_file.h"
 #include "client/shared/known_datasets.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/film_job.h"
 #include "protocol/scene/json.h"
 
@@ -58,8 +59,7 @@ Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const 
 }
 
 Result<KnownData> askServer(PictureServer& server, const proto::Script& script) {
-    using Line = Connection::State;
-    MOTE_RETURN_IF_ERROR(server.waitUntil([&] { return server.line().state() == Line::connected; }));
+    MOTE_RETURN_IF_ERROR(server.waitUntilConnected());
     MOTE_ASSIGN_OR_RETURN(const auto catalogue, server.answerTo<proto::Catalogue>([&](auto reply) {
         server.line().listDatasets(std::move(reply));
     }));
@@ -167,7 +167,7 @@ FilmOrder orderOf(const FramesOptions& options, const Film& film) {
 /// A run that stopped says how to go on.
 void tellKept(const FramesOptions& options, const FrameSink& sink) {
     const auto kept = sink.kept();
-    if (!kept.empty() && !options.quiet) fmt::print(stderr, "mote-frames: {}\n", kept);
+    if (!kept.empty() && !options.quiet) complain("mote-frames", kept);
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 // Draws a script, from servers to files. Main thread.
 #pragma once
 
-#include "client/frames/interrupt.h"
 #include "client/frames/options.h"
+#include "client/shared/interrupt.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 

@@ -225,8 +225,8 @@ Status FilmRun::failed(std::size_t index, const Error& error) {
 
 /// What the finishing threads are through with.
 Status FilmRun::settle() {
-    for (const auto& [index, status] : finishing_.take()) {
-        if (!status.ok()) return status.error();
+    MOTE_ASSIGN_OR_RETURN(const auto finished, finishing_.take());
+    for (const auto index : finished) {
         ++done_;
         attempts_.erase(index);
         const auto report = drawn_.extract(index);

@@ -17,11 +17,11 @@
 #include "client/frames/finishing_threads.h"
 #include "client/frames/frame_report.h"
 #include "client/frames/frame_sink.h"
-#include "client/frames/interrupt.h"
 #include "client/frames/picture_file.h"
 #include "client/frames/picture_server.h"
 #include "client/frames/progress_bar.h"
-#include "client/frames/wakeup.h"
+#include "client/shared/interrupt.h"
+#include "client/shared/wakeup.h"
 #include "protocol/scene/film/film.h"
 
 namespace mote::client {

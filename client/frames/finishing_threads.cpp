@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/frames/finishing_threads.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -12,6 +13,11 @@ FinishingThreads::FinishingThreads(FrameSink& sink, unsigned threads, std::funct
 }
 
 FinishingThreads::~FinishingThreads() {
+    end();
+}
+
+/// Waits for what is under way and drops the rest.
+void FinishingThreads::end() {
     {
         const std::lock_guard lock(mutex_);
         ending_ = true;
@@ -19,6 +25,7 @@ FinishingThreads::~FinishingThreads() {
     }
     changed_.notify_all();
     for (auto& thread : threads_) thread.join();
+    threads_.clear();
 }
 
 void FinishingThreads::post(DrawnFrame frame) {
@@ -30,10 +37,21 @@ void FinishingThreads::post(DrawnFrame frame) {
     changed_.notify_one();
 }
 
-std::vector<FinishingThreads::Finished> FinishingThreads::take() {
-    const std::lock_guard lock(mutex_);
-    open_ -= finished_.size();
-    return std::exchange(finished_, {});
+Result<std::vector<std::size_t>> FinishingThreads::take() {
+    std::unique_lock lock(mutex_);
+    const auto failed = [](const Finished& finished) { return !finished.status.ok(); };
+    if (std::ranges::any_of(finished_, failed)) {
+        // Threads fail in any order; who runs a script again hears the same.
+        lock.unlock();
+        end();
+        std::erase_if(finished_, [&](const Finished& finished) { return !failed(finished); });
+        return std::ranges::min_element(finished_, {}, &Finished::index)->status.error();
+    }
+    std::vector<std::size_t> frames;
+    for (const auto& finished : finished_) frames.push_back(finished.index);
+    finished_.clear();
+    open_ -= frames.size();
+    return frames;
 }
 
 void FinishingThreads::work() {

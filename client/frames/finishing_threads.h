@@ -19,11 +19,6 @@ namespace mote::client {
 
 class FinishingThreads {
   public:
-    struct Finished {
-        std::size_t index = 0;
-        Status status = success();
-    };
-
     /// The sink outlives it. `wake`: something was finished.
     FinishingThreads(FrameSink& sink, unsigned threads, std::function<void()> wake);
     /// Waits for what is under way and drops the rest.
@@ -32,12 +27,20 @@ class FinishingThreads {
     FinishingThreads& operator=(const FinishingThreads&) = delete;
 
     void post(DrawnFrame frame);
-    std::vector<Finished> take();
+    /// The frames that were finished since the last call. Errors: why the first frame of the film, among
+    /// those under way, could not be; nothing is to be posted after it.
+    Result<std::vector<std::size_t>> take();
     /// Frames that were posted and not taken.
     std::size_t open() const { return open_; }
 
   private:
+    struct Finished {
+        std::size_t index = 0;
+        Status status = success();
+    };
+
     void work();
+    void end();
 
     FrameSink& sink_;
     const std::function<void()> wake_;

@@ -5,27 +5,9 @@
 
 #include <cstdio>
 
+#include "protocol/scene/json_string.h"
+
 namespace mote::client {
-namespace {
-
-/// A JSON string. Bytes beyond ASCII are passed on as they are: names of files are UTF-8 nearly always.
-std::string jsonString(std::string_view text) {
-    std::string result = "\"";
-    for (const char each : text) {
-        if (each == '"' || each == '\\') {
-            result += '\\';
-            result += each;
-        } else if (static_cast<unsigned char>(each) < 0x20) {
-            result += fmt::format("\\u{:04x}", static_cast<unsigned>(each));
-        } else {
-            result += each;
-        }
-    }
-    return result + '"';
-}
-
-}  // namespace
-
 void FrameReport::add(const proto::Frame& message) {
     device = message.device();
     pointsDrawn += message.points_drawn();

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
 
 #include <cstdio>
 #include <exception>
 
 #include "client/frames/draw_film.h"
-#include "client/frames/interrupt.h"
 #include "client/frames/options.h"
 #include "client/frames/remote_film.h"
+#include "client/shared/interrupt.h"
 #include "client/shared/script.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/film/check_script.h"
-#include "protocol/scene/utf8.h"
 
 namespace mote::client {
 namespace {
@@ -36,7 +35,7 @@ int run(int argc, const char* const* argv) {
     if (const int* status = std::get_if<int>(&parsed)) return *status;
     const auto done = runTask(std::get<FramesOptions>(parsed), interrupt);
     if (done.ok()) return 0;
-    fmt::print(stderr, "mote-frames: {}\n", toTerminalText(done.error().toString()));
+    complain("mote-frames", done.error().toString());
     return interrupt.requested() ? killedBy + interrupt.signal() : failure;
 }
 
@@ -47,7 +46,7 @@ int main(int argc, char** argv) {
     try {
         return mote::client::run(argc, argv);
     } catch (const std::exception& error) {
-        fmt::print(stderr, "mote-frames: {}\n", mote::toTerminalText(error.what()));
+        mote::complain("mote-frames", error.what());
         return 1;
     }
 }

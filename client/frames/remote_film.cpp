@@ -8,10 +8,10 @@
 #include <system_error>
 
 #include "client/frames/picture_file.h"
-#include "client/frames/picture_server.h"
 #include "client/frames/progress_bar.h"
 #include "client/frames/video_of_frames.h"
 #include "client/shared/film_download.h"
+#include "client/shared/server_line.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film_job.h"
 #include "protocol/scene/utf8.h"
@@ -24,20 +24,22 @@ namespace fs = std::filesystem;
 /// What the line brings of one film.
 class Fetching {
   public:
-    Fetching(PictureServer& server, std::string id) : server_(server), id_(std::move(id)) {}
+    Fetching(ServerLine& server, std::string id) : server_(server), id_(std::move(id)) {}
 
     /// The status of the job. Errors: notFound.
     Result<proto::JobStatus> job() {
-        MOTE_ASSIGN_OR_RETURN(const auto jobs, server_.answerTo<proto::Jobs>([&](auto reply) {
-            server_.line().watchJobs(std::move(reply));
-        }));
-        const auto found = std::find_if(jobs.jobs().begin(), jobs.jobs().end(),
-                                        [&](const auto& job) { return job.id() == id_; });
-        if (found == jobs.jobs().end())
-            return Error{ErrorCode::notFound, "--fetch", fmt::format("the server knows no job \"{}\"", id_)};
-        if (!found->request().has_film())
-            return Error{ErrorCode::invalidArgument, "--fetch", fmt::format("job {} is no film", id_)};
-        return *found;
+        for (std::uint64_t first = 0;;) {
+            MOTE_ASSIGN_OR_RETURN(const auto page, server_.answerTo<proto::Jobs>([&](auto reply) {
+                server_.line().listJobs(first, std::move(reply));
+            }));
+            const auto found = std::find_if(page.jobs().begin(), page.jobs().end(),
+                                            [&](const auto& job) { return job.id() == id_; });
+            if (found != page.jobs().end()) return checked(*found);
+            if (page.jobs().empty())
+                return Error{ErrorCode::notFound, "--fetch",
+                             fmt::format("the server knows no job \"{}\"", id_)};
+            first += static_cast<std::uint64_t>(page.jobs_size());
+        }
     }
 
     /// The video, or the pictures, as files; how many they are.
@@ -53,15 +55,20 @@ class Fetching {
     }
 
   private:
-    PictureServer& server_;
+    Result<proto::JobStatus> checked(const proto::JobStatus& job) const {
+        if (job.request().has_film()) return job;
+        return Error{ErrorCode::invalidArgument, "--fetch", fmt::format("job {} is no film", id_)};
+    }
+
+    ServerLine& server_;
     const std::string id_;
 };
 
-Result<std::unique_ptr<PictureServer>> connected(const FramesOptions& options, Wakeup& wakeup,
-                                                 const Interrupt& interrupt) {
-    MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open({options.connect.front()}, wakeup, interrupt));
-    MOTE_RETURN_IF_ERROR(
-        server->waitUntil([&] { return server->line().state() == Connection::State::connected; }));
+Result<std::unique_ptr<ServerLine>> connected(const FramesOptions& options, Wakeup& wakeup,
+                                              const Interrupt& interrupt) {
+    MOTE_ASSIGN_OR_RETURN(auto server,
+                          ServerLine::open("mote-frames", {options.connect.front()}, wakeup, interrupt));
+    MOTE_RETURN_IF_ERROR(server->waitUntilConnected());
     return server;
 }
 

@@ -3,8 +3,8 @@
 // Films that a server makes as jobs: left with it, and fetched. Main thread.
 #pragma once
 
-#include "client/frames/interrupt.h"
 #include "client/frames/options.h"
+#include "client/shared/interrupt.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 

@@ -177,6 +177,20 @@ void Connection::cancelJob(const std::string& id, Reply<proto::JobStatus> reply)
                typed(std::move(reply), &proto::ServerMessage::mutable_job));
 }
 
+void Connection::retryJob(const std::string& id, Reply<proto::JobStatus> reply) {
+    proto::ClientMessage question;
+    question.mutable_retry_job()->set_id(id);
+    impl_->ask(std::move(question), proto::ServerMessage::kJob,
+               typed(std::move(reply), &proto::ServerMessage::mutable_job));
+}
+
+void Connection::listJobs(std::uint64_t first, Reply<proto::Jobs> reply) {
+    proto::ClientMessage question;
+    question.mutable_list_jobs()->set_first(first);
+    impl_->ask(std::move(question), proto::ServerMessage::kJobs,
+               typed(std::move(reply), &proto::ServerMessage::mutable_jobs));
+}
+
 void Connection::watchJobs(Reply<proto::Jobs> reply) {
     proto::ClientMessage question;
     question.mutable_watch_jobs();
@@ -239,7 +253,8 @@ Connection::Impl::~Impl() {
     thread_.join();
 }
 
-void Connection::Impl::ask(proto::ClientMessage question, Body expected, Answer answer) {
+std::uint64_t Connection::Impl::ask(proto::ClientMessage question, Body expected, Answer answer) {
+    std::uint64_t request = 0;
     {
         const std::lock_guard lock(mutex_);
         const auto refuse = [&](Error error) {
@@ -252,13 +267,15 @@ void Connection::Impl::ask(proto::ClientMessage question, Body expected, Answer 
         } else if (!fits(question)) {
             refuse({ErrorCode::invalidArgument, "", "the request is larger than a server accepts"});
         } else {
-            question.set_request(++lastRequest_);
+            request = ++lastRequest_;
+            question.set_request(request);
             outbox_.push_back(question);
-            questions_[lastRequest_] = {expected, std::move(answer), std::move(question)};
+            questions_[request] = {expected, std::move(answer), std::move(question)};
         }
     }
     notify();
     wakeWriter();
+    return request;
 }
 
 void Connection::Impl::wakeWriter() {
@@ -305,10 +322,13 @@ void Connection::Impl::failSent(const Error& reason) {
     });
 }
 
-/// Asks everything again but for jobs that were sent: nobody knows whether they were submitted.
+/// Asks everything again but for jobs that were sent, of which nobody knows whether they were submitted, and
+/// queries of whose answers some are with their owner.
 void Connection::Impl::askAgain(const Error& reason) {
-    for (auto& [request, question] : questions_)
-        question.sent = question.sent && question.message.has_submit_job();
+    for (auto& [request, question] : questions_) {
+        const bool submits = question.message.has_submit_job() || question.message.has_retry_job();
+        question.sent = question.sent && (submits || question.begun);
+    }
     failSent(reason);
     outbox_.clear();
     for (const auto& [request, question] : questions_) outbox_.push_back(question.message);

@@ -70,10 +70,17 @@ struct FilmBytes {
     std::vector<std::uint8_t> bytes;
 };
 
+/// Of a query, for one step.
+struct QueryAnswer {
+    proto::Answer message;
+    std::vector<std::uint8_t> payload;
+};
+
 class Connection {
   public:
     /// A line that broke without a word of the server's is "connecting" while it is opened again. The latest
-    /// view and all questions but jobs that may have been submitted are then asked again.
+    /// view and all questions are then asked again, but not jobs that may have been submitted and queries
+    /// that were answered in part.
     enum class State { connecting, connected, lost };
     template <class T>
     using Reply = std::function<void(Result<T>)>;
@@ -116,11 +123,22 @@ class Connection {
     void describe(const std::string& dataset, Reply<proto::Description> reply);
     void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply);
     void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);
+    /// What failed or was cancelled, as a new job.
+    void retryJob(const std::string& id, Reply<proto::JobStatus> reply);
+    /// A page of all jobs, the latest first.
+    void listJobs(std::uint64_t first, Reply<proto::Jobs> reply);
     /// All jobs; from then on onJob hears of every change.
     void watchJobs(Reply<proto::Jobs> reply);
     /// A piece of what a film job has made, from a place in the file on.
     void fetchFilm(const proto::FetchFilm& piece, Reply<FilmBytes> reply);
     void ping(Reply<double> reply);  ///< the round trip, ms
+
+    /// Asks for numbers. `reply` is called with each answer, until one of them is the last, or once with an
+    /// error; protocol's numbers are checked in numbers.h. Returns what cancelQuery takes.
+    std::uint64_t query(const proto::Query& query, Reply<QueryAnswer> reply);
+    /// Its answers are not wanted any more: the server hears of it, its reply is not called again. Nothing
+    /// where it has ended.
+    void cancelQuery(std::uint64_t query);
 
     // Listeners, one each; set them before the first poll().
     void onState(std::function<void(State)> listener);

@@ -9,6 +9,7 @@
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -17,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -45,15 +47,17 @@ class Line : public std::enable_shared_from_this<Line> {
   public:
     Line(const asio::any_io_executor& executor, LineHandlers handlers);
 
-    /// Connects to a server's socket and greets; then reads and writes until close() or lost.
-    void open(const wire::Address& address);
+    /// Connects to a server's socket and greets; then reads and writes until close() or lost. `fingerprint`:
+    /// of the certificate, with TCP.
+    void open(const wire::Address& address, std::string fingerprint);
     /// next() has something.
     void wakeWriter();
     void close();
 
   private:
-    asio::awaitable<void> run(wire::Address address);
-    asio::awaitable<Status> connect(const wire::Address& address);
+    asio::awaitable<void> run(wire::Address address, std::string fingerprint);
+    asio::awaitable<Status> connectUnix(const wire::Address& address);
+    asio::awaitable<Status> connectTcp(const wire::Address& address, std::string fingerprint);
     asio::awaitable<void> readAll();
     asio::awaitable<void> writeAll();
     void fail(const Error& error);
@@ -77,6 +81,7 @@ struct Connection::Impl {
         Answer answer;
         proto::ClientMessage message;
         bool sent = false;
+        bool begun = false;  ///< answered in part
     };
     /// A line that broke is opened again.
     struct Returning {
@@ -93,8 +98,8 @@ struct Connection::Impl {
     ~Impl();
 
     // Any thread.
-    /// `answer` runs inside poll().
-    void ask(proto::ClientMessage question, Body expected, Answer answer);
+    /// `answer` runs inside poll(). Returns the request; 0 where it was refused at once.
+    std::uint64_t ask(proto::ClientMessage question, Body expected, Answer answer);
     void wakeWriter();
     void notify();
 
@@ -135,6 +140,7 @@ struct Connection::Impl {
     WantedView* unsentView();
     void keepFrame(ReceivedFrame frame);
     bool isQueued(std::uint64_t viewId) const;
+    void answerQuestion(std::uint64_t request, Result<ServerAnswer> result);
     void receivedNews(proto::ServerMessage message);
     void viewFailed(std::uint64_t viewId, const Error& error);
     std::uint64_t viewOfRequest(std::uint64_t request) const;
@@ -156,6 +162,9 @@ struct Connection::Impl {
     std::deque<WantedView> queuedViews_;  // not answered yet
     std::uint64_t lastViewId_ = 0;
     std::uint64_t lastRequest_ = 0;
+    std::set<std::uint64_t> cancelledQueries_;  // whose end was not heard
+    /// By request: whether answers that wait for poll() are still wanted; gone with the last of them.
+    std::map<std::uint64_t, std::weak_ptr<std::atomic<bool>>> queriesWanted_;
     proto::Credit credit_;  // to give back, and to say
     bool creditDue_ = false;
     std::deque<proto::ClientMessage> outbox_;

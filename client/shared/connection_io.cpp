@@ -79,6 +79,7 @@ void Connection::Impl::prepareLine() {
         credit_.Clear();
         creditDue_ = false;
         sentViews_.clear();
+        cancelledQueries_.clear();
         pingSince_.reset();
         if (view_) view_->sent = false;
         for (auto& view : queuedViews_) view.sent = false;
@@ -131,7 +132,7 @@ void Connection::Impl::openLine(const proto::ConnectionFile& server) {
     };
     handlers.lost = [this](const Error& reason) { lost(reason); };
     line_ = std::make_shared<Line>(context_.get_executor(), std::move(handlers));
-    line_->open(*address);
+    line_->open(*address, server.certificate_fingerprint());
     watchTime(settings_.connectTimeout);
 }
 
@@ -331,7 +332,9 @@ void Connection::Impl::receivedFailure(const proto::ServerMessage& message) {
     {
         const std::lock_guard lock(mutex_);
         const auto question = questions_.find(message.reply_to());
-        if (question == questions_.end()) {
+        if (cancelledQueries_.erase(message.reply_to()) > 0) {
+            // Its owner knows.
+        } else if (question == questions_.end()) {
             viewFailed(viewOfRequest(message.reply_to()), error);
         } else {
             push({}, [answer = std::move(question->second.answer), error] { answer(error); });
@@ -355,15 +358,21 @@ void Connection::Impl::answered(proto::ServerMessage message, std::vector<std::u
                 Error{ErrorCode::internal, "", "the server answered something else"};
             if (message.body_case() == question->second.expected)
                 result = ServerAnswer{std::move(message), std::move(payload)};
-            push({}, [answer = std::move(question->second.answer), result = std::move(result)] {
-                answer(result);
-            });
-            questions_.erase(question);
+            answerQuestion(question->first, std::move(result));
         } else {
+            if (message.answer().last()) cancelledQueries_.erase(message.reply_to());
             receivedNews(std::move(message));
         }
     }
     notify();
+}
+
+void Connection::Impl::answerQuestion(std::uint64_t request, Result<ServerAnswer> result) {
+    auto& question = questions_.at(request);
+    const bool more = result.ok() && result->message.has_answer() && !result->message.answer().last();
+    question.begun = true;
+    push({}, [answer = question.answer, result = std::move(result)]() mutable { answer(std::move(result)); });
+    if (!more) questions_.erase(request);
 }
 
 void Connection::Impl::receivedNews(proto::ServerMessage message) {

@@ -19,10 +19,10 @@ constexpr std::uint64_t largestFile = std::uint64_t{1} << 40;  // bytes; a serve
 
 Result<std::unique_ptr<FilmDownload>> FilmDownload::begin(const proto::JobStatus& job,
                                                           const std::filesystem::path& target) {
-    if (!job.request().has_film())
-        return Error{ErrorCode::invalidArgument, "", fmt::format("job {} is no film", job.id())};
-    const auto& film = job.request().film();
-    if (film.video().empty()) {
+    if (!job.request().has_film() && !job.request().has_export_())
+        return Error{ErrorCode::invalidArgument, "",
+                     fmt::format("job {} makes no film and no export", job.id())};
+    if (job.request().has_film() && job.request().film().video().empty()) {
         std::error_code code;
         std::filesystem::create_directories(target, code);
         if (code) return systemError(code.value(), target.string(), "cannot be made");
@@ -33,10 +33,13 @@ Result<std::unique_ptr<FilmDownload>> FilmDownload::begin(const proto::JobStatus
 }
 
 FilmDownload::FilmDownload(const proto::JobStatus& job, std::filesystem::path target)
-    : id_(job.id()), film_(job.request().film()), target_(std::move(target)) {}
+    : id_(job.id()),
+      oneFile_(job.request().has_export_() || !job.request().film().video().empty()),
+      film_(job.request().film()),
+      target_(std::move(target)) {}
 
 std::filesystem::path FilmDownload::file() const {
-    if (isVideo()) return target_;
+    if (oneFile_) return target_;
     return target_ / filmPictureName(film_, static_cast<std::uint32_t>(filesDone_));
 }
 
@@ -51,7 +54,7 @@ Status FilmDownload::open() {
 proto::FetchFilm FilmDownload::wanted() const {
     proto::FetchFilm piece;
     piece.set_id(id_);
-    if (!isVideo()) piece.set_frame(static_cast<std::uint32_t>(filesDone_));
+    if (!oneFile_) piece.set_frame(static_cast<std::uint32_t>(filesDone_));
     piece.set_begin(received_);
     return piece;
 }
@@ -61,7 +64,7 @@ Status FilmDownload::take(const Result<FilmBytes>& answer) {
     if (!answer.ok()) {
         const auto& error = answer.error();
         const bool past = error.code == ErrorCode::notFound && error.where == "frame";
-        if (isVideo() || !past || filesDone_ == 0 || received_ > 0) return error;
+        if (oneFile_ || !past || filesDone_ == 0 || received_ > 0) return error;
         part_.reset();
         done_ = true;
         return success();
@@ -82,12 +85,12 @@ Status FilmDownload::finishFile() {
     MOTE_RETURN_IF_ERROR(part_->publish());
     part_.reset();
     ++filesDone_;
-    done_ = isVideo() || filesDone_ == maxFrames;
+    done_ = oneFile_ || filesDone_ == maxFrames;
     return done_ ? success() : open();
 }
 
 std::optional<double> FilmDownload::progress() const {
-    if (!isVideo()) return std::nullopt;
+    if (!oneFile_) return std::nullopt;
     if (size_ == 0) return 0.0;
     return static_cast<double>(received_) / static_cast<double>(size_);
 }

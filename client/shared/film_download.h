@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FilmDownload: a film that a job has made, on its way from the server to files here: it says which piece is
-// wanted next and takes it. Each file grows under a hidden name and appears by one rename, so that a download
-// that is given up leaves no part of a file. It asks nobody by itself; one owner, one thread.
+// FilmDownload: a film or an export that a job has made, on its way from the server to files here: it says
+// which piece is wanted next and takes it. Each file grows under a hidden name and appears by one rename, so
+// that a download that is given up leaves no part of a file. It asks nobody by itself; one owner, one thread.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +20,9 @@ namespace mote::client {
 
 class FilmDownload {
   public:
-    /// The video of a job to a file, or, where it made none, its pictures into a folder, which is made where
-    /// it is not there. Files of the same names are replaced. Errors: invalidArgument: the job makes no film;
-    /// permissionDenied and others of the system.
+    /// The video or export of a job to a file, or, where it made none, its pictures into a folder, which is
+    /// made where it is not there. Files of the same names are replaced. Errors: invalidArgument: the job
+    /// makes neither; permissionDenied and others of the system.
     static Result<std::unique_ptr<FilmDownload>> begin(const proto::JobStatus& job,
                                                        const std::filesystem::path& target);
     FilmDownload(const FilmDownload&) = delete;
@@ -37,17 +37,17 @@ class FilmDownload {
     /// All files are there.
     bool done() const { return done_; }
     std::uint64_t filesDone() const { return filesDone_; }
-    /// Of a video, 0 to 1; of pictures nothing: how many they are is told by the last one.
+    /// Of a video or an export, 0 to 1; of pictures nothing: how many they are is told by the last one.
     std::optional<double> progress() const;
 
   private:
     FilmDownload(const proto::JobStatus& job, std::filesystem::path target);
-    bool isVideo() const { return !film_.video().empty(); }
     std::filesystem::path file() const;
     Status open();
     Status finishFile();
 
     const std::string id_;
+    const bool oneFile_;
     const proto::FilmJob film_;
     const std::filesystem::path target_;
     bool done_ = false;

@@ -4,12 +4,14 @@
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
 #include <asio/error.hpp>
+#include <asio/ip/tcp.hpp>
 #include <asio/local/stream_protocol.hpp>
 #include <asio/redirect_error.hpp>
 #include <asio/use_awaitable.hpp>
 #include <chrono>
 
 #include "protocol/wire/framing.h"
+#include "protocol/wire/tls.h"
 
 namespace mote::client {
 namespace {
@@ -42,9 +44,10 @@ Line::Line(const asio::any_io_executor& executor, LineHandlers handlers)
     writerSleep_.expires_at(asio::steady_timer::time_point::max());
 }
 
-void Line::open(const wire::Address& address) {
+void Line::open(const wire::Address& address, std::string fingerprint) {
     asio::co_spawn(
-        writerSleep_.get_executor(), [self = shared_from_this(), address] { return self->run(address); },
+        writerSleep_.get_executor(),
+        [self = shared_from_this(), address, fingerprint] { return self->run(address, fingerprint); },
         asio::detached);
 }
 
@@ -64,8 +67,10 @@ void Line::fail(const Error& error) {
     handlers_.lost(error);
 }
 
-asio::awaitable<void> Line::run(wire::Address address) {
-    const auto connected = co_await connect(address);
+asio::awaitable<void> Line::run(wire::Address address, std::string fingerprint) {
+    const bool tcp = address.kind == wire::Address::Kind::tcp;
+    const auto connected =
+        tcp ? co_await connectTcp(address, std::move(fingerprint)) : co_await connectUnix(address);
     if (!connected.ok()) co_return fail(connected.error());
     const auto version = co_await stream_.greet();
     if (!version.ok()) co_return fail(lostServer(version.error()));
@@ -75,15 +80,30 @@ asio::awaitable<void> Line::run(wire::Address address) {
     co_await readAll();
 }
 
-asio::awaitable<Status> Line::connect(const wire::Address& address) {
-    if (address.kind != wire::Address::Kind::unixSocket) {
-        co_return Error{ErrorCode::unsupported, address.toString(),
-                        "this version connects to Unix sockets only; forward the server's by ssh -L"};
-    }
+asio::awaitable<Status> Line::connectUnix(const wire::Address& address) {
     asio::error_code code;
     const asio::local::stream_protocol::endpoint endpoint(address.path);  // its length has been checked
     co_await stream_.socket().async_connect(endpoint, into(code));
     if (code) co_return noServer(address, code);
+    co_return success();
+}
+
+asio::awaitable<Status> Line::connectTcp(const wire::Address& address, std::string fingerprint) {
+    asio::error_code code;
+    asio::ip::tcp::resolver resolver(writerSleep_.get_executor());
+    const auto port = std::to_string(address.port);
+    const auto found = co_await resolver.async_resolve(address.host, port, into(code));
+    if (code) co_return noServer(address, code);
+    for (const auto& entry : found) {
+        if (closed_) co_return noServer(address, asio::error::operation_aborted);
+        stream_.close();
+        co_await stream_.socket().async_connect(entry.endpoint(), into(code));
+        if (!code) break;
+    }
+    if (code || closed_) co_return noServer(address, code);
+    stream_.socket().set_option(asio::ip::tcp::no_delay(true), code);
+    auto encrypted = wire::tlsClientStream(std::move(stream_.socket()), std::move(fingerprint));
+    stream_ = wire::MessageStream(std::move(encrypted));
     co_return success();
 }
 

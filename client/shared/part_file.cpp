@@ -65,6 +65,16 @@ PartFile::~PartFile() {
 
 Status PartFile::append(std::span<const std::uint8_t> bytes) {
     if (::lseek(file_, 0, SEEK_END) < 0) return systemError(errno, path_.string(), "cannot be written");
+    return write(bytes);
+}
+
+Status PartFile::overwrite(std::uint64_t begin, std::span<const std::uint8_t> bytes) {
+    if (::lseek(file_, static_cast<off_t>(begin), SEEK_SET) < 0)
+        return systemError(errno, path_.string(), "cannot be written");
+    return write(bytes);
+}
+
+Status PartFile::write(std::span<const std::uint8_t> bytes) {
     while (!bytes.empty()) {
         const auto written = ::write(file_, bytes.data(), bytes.size());
         if (written >= 0) bytes = bytes.subspan(static_cast<std::size_t>(written));

@@ -27,11 +27,14 @@ class PartFile {
     const std::filesystem::path& hidden() const { return hidden_; }
     /// Puts bytes at its end. Errors: those of the system.
     Status append(std::span<const std::uint8_t> bytes);
+    /// Puts bytes over those at a place that was written before. Errors: those of the system.
+    Status overwrite(std::uint64_t begin, std::span<const std::uint8_t> bytes);
     /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
     Status publish();
 
   private:
     PartFile(std::filesystem::path path, std::filesystem::path hidden, int file);
+    Status write(std::span<const std::uint8_t> bytes);
 
     std::filesystem::path path_, hidden_;
     int file_;  ///< holds the lock

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fmt/format.h>
 
 #include <exception>
 
 #include "client/view/viewer.h"
+#include "protocol/scene/complain.h"
 
 int main(int argc, char** argv) {
     using namespace mote::client;
@@ -12,12 +12,12 @@ int main(int argc, char** argv) {
     try {
         Viewer viewer(std::get<ViewOptions>(parsed));
         if (!viewer.loaded().ok()) {
-            fmt::print(stderr, "mote-view: {}\n", viewer.loaded().error().toString());
+            mote::complain("mote-view", viewer.loaded().error().toString());
             return 1;
         }
         return viewer.run();
     } catch (const std::exception& error) {
-        fmt::print(stderr, "mote-view: {}\n", error.what());
+        mote::complain("mote-view", error.what());
         return 1;
     }
 }

@@ -38,7 +38,10 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
     app.footer(
         "Mouse: drag to orbit, right-drag to pan, wheel to dolly, Ctrl-wheel to zoom.\n"
         "Keys: F fits the view, O toggles perspective, left and right change the step, space plays them, "
-        "Tab hides the panel, K shows the keyframes of a film.\n\n"
+        "Tab hides the panel, K shows the keyframes of a film.\n"
+        "Numbers: N shows them, L draws a lasso, H shows a histogram, P or Ctrl-click picks a point, Esc "
+        "ends a "
+        "tool.\n\n"
         "Examples:\n"
         "  mote-view --connect ~/.mote/connection.json\n"
         "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still\n"

@@ -99,7 +99,8 @@ void drawKinds(ViewModel& model, const proto::Manifest& manifest, PanelActions& 
         manifest);
 }
 
-void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer) {
+/// `facts`: also what the shown step holds, and its axes.
+void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer, bool facts) {
     if (!section("Dataset")) return;
     std::vector<std::string_view> names;
     for (const auto& entry : layer.server.catalogue.datasets()) names.emplace_back(entry.name());
@@ -107,8 +108,9 @@ void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer) {
     if (chooseName("plot", chosen, names)) layer.actions.openDataset = chosen;
     if (!layer.server.shown) return;
     if (model.steps() > 1) drawSteps(model, playback, layer.actions);
-    drawKinds(model, layer.server.shown->manifest(), layer.actions);
     layer.step = model.step();
+    if (!facts) return;
+    drawKinds(model, layer.server.shown->manifest(), layer.actions);
     model.editor().drawFacts(layer);
 }
 
@@ -140,9 +142,11 @@ void drawCamera(ViewModel& model, PanelActions& actions) {
 
 void drawJobs(const ServerState& server, PanelActions& actions) {
     if (server.jobs.empty() || !section("Jobs")) return;
-    constexpr std::size_t most = 6;  // the newest; the panel is no log
-    for (std::size_t i = 0; i < std::min(server.jobs.size(), most); ++i) {
-        const auto& job = server.jobs[i];
+    constexpr float lines = 18.0F;  // the panel is no log: older ones are scrolled to
+    const ImVec2 most(0.0F, lines * ImGui::GetTextLineHeightWithSpacing());
+    const bool scrolls = server.jobs.size() > 6;
+    if (scrolls) ImGui::BeginChild("jobs", most);
+    for (const auto& job : server.jobs) {
         ImGui::PushID(job.id().c_str());
         text(fmt::format("{}: {}", jobName(job.request()), stateName(job.state())));
         if (job.state() == proto::JobStatus::RUNNING || job.state() == proto::JobStatus::QUEUED) {
@@ -151,14 +155,42 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
             if (ImGui::SmallButton("Cancel")) actions.cancelJob = job.id();
         }
         if (isReadyFilm(job) && ImGui::SmallButton("Save film...")) actions.saveFilm = job.id();
+        const bool ended =
+            job.state() == proto::JobStatus::FAILED || job.state() == proto::JobStatus::CANCELLED;
+        if (ended && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
         if (!job.error().empty()) dim(job.error());
         ImGui::PopID();
     }
+    if (server.jobs.size() < server.allJobs && ImGui::SmallButton("Older jobs...")) actions.moreJobs = true;
+    if (scrolls) ImGui::EndChild();
+}
+
+/// Two sides of the panel, as tabs where the layer has numbers.
+void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
+    const auto drawPicture = [&] {
+        model.editor().draw(layer);
+        drawCamera(model, layer.actions);
+        drawJobs(layer.server, layer.actions);
+    };
+    if (!layer.server.shown || model.kind() != proto::Layer::kParticles) return drawPicture();
+    const float gap = ImGui::GetStyle().ItemSpacing.x;
+    const float width = 0.5F * (ImGui::GetContentRegionAvail().x - gap);
+    const char* labels[] = {"Picture", "Numbers (N)"};
+    for (const bool side : {false, true}) {
+        if (side) ImGui::SameLine();
+        const bool chosen = numbers.open == side;
+        if (chosen) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (ImGui::Button(labels[side ? 1 : 0], {width, 0.0F})) numbers.open = side;
+        if (chosen) ImGui::PopStyleColor();
+    }
+    if (!numbers.open) return drawPicture();
+    numbers.drawPanel(model, layer.server.shown->manifest(), layer.scale, layer.actions);
 }
 
 }  // namespace
 
-PanelActions drawPanel(ViewModel& model, Playback& playback, const ServerState& server, float scale) {
+PanelActions drawPanel(ViewModel& model, Playback& playback, NumbersEditor& numbers,
+                       const ServerState& server, float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
     ImGui::SetNextWindowSize({panelWidth * scale, display.y});
@@ -167,10 +199,9 @@ PanelActions drawPanel(ViewModel& model, Playback& playback, const ServerState& 
     PanelActions actions;
     LayerPanel layer{server, model.step(), model.camera(1.0).eye, scale, model.background, actions};
     drawConnection(server, actions);
-    drawDataset(model, playback, layer);
-    model.editor().draw(layer);
-    drawCamera(model, actions);
-    drawJobs(server, actions);
+    // Numbers need the room.
+    drawDataset(model, playback, layer, !(numbers.open && model.kind() == proto::Layer::kParticles));
+    drawSides(model, numbers, layer);
     ImGui::PopItemWidth();
     ImGui::End();
     return actions;

@@ -25,6 +25,8 @@ struct PanelActions {
     std::optional<std::string> openDataset;  ///< a name of the catalogue
     std::optional<AxisNames> plot;           ///< other axes of the shown run
     std::optional<std::string> cancelJob;    ///< an id
+    std::optional<std::string> retryJob;     ///< an id
+    bool moreJobs = false;                   ///< the next page of them
     std::optional<std::string> saveFilm;     ///< an id
 };
 

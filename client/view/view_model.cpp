@@ -30,6 +30,7 @@ Status ViewModel::load(const proto::View& view) {
     background = toFloats(linearToSrgb(parsed.background));
     editor_ = std::move(editor);
     editor_->read(layer());
+    numbers.read(view);
     return success();
 }
 
@@ -40,6 +41,7 @@ proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
     assignColor(view.mutable_background(), background);
     *view.mutable_camera() = toProto(camera(static_cast<double>(width) / std::max(height, 1U)));
     editor_->write(*view.mutable_layers(0));
+    numbers.write(view);
     return view;
 }
 
@@ -55,6 +57,7 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     // They lie in spaces of their own; but a loaded camera is for the first.
     if (otherKind || (std::exchange(described_, true) && bounds_ != before)) fit();
     editor_->setDataset(manifest);
+    numbers.setDataset(manifest.particles());
 }
 
 void ViewModel::describe(const proto::Manifest& manifest) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "client/view/layers/layer_editor.h"
+#include "client/view/numbers/numbers_model.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/camera.h"
@@ -52,6 +53,7 @@ class ViewModel {
     void fit() { cameraSet_ = false; }
 
     std::array<float, 3> background{};  ///< sRGB-encoded
+    NumbersModel numbers;               ///< selections, colours by a column, annotations
 
   private:
     /// True where the layer was of another kind.

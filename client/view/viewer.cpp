@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/view/screenshot.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
@@ -30,7 +31,11 @@ Viewer::Viewer(const ViewOptions& options)
     : options_(options),
       window_(options.width, options.height, "Mote"),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
-      connection_(options.connection, connectionSettings()) {
+      connection_(options.connection, connectionSettings()),
+      numbers_({[this](const proto::Query& query, QueryLine::Reply reply) {
+                    return connection_.query(query, std::move(reply));
+                },
+                [this](std::uint64_t query) { connection_.cancelQuery(query); }}) {
     if (options.view) {
         proto::View view;
         loaded_ = readJsonFile(*options.view, view);
@@ -47,12 +52,14 @@ Viewer::Viewer(const ViewOptions& options)
 void Viewer::listen() {
     connection_.onState([this](Connection::State state) {
         film_.forgetAsked();
+        if (state != Connection::State::connecting) numbers_.forget();
         if (state == Connection::State::connected) askServer();
         if (state == Connection::State::lost && options_.exitAfterStill) exitStatus_ = 1;
     });
     connection_.onCatalogue([this](const proto::Catalogue& catalogue) {
         server_.catalogue = catalogue;
         film_.setCatalogue(catalogue);
+        numbers_.forget();
         openAwaited();
     });
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
@@ -75,6 +82,8 @@ void Viewer::askServer() {
     connection_.watchJobs([this](Result<proto::Jobs> reply) {
         if (!reply.ok()) return say(reply.error().toString());
         server_.jobs.assign(reply->jobs().begin(), reply->jobs().end());
+        server_.allJobs = reply->total();
+        jobsPaged_ = 0;
     });
 }
 
@@ -137,6 +146,7 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
         std::find_if(jobs.begin(), jobs.end(), [&](const auto& j) { return j.id() == job.id(); });
     if (known == jobs.end()) {
         jobs.insert(jobs.begin(), job);
+        ++server_.allJobs;
     } else {
         *known = job;
     }
@@ -210,7 +220,7 @@ bool Viewer::finished() {
         const auto status = writeScreenshot(*options_.screenshot, window_.readPixels(),
                                             window_.framebufferWidth(), window_.framebufferHeight());
         if (!status.ok()) {
-            fmt::print(stderr, "mote-view: {}\n", status.error().toString());
+            complain("mote-view", status.error().toString());
             exitStatus_ = 1;
         }
         options_.screenshot.reset();
@@ -228,19 +238,20 @@ int Viewer::run() {
         refreshStatistics();
         takeKeys();
         const Area area = pictureArea();
+        showPicture(area);
         takeInput(area);
         play();
-        if (panelShown_) apply(drawPanel(model_, playback_, server_, window_.contentScale()));
+        if (panelShown_) apply(drawPanel(model_, playback_, numbers_, server_, window_.contentScale()));
         editFilm(area);
+        editNumbers(area);
         sendView(area);
-        showPicture(area);
         window_.drawFrame();
         done = finished();
         window_.presentFrame();
         const bool lost = options_.exitAfterStill && connection_.state() == Connection::State::lost;
         if (options_.exitAfterStill && (exitStatus_ != 0 || lost)) {
             const auto reason = connection_.lostReason();
-            fmt::print(stderr, "mote-view: {}\n", reason ? reason->toString() : server_.message);
+            complain("mote-view", reason ? reason->toString() : server_.message);
             return 1;
         }
     }

@@ -9,6 +9,7 @@
 
 #include "client/shared/connection.h"
 #include "client/view/film_editor.h"
+#include "client/view/numbers/numbers_editor.h"
 #include "client/view/options.h"
 #include "client/view/panel.h"
 #include "client/view/playback.h"
@@ -44,6 +45,7 @@ class Viewer {
     bool openAwaited();
     void plot(const AxisNames& axes);
     void replaceJob(const proto::JobStatus& job);
+    void addOlderJobs();
     void saveView();
     void say(const std::string& message);
 
@@ -57,6 +59,8 @@ class Viewer {
     void showPicture(const Area& area) const;
     void play();
     void editFilm(const Area& area);
+    void editNumbers(const Area& area);
+    const proto::Manifest* shownManifest() const;
     bool still() const;
     bool finished();
     void refreshStatistics();
@@ -67,6 +71,7 @@ class Viewer {
     ViewModel model_;
     Playback playback_;
     ServerState server_;
+    std::uint64_t jobsPaged_ = 0;  // jobs of the pages that were asked for
     FilmEditor film_;
     FramePixels picture_;  // on the screen
     Status loaded_ = success();
@@ -78,8 +83,9 @@ class Viewer {
     std::uint64_t sentView_ = 0;  // id of the latest view
     std::string awaitedDataset_;  // a plot that a job of ours makes
     int exitStatus_ = 0;
-    // Last: its destructor ends the callbacks into this object.
+    // Last: its destructor ends the callbacks into this object; but the numbers drop what they have asked.
     Connection connection_;
+    NumbersEditor numbers_;
 };
 
 }  // namespace mote::client

@@ -41,6 +41,12 @@ void Viewer::takeInput(const Area& area) {
                       ImGui::IsMouseDown(ImGuiMouseButton_Right) ||
                       ImGui::IsMouseDown(ImGuiMouseButton_Middle);
     moving_ = held && !io.WantCaptureMouse;
+    PanelActions gesture;
+    if (numbers_.takeMouse(model_, {area.width, area.height, area.columns, area.rows}, gesture)) {
+        dirty_ |= gesture.viewChanged;
+        moving_ = false;
+        return;
+    }
     if (io.WantCaptureMouse) return;
     if (moving_ || io.MouseWheel != 0.0F) film_.stop();
     const double aspect = static_cast<double>(area.columns) / area.rows;
@@ -62,7 +68,8 @@ void Viewer::takeInput(const Area& area) {
 void Viewer::takeKeys() {
     if (ImGui::GetIO().WantTextInput) return;
     const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
-    const auto letter = [](char key) { return ImGui::IsKeyPressed(key); };  // GLFW's codes of letters
+    // GLFW's codes of letters; a key that stays down switches once.
+    const auto letter = [](char key) { return ImGui::IsKeyPressed(key, false); };
     const int step = static_cast<int>(model_.step());
     const int wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
     if (wanted != step && wanted >= 0 && wanted < model_.steps()) {
@@ -75,6 +82,11 @@ void Viewer::takeKeys() {
     if (letter('F') || letter('O')) film_.stop();
     if (pressed(ImGuiKey_Tab)) panelShown_ = !panelShown_;
     if (letter('K')) filmShown_ = !filmShown_;
+    if (letter('N')) numbers_.open = !numbers_.open;
+    if (letter('H')) numbers_.toggleHistogram();
+    if (letter('L')) numbers_.tool().toggle(PictureTool::Kind::lasso);
+    if (letter('P')) numbers_.tool().toggle(PictureTool::Kind::pick);
+    if (pressed(ImGuiKey_Escape)) numbers_.tool().setKind(PictureTool::Kind::none);
     dirty_ |= letter('F') || letter('O');
 }
 
@@ -97,6 +109,27 @@ void Viewer::apply(const PanelActions& actions) {
             if (!reply.ok()) say(reply.error().toString());
         });
     }
+    if (actions.retryJob) {
+        connection_.retryJob(*actions.retryJob, [this](Result<proto::JobStatus> reply) {
+            reply.ok() ? replaceJob(*reply) : say(reply.error().toString());
+        });
+    }
+    if (actions.moreJobs) addOlderJobs();
+}
+
+/// The next page on which there is anything new: those of the beginning were listed by their states.
+void Viewer::addOlderJobs() {
+    connection_.listJobs(jobsPaged_, [this](Result<proto::Jobs> reply) {
+        if (!reply.ok()) return say(reply.error().toString());
+        const auto before = server_.jobs.size();
+        for (const auto& job : reply->jobs()) {
+            const auto isJob = [&](const auto& known) { return known.id() == job.id(); };
+            if (std::ranges::none_of(server_.jobs, isJob)) server_.jobs.push_back(job);
+        }
+        jobsPaged_ += static_cast<std::uint64_t>(reply->jobs_size());
+        server_.allJobs = reply->jobs().empty() ? server_.jobs.size() : reply->total();
+        if (server_.jobs.size() == before && !reply->jobs().empty()) addOlderJobs();
+    });
 }
 
 void Viewer::play() {
@@ -106,6 +139,18 @@ void Viewer::play() {
     if (!step) return;
     model_.setStep(*step);
     dirty_ = true;
+}
+
+const proto::Manifest* Viewer::shownManifest() const {
+    return server_.shown ? &server_.shown->manifest() : nullptr;
+}
+
+/// What the histogram's window changes of the view, and the numbers that are asked for.
+void Viewer::editNumbers(const Area& area) {
+    PanelActions actions;
+    numbers_.drawOver(model_, shownManifest(), {area.width, area.height, area.columns, area.rows},
+                      window_.contentScale(), actions, moving_);
+    dirty_ |= actions.viewChanged;
 }
 
 /// What a film's bar and its preview change of the view.

@@ -31,8 +31,15 @@ proto::JobRequest portableRequest(const proto::JobRequest& request, const std::v
                                   const fs::path& output) {
     proto::JobRequest portable = request;
     portable.clear_output();
-    portable.mutable_volume()->clear_inputs();
-    for (const auto& input : inputs) portable.mutable_volume()->add_inputs(portableInput(input, output));
+    auto& names = *portable.mutable_volume()->mutable_inputs();
+    names.Clear();
+    for (const auto& input : inputs) {
+        // A file of several steps is named once.
+        const auto name = portableInput(input, output);
+        const bool again = inputs.size() > static_cast<std::size_t>(request.volume().inputs_size()) &&
+                           !names.empty() && *names.rbegin() == name;
+        if (!again) names.Add(std::string(name));
+    }
     return portable;
 }
 
@@ -181,7 +188,7 @@ class Job {
             return success();
         };
         MOTE_ASSIGN_OR_RETURN(auto entry, makeHybridStep(**source, task));
-        entry.set_time(static_cast<double>(step));
+        entry.set_time((*source)->time().value_or(static_cast<double>(step)));
         entry.set_invalid(ranges_[step].invalid);
         return entry;
     }
@@ -232,10 +239,13 @@ Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
                                      const std::vector<std::filesystem::path>& inputs,
                                      const std::filesystem::path& output, const JobResources& resources,
                                      Progress& progress) {
+    MOTE_ASSIGN_OR_RETURN(const auto steps, volumeSteps(request.volume().source(), inputs));
     const OpenVolume open = [&](std::size_t index) {
-        return openVolumeSource(request.volume().source(), inputs[index], progress);
+        return openVolumeSource(steps[index].options, steps[index].input, progress);
     };
-    return runVolumeJob(request, open, inputs, output, resources, progress);
+    std::vector<fs::path> names;
+    for (const auto& step : steps) names.push_back(step.input);
+    return runVolumeJob(request, open, names, output, resources, progress);
 }
 
 }  // namespace mote::prep

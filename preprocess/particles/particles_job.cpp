@@ -15,12 +15,21 @@
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/bounds_rule.h"
+#include "preprocess/particles/column_output.h"
+#include "preprocess/particles/dataset_source.h"
+#include "preprocess/particles/job_columns.h"
+#include "preprocess/particles/job_summary.h"
+#include "preprocess/particles/lost_filter.h"
 #include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
 #include "preprocess/particles/step_output.h"
+#include "preprocess/particles/step_statistics.h"
+#include "protocol/scene/step_range.h"
+#include "storage/beam/beam_statistics.h"
 #include "storage/files/dataset_file.h"
 #include "storage/manifest.h"
+#include "storage/particles/mapped_columns.h"
 #include "storage/particles/step_file.h"
 
 namespace mote::prep {
@@ -36,7 +45,9 @@ class Job {
         const fs::path& output, const JobResources& resources, Progress& progress)
         : request_(request),
           job_(request.particles()),
-          source_(source),
+          unfiltered_(source),
+          lost_(lostParticlesOf(source, request.particles())),
+          source_(source, lost_),
           inputs_(inputs),
           output_(output),
           resources_(resources),
@@ -50,6 +61,7 @@ class Job {
         MOTE_RETURN_IF_ERROR(findBounds());
         manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
         MOTE_RETURN_IF_ERROR(makeSteps());
+        MOTE_RETURN_IF_ERROR(makeColumns());
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
         dataset_->finish();
         report(1.0, "done");
@@ -64,6 +76,7 @@ class Job {
             MOTE_RETURN_IF_ERROR(checkAxis(axis, source_));
             axes_[static_cast<std::size_t>(i)] = std::move(axis);
         }
+        MOTE_ASSIGN_OR_RETURN(columns_, JobColumns::make(job_, source_));
         MOTE_ASSIGN_OR_RETURN(steps_, selectSteps(job_.steps(), source_.steps().size()));
         if (steps_.size() > static_cast<std::size_t>(storage::maxSteps)) {
             return Error{ErrorCode::resourceExhausted, "steps",
@@ -166,7 +179,7 @@ class Job {
     void reportStep(std::size_t index, double part, std::string_view what) {
         const double done = (static_cast<double>(index) + part) / static_cast<double>(steps_.size());
         const double before = boundsGiven() ? 0.0 : 0.2;
-        report(before + (0.97 - before) * done,
+        report(before + (0.8 - before) * done,
                fmt::format("{} step {} of {}", what, index + 1, steps_.size()));
     }
 
@@ -179,7 +192,9 @@ class Job {
     Status take(std::size_t index, const BuiltStep& built) {
         const auto& info = source_.steps()[steps_[index]];
         auto& entry = *manifest_.mutable_particles()->add_steps();
-        entry.set_lost(built.counts.lost);
+        // Of lost particles alone none is left out that is lost.
+        entry.set_lost(lost_ == LostParticles::without ? built.counts.lost : 0);
+        othersLeftOut_ += lost_ == LostParticles::only ? built.counts.lost : 0;
         entry.set_invalid(built.counts.invalid);
         entry.set_outside(built.counts.outside);
         entry.set_particles(built.counts.particles);
@@ -230,6 +245,64 @@ class Job {
         return ranks_.first() ? dataset_->writer().add(entry.digest(), output.cancelled) : success();
     }
 
+    /// Beside the points of every step, when all of them stand: then the memory is free for columns.
+    Status makeColumns() {
+        auto& particles = *manifest_.mutable_particles();
+        columns_.describe(source_, particles);
+        if (lost_ != LostParticles::without) {
+            particles.set_lost_particles(lost_ == LostParticles::with ? "with" : "only");
+        }
+        for (const auto& statistic : storage::beamStatistics()) {
+            particles.add_statistic_names(statistic.name);
+        }
+        for (std::size_t i = 0; i < steps_.size(); ++i) {
+            const double each = 0.17 / static_cast<double>(steps_.size());
+            report(0.8 + each * static_cast<double>(i),
+                   fmt::format("statistics of step {} of {}", i + 1, steps_.size()));
+            MOTE_ASSIGN_OR_RETURN(const auto statistics, findStatistics(i));
+            auto& entry = *particles.mutable_steps(static_cast<int>(i));
+            entry.mutable_statistics()->Assign(statistics.begin(), statistics.end());
+            if (columns_.empty()) continue;
+            report(0.8 + each * (static_cast<double>(i) + 0.5),
+                   fmt::format("writing the columns of step {} of {}", i + 1, steps_.size()));
+            MOTE_RETURN_IF_ERROR(makeColumns(i, particles));
+        }
+        for (auto& column : *particles.mutable_columns()) {
+            if (column.min() > column.max()) column.set_max(0.0);  // no finite value in any step
+        }
+        return success();
+    }
+
+    Result<std::vector<double>> findStatistics(std::size_t index) {
+        auto kept = unfiltered_.statistics(steps_[index]);
+        if (!kept.empty()) return kept;
+        return stepStatistics(
+            {&unfiltered_, steps_[index], lost_, prep::memoryFor(resources_.memory), &ranks_, &progress_});
+    }
+
+    Status makeColumns(std::size_t index, proto::ParticlesManifest& particles) {
+        auto& entry = *particles.mutable_steps(static_cast<int>(index));
+        MOTE_ASSIGN_OR_RETURN(const auto points,
+                              storage::StepFile::open(dataset_->directory() / entry.file(), places_[index]));
+        ColumnsRequest request;
+        request.source = &source_;
+        request.step = steps_[index];
+        request.context.mass = source_.mass();
+        const double mean = entry.statistics(static_cast<int>(*storage::findBeamStatistic("mean_p")));
+        request.context.meanMomentum = std::isnan(mean) ? 0.0 : mean;
+        request.directory = dataset_->directory();
+        request.name = storage::columnsName(static_cast<std::uint32_t>(index));
+        request.points = &points;
+        request.pointCount = entry.particles();
+        request.memory = prep::memoryFor(resources_.memory);
+        request.ranks = &ranks_;
+        request.progress = &progress_;
+        MOTE_RETURN_IF_ERROR(columns_.write(request, particles, entry));
+        if (!ranks_.first()) return success();
+        MOTE_RETURN_IF_ERROR(takeFile(entry.columns_file()));
+        return dataset_->writer().add(entry.columns_digest(), [this] { return progress_.cancelled(); });
+    }
+
     /// Hashes the file; the disk gets it meanwhile, so that publishing need not wait.
     Status takeFile(const std::string& name) {
         Status added = success();
@@ -254,8 +327,14 @@ class Job {
         }
         particles.set_density_min(densities_.min);
         particles.set_density_max(densities_.max);
-        for (std::size_t i = 0; i < places_.size(); ++i) MOTE_RETURN_IF_ERROR(addHistogram(i));
-        noteLeftOut();
+        for (std::size_t i = 0; i < places_.size(); ++i) {
+            auto& entry = *particles.mutable_steps(static_cast<int>(i));
+            MOTE_ASSIGN_OR_RETURN(const auto file,
+                                  storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
+            MOTE_ASSIGN_OR_RETURN(const auto bins, densityHistogram(file, leaves_[i], densities_, progress_));
+            entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
+        }
+        noteLeftOut(particles, boundsGiven(), othersLeftOut_, progress_);
         if (progress_.cancelled()) return cancelledError();
         MOTE_RETURN_IF_ERROR(dataset_->writer().publish(manifest_));
         manifest_.mutable_files()->Assign(dataset_->writer().files().begin(),
@@ -263,49 +342,11 @@ class Job {
         return success();
     }
 
-    Status addHistogram(std::size_t index) {
-        constexpr std::uint64_t together = std::uint64_t{1} << 20;
-        auto& entry = *manifest_.mutable_particles()->mutable_steps(static_cast<int>(index));
-        MOTE_ASSIGN_OR_RETURN(const auto file,
-                              storage::StepFile::open(dataset_->directory() / entry.file(), places_[index]));
-        std::vector<std::uint64_t> bins;
-        for (std::uint64_t leaf = 0; leaf < leaves_[index]; leaf += together) {
-            if (progress_.cancelled()) return cancelledError();
-            const auto count = static_cast<std::size_t>(std::min(together, leaves_[index] - leaf));
-            std::vector<float> density(count);
-            std::vector<std::uint32_t> points(count);
-            MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafDensity, leaf * sizeof(float),
-                                           std::as_writable_bytes(std::span(density))));
-            MOTE_RETURN_IF_ERROR(file.read(storage::StepArray::leafPointCount, leaf * sizeof(std::uint32_t),
-                                           std::as_writable_bytes(std::span(points))));
-            addToHistogram(density, points, {densities_.min, densities_.max}, bins);
-        }
-        entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
-        return success();
-    }
-
-    void noteLeftOut() {
-        std::uint64_t lost = 0;
-        std::uint64_t invalid = 0;
-        std::uint64_t outside = 0;
-        for (const auto& step : manifest_.particles().steps()) {
-            lost += step.lost();
-            invalid += step.invalid();
-            outside += step.outside();
-        }
-        const auto note = [&](std::uint64_t count, const char* what) {
-            if (count > 0) progress_.note(fmt::format("{} particles {}, summed over all steps", count, what));
-        };
-        note(lost, "that the source marks as lost were left out");
-        note(invalid, "with a coordinate or weight that is not a finite number were left out");
-        note(outside, boundsGiven() ? "beyond the given bounds were left out"
-                                    : "beyond the bounds (further than 1000 interquartile ranges from the "
-                                      "median, or beyond given bounds) were left out");
-    }
-
     const proto::JobRequest& request_;
     const proto::ParticlesJob& job_;
-    ParticleSource& source_;
+    ParticleSource& unfiltered_;
+    LostParticles lost_;
+    LostFilter source_;
     const std::vector<fs::path>& inputs_;
     fs::path output_;
     JobResources resources_;
@@ -315,6 +356,7 @@ class Job {
     double reported_ = 0.0;  ///< under it
 
     PlotAxes axes_;
+    JobColumns columns_;
     std::vector<std::size_t> steps_;  ///< of the source
     StepOptions stepOptions_;
     std::size_t together_ = 1;                        ///< steps that are under way at once
@@ -325,6 +367,7 @@ class Job {
     std::vector<std::uint64_t> leaves_;               ///< by selected step
     std::array<Range, 3> bounds_;
     Range densities_;
+    std::uint64_t othersLeftOut_ = 0;  ///< particles that are not lost, of a plot of those that are
     proto::Manifest manifest_;
 };
 
@@ -345,7 +388,8 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
                                         const std::filesystem::path& output, const JobResources& resources,
                                         Progress& progress) {
     MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
-    auto source = openParticleSource(request.particles(), inputs, progress);
+    auto source = isDataset(inputs) ? openDataset(request.particles(), inputs.front())
+                                    : openParticleSource(request.particles(), inputs, progress);
     const Status opened = source.ok() ? success() : Status(source.error());
     MOTE_RETURN_IF_ERROR(resources.ranks ? agree(*resources.ranks, opened) : opened);
     return runParticlesJob(request, **source, inputs, output, resources, progress);

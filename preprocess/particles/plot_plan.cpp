@@ -4,63 +4,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <string>
 
 #include "preprocess/job.h"
+#include "preprocess/particles/lost_filter.h"
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
+#include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
 
 namespace mote::prep {
 namespace {
-
-struct Selection {
-    std::size_t first = 0;
-    std::optional<std::size_t> last;
-    std::size_t stride = 1;
-};
-
-Error invalid(std::string message) {
-    return {ErrorCode::invalidArgument, "steps", std::move(message)};
-}
-
-std::optional<std::size_t> parseNumber(std::string_view text) {
-    std::size_t number = 0;
-    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (code != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
-
-Result<Selection> parse(std::string_view text) {
-    const Error wrong =
-        invalid(fmt::format("\"{}\" is not FIRST:LAST:STRIDE of step indices", text.substr(0, 60)));
-    std::vector<std::optional<std::size_t>> numbers;
-    std::string_view rest = text;
-    while (true) {
-        const auto colon = rest.find(':');
-        const auto part = rest.substr(0, colon);
-        numbers.push_back(parseNumber(part));
-        if ((!part.empty() && !numbers.back()) || numbers.size() > 3) return wrong;
-        if (colon == std::string_view::npos) break;
-        rest.remove_prefix(colon + 1);
-    }
-    Selection selection{numbers[0].value_or(0), std::nullopt, 1};
-    if (numbers.size() == 1) {
-        if (!numbers[0]) return wrong;
-        selection.last = numbers[0];
-    } else {
-        selection.last = numbers[1];
-    }
-    if (numbers.size() == 3) selection.stride = numbers[2].value_or(1);
-    if (selection.stride == 0) return invalid("the stride must be at least 1");
-    if (selection.last && *selection.last < selection.first)
-        return invalid("the last step lies before the first");
-    return selection;
-}
 
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
 
@@ -116,31 +72,6 @@ Status checkBounds(const proto::ParticlesJob& job) {
 
 }  // namespace
 
-Status checkStepSelection(std::string_view text) {
-    if (text.empty()) return success();
-    const auto parsed = parse(text);
-    return parsed.ok() ? success() : Status(parsed.error());
-}
-
-Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t available) {
-    Selection selection;
-    if (!text.empty()) {
-        MOTE_ASSIGN_OR_RETURN(selection, parse(text));
-    }
-    if (available == 0) return Error{ErrorCode::notFound, "steps", "the run has no steps"};
-    const std::size_t last = selection.last.value_or(available - 1);
-    if (last >= available || selection.first >= available) {
-        return invalid(fmt::format("{} reaches beyond the run's {} step{}, 0 to {}", text, available,
-                                   available == 1 ? "" : "s", available - 1));
-    }
-    std::vector<std::size_t> steps;
-    for (std::size_t step = selection.first; step <= last; step += selection.stride) {
-        steps.push_back(step);
-        if (selection.stride > last - step) break;
-    }
-    return steps;
-}
-
 MemoryPlan planMemory(std::uint64_t particles, const StepOptions& options, std::uint64_t limit, int threads) {
     // Rounded up from measurements of 10^7 and 10^8 particles. Whatever their number: the program, the grid,
     // blocks on their way, the volume; then nodes and leaves, of which there are more the smaller the leaves,
@@ -188,8 +119,9 @@ proto::Manifest describePlot(const PlotRequest& asked, const PlotAxes& axes,
 Status checkParticlesJob(const proto::ParticlesJob& job) {
     if (job.inputs().empty()) return invalid("inputs", "there is no input");
     MOTE_RETURN_IF_ERROR(checkAxes(job));
-    MOTE_RETURN_IF_ERROR(checkStepSelection(job.steps()));
+    MOTE_RETURN_IF_ERROR(checkStepRange(job.steps()));
     MOTE_RETURN_IF_ERROR(checkBounds(job));
+    MOTE_RETURN_IF_ERROR(parseLostParticles(job.lost()));
     if (job.has_volume_level()) {
         MOTE_RETURN_IF_ERROR(checkNumber(job.volume_level(), 1, storage::maxVolumeLevel, "volumeLevel"));
     }

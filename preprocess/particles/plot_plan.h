@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a request for a plot comes to: the steps of a run that it takes ("FIRST:LAST:STRIDE" of the run's step
-// indices, last included), the memory for each, and what the manifest says before any step is built. Pure
-// functions, but for the machine's size and the names of the file system.
+// What a request for a plot comes to: the memory for each step, and what the manifest says before any step is
+// built. Pure functions, but for the machine's size and the names of the file system.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <string_view>
 #include <vector>
 
 #include "preprocess/particles/bounds_rule.h"
@@ -17,14 +15,6 @@
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
-
-/// The form alone. Also "N", "FIRST:LAST"; an empty FIRST is 0, an empty LAST the run's last step. Errors:
-/// invalidArgument.
-Status checkStepSelection(std::string_view text);
-
-/// Indices in ascending order; all of them for "". Errors: as above, invalidArgument where FIRST or LAST is
-/// not a step of the run.
-Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t available);
 
 struct MemoryPlan {
     std::uint64_t needed = 0;     ///< bytes without which the step cannot be built

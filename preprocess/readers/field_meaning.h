@@ -9,13 +9,12 @@
 #include <string>
 #include <string_view>
 
+#include "preprocess/constants.h"
 #include "preprocess/readers/particle_source.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
-inline constexpr double speedOfLight = 299792458.0;          ///< m/s, exact
-inline constexpr double elementaryCharge = 1.602176634e-19;  ///< C, exact
 inline constexpr double radiansPerTurn = 2 * std::numbers::pi;
 
 /// eV/c in one kg m/s.

@@ -12,6 +12,7 @@
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/impact/number_table.h"
+#include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/particle_source.h"
@@ -25,28 +26,44 @@ namespace {
 
 // Format: which reader a file needs, by the name that the user gives or by what the file holds.
 
-enum class Format : std::uint8_t { openpmd, h5part, impactZ, impactT, sdds, csv, npy };
+enum class Format : std::uint8_t {
+    openpmd,
+    h5part,
+    impactZ,
+    impactT,
+    sdds,
+    csv,
+    npy,
+    npz,
+    tracewin,
+    astra,
+    genesis,
+    elegant,
+};
 
 constexpr std::size_t impactZColumns = 9;
 constexpr std::size_t impactTColumns = 6;
+constexpr std::size_t astraColumns = 10;
 
 struct Name {
     std::string_view name;
     Format format;
 };
-constexpr Name names[] = {{"openpmd", Format::openpmd}, {"h5part", Format::h5part},
-                          {"impactz", Format::impactZ}, {"impactt", Format::impactT},
-                          {"sdds", Format::sdds},       {"csv", Format::csv},
-                          {"npy", Format::npy}};
+constexpr Name names[] = {
+    {"openpmd", Format::openpmd}, {"h5part", Format::h5part},    {"impactz", Format::impactZ},
+    {"impactt", Format::impactT}, {"sdds", Format::sdds},        {"csv", Format::csv},
+    {"npy", Format::npy},         {"npz", Format::npz},          {"tracewin", Format::tracewin},
+    {"astra", Format::astra},     {"genesis4", Format::genesis}, {"elegant", Format::elegant}};
 
 Error unsupported(const std::filesystem::path& path, std::string message) {
     return {ErrorCode::unsupported, path.filename().string(), std::move(message)};
 }
 
 Error adios(const std::filesystem::path& path, std::string_view version) {
-    return unsupported(path, "is an ADIOS2 " + std::string(version) +
-                                 " file, which is not read; convert it with: openpmd-pipe --infile " +
-                                 path.filename().string() + " --outfile " + path.stem().string() + ".h5");
+    return unsupported(
+        path, "is an ADIOS2 " + std::string(version) +
+                  " file, and this mote was built without ADIOS2; convert it with: openpmd-pipe --infile " +
+                  path.filename().string() + " --outfile " + path.stem().string() + ".h5");
 }
 
 /// A directory is no input of ours, but ADIOS2 writes its files as one.
@@ -65,9 +82,12 @@ Result<Format> hdf5Format(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
     if (looksLikeOpenpmd(file)) return Format::openpmd;
     if (looksLikeH5Part(file)) return Format::h5part;
+    if (looksLikeGenesis(file)) return Format::genesis;
+    if (looksLikeSddsHdf5(file)) return Format::elegant;
     return unsupported(path,
                        "is an HDF5 file that is neither openPMD (no attribute 'openPMD' in its root) nor "
-                       "H5Part (no group Step#0)");
+                       "H5Part (no group Step#0), of Genesis 4 (no slicelength) or of elegant (no group "
+                       "page1/columns)");
 }
 
 /// A table of numbers without names. What its columns mean the deck beside it says.
@@ -79,6 +99,7 @@ Result<Format> numbersFormat(const proto::ParticlesJob& job, const std::filesyst
     if (columns >= impactTColumns && deckZ != deckT) return deckZ ? Format::impactZ : Format::impactT;
     if (columns == impactZColumns && job.has_impact() && job.impact().has_frequency()) return Format::impactZ;
     if (columns == impactTColumns && (job.has_impact() || deckT)) return Format::impactT;
+    if (columns == astraColumns && looksLikeAstra(path)) return Format::astra;
     return unsupported(
         path, "is a table of " + std::to_string(columns) +
                   " columns of numbers without names; say what it is with --format impactz or impactt, or "
@@ -95,7 +116,7 @@ Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem:
     if (!shape.numbers) {
         return unsupported(
             path,
-            "is of no known format: neither HDF5 (openPMD, H5Part), SDDS, .npy, a table with a line of "
+            "is of no known format: neither HDF5 (openPMD, H5Part), SDDS, .npy, .npz, a table with a line of "
             "names, nor a particle file of IMPACT");
     }
     return numbersFormat(job, path, shape.columns);
@@ -112,9 +133,8 @@ Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::pat
     if (begin.empty()) return unsupported(path, "is empty");
     if (H5File::looksLikeHdf5(path)) return hdf5Format(path);
     if (begin.starts_with("\x93NUMPY")) return Format::npy;
-    if (begin.starts_with("PK\x03\x04")) {
-        return unsupported(path, "is a zip archive (.npz?); save each array by itself with numpy.save");
-    }
+    if (looksLikeZip(begin)) return Format::npz;
+    if (looksLikeDst(begin)) return Format::tracewin;
     if (looksLikeSdds(begin)) return Format::sdds;
     if (begin.starts_with("ADIOS-BP") || path.extension() == ".bp") return adios(path, "BP");
     return textFormat(job, path);
@@ -129,7 +149,9 @@ Result<Format> formatOf(const proto::ParticlesJob& job, const std::vector<std::f
         }
         return Error{
             ErrorCode::invalidArgument, "format",
-            "'" + job.format() + "' is none of auto, openpmd, h5part, impactz, impactt, sdds, csv, npy"};
+            "'" + job.format() +
+                "' is none of auto, openpmd, h5part, impactz, impactt, astra, tracewin, genesis4, sdds, "
+                "elegant, csv, npy, npz"};
     }
     const auto first = detect(job, files.front());
     if (!first) return first.error();
@@ -200,11 +222,21 @@ Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::Particle
         case Format::impactT:
             return openImpact(ImpactDeck::Code::impactT, files, job.impact(), progress);
         case Format::sdds:
-            return openSdds(files, mass, progress);
+            return openSdds("sdds", files, mass, progress);
+        case Format::elegant:
+            return openSdds("elegant", files, mass, progress);
+        case Format::tracewin:
+            return openDst(files, mass, progress);
+        case Format::astra:
+            return openAstra(files, mass, progress);
+        case Format::genesis:
+            return openGenesis(files, mass, progress);
         case Format::csv:
             return openCsv(files, mass, progress);
         case Format::npy:
-            return openNpy(files, mass, progress);
+            return openNpy("npy", files, mass, progress);
+        case Format::npz:
+            return openNpy("npz", files, mass, progress);
     }
     return Error{ErrorCode::internal, "", "no reader is known for this format"};
 }

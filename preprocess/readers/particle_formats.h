@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "preprocess/readers/impact/impact_deck.h"
@@ -37,11 +38,14 @@ Result<std::unique_ptr<ParticleSource>> openImpact(ImpactDeck::Code code,
                                                    const std::vector<std::filesystem::path>& files,
                                                    const proto::ImpactOptions& options, Progress& progress);
 
-// NumPy arrays: one .npy file a step, with named fields or of shape N x 6 or N x 7.
+// NumPy arrays: .npy files, with named fields or of shape N x 3, N x 6 or N x 7, and .npz archives, whose
+// arrays are columns by their names.
 
-/// Steps in the order of the numbers in the files' names. `mass` in eV/c^2, 0: unknown. Errors: notFound,
-/// corrupt, unsupported, invalidArgument, cancelled.
-Result<std::unique_ptr<ParticleSource>> openNpy(const std::vector<std::filesystem::path>& files, double mass,
+/// Steps by their iterations where every file says them, else in the order of the numbers in the files'
+/// names. `format` is what the source calls itself, "npy" or "npz"; `mass` in eV/c^2, 0: as the files say.
+/// Errors: notFound, corrupt, unsupported, invalidArgument, resourceExhausted, cancelled.
+Result<std::unique_ptr<ParticleSource>> openNpy(std::string format,
+                                                const std::vector<std::filesystem::path>& files, double mass,
                                                 Progress& progress);
 
 // openPMD runs in HDF5 (versions 1.0 to 2.0, with or without the BeamPhysics extension), one or several
@@ -52,12 +56,47 @@ Result<std::unique_ptr<ParticleSource>> openNpy(const std::vector<std::filesyste
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const std::vector<std::filesystem::path>& files,
                                                     const std::string& species, Progress& progress);
 
-// SDDS data sets, as elegant writes them: text or binary pages, each a step, gzipped or not. What becomes of
-// each column: docs/READERS.md.
+// SDDS data sets, as elegant writes them: text or binary pages, each a step, gzipped or not; and the same as
+// sdds2hdf turns them into HDF5 (page1/columns/x). What becomes of each column: docs/READERS.md.
 
-/// Files in the order of the numbers in their names, pages as they stand. `mass` in eV/c^2, 0: the electron's
-/// where one is needed, with a note. Errors: notFound, corrupt, unsupported, invalidArgument, cancelled.
-Result<std::unique_ptr<ParticleSource>> openSdds(const std::vector<std::filesystem::path>& files, double mass,
+/// True where a group /page1/columns stands.
+bool looksLikeSddsHdf5(const H5File& file);
+
+/// Files in the order of the numbers in their names, pages as they stand. `format` is what the source calls
+/// itself, "sdds" or "elegant" (HDF5); `mass` in eV/c^2, 0: the electron's where one is needed, with a note.
+/// Errors: notFound, corrupt, unsupported, invalidArgument, cancelled.
+Result<std::unique_ptr<ParticleSource>> openSdds(const std::string& format,
+                                                 const std::vector<std::filesystem::path>& files, double mass,
                                                  Progress& progress);
+
+// Distributions of TraceWin and PlotWin (.dst), one file a step.
+
+bool looksLikeDst(std::string_view begin);
+
+/// Steps in the order of the numbers in the files' names. `mass` in eV/c^2, 0: as the files say. Errors:
+/// notFound, corrupt, unsupported (gzipped), invalidArgument (files of different masses), cancelled.
+Result<std::unique_ptr<ParticleSource>> openDst(const std::vector<std::filesystem::path>& files, double mass,
+                                                Progress& progress);
+
+// Distributions of ASTRA: text of ten columns, relative to the first row, the reference particle; one file a
+// step.
+
+/// Whether the first row has ten numbers, of which the last two can be a species and a status.
+bool looksLikeAstra(const std::filesystem::path& path);
+
+/// Steps by the places in the files' names (100 of run.0100.001), else by their numbers. `mass` in eV/c^2, 0:
+/// that of the species. Errors: notFound, corrupt, invalidArgument (files of different species), cancelled.
+Result<std::unique_ptr<ParticleSource>> openAstra(const std::vector<std::filesystem::path>& files,
+                                                  double mass, Progress& progress);
+
+// Particle dumps of Genesis 1.3, version 4 (.par.h5): slices in one HDF5 file a step.
+
+/// True where the datasets slicelength, slicespacing and beamletsize stand in the root.
+bool looksLikeGenesis(const H5File& file);
+
+/// Steps in the order of the numbers in the files' names. `mass` in eV/c^2, 0: the electron's. Errors:
+/// notFound, corrupt, unsupported, cancelled.
+Result<std::unique_ptr<ParticleSource>> openGenesis(const std::vector<std::filesystem::path>& files,
+                                                    double mass, Progress& progress);
 
 }  // namespace mote::prep

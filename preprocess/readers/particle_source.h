@@ -62,6 +62,13 @@ class ParticleSource {
     virtual bool has(Column column) const = 0;
     /// Rest mass of one real particle, eV/c^2; 0 where the source does not say.
     virtual double mass() const = 0;
+    /// What weights count: "1" real particles, "C" charge; "" where the source does not say.
+    virtual std::string weightUnit() const { return ""; }
+    /// What it holds of particles that are lost, where that is settled: "without", "with" or "only"; "": it
+    /// marks them.
+    virtual std::string lostParticles() const { return ""; }
+    /// A step's statistics by storage::beamStatistics(), where the source keeps them; else none.
+    virtual std::vector<double> statistics(std::size_t) const { return {}; }
     /// Reads rows [begin, begin + count) of a step, `count` at most 2^22. Missing weights are 1, missing ids
     /// the row.
     virtual Status read(std::size_t step, std::uint64_t begin, std::size_t count,

@@ -9,11 +9,10 @@
 #include <array>
 #include <vector>
 
+#include "preprocess/constants.h"
+
 namespace mote::prep {
 
-/// Exact by the definition of the SI.
-inline constexpr double speedOfLight = 299'792'458.0;        ///< m/s
-inline constexpr double elementaryCharge = 1.602176634e-19;  ///< C
 /// CODATA 2018.
 inline constexpr double protonMassEv = 938.27208816e6;             ///< eV/c^2
 inline constexpr double classicalProtonRadius = 1.5346982672e-18;  ///< m: e^2 / (4 pi eps0 m c^2)

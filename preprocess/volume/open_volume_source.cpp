@@ -10,6 +10,7 @@
 #include "preprocess/volume/metaimage.h"
 #include "preprocess/volume/nifti.h"
 #include "preprocess/volume/nrrd.h"
+#include "preprocess/volume/openpmd_mesh.h"
 #include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_source.h"
@@ -33,6 +34,7 @@ class PlacedVolume : public VolumeSource {
         : source_(std::move(source)), shape_(std::move(shape)) {}
     std::string format() const override { return source_->format(); }
     const VolumeShape& shape() const override { return shape_; }
+    std::optional<double> time() const override { return source_->time(); }
     bool sequential() const override { return source_->sequential(); }
     Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
         auto status = source_->read(z0, z1, values);
@@ -81,10 +83,14 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
     for (const Format& format : formats) {
         if (format.begins(head)) return format.name;
     }
+    if (beginsAsHdf5(head)) {
+        MOTE_ASSIGN_OR_RETURN(const bool openpmd, holdsOpenpmd(input));
+        if (openpmd) return std::string_view("openpmd");
+    }
     return Error{
         ErrorCode::unsupported, file->name(),
-        "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, PNG or TIFF file; a raw one needs its dimensions and "
-        "type"};
+        "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), PNG or TIFF file; a raw one needs its "
+        "dimensions and type"};
 }
 
 Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
@@ -97,9 +103,10 @@ Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
     if (format == "vti") return openVti(input, options.field(), progress);
     if (format == "pictures") return openPictureStack(input, progress);
     if (format == "vdb") return openVdb(input, options.field());
+    if (format == "openpmd") return openOpenpmdMesh(input, options.field());
     return wrongOption(
         "format",
-        fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures and vdb",
+        fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures, vdb and openpmd",
                     format));
 }
 
@@ -122,6 +129,23 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
     MOTE_RETURN_IF_ERROR(place(shape, options));
     return std::unique_ptr<VolumeSource>(
         std::make_unique<PlacedVolume>(std::move(source).value(), std::move(shape)));
+}
+
+Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
+                                            const std::vector<std::filesystem::path>& inputs) {
+    std::vector<VolumeStep> steps;
+    for (const auto& input : inputs) {
+        std::vector<std::string> fields{options.field()};
+        // What is wrong with an input is said when it is opened.
+        if (const auto format = formatOf(options, input); format.ok() && *format == "openpmd") {
+            MOTE_ASSIGN_OR_RETURN(fields, meshSteps(input, options.field()));
+        }
+        for (auto& field : fields) {
+            steps.push_back({input, options});
+            steps.back().options.set_field(std::move(field));
+        }
+    }
+    return steps;
 }
 
 }  // namespace mote::prep

@@ -8,8 +8,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "preprocess/job.h"
 #include "preprocess/volume/volume_shape.h"
@@ -23,6 +25,8 @@ class VolumeSource {
     virtual ~VolumeSource() = default;
     virtual std::string format() const = 0;  ///< as in --format
     virtual const VolumeShape& shape() const = 0;
+    /// Of the volume, s, where the file says it.
+    virtual std::optional<double> time() const { return std::nullopt; }
     /// Whether slabs are best asked for in ascending z: going back decompresses the file from its beginning.
     virtual bool sequential() const = 0;
     /// The values of slices [z0, z1), x fastest, slope and intercept of the file applied. 32-bit integers and
@@ -39,5 +43,15 @@ class VolumeSource {
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
                                                        const std::filesystem::path& input,
                                                        Progress& progress);
+
+/// A step of a series, and how its volume is opened.
+struct VolumeStep {
+    std::filesystem::path input;
+    proto::VolumeSourceOptions options;
+};
+/// One for each input, but for openPMD files of several iterations, which are a step each. Errors: as
+/// openVolumeSource, of these.
+Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
+                                            const std::vector<std::filesystem::path>& inputs);
 
 }  // namespace mote::prep

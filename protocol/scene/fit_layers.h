@@ -16,7 +16,7 @@ namespace mote {
 bool isFitted(const Layer& layer);
 
 /// Fits the camera of a view that came without one to its layers; another's stays as it is. `boxes`: of each
-/// layer's dataset, layer space; nothing where there is none to be seen.
+/// layer's dataset, layer space; nothing where there is none to be seen. Annotated axes get room for labels.
 void fitLayers(View& view, std::span<const std::optional<Bounds>> boxes);
 
 }  // namespace mote

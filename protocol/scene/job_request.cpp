@@ -8,7 +8,10 @@
 #include <array>
 #include <cmath>
 
+#include "protocol/scene/column_name.h"
 #include "protocol/scene/film_job.h"
+#include "protocol/scene/selection.h"
+#include "protocol/scene/step_range.h"
 
 namespace mote {
 namespace {
@@ -17,6 +20,7 @@ using Request = proto::JobRequest;
 
 constexpr std::size_t largestRequest = std::size_t{64} * 1024;  // bytes of the whole message
 constexpr std::size_t largestFilm = std::size_t{900} * 1024;    // likewise; it holds a script
+constexpr std::size_t largestExport = largestFilm;              // likewise; it holds a selection
 constexpr std::size_t longestTitle = 256;                       // bytes
 constexpr std::size_t longestWord = 64;                         // bytes of an axis, a format, a range
 constexpr std::size_t longestSpecies = 256;                     // bytes
@@ -24,6 +28,7 @@ constexpr std::size_t longestName = 1024;                       // bytes of "ROO
 constexpr std::size_t longestPart = 255;                        // bytes between two "/", as Linux has it
 constexpr int mostInputs = 4096;
 constexpr int mostBounds = 16;
+constexpr int mostColumns = 256;
 
 Error bad(std::string field, std::string message) {
     return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
@@ -134,6 +139,20 @@ Status checkFilm(const Request& request) {
     return checkFilmJob(request.film());
 }
 
+Status checkExport(const Request& request) {
+    const auto& job = request.export_();
+    MOTE_RETURN_IF_ERROR(checkStepRange(job.steps()));
+    if (const auto selection = parseSelection(job.select()); !selection.ok())
+        return selection.error().within("select");
+    if (job.columns_size() > mostColumns)
+        return bad("columns", fmt::format("names more than {}", mostColumns));
+    for (int i = 0; i < job.columns_size(); ++i) {
+        const auto name = checkColumnName(job.columns(i), fmt::format("columns[{}]", i));
+        if (!name.ok()) return name.error();
+    }
+    return success();
+}
+
 Status checkNothing(const Request&) {
     return success();
 }
@@ -163,6 +182,9 @@ Inputs meshInputs(const Request& request) {
 Inputs imageInputs(const Request& request) {
     return {{"input", request.image().input()}};
 }
+Inputs exportInputs(const Request& request) {
+    return {{"dataset", request.export_().dataset()}};
+}
 Inputs noInputs(const Request&) {
     return {};
 }
@@ -172,18 +194,20 @@ struct Kind {
     Request::KindCase kind;
     Inputs (*inputs)(const Request&);
     Status (*check)(const Request&);
-    std::string_view ending = ".mote";  ///< of what it makes; empty: no output of its own
+    std::string_view ending = ".mote";  ///< of what it makes; empty: that stays with the job
     std::size_t largest = largestRequest;
+    bool ranks = false;  ///< several processes may do it together
 };
 
 constexpr std::array kinds{
-    Kind{Request::kParticles, particlesInputs, checkParticles},
+    Kind{Request::kParticles, particlesInputs, checkParticles, ".mote", largestRequest, true},
     Kind{Request::kSynthBeam, noInputs, checkSynthBeam, ".h5"},
     Kind{Request::kStipple, stippleInputs, checkStipple},
     Kind{Request::kMesh, meshInputs, checkMesh},
     Kind{Request::kImage, imageInputs, checkNothing},
-    Kind{Request::kVolume, volumeInputs, checkVolume},
+    Kind{Request::kVolume, volumeInputs, checkVolume, ".mote", largestRequest, true},
     Kind{Request::kFilm, noInputs, checkFilm, "", largestFilm},
+    Kind{Request::kExport, exportInputs, checkExport, "", largestExport},
 };
 
 Kind kindOf(const Request& request) {
@@ -210,7 +234,7 @@ Error missingKind() {
 
 Status checkOutput(const std::string& output, std::string_view ending) {
     if (ending.empty() && output.empty()) return success();
-    if (ending.empty()) return bad("output", "must be left out: a film stays with its job");
+    if (ending.empty()) return bad("output", "must be left out: a film or an export stays with its job");
     MOTE_RETURN_IF_ERROR(checkName(output, "output"));
     const auto slash = output.rfind('/');
     const auto file = std::string_view(output).substr(slash == std::string::npos ? 0 : slash + 1);
@@ -233,6 +257,14 @@ Status checkMeshJob(const proto::MeshJob& job) {
         return bad("clip", "needs finite numbers, the least below the greatest");
     }
     return success();
+}
+
+bool mayHaveRanks(const Request& message) {
+    return kindOf(message).ranks;
+}
+
+bool staysWithJob(const Request& message) {
+    return kindOf(message).ending.empty();
 }
 
 std::vector<JobInput> jobInputs(const Request& message) {

@@ -32,6 +32,12 @@ Result<JobRequest> parseJobRequest(const proto::JobRequest& message);
 /// What parseJobRequest() holds a mesh job to, for who has the job alone. Errors: places within the job.
 Status checkMeshJob(const proto::MeshJob& job);
 
+/// Whether what it makes is no file of a root but stays with the job, to be fetched.
+bool staysWithJob(const proto::JobRequest& message);
+
+/// Whether several processes may do it together, under MPI.
+bool mayHaveRanks(const proto::JobRequest& message);
+
 /// The files that a request names as inputs, of a request that nobody has checked.
 std::vector<JobInput> jobInputs(const proto::JobRequest& message);
 

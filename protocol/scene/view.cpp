@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <glm/matrix.hpp>
-
 #include "protocol/scene/check.h"
+#include "protocol/scene/layer_parts.h"
+#include "protocol/scene/transform.h"
 
 namespace mote {
 namespace {
@@ -29,26 +28,6 @@ Status checkSize(const proto::View& message) {
                                         message.height(), View::maxPixels));
 }
 
-Result<glm::dmat4> parseTransform(const google::protobuf::RepeatedField<double>& rows) {
-    if (rows.empty()) return glm::dmat4(1.0);
-    if (rows.size() != 16) {
-        return invalid("transform", fmt::format("16 numbers are needed, not {}", rows.size()));
-    }
-    glm::dmat4 transform(1.0);
-    for (int i = 0; i < 16; ++i) {
-        MOTE_RETURN_IF_ERROR(checkRange(rows[i], -1e9, 1e9, fmt::format("transform[{}]", i)));
-        transform[i % 4][i / 4] = rows[i];  // glm keeps columns
-    }
-    if (rows[12] != 0.0 || rows[13] != 0.0 || rows[14] != 0.0 || rows[15] != 1.0) {
-        return invalid("transform", "the last row must be 0, 0, 0, 1");
-    }
-    const double determinant = std::abs(glm::determinant(glm::dmat3(transform)));
-    if (!(determinant > 1e-18 && determinant < 1e18)) {
-        return invalid("transform", "the matrix must be invertible and of sensible scale");
-    }
-    return transform;
-}
-
 template <class Style>
 Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind) {
     if (!style.ok()) return style.error().within(kind);
@@ -56,28 +35,55 @@ Result<Layer> withStyle(Layer layer, Result<Style> style, std::string_view kind)
     return layer;
 }
 
-Result<Layer> parseLayer(const proto::Layer& message, const glm::dvec3& background) {
-    if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
-    MOTE_ASSIGN_OR_RETURN(const auto transform, parseTransform(message.transform()));
-    const double opacity = message.has_opacity() ? message.opacity() : 1.0;
-    MOTE_RETURN_IF_ERROR(checkRange(opacity, 0.0, 1.0, "opacity"));
-    const Layer layer{message.dataset(), message.step(), transform, StippleStyle{}, opacity};
+/// A layer with its kind's style alone.
+Result<Layer> parseStyle(const proto::Layer& message, const glm::dvec3& background, Layer layer) {
     switch (message.kind_case()) {
         case proto::Layer::kParticles:
-            return withStyle(layer, parseParticlesStyle(message.particles()), "particles");
+            return withStyle(std::move(layer), parseParticlesStyle(message.particles()), "particles");
         case proto::Layer::kHybrid:
-            return withStyle(layer, parseHybridStyle(message.hybrid()), "hybrid");
+            return withStyle(std::move(layer), parseHybridStyle(message.hybrid()), "hybrid");
         case proto::Layer::kStipple:
-            return withStyle(layer, parseStippleStyle(message.stipple(), background), "stipple");
+            return withStyle(std::move(layer), parseStippleStyle(message.stipple(), background), "stipple");
         case proto::Layer::kInk:
-            return withStyle(layer, parseInkStyle(message.ink(), background), "ink");
+            return withStyle(std::move(layer), parseInkStyle(message.ink(), background), "ink");
         case proto::Layer::kMesh:
-            return withStyle(layer, parseMeshStyle(message.mesh()), "mesh");
+            return withStyle(std::move(layer), parseMeshStyle(message.mesh()), "mesh");
         default:
             return invalid("",
                            "a layer holds exactly one kind; this version draws \"particles\", \"hybrid\", "
                            "\"stipple\", \"ink\" and \"mesh\"");
     }
+}
+
+Result<Layer> parseLayer(const proto::Layer& message, const proto::View& view, const glm::dvec3& background) {
+    if (message.dataset().empty()) return invalid("dataset", "a layer needs a dataset, \"ROOT/NAME\"");
+    MOTE_ASSIGN_OR_RETURN(const auto transform, parseTransform(message.transform()));
+    const double opacity = message.has_opacity() ? message.opacity() : 1.0;
+    MOTE_RETURN_IF_ERROR(checkRange(opacity, 0.0, 1.0, "opacity"));
+    auto layer = parseStyle(message, background,
+                            {message.dataset(), message.step(), transform, StippleStyle{}, opacity});
+    if (layer.ok()) MOTE_RETURN_IF_ERROR(parseLayerParts(message, view.selections(), *layer));
+    return layer;
+}
+
+Status parseLayers(const proto::View& message, View& view) {
+    if (message.layers_size() > View::maxLayers) {
+        return invalid("layers", fmt::format("a view has at most {} layers, not {}", View::maxLayers,
+                                             message.layers_size()));
+    }
+    std::size_t values = 0;
+    for (int i = 0; i < message.layers_size(); ++i) {
+        auto layer = parseLayer(message.layers(i), message, view.background);
+        MOTE_RETURN_IF_ERROR(layer, fmt::format("layers[{}]", i));
+        values += valueCount(*layer);
+        if (values > Selection::maxValues) {
+            return invalid(fmt::format("layers[{}]", i),
+                           fmt::format("the selections of all layers have more than {} ids and points",
+                                       Selection::maxValues));
+        }
+        view.layers.push_back(*std::move(layer));
+    }
+    return success();
 }
 
 /// Of those of which there is something.
@@ -99,14 +105,14 @@ Result<View> parseView(const proto::View& message) {
     view.width = message.width();
     view.height = message.height();
     MOTE_ASSIGN_OR_RETURN(view.background, checkColor(message.background(), glm::dvec3(0.0), "background"));
-    if (message.layers_size() > View::maxLayers) {
-        return invalid("layers", fmt::format("a view has at most {} layers, not {}", View::maxLayers,
-                                             message.layers_size()));
-    }
-    for (int i = 0; i < message.layers_size(); ++i) {
-        auto layer = parseLayer(message.layers(i), view.background);
-        if (!layer.ok()) return layer.error().within(fmt::format("layers[{}]", i));
-        view.layers.push_back(*std::move(layer));
+    auto selections = parseNamedSelections(message.selections());
+    MOTE_RETURN_IF_ERROR(selections, "selections");
+    view.selections = *std::move(selections);
+    MOTE_RETURN_IF_ERROR(parseLayers(message, view));
+    if (message.has_annotations()) {
+        auto annotations = parseAnnotations(message.annotations());
+        MOTE_RETURN_IF_ERROR(annotations, "annotations");
+        view.annotations = *std::move(annotations);
     }
     if (!message.has_camera()) {
         view.camera = fitCamera(layersBounds(view.layers), view.aspect());

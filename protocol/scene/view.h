@@ -13,12 +13,17 @@
 #include <vector>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/annotations.h"
 #include "protocol/scene/camera.h"
+#include "protocol/scene/color_by.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/highlight.h"
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/ink_style.h"
 #include "protocol/scene/mesh_style.h"
 #include "protocol/scene/particles_style.h"
+#include "protocol/scene/paths.h"
+#include "protocol/scene/selection.h"
 #include "protocol/scene/stipple_style.h"
 
 namespace mote {
@@ -29,6 +34,11 @@ struct Layer {
     glm::dmat4 transform{1.0};  ///< layer space to world space, affine and invertible
     std::variant<ParticlesStyle, HybridStyle, StippleStyle, MeshStyle, InkStyle> style;
     double opacity = 1.0;  ///< how much of it there is, 0 to 1 (docs/PICTURE.md, "Layers that fade")
+    // Of particles alone.
+    std::optional<ColorBy> colorBy = {};      ///< of its points
+    std::optional<Selection> select = {};     ///< these are drawn, as if they were the whole run
+    std::optional<Highlight> highlight = {};  ///< these are drawn over the others
+    std::optional<Paths> paths = {};          ///< the ways of some through all steps
 
     /// Null where it is of another kind.
     const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
@@ -52,6 +62,8 @@ struct View {
     Camera camera;               ///< fitted to the layers where the message has none
     bool cameraFitted = false;   ///< the message had none: it was fitted as if every layer were a plot
     std::vector<Layer> layers;
+    std::optional<Annotations> annotations = {};
+    std::vector<NamedSelection> selections = {};  ///< that stay with it; those of layers are resolved
 
     double aspect() const { return static_cast<double>(width) / height; }
     bool operator==(const View&) const = default;

@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <type_traits>
 
+#include "protocol/scene/layer_parts.h"
 #include "protocol/scene/style_kinds.h"
+#include "protocol/scene/transform.h"
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
@@ -15,12 +16,10 @@ namespace {
 void writeLayer(const Layer& layer, const glm::dvec3& background, proto::Layer& message) {
     message.set_dataset(layer.dataset);
     message.set_step(layer.step);
-    if (layer.transform != glm::dmat4(1.0)) {
-        for (int i = 0; i < 16; ++i)
-            message.add_transform(layer.transform[i % 4][i / 4]);  // glm keeps columns
-    }
+    writeTransform(layer.transform, message.mutable_transform());
     if (layer.opacity != 1.0) message.set_opacity(layer.opacity);
     std::visit([&](const auto& style) { writeStyle(style, background, message); }, layer.style);
+    writeLayerParts(layer, message);
 }
 
 /// Makes lengths in pixels longer.
@@ -44,6 +43,12 @@ proto::View toProto(const View& view) {
     const auto background = writeColor(view.background, message.mutable_background());
     if (!view.cameraFitted) *message.mutable_camera() = toProto(view.camera);
     for (const auto& layer : view.layers) writeLayer(layer, background, *message.add_layers());
+    if (view.annotations) *message.mutable_annotations() = toProto(*view.annotations);
+    for (const auto& [name, selection] : view.selections) {
+        auto& added = *message.add_selections();
+        added.set_name(name);
+        *added.mutable_selection() = toProto(selection);
+    }
     return message;
 }
 
@@ -58,10 +63,8 @@ Result<View> magnified(const View& view, unsigned times) {
     result.height =
         static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{view.height} * times, ~0U));
     Magnifier magnifier(times);
-    for (auto& layer : result.layers) {
-        std::visit([&](auto& style) { visitFields(style, std::decay_t<decltype(style)>(style), magnifier); },
-                   layer.style);
-    }
+    for (auto& layer : result.layers) visitLayer(layer, Layer(layer), magnifier);
+    if (times > 1 && view.annotations) result.annotations = magnified(*view.annotations, view.width);
     const auto checked = parseView(toProto(result));
     if (checked.ok()) return result;
     return Error{checked.error().code, checked.error().where,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "protocol/scene/error.h"
 
@@ -19,6 +20,7 @@ struct Address {
     std::string host;        ///< of TCP: a name or a number; [::1] without its brackets
     std::uint16_t port = 0;  ///< of TCP
 
+    static Address unixAt(std::string path) { return {Kind::unixSocket, std::move(path), {}, 0}; }
     std::string toString() const;
     bool operator==(const Address&) const = default;
 };

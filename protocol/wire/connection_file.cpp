@@ -1,89 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/wire/connection_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <string>
 
 #include "protocol/scene/json.h"
-#include "protocol/scene/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/framing.h"
+#include "protocol/wire/private_file.h"
+#include "protocol/wire/tls.h"
 
 namespace mote::wire {
 namespace {
-
-constexpr std::size_t maxFileSize = std::size_t{64} << 10;
-
-/// Closes the descriptor of a file at the end of a scope.
-class OpenFile {
-  public:
-    explicit OpenFile(int descriptor) : descriptor_(descriptor) {}
-    ~OpenFile() {
-        if (descriptor_ >= 0) ::close(descriptor_);
-    }
-    OpenFile(const OpenFile&) = delete;
-    OpenFile& operator=(const OpenFile&) = delete;
-    int descriptor() const { return descriptor_; }
-
-  private:
-    int descriptor_;
-};
-
-Status writeAll(const OpenFile& file, const std::filesystem::path& path, const std::string& text) {
-    std::size_t done = 0;
-    while (done < text.size()) {
-        const ssize_t count = ::write(file.descriptor(), text.data() + done, text.size() - done);
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) return systemError(errno, path.string(), "cannot be written");
-        done += static_cast<std::size_t>(count);
-    }
-    if (::fsync(file.descriptor()) != 0) return systemError(errno, path.string(), "cannot be written");
-    return success();
-}
-
-/// mkostemp makes the file with mode 0600 under a name that nobody had before.
-Status writeBeside(const std::filesystem::path& path, const std::string& text, std::string& temporary) {
-    const OpenFile file(::mkostemp(temporary.data(), O_CLOEXEC));
-    if (file.descriptor() < 0) return systemError(errno, path.string(), "cannot be made");
-    MOTE_RETURN_IF_ERROR(writeAll(file, path, text));
-    if (::rename(temporary.c_str(), path.c_str()) != 0)
-        return systemError(errno, path.string(), "cannot be made");
-    return success();
-}
-
-Result<std::string> readPrivate(const std::filesystem::path& path) {
-    const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-    if (file.descriptor() < 0) return systemError(errno, path.string(), "cannot be read");
-    struct stat status {};
-    if (::fstat(file.descriptor(), &status) != 0) return systemError(errno, path.string(), "cannot be read");
-    if (!S_ISREG(status.st_mode)) return Error{ErrorCode::invalidArgument, path.string(), "is no plain file"};
-    if ((status.st_mode & 077) != 0) {
-        return Error{ErrorCode::permissionDenied, path.string(),
-                     fmt::format("others may read this token (mode {:04o}); chmod 600 it, and restart the "
-                                 "server if they may have",
-                                 status.st_mode & 07777)};
-    }
-    std::string text(maxFileSize + 1, '\0');
-    std::size_t done = 0;
-    while (done < text.size()) {
-        const ssize_t count = ::read(file.descriptor(), text.data() + done, text.size() - done);
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) return systemError(errno, path.string(), "cannot be read");
-        if (count == 0) break;
-        done += static_cast<std::size_t>(count);
-    }
-    if (done > maxFileSize) {
-        return Error{ErrorCode::invalidArgument, path.string(), "is too large for a connection file"};
-    }
-    text.resize(done);
-    return text;
-}
 
 bool isToken(const std::string& text) {
     const auto hexadecimal = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); };
@@ -91,7 +21,12 @@ bool isToken(const std::string& text) {
 }
 
 Status checkContent(const proto::ConnectionFile& content) {
-    MOTE_RETURN_IF_ERROR(parseAddress(content.address()), "address");
+    const auto address = parseAddress(content.address());
+    if (!address.ok()) return address.error().within("address");
+    if (address->kind == Address::Kind::tcp && !isFingerprint(content.certificate_fingerprint())) {
+        return Error{ErrorCode::invalidArgument, "certificateFingerprint",
+                     "is no SHA-256, and TCP is not used without TLS"};
+    }
     if (!isToken(content.token())) {
         return Error{ErrorCode::invalidArgument, "token", "is not hexadecimal"};
     }
@@ -107,14 +42,11 @@ Status checkContent(const proto::ConnectionFile& content) {
 }  // namespace
 
 Status writeConnectionFile(const std::filesystem::path& path, const proto::ConnectionFile& content) {
-    std::string temporary = path.string() + ".XXXXXX";
-    const auto status = writeBeside(path, toJson(content), temporary);
-    if (!status.ok()) ::unlink(temporary.c_str());
-    return status;
+    return writePrivateFile(path, toJson(content));
 }
 
 Result<proto::ConnectionFile> readConnectionFile(const std::filesystem::path& path) {
-    MOTE_ASSIGN_OR_RETURN(const auto text, readPrivate(path));
+    MOTE_ASSIGN_OR_RETURN(const auto text, readPrivateFile(path));
     proto::ConnectionFile content;
     MOTE_RETURN_IF_ERROR(parseJson(text, content, path.string()));
     MOTE_RETURN_IF_ERROR(checkContent(content), path.string() + ":");

@@ -52,7 +52,7 @@ struct Version {
 };
 
 /// What this build speaks.
-inline constexpr Version ownVersion{1, 2};
+inline constexpr Version ownVersion{1, 3};
 
 using Greeting = std::array<std::uint8_t, 8>;
 using Header = std::array<std::uint8_t, 8>;

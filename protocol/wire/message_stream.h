@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// MessageStream: messages over a connected socket, as Asio coroutines. Owned by one end of a connection, used
-// on the thread of its executor; one read and one write may be under way at a time. Nothing here throws for
+// MessageStream: messages over a connection, as Asio coroutines. Owned by one end of a connection, used on
+// the thread of its executor; one read and one write may be under way at a time. Nothing here throws for
 // what the other side does. A stream that returned an error is of no further use but to be closed (exception:
 // a message that is too long to be written left the stream as it was).
 //
@@ -13,27 +13,32 @@
 #include <google/protobuf/message_lite.h>
 
 #include <asio/awaitable.hpp>
-#include <asio/generic/stream_protocol.hpp>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "protocol/scene/error.h"
+#include "protocol/wire/byte_stream.h"
 #include "protocol/wire/framing.h"
 
 namespace mote::wire {
 
 class MessageStream {
   public:
-    /// Unix or TCP: asio::local::stream_protocol::socket and asio::ip::tcp::socket convert to it.
-    using Socket = asio::generic::stream_protocol::socket;
+    using Socket = ByteStream::Socket;
 
-    explicit MessageStream(Socket socket) : socket_(std::move(socket)) {}
+    explicit MessageStream(Socket socket) : bytes_(std::make_unique<ByteStream>(std::move(socket))) {}
+    explicit MessageStream(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)) {}
 
-    Socket& socket() { return socket_; }
+    Socket& socket() { return bytes_->socket(); }
+    Socket::executor_type executor() { return socket().get_executor(); }
 
-    /// Sends our greeting, then waits for theirs; returns their version. Both sides do this first.
+    /// Shakes hands, sends our greeting, then waits for theirs; returns their version. Both sides do this
+    /// first.
     asio::awaitable<Result<Version>> greet(Version own = ownVersion);
+    /// Whether our greeting is out: a message can follow.
+    bool hasGreeted() const { return greeted_; }
 
     /// Reads one frame. `payload` keeps its capacity; it is empty where the frame has none.
     asio::awaitable<Status> read(google::protobuf::MessageLite& message, std::vector<std::uint8_t>& payload,
@@ -44,11 +49,19 @@ class MessageStream {
     asio::awaitable<Status> write(const google::protobuf::MessageLite& message,
                                   std::span<const std::uint8_t> payload, FrameLimits limits);
 
+    /// Says a last word as far as it can be said at once, and closes. No write is under way.
+    void turnAway(const google::protobuf::MessageLite& message);
+
+    /// After the last message: waits until the other side has ended too, or close(). What it still sends is
+    /// thrown away; the system would else take back what it has not read yet.
+    asio::awaitable<void> finish();
+
     /// Ends what is under way (cancelled) and the connection. May be called again.
     void close();
 
   private:
-    Socket socket_;
+    std::unique_ptr<ByteStream> bytes_;
+    bool greeted_ = false;
     std::vector<std::uint8_t> readBuffer_;   ///< of the message under way
     std::vector<std::uint8_t> writeBuffer_;  ///< header and message under way
 };

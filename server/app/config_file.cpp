@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/app/config_file.h"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <numeric>
 
-#include "server/app/options.h"
+#include "server/app/server_option.h"
 #define TOML_EXCEPTIONS 0
 #define TOML_HEADER_ONLY 1
 #include <toml++/toml.h>
@@ -11,63 +15,104 @@
 namespace mote::server {
 namespace {
 
-Error invalid(const std::string& path, const toml::source_region& source, std::string message) {
-    return {ErrorCode::invalidArgument, fmt::format("{}:{}", path, source.begin.line), std::move(message)};
+// More is no configuration of ours, and would be read into memory.
+constexpr std::uintmax_t mostBytes = std::uintmax_t{1} << 20;
+
+Error invalid(const std::string& where, std::string message) {
+    return {ErrorCode::invalidArgument, where, std::move(message)};
 }
 
-template <class T>
-Status take(const std::string& path, std::string_view key, const toml::node& node, const char* kind,
-            std::optional<T>& value) {
-    value = node.value_exact<T>();
-    if (value) return success();
-    return invalid(path, node.source(), fmt::format("\"{}\" must be {}", key, kind));
-}
-
-Status takeRoots(const std::string& path, const toml::node& node, std::vector<std::string>& roots) {
-    const auto* array = node.as_array();
-    if (!array) return invalid(path, node.source(), "\"root\" must be a list of \"NAME=DIR\"");
-    for (const auto& element : *array) {
-        std::optional<std::string> root;
-        MOTE_RETURN_IF_ERROR(take(path, "root", element, "a list of \"NAME=DIR\"", root));
-        roots.push_back(*root);
+/// How many letters must change to make one word of another (Levenshtein).
+std::size_t distance(std::string_view one, std::string_view other) {
+    std::vector<std::size_t> row(other.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < one.size(); ++i) {
+        std::size_t before = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < other.size(); ++j) {
+            const std::size_t changed = before + (one[i] == other[j] ? 0 : 1);
+            before = row[j + 1];
+            row[j + 1] = std::min({changed, row[j] + 1, before + 1});
+        }
     }
-    return success();
+    return row.back();
 }
 
-Status takeOption(const std::string& path, std::string_view key, const toml::node& node,
-                  FileOptions& options) {
-    const std::pair<std::string_view, std::optional<std::string>*> texts[] = {
-        {"state", &options.state},   {"connection", &options.connection}, {"listen", &options.listen},
-        {"device", &options.device}, {"memory", &options.memory},
+/// "there is no option "thread"; is "threads" meant?"
+std::string unknown(std::string_view key) {
+    std::string text = fmt::format("there is no option \"{}\"", key.substr(0, 64));
+    if (key.size() > 64) return text;
+    const auto nearest = std::ranges::min(
+        serverOptions(), {}, [key](const ServerOption& option) { return distance(key, option.name); });
+    const bool near = distance(key, nearest.name) <= std::max<std::size_t>(2, key.size() / 3);
+    return near ? fmt::format("{}; is \"{}\" meant?", text, nearest.name) : text;
+}
+
+const char* kindOf(const ServerOption& option) {
+    if (option.isFlag()) return "true or false";
+    return option.isNumber() ? "a whole number" : "a text";
+}
+
+/// The value as the command line would hold it; nothing where it is of another type.
+std::optional<std::string> textOf(const toml::node& node, const ServerOption& option) {
+    if (option.isFlag()) {
+        const auto flag = node.value_exact<bool>();
+        return flag ? std::optional<std::string>(*flag ? "true" : "false") : std::nullopt;
+    }
+    if (option.isNumber()) {
+        const auto number = node.value_exact<std::int64_t>();
+        return number ? std::optional(std::to_string(*number)) : std::nullopt;
+    }
+    return node.value_exact<std::string>();
+}
+
+Result<std::vector<std::string>> valuesOf(const toml::node& node, const ServerOption& option) {
+    const auto wrong = [&] {
+        return invalid("", option.isList()
+                               ? fmt::format("\"{}\" must be a list of \"{}\"", option.name, option.valueName)
+                               : fmt::format("\"{}\" must be {}", option.name, kindOf(option)));
     };
-    for (const auto& [name, value] : texts) {
-        if (key == name) return take(path, key, node, "a text", *value);
+    std::vector<std::string> values;
+    const auto add = [&](const toml::node& element) {
+        auto text = textOf(element, option);
+        if (text) values.push_back(*std::move(text));
+        return text.has_value();
+    };
+    if (!option.isList()) {
+        if (!add(node)) return wrong();
+        return values;
     }
-    if (key == "root") return takeRoots(path, node, options.roots);
-    if (key != "threads") {
-        return invalid(path, node.source(), fmt::format("there is no option \"{}\"", key));
-    }
-    MOTE_RETURN_IF_ERROR(take(path, key, node, "a whole number", options.threads));
-    if (*options.threads >= 0 && *options.threads <= 4096) return success();
-    return invalid(path, node.source(), "\"threads\" must be 0 to 4096");
+    const auto* array = node.as_array();
+    if (!array || !std::ranges::all_of(*array, add)) return wrong();
+    return values;
 }
 
 }  // namespace
 
-Result<FileOptions> readConfig(const std::string& path) {
+Result<std::map<std::string, ConfigValue>> readConfig(const std::string& path) {
     std::error_code code;
     if (!std::filesystem::is_regular_file(path, code)) {
         return Error{ErrorCode::notFound, path, "there is no such configuration file"};
     }
+    if (std::filesystem::file_size(path, code) > mostBytes) {
+        return invalid(path, "a configuration file is not that large");
+    }
     const auto parsed = toml::parse_file(path);
+    const auto placeOf = [&](const toml::source_region& source) {
+        return fmt::format("{}:{}", path, source.begin.line);
+    };
     if (!parsed) {
-        return invalid(path, parsed.error().source(), std::string(parsed.error().description()));
+        return invalid(placeOf(parsed.error().source()), std::string(parsed.error().description()));
     }
-    FileOptions options;
+    std::map<std::string, ConfigValue> known;
     for (const auto& [key, node] : parsed.table()) {
-        MOTE_RETURN_IF_ERROR(takeOption(path, key.str(), node, options));
+        const auto where = placeOf(key.source());
+        const auto* option = findOption(key.str());
+        if (option == nullptr) return invalid(where, unknown(key.str()));
+        auto values = valuesOf(node, *option);
+        if (!values.ok()) return invalid(where, values.error().message);
+        known[option->name] = {*std::move(values), where};
     }
-    return options;
+    return known;
 }
 
 }  // namespace mote::server

@@ -6,9 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <asio/io_context.hpp>
-#include <asio/local/stream_protocol.hpp>
 #include <asio/post.hpp>
 #include <asio/signal_set.hpp>
 #include <asio/steady_timer.hpp>
@@ -24,19 +22,20 @@
 #include "protocol/scene/system_error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
+#include "server/app/entrance.h"
+#include "server/app/http_listener.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
+#include "server/metrics/exposition.h"
 #include "server/session/session.h"
 #include "server/session/token.h"
 
 namespace mote::server {
 namespace {
 
-using Protocol = asio::local::stream_protocol;
-using namespace std::chrono_literals;
-
-// After an error that is not the client's (no descriptors left, say), accepting again at once would spin.
-constexpr auto acceptPause = 200ms;
+unsigned processors(const ServerSettings& settings) {
+    return settings.threads > 0 ? settings.threads : std::thread::hardware_concurrency();
+}
 
 JobSettings jobSettings(const ServerSettings& settings) {
     JobSettings jobs;
@@ -49,81 +48,6 @@ JobSettings jobSettings(const ServerSettings& settings) {
     return jobs;
 }
 
-namespace fs = std::filesystem;
-
-constexpr const char* socketName = "mote.sock";
-
-Status removeStale(const fs::path& path) {
-    struct stat status {};
-    if (::lstat(path.c_str(), &status) != 0) {
-        if (errno == ENOENT) return success();
-        return Error{ErrorCode::permissionDenied, path.string(), systemMessage(errno)};
-    }
-    if (!S_ISSOCK(status.st_mode)) {
-        return Error{ErrorCode::alreadyExists, path.string(),
-                     "is no socket but stands where the server's socket belongs; move it away"};
-    }
-    if (::unlink(path.c_str()) == 0) return success();
-    return Error{ErrorCode::permissionDenied, path.string(), systemMessage(errno)};
-}
-
-/// XDG_RUNTIME_DIR, the user's alone and short on every system that has it; else the folder for temporary
-/// files.
-fs::path runtimeFolder() {
-    const char* folder = ::secure_getenv("XDG_RUNTIME_DIR");
-    if (folder && *folder == '/' && ::access(folder, W_OK) == 0) return folder;
-    std::error_code code;
-    const auto temporary = fs::temp_directory_path(code);
-    return code ? fs::path("/tmp") : temporary;
-}
-
-/// Where the Unix socket lies. In the state directory, which belongs to one server at a time (its job queue
-/// holds the lock), so that a socket found there is a dead server's; in a fresh private folder where the
-/// state directory's path is too long for the kernel. Removed with the object.
-class SocketPlace {
-  public:
-    /// Removes a stale socket. Call once the state directory's lock is held. Errors: alreadyExists (something
-    /// that is no socket has its name), invalidArgument (no place has a path that is short enough),
-    /// permissionDenied, internal.
-    static Result<SocketPlace> make(const fs::path& stateDirectory);
-
-    SocketPlace(SocketPlace&& other) noexcept
-        : path_(std::exchange(other.path_, {})), folder_(std::exchange(other.folder_, {})) {}
-    SocketPlace& operator=(SocketPlace&&) = delete;
-    ~SocketPlace() {
-        if (path_.empty()) return;
-        ::unlink(path_.c_str());
-        if (!folder_.empty()) ::rmdir(folder_.c_str());
-    }
-
-    const fs::path& path() const { return path_; }
-
-  private:
-    SocketPlace(fs::path path, fs::path folder) : path_(std::move(path)), folder_(std::move(folder)) {}
-
-    fs::path path_;
-    fs::path folder_;  // of our own, to be removed; or empty
-};
-
-Result<SocketPlace> SocketPlace::make(const fs::path& stateDirectory) {
-    std::error_code code;
-    const fs::path wanted = fs::absolute(stateDirectory, code) / socketName;
-    if (wanted.native().size() <= wire::maxSocketPath) {
-        MOTE_RETURN_IF_ERROR(removeStale(wanted));
-        return SocketPlace(wanted, {});
-    }
-    std::string folder = (runtimeFolder() / "mote-XXXXXX").string();
-    if (folder.size() + 1 + std::strlen(socketName) > wire::maxSocketPath) {
-        return Error{ErrorCode::invalidArgument, wanted.string(),
-                     fmt::format("a socket's path has at most {} bytes; give --state a shorter one",
-                                 wire::maxSocketPath)};
-    }
-    if (!::mkdtemp(folder.data())) {
-        return Error{ErrorCode::internal, folder, fmt::format("cannot be made: {}", systemMessage(errno))};
-    }
-    return SocketPlace(fs::path(folder) / socketName, folder);
-}
-
 // A server that was just killed accepts until the kernel has taken it apart.
 constexpr int attempts = 50;
 constexpr std::chrono::milliseconds pause{10};
@@ -131,11 +55,13 @@ constexpr std::chrono::milliseconds pause{10};
 /// Whether somebody accepts connections there.
 bool alive(const std::string& address) {
     const auto parsed = wire::parseAddress(address);
-    if (!parsed.ok() || parsed->kind != wire::Address::Kind::unixSocket) return false;
+    if (!parsed.ok()) return false;
     asio::io_context context;
-    Protocol::socket socket(context);
     asio::error_code code;
-    socket.connect(Protocol::endpoint(parsed->path), code);
+    const auto endpoint = endpointOf(context, *parsed);
+    if (!endpoint.ok()) return false;
+    Listener::Socket socket(context);
+    socket.connect(*endpoint, code);
     return !code;
 }
 
@@ -165,6 +91,7 @@ class Server::Impl {
         withdraw();
         if (jobs_) jobs_->stop();
         render_.reset();
+        queries_.reset();
         datasets_.reset();
     }
 
@@ -180,19 +107,22 @@ class Server::Impl {
             std::move(roots), [this] { asio::post(io_, [this] { catalogueChanged(); }); }, *memory,
             [this] { asio::post(io_, [this] { render_->dataArrived(); }); });
         datasets_->rescan();
+        queries_ = std::make_unique<QueryService>(*datasets_, datasets_->budget(), queryMemory(*memory),
+                                                  queryThreads(processors(settings_)));
         render_ = std::make_unique<RenderService>(device_, *datasets_, settings_.render);
         MOTE_ASSIGN_OR_RETURN(const auto name, render_->start());
         fillContext(name);
         if (settings_.stopOnSignals) stopOnSignals();
+        MOTE_RETURN_IF_ERROR(tellMetrics());
         MOTE_RETURN_IF_ERROR(listen());
         return writeFile();
     }
 
     void run() {
-        accept();
         rescanLater();
         for (;;) {
             try {
+                entrance_->accept();
                 io_.run();
                 return;
             } catch (const std::exception& failure) {
@@ -208,7 +138,7 @@ class Server::Impl {
 
     void withdraw() {
         removeConnectionFiles(settings_, context_.token);
-        place_.reset();
+        if (entrance_) entrance_->withdraw();
     }
 
     const std::string& deviceName() const { return context_.device; }
@@ -235,8 +165,9 @@ class Server::Impl {
         context_.render = render_.get();
         context_.datasets = datasets_.get();
         context_.jobs = &*jobs_;
+        context_.queries = queries_.get();
+        context_.uploads = jobs_->uploads();
         context_.crashes = settings_.render.crashes;
-        context_.handshakeTimeout = settings_.handshakeTimeout;
         context_.closed = [this](SessionId id) {
             // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {
@@ -246,68 +177,81 @@ class Server::Impl {
         };
     }
 
+    Status tellMetrics() {
+        if (settings_.metrics.empty()) return success();
+        HttpPages pages{[this] { return toPrometheus(*context_.metrics, gauges()); },
+                        [this] { return trouble(); }};
+        MOTE_ASSIGN_OR_RETURN(http_, HttpListener::open(io_, settings_.metrics, std::move(pages)));
+        log::info("metrics at {}", http_->address());
+        return success();
+    }
+
+    /// Why no client should be sent here.
+    std::optional<std::string> trouble() const {
+        if (stopping_) return "the server ends";
+        if (render_->deviceFails()) return "the device failed at the latest picture";
+        return std::nullopt;
+    }
+
+    Gauges gauges() const {
+        Gauges now;
+        now.version = MOTE_VERSION;
+        now.device = context_.device;
+        now.sessions = sessions_.size();
+        now.startups = entrance_->startups();
+        now.jobs = jobs_->counts();
+        now.datasets = static_cast<std::size_t>(datasets_->catalogue()->datasets_size());
+        now.queries = queries_->underWay();
+        now.dataBytes = datasets_->budget()->resident();
+        now.dataLimit = datasets_->budget()->limit();
+        now.healthy = !trouble();
+        return now;
+    }
+
     Status listen() {
-        MOTE_ASSIGN_OR_RETURN(auto place, SocketPlace::make(settings_.stateDirectory));
-        place_.emplace(std::move(place));
-        asio::error_code code;
-        acceptor_.open(Protocol(), code);
-        // The socket must never be there for others, not even between two calls.
-        const mode_t mask = ::umask(0177);
-        if (!code) acceptor_.bind(Protocol::endpoint(place_->path().string()), code);
-        ::umask(mask);
-        if (!code) acceptor_.listen(Protocol::acceptor::max_listen_connections, code);
-        if (!code) return success();
-        return Error{ErrorCode::internal, place_->path().string(), "cannot listen: " + code.message()};
+        HandshakeTerms terms;
+        terms.timeout = settings_.handshakeTimeout;
+        terms.farewellTimeout = context_.farewellTimeout;
+        terms.knows = [this](const std::string& token) { return sameToken(context_.token, token); };
+        terms.room = [this] { return room(); };
+        terms.passed = [this](wire::MessageStream stream, const proto::ClientMessage& hello) {
+            begin(std::move(stream), hello);
+        };
+        entrance_.emplace(io_, settings_, std::move(terms), *context_.metrics);
+        return entrance_->open(context_.token);
     }
 
     Status writeFile() {
         proto::ConnectionFile file;
-        file.set_address("unix:" + place_->path().string());
         file.set_token(context_.token);
         file.set_pid(::getpid());
         file.set_protocol_major(wire::ownVersion.major);
         file.set_protocol_minor(wire::ownVersion.minor);
+        entrance_->tellFilms(file);
         MOTE_RETURN_IF_ERROR(wire::writeConnectionFile(filmConnectionFile(settings_.stateDirectory), file));
+        entrance_->tellClients(file);
         return wire::writeConnectionFile(settings_.connectionFile, file);
     }
 
-    void accept() {
-        acceptor_.async_accept([this](const asio::error_code& code, Protocol::socket socket) {
-            if (code == asio::error::operation_aborted || stopping_) return;
-            if (!code) {
-                begin(std::move(socket));
-                return accept();
-            }
-            log::error("a client cannot be accepted: {}", code.message());
-            pause_.expires_after(acceptPause);
-            pause_.async_wait([this](const asio::error_code& cancelled) {
-                if (!cancelled && !stopping_) accept();
-            });
-        });
-    }
-
-    void begin(Protocol::socket socket) {
-        if (sessions_.size() >= settings_.maxSessions) return turnAway(std::move(socket));
-        const SessionId id = ++lastSession_;
-        auto session = std::make_shared<Session>(id, std::move(socket), context_);
-        sessions_.emplace(id, session);
-        session->start();
-        datasets_->rescan();
-    }
-
-    /// It costs nothing but this: greeting and failure fit into the empty buffer of a new connection.
-    void turnAway(Protocol::socket socket) {
+    Status room() const {
+        if (sessions_.size() < settings_.maxSessions) return success();
+        context_.metrics->refusedFull.add();
         log::warn("a client was turned away: {} are connected", sessions_.size());
-        const Error reason{ErrorCode::resourceExhausted, "server",
-                           "it has as many clients as it takes; close one of them"};
-        std::vector<std::uint8_t> frame;
-        const auto status = wire::encodeFrame(failureMessage(0, reason, true), 0, wire::serverLimits, frame);
-        if (!status.ok()) return;
-        const auto greeting = wire::encodeGreeting(wire::ownVersion);
-        const std::array<asio::const_buffer, 2> bytes{asio::buffer(greeting), asio::buffer(frame)};
-        asio::error_code ignored;
-        socket.non_blocking(true, ignored);
-        socket.write_some(bytes, ignored);
+        return Error{ErrorCode::resourceExhausted, "server",
+                     "it has as many clients as it takes; close one of them"};
+    }
+
+    void begin(wire::MessageStream stream, const proto::ClientMessage& hello) {
+        const SessionId id = ++lastSession_;
+        auto session = std::make_shared<Session>(id, std::move(stream), context_);
+        sessions_.emplace(id, session);
+        try {
+            session->start(hello);
+        } catch (...) {
+            sessions_.erase(id);  // memory is short, say: it keeps no place
+            throw;
+        }
+        datasets_->rescan();
     }
 
     void rescanLater() {
@@ -334,10 +278,9 @@ class Server::Impl {
     void stopNow() {
         if (std::exchange(stopping_, true)) return;
         asio::error_code ignored;
-        acceptor_.close(ignored);
+        entrance_->close();
         if (signals_) signals_->cancel(ignored);
         rescan_.cancel();
-        pause_.cancel();
         jobs_->stop();
         for (const auto& [id, session] : sessions_) {
             session->leave({ErrorCode::cancelled, "server", "the server ends"});
@@ -350,15 +293,16 @@ class Server::Impl {
     const ServerSettings settings_;
     const DeviceFactory device_;
     asio::io_context io_{1};  // before all that posts to it
-    std::optional<SocketPlace> place_;
-    Protocol::acceptor acceptor_{io_};
     std::optional<asio::signal_set> signals_;
-    asio::steady_timer rescan_{io_}, pause_{io_}, finish_{io_};
+    asio::steady_timer rescan_{io_}, finish_{io_};
     std::optional<JobQueue> jobs_;
     std::unique_ptr<DatasetService> datasets_;
+    std::unique_ptr<QueryService> queries_;
     std::unique_ptr<RenderService> render_;
     SessionContext context_;
+    std::unique_ptr<HttpListener> http_;
     std::map<SessionId, std::shared_ptr<Session>> sessions_;
+    std::optional<Entrance> entrance_;
     SessionId lastSession_ = 0;
     bool stopping_ = false;
 };

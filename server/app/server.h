@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Server: accepts clients on a Unix socket and lets their sessions share one device, one catalogue and one
-// job queue. The thread that calls run() is its I/O thread; rendering, encoding and looking at the disk have
-// threads of their own.
+// Server: accepts clients on a Unix socket, and a TCP port where one is asked for, and lets their sessions
+// share one device, one catalogue and one job queue. The thread that calls run() is its I/O thread;
+// rendering, encoding and looking at the disk have threads of their own.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/scene/error.h"
+#include "protocol/wire/address.h"
 #include "server/frames/render_service.h"
 #include "server/render/device.h"
+#include "server/session/startup_limits.h"
 
 namespace mote::server {
 
@@ -25,14 +28,23 @@ struct ServerSettings {
     std::filesystem::path connectionFile;  ///< written when the server accepts, removed when it ends
     std::filesystem::path prep;            ///< the program mote-prep, for jobs
     std::filesystem::path frames;          ///< the program mote-frames, for films
+    std::optional<wire::Address> tcp;      ///< where it listens beside its Unix socket, with TLS
     render::DeviceKind device = render::DeviceKind::automatic;
     std::string token;         ///< what clients must know; empty: a fresh one
     std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
     unsigned threads = 0;      ///< of a job, and of the cpu device; 0: their own choice
 
+    std::filesystem::path logFile;     ///< empty: stderr
+    std::string logFormat = "text";    ///< or "json"
+    std::uint64_t logSize = 16 << 20;  ///< bytes of a file
+    unsigned logFiles = 4;             ///< older ones that are kept
+    std::string metrics;  ///< where HTTP is answered: "unix:PATH", "127.0.0.1:PORT"; empty: nowhere
+
     bool stopOnSignals = false;  ///< SIGTERM, SIGINT and SIGHUP end run()
     RenderSettings render;
     std::size_t maxSessions = 64;
+    StartupLimits startups;                  ///< of connections that have shown no token yet
+    StartupRandom random = uniformRandom();  ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
     std::chrono::milliseconds rescanInterval{2000};  ///< while clients are connected
 };

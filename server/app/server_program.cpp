@@ -17,8 +17,10 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/scene/complain.h"
 #include "server/app/options.h"
 #include "server/app/server.h"
+#include "server/app/startup_report.h"
 #include "server/app/supervisor.h"
 #include "server/data/data_memory.h"
 #include "server/data/shared_file_steps.h"
@@ -43,10 +45,20 @@ std::filesystem::path programBeside(const char* name) {
     return std::filesystem::read_symlink("/proc/self/exe", code).parent_path() / name;
 }
 
-void setUpLog() {
-    log::setUp("mote-server");
+Status setUpLog(const ServerSettings& settings) {
     // What a client sends must not fill the log; it becomes an Error that we report.
     google::protobuf::SetLogHandler(nullptr);
+    log::Settings log;
+    log.json = settings.logFormat == "json";
+    log.file = settings.logFile;
+    log.fileSize = settings.logSize;
+    log.oldFiles = settings.logFiles;
+    return log::setUp(log);
+}
+
+int fail(std::string_view why) {
+    complain("mote-server", why);
+    return failed;
 }
 
 /// Ends the process where `finished` is not released in time.
@@ -74,10 +86,8 @@ int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
     Watchdog watchdog;
     Server server(settings, std::move(device));
     const auto started = server.start();
-    if (!started.ok()) {
-        fmt::print(stderr, "mote-server: {}\n", started.error().toString());
-        return failed;
-    }
+    if (!started.ok()) return fail(started.error().toString());
+    reportStart(settings, server.deviceName());
     if (settings.render.crashes != nullptr) settings.render.crashes->ready();
     if (!again) {
         fmt::print("ready {} {}\n", settings.connectionFile.string(), server.deviceName());
@@ -85,6 +95,7 @@ int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
     }
     server.run();
     server.withdraw();
+    log::finish();
     watchdog.start();
     return 0;
 }
@@ -147,7 +158,8 @@ int serverProgram(int argc, const char* const* argv, const DeviceMaker& maker) {
     settings.prep = programBeside("mote-prep");
     settings.frames = programBeside("mote-frames");
     settings.stopOnSignals = true;
-    setUpLog();
+    const auto log = setUpLog(settings);
+    if (!log.ok()) return fail(log.error().toString());
     // Errors of the write, both.
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
@@ -163,8 +175,7 @@ int serverProgram(int argc, const char* const* argv, const DeviceMaker& maker) {
         }
         return serveSupervised(std::move(settings), device);
     } catch (const std::exception& failure) {
-        fmt::print(stderr, "mote-server: {}\n", failure.what());
-        return failed;
+        return fail(failure.what());
     }
 }
 

@@ -17,6 +17,7 @@
 #include <system_error>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/json.h"
 #include "server/log.h"
 #include "storage/files/file_descriptor.h"
@@ -102,6 +103,7 @@ class NoSignals {
 /// theirs that did not come along.
 [[noreturn]] void become(const std::function<int()>& serve, const EndSignals& signals, pid_t supervisor) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    log::reopen();
     if (::getppid() != supervisor) std::_Exit(killedBy + SIGKILL);  // it died before that
     signals.restore();
     int code = EXIT_FAILURE;
@@ -111,7 +113,7 @@ class NoSignals {
         ::pthread_sigmask(SIG_SETMASK, &none, nullptr);
         code = serve();
     } catch (const std::exception& failure) {
-        std::fprintf(stderr, "mote-server: %s\n", failure.what());
+        complain("mote-server", failure.what());
     }
     std::fflush(nullptr);
     std::_Exit(code);
@@ -156,6 +158,7 @@ std::string textOf(const std::string& bytes) {
 }
 
 void tell(CrashRecord& record, int signal) {
+    log::reopen();  // the dead process wrote to it
     log::error("the server was ended by SIG{} and starts again", ::sigabbrev_np(signal));
     const auto view = record.view();
     if (!view) return;

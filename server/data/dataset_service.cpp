@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "protocol/mote.pb.h"
+#include "protocol/scene/most_recent.h"
 #include "protocol/scene/utf8.h"
 #include "server/log.h"
 #include "storage/manifest.h"
@@ -27,17 +28,31 @@ Error unknownDataset(const std::string& dataset) {
                         toUtf8(dataset.substr(0, 200)))};
 }
 
-/// The request that made a dataset, as a client may submit it again. `request` is that of the manifest, its
-/// inputs relative to `folder`, which holds the dataset. The result names inputs "ROOT/PATH" and has no
-/// output. Nothing where an input is no longer there or lies beneath no root, or where the request has no
-/// inputs.
-std::optional<proto::JobRequest> replotOf(const proto::JobRequest& request,
-                                          const std::filesystem::path& folder, const storage::Roots& roots) {
+/// The request for another plot of a dataset's run, as a client may submit it: of its columns, where it keeps
+/// all that the run had; else the request that made it, whose inputs are relative to the folder that holds
+/// the dataset. The result names inputs "ROOT/PATH" and has no output. Nothing where an input is no longer
+/// there or lies beneath no root, or where the request has no inputs.
+std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry,
+                                          const storage::Roots& roots) {
+    const auto& request = entry.manifest->request();
     if (!request.has_particles() || request.particles().inputs().empty()) return std::nullopt;
     proto::JobRequest replot = request;
     replot.clear_output();
-    for (auto& input : *replot.mutable_particles()->mutable_inputs()) {
-        const auto name = roots.nameOf((folder / input).lexically_normal());
+    auto& job = *replot.mutable_particles();
+    const auto self = roots.nameOf(entry.directory);
+    if (self && !entry.manifest->particles().columns().empty() && job.columns().empty()) {
+        job.clear_inputs();
+        job.add_inputs(*self);
+        // The dataset settles what these chose.
+        job.clear_format();
+        job.clear_species();
+        job.clear_steps();
+        job.clear_impact();
+        job.clear_lost();
+        return replot;
+    }
+    for (auto& input : *job.mutable_inputs()) {
+        const auto name = roots.nameOf((entry.directory.parent_path() / input).lexically_normal());
         if (!name || !roots.resolveExisting(*name).ok()) return std::nullopt;
         input = *name;
     }
@@ -168,7 +183,7 @@ Result<proto::Description> DatasetService::describeKnown(const std::string& name
     proto::Description description;
     description.set_dataset(entry.name);
     *description.mutable_manifest() = *entry.manifest;
-    auto replot = replotOf(entry.manifest->request(), entry.directory.parent_path(), catalogue_.roots());
+    auto replot = replotOf(entry, catalogue_.roots());
     if (replot) *description.mutable_replot() = *std::move(replot);
     return description;
 }
@@ -178,6 +193,23 @@ Result<std::shared_ptr<const storage::ParticleStep>> DatasetService::step(const 
     MOTE_ASSIGN_OR_RETURN(const auto entry, this->dataset(dataset));
     MOTE_ASSIGN_OR_RETURN(auto step, steps_.step(entry, index));
     return std::shared_ptr<const storage::ParticleStep>(std::move(step));
+}
+
+Result<std::shared_ptr<const storage::RunSteps>> DatasetService::run(const std::string& dataset) {
+    constexpr std::size_t kept = 8;
+    MOTE_ASSIGN_OR_RETURN(const auto entry, this->dataset(dataset));
+    if (!entry.manifest->has_particles()) {
+        return Error{ErrorCode::invalidArgument, "dataset",
+                     fmt::format("holds no particles; it is of kind \"{}\"", entry.manifest->kind())};
+    }
+    const std::lock_guard lock(mutex_);
+    const auto& found = mostRecent(
+        runs_, kept, [&](const OpenRun& run) { return run.manifest == entry.manifest; },
+        [&] {
+            return OpenRun{entry.manifest, std::make_shared<const storage::DatasetSteps>(
+                                               entry.directory, entry.manifest, budget_)};
+        });
+    return std::shared_ptr<const storage::RunSteps>(found.steps);
 }
 
 bool DatasetService::want(const storage::ParticleStep& step, const storage::StepNeed& need) {

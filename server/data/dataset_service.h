@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -20,13 +21,15 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/data/residency.h"
+#include "server/data/run_source.h"
 #include "server/data/step_cache.h"
 #include "server/data/step_source.h"
 #include "storage/catalogue.h"
+#include "storage/numbers/dataset_steps.h"
 
 namespace mote::server {
 
-class DatasetService final : public StepSource {
+class DatasetService final : public StepSource, public RunSource {
   public:
     /// `changed` is called on the service's thread when the datasets are not the same as before.
     /// Data take `memory` bytes; `arrived` is called on other threads when nothing more will come of what
@@ -60,6 +63,9 @@ class DatasetService final : public StepSource {
     bool played(const storage::Catalogue::Entry& dataset) override { return residency_.played(dataset); }
     bool want(const storage::ParticleStep& step, const storage::StepNeed& need) override;
     void beginPicture() override { budget_->beginGeneration(); }
+    /// Those that were asked for last are kept open. Its own budget of blocks is that of pictures.
+    Result<std::shared_ptr<const storage::RunSteps>> run(const std::string& dataset) override;
+    const std::shared_ptr<storage::BlockBudget>& budget() const { return budget_; }
 
   private:
     /// What a scan found; immutable.
@@ -73,6 +79,10 @@ class DatasetService final : public StepSource {
     void report();
     void enqueue(std::function<void()> work);
     std::shared_ptr<const Known> known() const;
+    struct OpenRun {
+        std::shared_ptr<const proto::Manifest> manifest;  ///< tells a dataset from a later one of its name
+        std::shared_ptr<const storage::DatasetSteps> steps;
+    };
     Result<proto::Description> describeKnown(const std::string& name);
 
     // The thread's own.
@@ -88,6 +98,7 @@ class DatasetService final : public StepSource {
     std::deque<std::function<void()>> work_;
     bool rescanWaits_ = false;
     bool stopping_ = false;
+    std::list<OpenRun> runs_;  // the latest first
 
     const std::shared_ptr<storage::BlockBudget> budget_;
     StepCache steps_;  // of the rendering thread

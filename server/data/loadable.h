@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <typeindex>
 #include <utility>
 
@@ -29,6 +30,7 @@ struct AnyLoadable {
     storage::Catalogue::Entry dataset;  ///< its manifest tells it from a later one of its name
     std::type_index type;               ///< of the value
     int part = 0;                       ///< which one, where a step has several of the type
+    std::string key = {};               ///< which one, where more than a number tells: a selection, a column
     std::uint32_t step = 0;
     int steps = 1;  ///< of its series, at least one; those that come next are loaded ahead while it is played
 
@@ -39,7 +41,7 @@ struct AnyLoadable {
 
     bool sameAs(const AnyLoadable& other) const {
         return dataset.manifest == other.dataset.manifest && type == other.type && part == other.part &&
-               step == other.step;
+               step == other.step && key == other.key;
     }
 };
 

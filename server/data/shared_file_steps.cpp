@@ -7,10 +7,15 @@
 #include <utility>
 
 #include "protocol/scene/most_recent.h"
+#include "protocol/scene/mote_check.h"
+#include "protocol/scene/selection.h"
 #include "server/data/step_cache.h"
 #include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/manifest.h"
+#include "storage/numbers/dataset_steps.h"
+#include "storage/numbers/select_points.h"
 #include "storage/particles/mapped_step.h"
+#include "storage/particles/selected_step.h"
 
 namespace mote::server {
 namespace {
@@ -26,6 +31,12 @@ SharedFileSteps::SharedFileSteps(storage::Roots roots, std::uint64_t memory)
     : roots_(std::move(roots)), budget_(std::make_shared<storage::BlockBudget>(memory)) {}
 
 Result<SharedFileSteps::Name> SharedFileSteps::nameOf(const storage::ParticleStep& step) {
+    if (const auto* const chosen = dynamic_cast<const storage::SelectedStep*>(&step);
+        chosen != nullptr && chosen->origin) {
+        MOTE_ASSIGN_OR_RETURN(auto name, nameOf(chosen->origin->step));
+        name.selection = chosen->origin->selection;
+        return name;
+    }
     const auto* const mapped = dynamic_cast<const storage::MappedStep*>(&step);
     if (mapped == nullptr)
         return Error{ErrorCode::unsupported, "", "a step that lies in no file is not shared"};
@@ -61,8 +72,26 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(c
     const auto at = std::find_if(steps.begin(), steps.end(),
                                  [&](const auto& step) { return step.file() == file.filename().string(); });
     if (entry == nullptr || at == steps.end() || entry->xxh3_128() != name.digest) return replaced(file);
-    return storage::ParticleStep::open(directory, manifest, static_cast<std::uint32_t>(at - steps.begin()),
-                                       budget_);
+    const auto index = static_cast<std::uint32_t>(at - steps.begin());
+    if (!name.selection.empty()) return openChosen(directory, manifest, index, name.selection);
+    return storage::ParticleStep::open(directory, manifest, index, budget_);
+}
+
+/// Its points are not counted among the memory of steps: they are those of the latest selections.
+Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openChosen(
+    const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t step,
+    const std::string& selection) {
+    proto::Selection message;
+    MOTE_CHECK(message.ParseFromString(selection));
+    MOTE_ASSIGN_OR_RETURN(const auto parsed, parseSelection(message));
+    const storage::DatasetSteps run(directory, std::make_shared<const proto::Manifest>(manifest));
+    MOTE_ASSIGN_OR_RETURN(const auto mask, storage::selectPoints(parsed, run, step, {}));
+    MOTE_ASSIGN_OR_RETURN(const auto numbers, run.step(step));
+    MOTE_ASSIGN_OR_RETURN(
+        const auto chosen,
+        storage::SelectedStep::make(*numbers.points, mask, manifest.particles().leaf_capacity(), {}));
+    numbers.points->check();
+    return std::shared_ptr<const storage::ParticleStep>(chosen);
 }
 
 Result<std::shared_ptr<const render::GridField>> SharedFileSteps::openGrid(const Name& name) {

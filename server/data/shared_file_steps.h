@@ -5,7 +5,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <list>
+#include <string>
 
 #include "server/render/ranks/rank_steps.h"
 #include "storage/blocks/block_budget.h"
@@ -37,6 +39,9 @@ class SharedFileSteps final : public render::RankSteps {
     };
     Result<Name> nameOf(const storage::StepOrigin& origin) const;
     Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
+    static Result<std::shared_ptr<const storage::ParticleStep>> openChosen(
+        const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t step,
+        const std::string& selection);
     Result<std::shared_ptr<const render::GridField>> loadFile(const Name& name);
     Status makeRoom(std::uint64_t bytes);
 

@@ -1,16 +1,123 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <memory>
+#include <optional>
 #include <utility>
 
+#include "server/data/load_points.h"
 #include "server/frames/layer_kinds.h"
 
 namespace mote::server {
+namespace {
+
+/// What a layer is drawn from; a part that is not asked for, or on its way, is null.
+struct LayerData {
+    std::shared_ptr<const storage::ParticleStep> step, highlight;
+    std::shared_ptr<const render::PointValues> values;
+    std::optional<ValueRange> valueRange;  ///< that the colours of values stand for
+    std::shared_ptr<const render::PointPaths> paths;
+    bool waits = false;
+};
+
+/// Asks for all that is missing, not only for what is missing first.
+class Gathering {
+  public:
+    explicit Gathering(const LayerRequest& asked) : layer_(asked.layer), data_(asked.data) {}
+
+    Result<LayerData> gather() {
+        MOTE_ASSIGN_OR_RETURN(out_.step, data_.step(layer_.dataset, layer_.step));
+        if (!layer_.select && !layer_.highlight && !layer_.colorBy && !layer_.paths) return out_;
+        MOTE_ASSIGN_OR_RETURN(entry_, data_.dataset(layer_.dataset));
+        const auto whole = out_.step;
+        MOTE_RETURN_IF_ERROR(gatherChosen(whole));
+        MOTE_RETURN_IF_ERROR(gatherHighlight(whole));
+        MOTE_RETURN_IF_ERROR(gatherValues(), "colorBy");
+        if (layer_.paths) MOTE_RETURN_IF_ERROR(take(pathsOf(entry_, *layer_.paths), out_.paths), "paths");
+        return out_;
+    }
+
+  private:
+    using Step = std::shared_ptr<const storage::ParticleStep>;
+
+    template <class T>
+    Status take(const Result<Loadable<T>>& what, std::shared_ptr<const T>& to) {
+        MOTE_ASSIGN_OR_RETURN(to, data_.get(what));
+        out_.waits = out_.waits || to == nullptr;
+        return success();
+    }
+
+    /// The points of a selection as a step: the whole one where it holds all.
+    Status takeChosen(const Selection& selection, const Step& whole,
+                      std::shared_ptr<const ChosenPoints>& held, Step& to) {
+        MOTE_RETURN_IF_ERROR(take(chosenPoints(entry_, layer_.step, selection), held));
+        if (held != nullptr) to = held->step != nullptr ? Step(held, held->step.get()) : whole;
+        return success();
+    }
+
+    Status gatherChosen(const Step& whole) {
+        if (!layer_.select || layer_.select->everything()) return success();
+        MOTE_RETURN_IF_ERROR(takeChosen(*layer_.select, whole, chosen_, out_.step), "select");
+        return success();
+    }
+
+    /// Of the points that are drawn.
+    Status gatherHighlight(const Step& whole) {
+        if (!layer_.highlight) return success();
+        Selection selection = layer_.highlight->selection;
+        if (layer_.select) {
+            Selection both;
+            both.all = {*layer_.select, std::move(selection)};
+            selection = std::move(both);
+        }
+        std::shared_ptr<const ChosenPoints> held;
+        MOTE_RETURN_IF_ERROR(takeChosen(selection, whole, held, out_.highlight), "highlight.selection");
+        return success();
+    }
+
+    Status gatherValues() {
+        if (!layer_.colorBy) return success();
+        const bool some = layer_.select && !layer_.select->everything();
+        if (some && chosen_ == nullptr) return success();
+        auto range = layer_.colorBy->range;
+        if (!range) {
+            std::shared_ptr<const KnownRange> known;
+            MOTE_RETURN_IF_ERROR(take(rangeOf(entry_, layer_.colorBy->column), known));
+            if (known == nullptr) return success();
+            range = known->range;
+        }
+        out_.valueRange = range;
+        return take(valuesOf(entry_, layer_.step, layer_.colorBy->column, *range, chosen_,
+                             some ? keyOf(*layer_.select) : std::string()),
+                    out_.values);
+    }
+
+    const Layer& layer_;
+    StepSource& data_;
+    storage::Catalogue::Entry entry_;
+    std::shared_ptr<const ChosenPoints> chosen_;
+    LayerData out_;
+};
+
+template <class T>
+void put(std::vector<std::shared_ptr<const T>>& all, std::size_t index, std::size_t size,
+         const std::shared_ptr<const T>& part) {
+    all.resize(size);
+    all[index] = part;
+}
+
+}  // namespace
 
 Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
-    MOTE_ASSIGN_OR_RETURN(auto found, asked.data.step(asked.layer.dataset, asked.layer.step));
-    return LayerPart([step = std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
+    MOTE_ASSIGN_OR_RETURN(auto found, Gathering(asked).gather());
+    if (found.waits) return LayerPart();
+    return LayerPart([data = std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
         ParticlesStyle& style = *scene.view.layers[index].particles();
-        if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(step->pointCount());
-        scene.steps[index] = step;
+        if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(data.step->pointCount());
+        scene.steps[index] = data.step;
+        // A colour bar tells it.
+        if (data.valueRange) scene.view.layers[index].colorBy->range = data.valueRange;
+        put(scene.highlights, index, scene.steps.size(), data.highlight);
+        put(scene.values, index, scene.steps.size(), data.values);
+        put(scene.paths, index, scene.steps.size(), data.paths);
         return DotHistory::Layer();
     });
 }

@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "server/frames/annotation_facts.h"
 #include "server/frames/layer_kinds.h"
 #include "server/frames/scene_maker.h"
 #include "server/log.h"
@@ -297,6 +298,7 @@ Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Cloc
                      stageAfter(job.stage, scene, history),
                      dots,
                      std::move(strokes),
+                     annotationsOf(scene, *plan, steps_),
                      plan->points.empty() && plan->fields.empty() && plan->fragments.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);

@@ -13,6 +13,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/data/step_source.h"
+#include "server/figures/marks.h"
 #include "server/frames/dot_maker.h"
 #include "server/frames/quality_controller.h"
 #include "server/frames/render_schedule.h"
@@ -41,7 +42,8 @@ struct MadePicture {
     Stage next = Stage::done;                            ///< of its view
     std::shared_ptr<const render::Dots> dots = nullptr;  ///< a view's with a page: not in the picture
     std::vector<std::shared_ptr<const render::Strokes>> strokes = {};  ///< likewise
-    bool onlyShapes = false;  ///< there is nothing else in it but background
+    std::shared_ptr<const Marks> annotations = nullptr;  ///< in pixels of the view; not in the picture yet
+    bool onlyShapes = false;                             ///< there is nothing else in it but background
 };
 
 /// What came of a job: a picture, or none, because it was stopped or waits for data.

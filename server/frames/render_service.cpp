@@ -2,6 +2,7 @@
 #include "server/frames/render_service.h"
 
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <future>
 #include <map>
@@ -9,6 +10,7 @@
 #include <thread>
 
 #include "protocol/scene/utf8.h"
+#include "server/encode/draw_annotations.h"
 #include "server/encode/encode.h"
 #include "server/encode/frame_encoder.h"
 #include "server/encode/vector/vector_drawing.h"
@@ -46,6 +48,7 @@ Result<EncodedPicture> encodePage(const MadePicture& made, const ViewTask& task)
     if (!made.onlyShapes) drawing.raster = made.picture;
     if (made.dots) drawing.dots = *made.dots;
     drawing.strokes = made.strokes;
+    drawing.annotations = made.annotations;
     MOTE_ASSIGN_OR_RETURN(auto document, drawVector(drawing, *task.page));
     return EncodedPicture{proto::Frame::DOCUMENT, false, std::move(document)};
 }
@@ -130,6 +133,8 @@ class RenderService::Impl {
         wake_.notify_one();
     }
 
+    bool deviceFails() const { return deviceFails_; }
+
   private:
     void begin(std::promise<Result<std::string>>& ready) {
         try {
@@ -172,6 +177,7 @@ class RenderService::Impl {
 
     void serve(RenderJob job, std::shared_ptr<Client> client, std::uint64_t arrivals) {
         auto made = make(job, *client);
+        deviceFails_ = !made.ok() && made.error().where == "device";
         if (!made.ok()) return fail(job, *client, made.error());
         if (made->waits) return waiting(job, arrivals);
         if (!made->picture) return stopped(job);
@@ -243,6 +249,11 @@ class RenderService::Impl {
     Result<EncodedPicture> encodedOf(Drawn& drawn) {
         try {
             if (drawn.job.task->page) return encodePage(drawn.made, *drawn.job.task);
+            if (drawn.made.annotations) {
+                const View& view = drawn.job.task->view;
+                MOTE_RETURN_IF_ERROR(
+                    drawAnnotations(*drawn.made.annotations, view.width, view.height, drawn.made.picture));
+            }
             return drawn.client->encoder.encode(drawn.made.picture, drawn.job.stage == Stage::exact,
                                                 targetOf(*drawn.client));
         } catch (const std::exception& failure) {
@@ -284,6 +295,8 @@ class RenderService::Impl {
     std::optional<PictureMaker> maker_;
     std::string lastFailure_;
 
+    std::atomic<bool> deviceFails_{false};
+
     std::mutex mutex_;
     std::condition_variable wake_;
     // Under the mutex.
@@ -300,6 +313,9 @@ RenderService::RenderService(DeviceFactory factory, StepSource& steps, RenderSet
     : impl_(std::make_unique<Impl>(std::move(factory), steps, settings)) {}
 RenderService::~RenderService() = default;
 
+bool RenderService::deviceFails() const {
+    return impl_->deviceFails();
+}
 Result<std::string> RenderService::start() {
     return impl_->start();
 }

@@ -73,6 +73,8 @@ class RenderService {
     void addCredits(SessionId session, std::uint32_t count);
     /// More of the data is in memory, or never will be: pictures that wait for it are tried again.
     void dataArrived();
+    /// The device failed at the latest picture. From any thread.
+    bool deviceFails() const;
 
   private:
     class Impl;

@@ -30,6 +30,11 @@ bool isThere(const FileDescriptor& folder, const std::string& name) {
     return fstatat(folder.get(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(status.st_mode);
 }
 
+/// The file that is not one of pictures; empty where there is none.
+std::string wholeName(const proto::JobRequest& job) {
+    return job.has_export_() ? exportName : filmVideoName(job.film());
+}
+
 /// The pictures of a film that is done have no gaps: a search by halves finds where they end.
 std::uint32_t countPictures(const FileDescriptor& folder, const proto::FilmJob& job) {
     const auto there = [&](std::uint32_t frame) { return isThere(folder, filmPictureName(job, frame)); };
@@ -43,9 +48,9 @@ std::uint32_t countPictures(const FileDescriptor& folder, const proto::FilmJob& 
     return begin;
 }
 
-Error missing(const FileDescriptor& folder, const proto::FilmJob& job, const proto::FetchFilm& request) {
-    if (!request.has_frame()) return {ErrorCode::notFound, "", "the film's video is not there any more"};
-    const auto count = countPictures(folder, job);
+Error missing(const FileDescriptor& folder, const proto::JobRequest& job, const proto::FetchFilm& request) {
+    if (!request.has_frame()) return {ErrorCode::notFound, "", "what the job made is not there any more"};
+    const auto count = countPictures(folder, job.film());
     if (count == 0)
         return {ErrorCode::notFound, "frame", "the film has no pictures any more, only its video"};
     return {ErrorCode::notFound, "frame",
@@ -54,15 +59,17 @@ Error missing(const FileDescriptor& folder, const proto::FilmJob& job, const pro
 
 }  // namespace
 
-bool filmIsThere(const std::filesystem::path& directory, const proto::FilmJob& job) {
+bool filmIsThere(const std::filesystem::path& directory, const proto::JobRequest& job) {
     const auto folder = openFolder(directory);
-    const auto video = filmVideoName(job);
-    return folder.valid() && isThere(folder, video.empty() ? filmPictureName(job, 0) : video);
+    const auto whole = wholeName(job);
+    return folder.valid() && isThere(folder, whole.empty() ? filmPictureName(job.film(), 0) : whole);
 }
 
-Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::FilmJob& job,
+Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::JobRequest& job,
                            const proto::FetchFilm& request) {
-    const auto name = request.has_frame() ? filmPictureName(job, request.frame()) : filmVideoName(job);
+    if (request.has_frame() && job.has_export_())
+        return Error{ErrorCode::notFound, "frame", "an export has no pictures"};
+    const auto name = request.has_frame() ? filmPictureName(job.film(), request.frame()) : wholeName(job);
     if (name.empty()) {
         return Error{ErrorCode::notFound, "frame",
                      "is missing: the film has no video, only pictures, each asked for by its number"};

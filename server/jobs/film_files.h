@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a film job has made: the files in the folder film/ of its own. Their names are made here, from the
-// request, and never a client's. Functions without state, any thread.
+// What a film or export job has made: the files in the folder film/ of its own. Their names are made here,
+// from the request, and never a client's. Functions without state, any thread.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace mote::server {
 
-/// FilmPiece: some bytes of a file of a film, and what they are. A value.
+/// FilmPiece: some bytes of a file of a film, or of an export, and what they are. A value.
 struct FilmPiece {
     proto::FilmPiece message;
     std::vector<std::uint8_t> bytes;
@@ -27,13 +27,16 @@ inline std::filesystem::path filmFolder(const std::filesystem::path& directory) 
     return directory / "film";
 }
 
-/// Whether the video is there, or of a film without one its first picture.
-bool filmIsThere(const std::filesystem::path& directory, const proto::FilmJob& job);
+/// The one file of an export.
+inline constexpr const char* exportName = "export.h5";
+
+/// Whether the export or the video is there, or of a film without one its first picture.
+bool filmIsThere(const std::filesystem::path& directory, const proto::JobRequest& job);
 
 /// The piece that is asked for, as long as the file has bytes and largestFilmPiece allows. Errors: notFound
-/// (the film has no video, no pictures, or fewer pictures), invalidArgument (beyond the file's end), corrupt
-/// (no regular file), permissionDenied, internal; with the field of the request.
-Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::FilmJob& job,
+/// (the film has no video, no pictures, or fewer pictures; an export has none), invalidArgument (beyond the
+/// file's end), corrupt (no regular file), permissionDenied, internal; with the field of the request.
+Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::JobRequest& job,
                            const proto::FetchFilm& request);
 
 }  // namespace mote::server

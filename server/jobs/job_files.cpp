@@ -103,9 +103,10 @@ void JobFiles::forgetResults() {
     progressSize_ = 0;
 }
 
-Status JobFiles::prepare(const proto::JobRequest& request) {
+Status JobFiles::prepare(const proto::JobRequest& request, const std::filesystem::path& output) {
     MOTE_RETURN_IF_ERROR(makeFolder(directory_));
     forgetResults();
+    MOTE_RETURN_IF_ERROR(writeFile(directory_ / "output", output.string()));
     return writeFile(directory_ / "request.json", toJson(request));
 }
 
@@ -120,6 +121,12 @@ Status JobFiles::keepFilm(const proto::JobRequest& request) {
 Status JobFiles::prepareFilm() {
     forgetResults();
     return makeFolder(filmFolder(directory_));
+}
+
+Status JobFiles::makeScratch(const std::filesystem::path& folder) {
+    std::error_code code;
+    std::filesystem::remove_all(folder, code);
+    return makeFolder(folder);
 }
 
 bool JobFiles::refresh(proto::JobStatus& status) {
@@ -148,6 +155,8 @@ std::optional<JobFiles::Outcome> JobFiles::outcome() const {
     Outcome outcome;
     if (!text) return {};
     if (std::sscanf(text->c_str(), "exit %d", &outcome.number) == 1) return outcome;
+    outcome.timedOut = std::sscanf(text->c_str(), "timeout %d", &outcome.number) == 1;
+    if (outcome.timedOut) return outcome;
     outcome.signalled = true;
     if (std::sscanf(text->c_str(), "signal %d", &outcome.number) == 1) return outcome;
     return {};
@@ -166,7 +175,7 @@ void JobFiles::remove() const {
 }
 
 void JobFiles::removeRest() const {
-    for (const char* name : {"request.json", "log", "progress", "result", "result.new"})
+    for (const char* name : {"output", "log", "progress", "result", "result.new"})
         unlink((directory_ / name).c_str());
 }
 

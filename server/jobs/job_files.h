@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // JobFiles: the directory of one job, through which a server and a running job speak: request.json in,
-// progress (lines of JobProgress), log and result out; a film besides (film_files.h). What a job writes is
-// not trusted: it is bounded and made plain text. Owned by the queue and used on its thread.
+// progress (lines of JobProgress), log and result out; a film or an export besides (film_files.h). What a job
+// writes is not trusted: it is bounded and made plain text. Owned by the queue and used on its thread.
 #pragma once
 
 #include <cstdint>
@@ -21,22 +21,26 @@ class JobFiles {
     /// How the job's program ended.
     struct Outcome {
         bool signalled = false;
-        int number = 0;  ///< exit code, or signal
+        bool timedOut = false;  ///< its time limit ended it
+        int number = 0;         ///< exit code, or signal; of a time limit the limit, s
     };
 
     explicit JobFiles(std::filesystem::path directory) : directory_(std::move(directory)) {}
 
     const std::filesystem::path& directory() const { return directory_; }
 
-    /// Makes the directory (0700) with the request, without results of an earlier attempt. Errors:
-    /// permissionDenied, resourceExhausted (the disk), internal.
-    Status prepare(const proto::JobRequest& request);
-    /// Makes the directory of a film with its request, which is too large to be kept anywhere else. Errors:
-    /// as prepare; nothing is left then.
+    /// Makes the directory (0700) with the request and where its output is to lie, without results of an
+    /// earlier attempt. Errors: permissionDenied, resourceExhausted (the disk), internal.
+    Status prepare(const proto::JobRequest& request, const std::filesystem::path& output);
+    /// Makes the directory of a film or an export with its request, which is too large to be kept anywhere
+    /// else. Errors: as prepare; nothing is left then.
     Status keepFilm(const proto::JobRequest& request);
-    /// The same directory before an attempt: a place for the film, no results of an earlier one; what is
-    /// made of the film stays. Errors: as prepare.
+    /// The same directory before an attempt: a place for what it makes, no results of an earlier one; what is
+    /// made of a film stays. Errors: as prepare.
     Status prepareFilm();
+
+    /// An empty folder of the job's. Errors: as prepare.
+    static Status makeScratch(const std::filesystem::path& folder);
 
     /// Puts what the job has written into `status`; false where nothing is new since the last call.
     bool refresh(proto::JobStatus& status);
@@ -47,7 +51,7 @@ class JobFiles {
     /// Adds a line to the job's log.
     void note(const std::string& line) const;
     void remove() const;
-    /// All but the film.
+    /// All but its request and what it made.
     void removeRest() const;
 
   private:

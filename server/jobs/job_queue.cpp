@@ -16,9 +16,12 @@
 #include <thread>
 #include <utility>
 
+#include "protocol/scene/job_request.h"
 #include "protocol/scene/system_error.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/own_files.h"
+#include "server/jobs/request_digest.h"
+#include "server/jobs/uploads.h"
 #include "server/log.h"
 
 namespace mote::server {
@@ -46,7 +49,20 @@ std::string newId() {
     return fmt::format("{:016x}", bits);
 }
 
-/// Of a film that cannot be fetched.
+/// Takes out what is with the job's files: statuses are stored and told at every change, and no place for a
+/// script or a selection of hundreds of kilobytes.
+void forgetBulk(proto::JobRequest& request) {
+    constexpr std::size_t bulk = 4096;  // bytes
+    if (request.has_film()) {
+        auto& script = *request.mutable_film()->mutable_script();
+        proto::Script kept;
+        if (script.has_fps()) kept.set_fps(script.fps());
+        script = kept;
+    }
+    if (request.export_().select().ByteSizeLong() > bulk) request.mutable_export_()->clear_select();
+}
+
+/// Of a film or an export that cannot be fetched.
 std::string whyNot(const proto::JobStatus& status) {
     switch (status.state()) {
         case State::QUEUED:
@@ -63,7 +79,7 @@ std::string whyNot(const proto::JobStatus& status) {
 }  // namespace
 
 JobQueue::JobQueue(asio::io_context& context, JobSettings settings)
-    : context_(context), settings_(std::move(settings)), timer_(context) {}
+    : context_(context), settings_(std::move(settings)), timer_(context), holdTimer_(context) {}
 
 JobQueue::~JobQueue() {
     stop();
@@ -79,9 +95,21 @@ Status JobQueue::start() {
     if (settings_.frames.empty()) settings_.frames = settings_.prep.parent_path() / "mote-frames";
     settings_.running = std::max<std::size_t>(settings_.running, 1);
     MOTE_RETURN_IF_ERROR(openState());
-    runner_ = makeLocalRunner(context_, settings_.supervisor);
+    MOTE_RETURN_IF_ERROR(openUploads());
+    MOTE_RETURN_IF_ERROR(openRunners());
+    rememberRoots();
     goOn();
     scheduleSoon();
+    return success();
+}
+
+/// A root of the user's own of that name goes first: then there are no uploads.
+Status JobQueue::openUploads() {
+    const auto same = [](const storage::Roots::Entry& root) { return root.name == Uploads::root; };
+    if (std::ranges::any_of(roots_.entries(), same)) return success();
+    MOTE_ASSIGN_OR_RETURN(uploads_, Uploads::makeFolder(settings_.stateDirectory));
+    settings_.roots.push_back(fmt::format("{}={}", Uploads::root, uploads_.string()));
+    MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
     return success();
 }
 
@@ -94,7 +122,8 @@ Status JobQueue::openState() {
     // The ids in the database are names of folders that are removed: all of it must be ours.
     for (const auto& folder : {state, state / "jobs", filmConnectionFile(state).parent_path()})
         MOTE_RETURN_IF_ERROR(makeOwnFolder(folder));
-    for (const char* file : {"jobs.lock", "jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm"})
+    for (const char* file : {"jobs.lock", "jobs.sqlite", "jobs.sqlite-wal", "jobs.sqlite-shm",
+                             "jobs.copy.sqlite", "jobs.copy.sqlite-wal", "jobs.copy.sqlite-shm"})
         MOTE_RETURN_IF_ERROR(checkOwnFile(state / file));
     state = std::filesystem::canonical(state, code);
     if (code) return Error{ErrorCode::permissionDenied, settings_.stateDirectory.string(), code.message()};
@@ -107,8 +136,8 @@ Status JobQueue::openState() {
         return Error{ErrorCode::alreadyExists, state.string(), "another server uses this state directory"};
     }
     // SQLite would take the umask's mode, and give its other files that of this one.
-    storage::FileDescriptor(
-        open((state / "jobs.sqlite").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
+    for (const auto& file : {state / "jobs.sqlite", JobStore::copyOf(state / "jobs.sqlite")})
+        storage::FileDescriptor(open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
     MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state / "jobs.sqlite"));
     const bool anew = !store.setAside().empty();
     JobTable table(std::move(store));
@@ -122,6 +151,7 @@ Status JobQueue::openState() {
 void JobQueue::stop() {
     active_.clear();
     timer_.cancel();
+    holdTimer_.cancel();
     listener_ = nullptr;
     disk_.stop();
     table_.reset();
@@ -134,7 +164,9 @@ void JobQueue::removeStrayDirectories() {
     std::filesystem::directory_iterator entry(settings_.stateDirectory / "jobs", code);
     for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
         const auto* record = table_->find(entry->path().filename().string());
-        if (!record || !(isLive(*record) || keepsFilm(*record))) strays.push_back(entry->path());
+        if (record && (isLive(*record) || hasFiles(*record))) continue;
+        // Of a film that is not there the request stays, which may be tried again.
+        strays.push_back(record && keepsFiles(*record) ? filmFolder(entry->path()) : entry->path());
     }
     for (const auto& stray : strays) removeSoon(stray);
 }
@@ -142,25 +174,32 @@ void JobQueue::removeStrayDirectories() {
 /// Takes up what an earlier server left.
 void JobQueue::goOn() {
     for (auto* record : table_->all()) {
-        if (record->status.state() == State::RUNNING) goOnWith(*record);
+        if (record->status.state() == State::RUNNING) {
+            goOnWith(*record);
+        } else if (record->cancelRequested && (isLive(*record) || hasFiles(*record))) {
+            finish(*record, State::CANCELLED);  // the earlier server had said so, and came no further
+        }
     }
 }
 
 void JobQueue::goOnWith(JobRecord& record) {
-    Active active{JobFiles(directoryOf(record)), runner_->find(record.handle), isFilm(record)};
+    Active active{JobFiles(directoryOf(record)), findRun(record.handle), isFilm(record)};
     active.files.refresh(record.status);
-    if (!active.run) return conclude(record, active.files);
-    log::info("job {} still runs", record.status.id());
+    if (!active.run) return conclude(record, active.files, {});
+    log::info(log::job(record.status.id()), "still runs");
     if (record.cancelRequested) active.run->cancel();
     watch(record.number, std::move(active));
 }
 
 // ------------------------------------------------------------------------------------------- requests
 
-Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request) {
+Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, const JobWish& wish) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
+    const auto valid = parseJobRequest(request);
+    const auto digest = valid.ok() ? requestDigest(request, roots_) : std::string();
+    if (const auto* same = wish.again ? nullptr : sameJob(digest)) return same->status;
     MOTE_RETURN_IF_ERROR(checkJobRequest(request, roots_));
-    const auto* maker = request.has_film() ? nullptr : table_->maker(request.output());
+    const auto* maker = staysWithJob(request) ? nullptr : table_->maker(request.output());
     if (maker) {
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
@@ -172,24 +211,22 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request) {
     JobRecord record;
     record.status.set_id(newId());
     *record.status.mutable_request() = request;
-    if (request.has_film()) {
+    if (staysWithJob(request)) {
         MOTE_RETURN_IF_ERROR(JobFiles(directoryOf(record)).keepFilm(request));
-        // Statuses are stored and told at every change: no place for a script of hundreds of kilobytes.
-        auto& script = *record.status.mutable_request()->mutable_film()->mutable_script();
-        proto::Script kept;
-        if (script.has_fps()) kept.set_fps(script.fps());
-        script = kept;
+        forgetBulk(*record.status.mutable_request());
     }
     record.status.set_state(State::QUEUED);
     record.status.set_phase("waiting");
     record.status.set_created_ms(nowMs());
+    record.status.set_time_limit_s(timeLimitOf(wish));
+    record.digest = digest;
     const auto directory = directoryOf(record);
     const auto added = table_->add(std::move(record));
     if (!added.ok()) {
         JobFiles(directory).remove();
         return added.error();
     }
-    changed(**added);
+    tell(**added);
     scheduleSoon();
     return (*added)->status;
 }
@@ -197,14 +234,22 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request) {
 Status JobQueue::cancel(std::string_view id) {
     auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
-    if (record->status.state() == State::QUEUED || keepsFilm(*record)) {
+    const bool waits = record->status.state() == State::QUEUED || hasFiles(*record);
+    if (!waits && (record->status.state() != State::RUNNING || record->cancelRequested)) return success();
+    // Nobody is told of a cancel that the next server would not know of.
+    const JobRecord before = *record;
+    record->cancelRequested = true;
+    if (const auto kept = table_->save(*record); !kept.ok()) {
+        *record = before;
+        hold(kept.error());
+        return kept;
+    }
+    if (waits) {
         finish(*record, State::CANCELLED);
         return success();
     }
-    if (record->status.state() != State::RUNNING || record->cancelRequested) return success();
-    record->cancelRequested = true;
     record->status.set_phase("cancelling");
-    changed(*record);
+    tell(*record);
     if (const auto active = active_.find(record->number); active != active_.end())
         active->second.run->cancel();
     return success();
@@ -212,6 +257,17 @@ Status JobQueue::cancel(std::string_view id) {
 
 std::vector<proto::JobStatus> JobQueue::list() const {
     return table_ ? table_->list(kMostListed) : std::vector<proto::JobStatus>();
+}
+
+std::map<std::string, std::size_t> JobQueue::counts() const {
+    std::map<std::string, std::size_t> counts;
+    for (const auto state :
+         {State::QUEUED, State::RUNNING, State::SUCCEEDED, State::FAILED, State::CANCELLED}) {
+        std::string name = proto::JobStatus::State_Name(state);
+        for (char& letter : name) letter = static_cast<char>(letter - 'A' + 'a');
+        counts[name] = table_->count(state);
+    }
+    return counts;
 }
 
 Result<proto::JobStatus> JobQueue::find(std::string_view id) const {
@@ -222,27 +278,28 @@ Result<proto::JobStatus> JobQueue::find(std::string_view id) const {
 
 // ---------------------------------------------------------------------------------------------- films
 
-Result<JobRecord> JobQueue::finishedFilm(std::string_view id) const {
+Result<JobRecord> JobQueue::finishedMaker(std::string_view id) const {
     const auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
-    if (!isFilm(*record))
-        return Error{ErrorCode::invalidArgument, "id", fmt::format("job {} makes no film", id)};
-    if (keepsFilm(*record)) return *record;
+    if (!keepsFiles(*record))
+        return Error{ErrorCode::invalidArgument, "id", fmt::format("job {} makes no film and no export", id)};
+    if (hasFiles(*record)) return *record;
     return Error{ErrorCode::notFound, "id",
-                 fmt::format("the film of job {} is not there: {}", id, whyNot(record->status))};
+                 fmt::format("the {} of job {} is not there: {}", isFilm(*record) ? "film" : "export", id,
+                             whyNot(record->status))};
 }
 
 void JobQueue::fetchFilm(const proto::FetchFilm& request, FilmListener done) {
-    auto record = finishedFilm(request.id());
+    auto record = finishedMaker(request.id());
     auto answer = [alive = std::weak_ptr(alive_), done = std::move(done)](Result<FilmPiece> piece) {
         if (!alive.expired()) done(std::move(piece));
     };
     if (!record.ok()) return asio::post(context_, [answer, error = record.error()] { answer(error); });
-    asio::post(disk_, [this, answer, request, directory = directoryOf(*record),
-                       film = record->status.request().film()] {
-        auto piece = readFilm(directory, film, request);
-        asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
-    });
+    asio::post(
+        disk_, [this, answer, request, directory = directoryOf(*record), job = record->status.request()] {
+            auto piece = readFilm(directory, job, request);
+            asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
+        });
 }
 
 // ---------------------------------------------------------------------------------------------- small
@@ -252,22 +309,19 @@ std::int64_t JobQueue::nowMs() {
     return std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
 }
 
-void JobQueue::changed(const JobRecord& record) {
-    table_->save(record);
+void JobQueue::tell(const JobRecord& record) {
     asio::post(context_, whileAlive([this, status = record.status] {
                    if (listener_) listener_(status);
                }));
 }
 
-/// A film may be thousands of files: nobody waits until they are gone. So named the directory is no job's,
+/// A film may be thousands of files: nobody waits until they are gone. So named the folder is no job's,
 /// and should this server end first, the next one removes the rest.
-void JobQueue::discard(const JobRecord& record) {
-    const auto directory = directoryOf(record);
-    if (!isFilm(record)) return JobFiles(directory).remove();
-    const std::filesystem::path gone = directory.string() + ".gone";
+void JobQueue::discard(const JobRecord& record, const std::filesystem::path& folder) {
+    const std::filesystem::path gone = directoryOf(record).string() + ".gone";
     std::error_code code;
-    std::filesystem::rename(directory, gone, code);
-    if (!code) removeSoon(gone);
+    std::filesystem::rename(folder, gone, code);
+    removeSoon(code ? folder : gone);
 }
 
 void JobQueue::removeSoon(const std::filesystem::path& folder) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// JobQueue: the server's jobs, from a client's request to a published dataset or a film that is kept. Owned
-// by the server; everything here is called, and calls back, on the one thread that runs the io_context.
+// JobQueue: the server's jobs, from a client's request to a published dataset or a film or export that is
+// kept. Owned by the server; everything here is called, and calls back, on the one thread that runs the
+// io_context.
 //
 // A job outlives the server: its process has a session of its own and leaves progress, log and result in
 // files beneath the state directory, where the next server finds them. Destroying the queue therefore stops
@@ -26,12 +27,18 @@
 #include "server/jobs/film_files.h"
 #include "server/jobs/job_files.h"
 #include "server/jobs/job_settings.h"
-#include "server/jobs/job_store.h"
+#include "server/jobs/job_table.h"
 #include "server/jobs/runner.h"
 #include "storage/files/file_descriptor.h"
 #include "storage/roots.h"
 
 namespace mote::server {
+
+/// How a request is to be run.
+struct JobWish {
+    bool again = false;           ///< although the same request waits, runs or has its output there
+    std::uint32_t timeLimit = 0;  ///< s, of a run; 0: the server's, which is never exceeded
+};
 
 class JobQueue {
   public:
@@ -54,25 +61,43 @@ class JobQueue {
     /// No job is started any more and nothing calls back; running jobs go on and the next server finds them.
     void stop();
 
-    /// Checks and queues a request. Errors: invalidArgument and notFound with the field, alreadyExists (the
-    /// output, or a live job that makes it), resourceExhausted (too many wait, a full disk), internal (the
-    /// disk). A film's status, here and below, is without the script.
-    Result<proto::JobStatus> submit(const proto::JobRequest& request);
+    /// Checks and queues a request. The same one that waits, runs, or whose output is there and whose inputs
+    /// are unchanged, is answered with that job. Errors: invalidArgument and notFound with the field,
+    /// alreadyExists (the output, or a live job that makes it), resourceExhausted (too many wait, a full
+    /// disk), internal (the disk). A film's status, here and below, is without the script, an export's
+    /// without a large selection.
+    Result<proto::JobStatus> submit(const proto::JobRequest& request, const JobWish& wish = {});
+
+    /// Submits what failed or was cancelled anew, as another job. Errors: notFound, invalidArgument (it has
+    /// not ended, or succeeded), as submit.
+    Result<proto::JobStatus> retry(std::string_view id);
 
     /// A waiting job is cancelled at once, a running one told to end (SIGTERM, 5 s later SIGKILL): its last
-    /// change says so. Cancelling a finished job is success and does nothing, but for a film that is done:
-    /// that goes. Errors: notFound.
+    /// change says so. Cancelling a finished job is success and does nothing, but for a film or export that
+    /// is done: that goes. Errors: notFound.
     Status cancel(std::string_view id);
 
     /// At most 200: what runs, then what waits, then what has ended, the newest first of each.
     std::vector<proto::JobStatus> list() const;
 
+    /// How many jobs are remembered, and a page of at most `count` (0: 200) of them, the latest first.
+    proto::Jobs page(std::uint64_t first, std::uint32_t count) const;
+
+    /// How many jobs are remembered.
+    std::size_t size() const { return table_ ? table_->size() : 0; }
+
     /// Errors: notFound.
     Result<proto::JobStatus> find(std::string_view id) const;
+    /// Of all that are remembered, by the state's name in lower case.
+    std::map<std::string, std::size_t> counts() const;
 
-    /// Reads a piece of a film that is done; `done` hears of it later, unless the queue is destroyed first.
-    /// Errors: notFound (no such job, or it is not done), invalidArgument (it makes no film), as readFilm.
+    /// Reads a piece of a film or export that is done; `done` hears of it later, unless the queue is
+    /// destroyed first. Errors: notFound (no such job, or it is not done), invalidArgument (it makes
+    /// neither), as readFilm.
     void fetchFilm(const proto::FetchFilm& request, FilmListener done);
+
+    /// The folder of clients' uploads; empty where there are none.
+    const std::filesystem::path& uploads() const { return uploads_; }
 
     /// Called after every change of state and, at most five times a second for each job, of progress. Never
     /// from within submit() or cancel(). One listener.
@@ -87,22 +112,35 @@ class JobQueue {
     };
 
     Status openState();
+    Status openUploads();
+    Status openRunners();
     void goOn();
     void goOnWith(JobRecord& record);
     void removeStrayDirectories();
+
+    std::uint32_t timeLimitOf(const JobWish& wish) const;
+    const JobRecord* sameJob(const std::string& digest) const;
+    std::string madeBy(const JobRecord& record) const;
+    bool isStillThere(const JobRecord& record) const;
+    Runner& runnerOf(const JobRecord& record) const;
+    std::unique_ptr<Run> findRun(std::string_view handle) const;
 
     void scheduleSoon();
     void schedule();
     std::size_t activeCount(bool film) const;
     void begin(JobRecord& record);
+    void begun(std::int64_t number, Result<std::unique_ptr<Run>> run);
+    void cannotBegin(JobRecord& record, const Error& error);
     Result<RunOrder> prepare(const JobRecord& record, JobFiles& files) const;
+    Result<RunOrder> orderOf(const JobRecord& record, JobFiles& files) const;
     void watch(std::int64_t number, Active active);
     void watchSoon();
     void look();
 
-    void end(std::int64_t number);
-    void conclude(JobRecord& record, JobFiles& files);
-    void concludeFilm(JobRecord& record, JobFiles& files);
+    void end(std::int64_t number, const RunEnd& how);
+    void conclude(JobRecord& record, JobFiles& files, const RunEnd& end);
+    void concludeFilm(JobRecord& record, JobFiles& files, const RunEnd& end);
+    void lost(JobRecord& record, JobFiles& files, const RunEnd& end);
     void interrupted(JobRecord& record, JobFiles& files, const std::string& how);
     void finish(JobRecord& record, proto::JobStatus::State state, std::string error = {});
 
@@ -113,25 +151,55 @@ class JobQueue {
             if (!alive.expired()) call(values...);
         };
     }
-    /// Stores the record and tells the listener, soon.
-    void changed(const JobRecord& record);
+    // What the place, and no job, is to blame for (job_hold.cpp).
+    void rememberRoots();
+    void lookForRoots();
+    const Error* missingRoot(const JobRecord& record) const;
+    void hold(const Error& why);
+    void lookAgainLater();
+    void goOnAfterHold();
+    void waitForRoot(JobRecord& record, const Error& why);
+    void waitForPlace(JobRecord& record, const Error& why);
+    void tellWhyItWaits(JobRecord& record, const Error& why);
+
+    /// Stores the record and then tells the listener, soon. Errors: as JobTable::save; the queue is held
+    /// then, and the listener hears of it when it is stored.
+    Status changed(const JobRecord& record);
+    /// Tells the listener, soon.
+    void tell(const JobRecord& record);
+    /// Its end is stored: nothing of it is needed any more, but for a film.
+    void clearAway(const JobRecord& record);
     std::filesystem::path directoryOf(const JobRecord& record) const;
-    Result<JobRecord> finishedFilm(std::string_view id) const;
-    void discard(const JobRecord& record);
+    Result<JobRecord> finishedMaker(std::string_view id) const;
+    void discard(const JobRecord& record, const std::filesystem::path& folder);
     void removeSoon(const std::filesystem::path& folder);
     static std::int64_t nowMs();
 
     asio::io_context& context_;
     JobSettings settings_;
     storage::Roots roots_;
-    storage::FileDescriptor lock_;  // held: no other server has this state directory
+    std::filesystem::path uploads_;  // empty: there are none
+    storage::FileDescriptor lock_;   // held: no other server has this state directory
     std::optional<JobTable> table_;
-    std::unique_ptr<Runner> runner_;
+    std::unique_ptr<Runner> local_, slurm_;  // slurm_: null where there is no such runner
     std::map<std::int64_t, Active> active_;  // by the job's number
+    std::map<std::int64_t, bool> starting_;  // with their runner; by the job's number, whether it is a film
     asio::steady_timer timer_;
     Listener listener_;
-    bool scheduling_ = false;  // schedule() is posted
-    bool looking_ = false;     // the timer runs
+    /// A root's folder, and the file system that it lay in when the server began.
+    struct RootPlace {
+        std::string name;
+        std::filesystem::path folder;
+        std::uint64_t device = 0;
+    };
+    std::vector<RootPlace> rootPlaces_;
+    asio::steady_timer holdTimer_;
+    std::chrono::milliseconds holdFor_{0};  // how long the next hold is
+    std::map<std::string, Error> away_;     // roots, by name, when they were last looked for
+    bool held_ = false;                     // nothing begins
+    bool waiting_ = false;                  // the hold's timer runs
+    bool scheduling_ = false;               // schedule() is posted
+    bool looking_ = false;                  // the timer runs
     std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
     asio::thread_pool disk_{1};  // what takes longer than the others should wait; last: it ends first
 };

@@ -52,7 +52,7 @@ Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storag
         const auto path = roots.resolveExisting(input.name);
         if (!path.ok()) return ofField(input.field, path.error());
     }
-    if (message.has_film()) return JobOutput{};
+    if (staysWithJob(message)) return JobOutput{};
     auto output = findOutput(message, roots);
     if (!output.ok()) return ofField("output", output.error());
     if (output->exists) {

@@ -27,8 +27,8 @@ Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Ro
 /// Removes what a killed job left of it: unpublished drafts in its folder; how many there were.
 std::size_t removeDrafts(const JobOutput& output);
 
-/// Where the output is to appear; of a film nowhere. Errors: invalidArgument, notFound (a root, an input),
-/// alreadyExists (the output), permissionDenied; each with the path of its field, as in JSON.
+/// Where the output is to appear; of a film or an export nowhere. Errors: invalidArgument, notFound (a root,
+/// an input), alreadyExists (the output), permissionDenied; each with the path of its field, as in JSON.
 Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots);
 
 }  // namespace mote::server

@@ -41,6 +41,7 @@ std::string endedBySignal(const JobRecord& record, int number) {
 }
 
 std::string sentenceOf(const JobFiles::Outcome& outcome, const JobRecord& record) {
+    if (outcome.timedOut) return fmt::format("ran longer than its time limit of {} s", outcome.number);
     if (outcome.signalled) return endedBySignal(record, outcome.number);
     // Its last line says why, as programs do: "mote-prep: WHERE: WHAT".
     const auto self = programOf(record) + ": ";
@@ -63,57 +64,107 @@ void JobQueue::scheduleSoon() {
 
 void JobQueue::schedule() {
     scheduling_ = false;
-    if (!table_) return;
-    for (const auto& forgotten : table_->prune(settings_.kept)) discard(forgotten);
+    if (!table_ || held_) return;
+    for (const auto& forgotten : table_->prune(settings_.kept)) discard(forgotten, directoryOf(forgotten));
+    lookForRoots();
     for (const bool film : {false, true}) {
-        while (activeCount(film) < (film ? kFilms : settings_.running)) {
-            auto* record = table_->nextQueued(film);
-            if (!record) break;
-            begin(*record);
+        const auto slots = film ? kFilms : settings_.running;
+        if (activeCount(film) >= slots) continue;
+        for (auto* record : table_->queued(film)) {
+            if (held_ || activeCount(film) >= slots) break;
+            if (starting_.contains(record->number)) continue;
+            if (const auto* missing = missingRoot(*record)) {
+                waitForRoot(*record, *missing);
+            } else {
+                begin(*record);
+            }
         }
     }
 }
 
 std::size_t JobQueue::activeCount(bool film) const {
-    return static_cast<std::size_t>(std::count_if(
-        active_.begin(), active_.end(), [&](const auto& entry) { return entry.second.film == film; }));
+    const auto running = std::count_if(active_.begin(), active_.end(),
+                                       [&](const auto& entry) { return entry.second.film == film; });
+    const auto starting = std::count_if(starting_.begin(), starting_.end(),
+                                        [&](const auto& entry) { return entry.second == film; });
+    return static_cast<std::size_t>(running + starting);
 }
 
 void JobQueue::begin(JobRecord& record) {
-    ++record.attempts;
-    record.handle.clear();
-    record.status.set_state(State::RUNNING);
-    record.status.set_started_ms(nowMs());
-    record.status.set_progress(0);
-    record.status.set_phase("starting");
-    Active active{JobFiles(directoryOf(record)), nullptr, isFilm(record)};
-    const auto order = prepare(record, active.files);
-    if (!order.ok()) return finish(record, State::FAILED, order.error().toString());
-    auto run = runner_->start(*order);
-    if (!run.ok()) return finish(record, State::FAILED, run.error().toString());
-    active.run = *std::move(run);
-    record.handle = active.run->handle();
-    changed(record);
+    JobFiles files(directoryOf(record));
+    const auto order = prepare(record, files);
+    if (!order.ok()) return cannotBegin(record, order.error());
+    const auto number = record.number;
+    starting_.emplace(number, isFilm(record));
+    runnerOf(record).start(*order, [this, number, alive = std::weak_ptr(alive_)](auto run) {
+        if (!alive.expired()) begun(number, std::move(run));
+    });
+}
+
+/// The run waits for go(). It may have been cancelled meanwhile.
+void JobQueue::begun(std::int64_t number, Result<std::unique_ptr<Run>> run) {
+    starting_.erase(number);
+    auto* record = table_ ? table_->find(number) : nullptr;
+    if (!record) return;
+    if (record->status.state() != State::QUEUED) return scheduleSoon();
+    if (!run.ok()) return cannotBegin(*record, run.error());
+    const JobRecord before = *record;
+    ++record->attempts;
+    record->handle = (*run)->handle();
+    auto& status = record->status;
+    status.set_state(State::RUNNING);
+    status.set_runner(isFilm(*record) ? "local" : settings_.runner);
+    status.set_runner_id((*run)->id());
+    status.set_started_ms(nowMs());
+    status.set_progress(0);
+    status.set_phase("starting");
+    status.clear_waits_for();
     // Only now that its handle is stored may it begin: no job ever runs that a restarted server would not
     // find.
-    active.run->go();
-    watch(record.number, std::move(active));
+    if (const auto saved = table_->save(*record); !saved.ok()) {
+        *record = before;
+        return waitForPlace(*record, saved.error());
+    }
+    (*run)->go();
+    holdFor_ = {};
+    tell(*record);
+    watch(number, {JobFiles(directoryOf(*record)), *std::move(run), isFilm(*record)});
+}
+
+/// Two kinds of errors are the place's, and no fault of the job.
+void JobQueue::cannotBegin(JobRecord& record, const Error& error) {
+    if (error.code == ErrorCode::resourceExhausted || error.code == ErrorCode::permissionDenied)
+        return waitForPlace(record, error);
+    ++record.attempts;
+    finish(record, State::FAILED, error.toString());
 }
 
 Result<RunOrder> JobQueue::prepare(const JobRecord& record, JobFiles& files) const {
-    if (isFilm(record)) {
+    MOTE_ASSIGN_OR_RETURN(auto order, orderOf(record, files));
+    order.timeLimit = record.status.time_limit_s();
+    return order;
+}
+
+Result<RunOrder> JobQueue::orderOf(const JobRecord& record, JobFiles& files) const {
+    if (keepsFiles(record)) {
+        std::error_code code;
+        // An export begins anew; of a film goes on what is there.
+        if (!isFilm(record)) std::filesystem::remove_all(filmFolder(files.directory()), code);
         MOTE_RETURN_IF_ERROR(files.prepareFilm());
-        return filmOrder(settings_, files.directory());
+        return isFilm(record) ? filmOrder(settings_, files.directory())
+                              : exportOrder(settings_, roots_, files.directory());
     }
     const auto output = findOutput(record.status.request(), roots_);
     if (!output.ok()) return Error{output.error().code, "output", output.error().toString()};
-    MOTE_RETURN_IF_ERROR(files.prepare(record.status.request()));
-    return prepOrder(settings_, roots_, files.directory(), output.value().root);
+    MOTE_RETURN_IF_ERROR(files.prepare(record.status.request(), output.value().path));
+    auto order = prepOrder(settings_, roots_, files.directory(), ranksOf(settings_, record.status.request()));
+    if (!order.scratch.empty()) MOTE_RETURN_IF_ERROR(files.makeScratch(order.scratch));
+    return order;
 }
 
 void JobQueue::watch(std::int64_t number, Active active) {
     auto& run = *active_.insert_or_assign(number, std::move(active)).first->second.run;
-    run.onEnd(whileAlive([this, number] { end(number); }));
+    run.onEnd(whileAlive([this, number](const RunEnd& how) { end(number, how); }));
     watchSoon();
 }
 
@@ -134,33 +185,35 @@ void JobQueue::look() {
         MOTE_CHECK(record);
         if (!active.files.refresh(record->status)) continue;
         if (record->cancelRequested) record->status.set_phase("cancelling");
-        changed(*record);
+        tell(*record);  // how far it is, the job's own files know
     }
     watchSoon();
 }
 
 // ----------------------------------------------------------------------------------------- ended jobs
 
-void JobQueue::end(std::int64_t number) {
+void JobQueue::end(std::int64_t number, const RunEnd& how) {
     auto active = active_.extract(number);
     auto* record = table_ ? table_->find(number) : nullptr;
     if (active.empty() || !record) return;
     active.mapped().files.refresh(record->status);
-    conclude(*record, active.mapped().files);
+    conclude(*record, active.mapped().files, how);
     scheduleSoon();
 }
 
 /// Nothing of the job runs any more: what came of it?
-void JobQueue::conclude(JobRecord& record, JobFiles& files) {
-    if (isFilm(record)) return concludeFilm(record, files);
+void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
+    if (keepsFiles(record)) return concludeFilm(record, files, end);
     const auto outcome = files.outcome();
     const auto output = findOutput(record.status.request(), roots_);
     const bool there = output.ok() && output.value().exists;
-    const bool clean = outcome && !outcome->signalled;
+    const bool clean = outcome && !outcome->signalled && !outcome->timedOut;
     if (!clean && output.ok()) removeDrafts(output.value());
     if (there && !(clean && outcome->number != 0)) return finish(record, State::SUCCEEDED);
     if (record.cancelRequested) return finish(record, State::CANCELLED);
-    if (!outcome) return interrupted(record, files, kTaken);
+    if (!outcome) return lost(record, files, end);
+    lookForRoots();
+    if (missingRoot(record)) return interrupted(record, files, "a folder of data went away");
     if (clean && outcome->number == 0) {
         return finish(record, State::FAILED, "mote-prep ended without an error, but its output is not there");
     }
@@ -168,15 +221,22 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files) {
 }
 
 /// A film that was ended by a signal goes on where it was, too.
-void JobQueue::concludeFilm(JobRecord& record, JobFiles& files) {
+void JobQueue::concludeFilm(JobRecord& record, JobFiles& files, const RunEnd& end) {
     if (record.cancelRequested) return finish(record, State::CANCELLED);
     const auto outcome = files.outcome();
-    if (!outcome) return interrupted(record, files, kTaken);
+    if (!outcome) return lost(record, files, end);
     if (outcome->signalled) return interrupted(record, files, endedBySignal(record, outcome->number));
     if (outcome->number != 0) return finish(record, State::FAILED, sentenceOf(*outcome, record));
-    if (filmIsThere(files.directory(), record.status.request().film()))
-        return finish(record, State::SUCCEEDED);
-    finish(record, State::FAILED, "mote-frames ended without an error, but its film is not there");
+    if (filmIsThere(files.directory(), record.status.request())) return finish(record, State::SUCCEEDED);
+    finish(record, State::FAILED,
+           fmt::format("{} ended without an error, but its {} is not there", programOf(record),
+                       isFilm(record) ? "film" : "export"));
+}
+
+/// Nobody knows how its program ended.
+void JobQueue::lost(JobRecord& record, JobFiles& files, const RunEnd& end) {
+    if (!end.again) return finish(record, State::FAILED, end.how);
+    interrupted(record, files, end.how.empty() ? kTaken : end.how);
 }
 
 /// It was ended by others: the machine or someone's kill took it, not a fault of its own. Again, but not for
@@ -189,12 +249,13 @@ void JobQueue::interrupted(JobRecord& record, JobFiles& files, const std::string
     }
     files.note("interrupted: queued again");
     files.refresh(record.status);
-    log::warn("job {} was interrupted and is queued again", record.status.id());
+    log::warn(log::job(record.status.id()), "interrupted and queued again");
     record.handle.clear();
     record.status.set_state(State::QUEUED);
+    record.status.set_interrupted(record.status.interrupted() + 1);
     record.status.set_progress(0);
     record.status.set_phase("waiting again: it was interrupted");
-    changed(record);
+    static_cast<void>(changed(record));
 }
 
 void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::string error) {
@@ -203,19 +264,24 @@ void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::str
     record.status.set_error(plainText(error, 1000));
     record.status.set_finished_ms(nowMs());
     if (state == State::SUCCEEDED) record.status.set_progress(1);
+    if (state == State::SUCCEEDED && !keepsFiles(record)) record.made = madeBy(record);
     record.status.set_phase("");
-    log::info("job {} {}", record.status.id(),
+    record.status.clear_waits_for();
+    log::info(log::job(record.status.id()), "ended: {}",
               state == State::SUCCEEDED   ? "succeeded"
-              : state == State::CANCELLED ? "was cancelled"
+              : state == State::CANCELLED ? "cancelled"
                                           : "failed: " + record.status.error());
-    changed(record);
-    // The store keeps the log's end.
-    if (keepsFilm(record)) {
-        JobFiles(directoryOf(record)).removeRest();
-    } else {
-        discard(record);
-    }
+    // Until its end is stored, its files tell the next server of it.
+    if (changed(record).ok()) clearAway(record);
     scheduleSoon();
+}
+
+/// The store keeps the log's end, but no request of a film or an export, which may be tried again.
+void JobQueue::clearAway(const JobRecord& record) {
+    const JobFiles files(directoryOf(record));
+    if (!keepsFiles(record)) return files.remove();
+    files.removeRest();
+    if (!hasFiles(record)) discard(record, filmFolder(files.directory()));
 }
 
 }  // namespace mote::server

@@ -9,13 +9,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <asio/io_context.hpp>
 #include <asio/posix/stream_descriptor.hpp>
 #include <cerrno>
 #include <system_error>
 
 #include "protocol/scene/system_error.h"
+#include "server/jobs/job_environment.h"
 #include "server/jobs/process_identity.h"
 #include "server/jobs/runner.h"
 #include "server/log.h"
@@ -38,6 +38,7 @@ class LocalRun final : public Run {
           gate_(std::move(gate)) {}
 
     std::string handle() const override { return kPrefix + identity_.toString(); }
+    std::string id() const override { return std::to_string(identity_.pid); }
 
     void go() override {
         // No SIGPIPE from a supervisor that has ended: onEnd tells of it.
@@ -47,12 +48,12 @@ class LocalRun final : public Run {
         gate_ = {};
     }
 
-    void onEnd(std::function<void()> ended) override {
+    void onEnd(std::function<void(RunEnd)> ended) override {
         process_.async_wait(asio::posix::stream_descriptor::wait_read,
                             [this, ended = std::move(ended)](const std::error_code& code) {
                                 if (code == asio::error::operation_aborted) return;
                                 reap();
-                                ended();
+                                ended({});
                             });
     }
 
@@ -73,38 +74,6 @@ class LocalRun final : public Run {
     asio::posix::stream_descriptor process_;  // a pidfd: readable when the process has ended
     FileDescriptor gate_;
 };
-
-std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor) {
-    std::vector<std::string> words{supervisor,
-                                   "--directory",
-                                   order.directory.string(),
-                                   "--memory",
-                                   std::to_string(order.memory),
-                                   "--nice",
-                                   std::to_string(order.niceness),
-                                   "--write",
-                                   order.writable.string()};
-    for (const auto& folder : order.readable) words.insert(words.end(), {"--read", folder.string()});
-    if (order.unixSockets) words.insert(words.end(), {"--sockets", "unix"});
-    words.emplace_back("--");
-    words.insert(words.end(), order.program.begin(), order.program.end());
-    return words;
-}
-
-/// Ours, without what a launcher of MPI left there where the server is one of several ranks: a job is none of
-/// them, and would wait for the others.
-std::vector<char*> jobEnvironment() {
-    std::vector<char*> result;
-    for (char** entry = environ; *entry != nullptr; ++entry) {
-        const std::string_view text(*entry);
-        constexpr std::string_view launchers[] = {"OMPI_", "PMI_", "PMIX_", "MPI_"};
-        const bool left = std::any_of(std::begin(launchers), std::end(launchers),
-                                      [&](std::string_view start) { return text.starts_with(start); });
-        if (!left) result.push_back(*entry);
-    }
-    result.push_back(nullptr);
-    return result;
-}
 
 /// posix_spawn with a session of its own, its output in the job's log and the gate at kGate; 0 or an errno.
 int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_t& pid) {
@@ -127,7 +96,9 @@ int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_
     posix_spawnattr_setsigmask(&attributes, &none);
     posix_spawnattr_setflags(&attributes,
                              POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-    const int error = posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), jobEnvironment().data());
+    auto variables = jobEnvironment();
+    const int error =
+        posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), pointersTo(variables).data());
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;
@@ -149,15 +120,17 @@ class LocalRunner final : public Runner {
     LocalRunner(asio::io_context& context, std::filesystem::path supervisor)
         : context_(context), supervisor_(std::move(supervisor)) {}
 
-    Result<std::unique_ptr<Run>> start(const RunOrder& order) override;
+    void start(const RunOrder& order, Started started) override { started(spawned(order)); }
     std::unique_ptr<Run> find(std::string_view handle) override;
 
   private:
+    Result<std::unique_ptr<Run>> spawned(const RunOrder& order);
+
     asio::io_context& context_;
     std::filesystem::path supervisor_;
 };
 
-Result<std::unique_ptr<Run>> LocalRunner::start(const RunOrder& order) {
+Result<std::unique_ptr<Run>> LocalRunner::spawned(const RunOrder& order) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
         return Error{ErrorCode::internal, "",
@@ -195,6 +168,27 @@ std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
 }
 
 }  // namespace
+
+std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor) {
+    std::vector<std::string> words{supervisor,
+                                   "--directory",
+                                   order.directory.string(),
+                                   "--memory",
+                                   std::to_string(order.memory),
+                                   "--nice",
+                                   std::to_string(order.niceness)};
+    if (!order.writable.empty()) words.insert(words.end(), {"--write", order.writable.string()});
+    for (const auto& folder : order.readable) words.insert(words.end(), {"--read", folder.string()});
+    if (order.unixSockets) words.insert(words.end(), {"--sockets", "unix"});
+    if (order.publishes) words.insert(words.end(), {"--publish", "output"});
+    if (order.unconfined) words.insert(words.end(), {"--unconfined", "allowed"});
+    if (!order.scratch.empty()) words.insert(words.end(), {"--write", order.scratch.string()});
+    if (order.launcher) words.insert(words.end(), {"--launcher", "mpi"});
+    if (order.timeLimit > 0) words.insert(words.end(), {"--time-limit", std::to_string(order.timeLimit)});
+    words.emplace_back("--");
+    words.insert(words.end(), order.program.begin(), order.program.end());
+    return words;
+}
 
 std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor) {
     return std::make_unique<LocalRunner>(context, std::move(supervisor));

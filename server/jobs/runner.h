@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Runner: how a job's program (mote-prep, or mote-frames for a film) is brought to run: `local`
-// (makeLocalRunner, a child process). `mpi` (mpirun -n K mote-prep) and `slurm` (sbatch with a fixed script)
-// are to stand beside it. Owned by the queue and used on its thread.
+// Runner: how a job's program (mote-prep, or mote-frames for a film) is brought to run: a child process
+// (makeLocalRunner), or a job of Slurm (makeSlurmRunner). Owned by the queue and used on its thread.
 //
-// Whatever the runner, a job leaves files in its directory (JobFiles): progress and log while it runs, and at
-// last a result, written by one rename. A run that has ended without one was interrupted.
+// Whatever the runner, the program runs under mote-supervise, and leaves files in its directory (JobFiles):
+// progress and log while it runs, and at last a result, written by one rename. A run that has ended without
+// one was interrupted.
 #pragma once
 
 #include <cstdint>
@@ -32,10 +32,22 @@ struct RunOrder {
     std::filesystem::path directory;              ///< of the job, holds request.json; it may be read
     std::vector<std::string> program;             ///< its path, and its arguments
     std::vector<std::filesystem::path> readable;  ///< folders that it may read
-    std::filesystem::path writable;               ///< the folder that it may write
+    std::filesystem::path writable;               ///< the folder that it may write; empty where it publishes
+    bool publishes = false;                       ///< `directory` says where its output is to lie (JobFiles)
+    bool unconfined = false;                      ///< it runs even where no rights can be taken from it
+    std::filesystem::path scratch;                ///< of its launcher, which it may write; empty: none
     std::uint64_t memory = 0;                     ///< bytes; 0: no limit
     int niceness = 0;                             ///< steps below the server's priority
-    bool unixSockets = false;                     ///< it may open these; no others ever
+    bool unixSockets = false;                     ///< it may open these; no others, but a launcher
+    bool launcher = false;                        ///< mpirun: it starts processes, which talk to each other
+    std::uint32_t timeLimit = 0;                  ///< s, of the run; 0: none
+    unsigned cores = 1;                           ///< that it keeps busy, for a runner that deals them out
+};
+
+/// What is known of a run that has ended, besides the files that it left.
+struct RunEnd {
+    std::string how;    ///< one sentence, where it was lost; empty: not known
+    bool again = true;  ///< it was nobody's limit that ended it: another run may come further
 };
 
 /// A job that runs, or waits for go(). Destroying it stops watching, never the job.
@@ -44,27 +56,39 @@ class Run {
     virtual ~Run() = default;
     /// What find() knows it by, in this server or the next.
     virtual std::string handle() const = 0;
+    /// What people find it by: the number of a process or of a Slurm job.
+    virtual std::string id() const = 0;
     /// Begins. Called once the handle is stored: without it nothing begins, even if this server is killed
     /// first.
     virtual void go() = 0;
     /// `ended` is called once, from the io_context, when nothing of the job runs any more.
-    virtual void onEnd(std::function<void()> ended) = 0;
-    /// Asks it to end, SIGTERM first and SIGKILL 5 s later; onEnd follows.
+    virtual void onEnd(std::function<void(RunEnd)> ended) = 0;
+    /// Asks it to end, SIGTERM first and SIGKILL some seconds later; onEnd follows.
     virtual void cancel() = 0;
 };
 
 class Runner {
   public:
+    using Started = std::function<void(Result<std::unique_ptr<Run>>)>;
+
     virtual ~Runner() = default;
-    /// Errors: internal, notFound (the program).
-    virtual Result<std::unique_ptr<Run>> start(const RunOrder& order) = 0;
-    /// A run of this or an earlier server; null where it has ended.
+    /// `started` is called once, from within or later from the io_context, with a run that waits for go():
+    /// destroyed before that, it never begins. Errors: internal, notFound (the program), resourceExhausted
+    /// (the place is to blame, and it may go well later).
+    virtual void start(const RunOrder& order, Started started) = 0;
+    /// A run of this or an earlier server; null where it has ended, or is none of this runner's.
     virtual std::unique_ptr<Run> find(std::string_view handle) = 0;
+    /// Before anything is started: what an earlier server had prepared for these jobs (their ids), and was
+    /// killed before it had stored so, never begins.
+    virtual void forget(const std::vector<std::string>& /*jobs*/) {}
 };
 
 /// Runs programs on this machine, under mote-supervise (`supervisor` is its path), which has a session of its
 /// own, takes rights away from the program, waits for it and writes its result. The context outlives the
 /// runner and its runs.
 std::unique_ptr<Runner> makeLocalRunner(asio::io_context& context, std::filesystem::path supervisor);
+
+/// The words with which mote-supervise is started for an order, its own path first.
+std::vector<std::string> supervisorArguments(const RunOrder& order, const std::string& supervisor);
 
 }  // namespace mote::server

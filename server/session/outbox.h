@@ -36,7 +36,7 @@ proto::ServerMessage failureMessage(std::uint64_t replyTo, const Error& error, b
 class Outbox {
   public:
     static constexpr std::size_t maxReplies = 16;
-    static constexpr std::size_t maxReplyBytes = 1 << 20;  ///< of payloads, from which on there is no room
+    static constexpr std::size_t maxReplyBytes = 1 << 20;  ///< in memory, from which on there is no room
     static constexpr std::size_t maxChangedJobs = 256;
 
     /// What is to be sent next; of jobs and the catalogue only that they changed, as their state is taken
@@ -79,7 +79,7 @@ class Outbox {
     std::optional<Item> nextPiece(const Piece& piece);
 
     std::deque<Reply> replies_;
-    std::size_t replyBytes_ = 0;  // of their payloads
+    std::size_t replyBytes_ = 0;  // in memory
     std::optional<proto::ServerMessage> viewFailure_;
     std::optional<proto::ServerMessage> farewell_;
     std::set<std::string> jobs_;

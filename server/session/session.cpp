@@ -7,7 +7,6 @@
 
 #include "protocol/scene/utf8.h"
 #include "server/log.h"
-#include "server/session/token.h"
 
 namespace mote::server {
 namespace {
@@ -18,24 +17,22 @@ proto::ServerMessage failure(const Error& error) {
 
 }  // namespace
 
-Session::Session(SessionId id, wire::MessageStream::Socket socket, SessionContext& context)
+Session::Session(SessionId id, wire::MessageStream stream, SessionContext& context)
     : id_(id),
       context_(context),
-      executor_(socket.get_executor()),
-      stream_(std::move(socket)),
+      executor_(stream.executor()),
+      stream_(std::move(stream)),
       deadline_(executor_),
       pace_(executor_),
       readerWake_(executor_),
       workerWake_(executor_),
-      writerWake_(executor_) {}
+      writerWake_(executor_),
+      answersWake_(executor_),
+      queries_(context.queries, executor_),
+      uploads_(context.uploads, std::to_string(id)) {}
 
-void Session::start() {
-    deadline_.expires_after(context_.handshakeTimeout);
-    deadline_.async_wait([weak = weak_from_this()](const asio::error_code& code) {
-        const auto self = weak.lock();
-        if (code || !self || self->authenticated_) return;
-        self->leave({ErrorCode::cancelled, "hello", "the client did not say hello in time"});
-    });
+void Session::start(const proto::ClientMessage& hello) {
+    welcome(hello);
     const auto spawn = [this](asio::awaitable<void> (Session::*coroutine)()) {
         asio::co_spawn(
             executor_, [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
@@ -46,13 +43,12 @@ void Session::start() {
     spawn(&Session::read);
     spawn(&Session::work);
     spawn(&Session::write);
+    spawn(&Session::handOnAnswers);
 }
 
 // --------------------------------------------------------------------------------------------- reading
 
 asio::awaitable<void> Session::read() {
-    const bool known = co_await handshake();
-    if (!known) co_return;
     std::vector<std::uint8_t> payload;
     while (!leaving_ && !closed_) {
         // A client that does not take its replies is not asked for more.
@@ -65,34 +61,9 @@ asio::awaitable<void> Session::read() {
     }
 }
 
-asio::awaitable<bool> Session::handshake() {
-    const auto version = co_await stream_.greet();
-    if (closed_) co_return false;
-    greeted_ = true;
-    if (!version.ok()) {
-        leave(version.error());
-        co_return false;
-    }
-    co_return co_await welcome();
-}
-
-asio::awaitable<bool> Session::welcome() {
-    proto::ClientMessage message;
-    std::vector<std::uint8_t> payload;
-    const auto status = co_await stream_.read(message, payload, wire::helloLimits);
-    if (!status.ok()) {
-        leave(status.error());
-        co_return false;
-    }
-    if (!message.has_hello() || !sameToken(context_.token, message.hello().token())) {
-        log::warn("session {}: refused, no hello with the right token", id_);
-        leave({ErrorCode::permissionDenied, "hello.token",
-               "the token is not this server's; read its present connection file"});
-        co_return false;
-    }
-    authenticated_ = true;
-    deadline_.cancel();
-    log::info("session {}: \"{}\" connected", id_, toLogText(message.hello().client()));
+void Session::welcome(const proto::ClientMessage& message) {
+    context_.metrics->sessions.add();
+    log::info(log::session(id_), "\"{}\" connected", toLogText(message.hello().client()));
     begin(message.hello());
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
@@ -101,7 +72,6 @@ asio::awaitable<bool> Session::welcome() {
     welcome.set_device(toUtf8(context_.device));
     welcome.set_frame_credits(frameCredits(message.hello()));
     this->reply(message.request(), std::move(reply));
-    co_return true;
 }
 
 asio::awaitable<void> Session::handle(proto::ClientMessage message) {
@@ -120,6 +90,13 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
             reply(request, std::move(pong));
             break;
         }
+        case Body::kQuery:
+            co_await query(std::move(message));
+            break;
+        case Body::kCancelQuery:
+            queries_.cancel(message.cancel_query().request());
+            answersWake_.notify();
+            break;
         case Body::kHello:
             leave({ErrorCode::invalidArgument, "hello", "it was said already"});
             break;
@@ -142,7 +119,7 @@ asio::awaitable<void> Session::write() {
         return piece(frame, begin, left);
     };
     while (!closed_) {
-        auto item = greeted_ ? outbox_.next(pieces) : std::nullopt;
+        auto item = outbox_.next(pieces);
         if (!item) {
             co_await writerWake_.wait();
             continue;
@@ -152,10 +129,12 @@ asio::awaitable<void> Session::write() {
         std::span<const std::uint8_t> payload = item->payload;
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
         const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
+        if (status.ok()) context_.metrics->countSent(item->message, payload.size());
         if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
             // Nothing of it went out: the client hears why instead.
             outbox_.reply(failureMessage(item->message.reply_to(), status.error(), false));
         } else if (!status.ok() || item->kind == Outbox::Item::Kind::farewell) {
+            if (status.ok() && !closed_) co_await stream_.finish();
             close();
         }
     }
@@ -185,7 +164,6 @@ void Session::reply(std::uint64_t to, Reply reply) {
 }
 
 void Session::catalogueChanged() {
-    if (!authenticated_) return;
     outbox_.catalogueChanged();
     writerWake_.notify();
 }
@@ -202,9 +180,10 @@ void Session::leave(const Error& reason) {
     if (leaving_ || closed_) return;
     leaving_ = true;
     const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
-    if (gone || !greeted_) return close();
-    log::info("session {}: closed: {}", id_, toLogText(reason.toString()));
-    context_.render->close(id_);  // nothing more is drawn for it
+    if (gone) return close();
+    log::info(log::session(id_), "closed: {}", toLogText(reason.toString()));
+    context_.render->close(id_);  // nothing more is drawn or counted for it
+    queries_.close();
     outbox_.farewell(failureMessage(0, reason, true));
     writerWake_.notify();
     workerWake_.notify();
@@ -225,6 +204,8 @@ void Session::close() {
     readerWake_.notify();
     workerWake_.notify();
     writerWake_.notify();
+    answersWake_.notify();
+    queries_.close();
     context_.closed(id_);
 }
 
@@ -252,7 +233,13 @@ asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
         case Body::kDescribe:
             co_return co_await describe(command.describe().dataset());
         case Body::kSubmitJob:
-            co_return submitJob(command.submit_job().job());
+            co_return submitJob(command.submit_job());
+        case Body::kRetryJob:
+            co_return retryJob(command.retry_job().id());
+        case Body::kListJobs:
+            co_return listJobs(command.list_jobs());
+        case Body::kUpload:
+            co_return upload(command.upload());
         case Body::kCancelJob:
             co_return cancelJob(command.cancel_job().id());
         case Body::kWatchJobs:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Session: one client's connection, from its greeting to its end. Three coroutines on the server's thread:
+// Session: one known client's connection, from its hello to its end. Four coroutines on the server's thread:
 // one reads (state at once, commands into a short queue), one works on the commands in order, one writes. All
 // that a session holds is bounded; where a client does not read, its own reader stops and nobody else
 // notices.
@@ -15,6 +15,7 @@
 #include <asio/use_awaitable.hpp>
 #include <chrono>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,8 +27,12 @@
 #include "server/frames/crash_record.h"
 #include "server/frames/render_service.h"
 #include "server/jobs/job_queue.h"
+#include "server/jobs/uploads.h"
+#include "server/metrics/metrics.h"
+#include "server/numbers/query_service.h"
 #include "server/session/flow_control.h"
 #include "server/session/outbox.h"
+#include "server/session/session_queries.h"
 
 namespace mote::server {
 
@@ -56,10 +61,12 @@ struct SessionContext {
     RenderService* render = nullptr;
     DatasetService* datasets = nullptr;
     JobQueue* jobs = nullptr;
-    const CrashRecord* crashes = nullptr;              ///< null: nothing is known
-    std::chrono::milliseconds handshakeTimeout{5000};  ///< from the connection to a good token
-    std::chrono::milliseconds farewellTimeout{1000};   ///< a client has this long to take the last word
-    std::function<void(SessionId)> closed;             ///< once, as the last thing
+    QueryService* queries = nullptr;       ///< null: none are answered
+    std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
+    const CrashRecord* crashes = nullptr;  ///< null: nothing is known
+    std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
+    std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
+    std::function<void(SessionId)> closed;            ///< once, as the last thing
 };
 
 /// What a client starts with.
@@ -67,9 +74,10 @@ std::uint32_t frameCredits(const proto::Hello& hello);
 
 class Session : public std::enable_shared_from_this<Session> {
   public:
-    Session(SessionId id, wire::MessageStream::Socket socket, SessionContext& context);
+    Session(SessionId id, wire::MessageStream stream, SessionContext& context);
 
-    void start();
+    /// `hello`: the first message, whose token is good.
+    void start(const proto::ClientMessage& hello);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
     /// The datasets are not the same as before.
@@ -80,8 +88,7 @@ class Session : public std::enable_shared_from_this<Session> {
     static constexpr std::size_t maxCommands = 8;
 
     asio::awaitable<void> read();
-    asio::awaitable<bool> handshake();
-    asio::awaitable<bool> welcome();
+    void welcome(const proto::ClientMessage& message);
     asio::awaitable<void> handle(proto::ClientMessage message);
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
     Status beware(ViewTask& task) const;
@@ -99,10 +106,17 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<Reply> answer(const proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
     asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
-    proto::ServerMessage submitJob(const proto::JobRequest& request);
+    proto::ServerMessage submitJob(const proto::SubmitJob& message);
+    proto::ServerMessage retryJob(const std::string& id);
+    proto::ServerMessage listJobs(const proto::ListJobs& wanted);
+    static proto::ServerMessage told(Result<proto::JobStatus> job, std::string_view field);
+    proto::ServerMessage upload(const proto::Upload& part);
     proto::ServerMessage cancelJob(const std::string& id);
     proto::ServerMessage watchJobs();
     asio::awaitable<Reply> fetchFilm(const proto::FetchFilm& request);
+
+    asio::awaitable<void> query(proto::ClientMessage message);
+    asio::awaitable<void> handOnAnswers();
 
     asio::awaitable<void> write();
     std::size_t piece(const RenderedFrame& frame, std::size_t begin, std::size_t left) const;
@@ -115,18 +129,18 @@ class Session : public std::enable_shared_from_this<Session> {
     SessionContext& context_;
     asio::any_io_executor executor_;
     wire::MessageStream stream_;
-    asio::steady_timer deadline_;  // of the handshake, then of the farewell
+    asio::steady_timer deadline_;  // of the farewell
     asio::steady_timer pace_;      // when the link is ready for more
 
-    Wakeup readerWake_, workerWake_, writerWake_;
+    Wakeup readerWake_, workerWake_, writerWake_, answersWake_;
     Outbox outbox_;
     std::deque<proto::ClientMessage> commands_;
+    SessionQueries queries_;
+    Uploads uploads_;
     std::uint64_t sequence_ = 0;       // of the latest frame
     std::optional<FlowControl> flow_;  // once it is known what the client can do
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
-    bool greeted_ = false;      // our greeting is out: a failure can follow
-    bool authenticated_ = false;
     bool watchesJobs_ = false;
     bool leaving_ = false;
     bool closed_ = false;

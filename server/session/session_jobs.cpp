@@ -12,21 +12,41 @@ proto::ServerMessage failure(const Error& error) {
 
 }  // namespace
 
-proto::ServerMessage Session::submitJob(const proto::JobRequest& request) {
-    auto job = context_.jobs->submit(request);
-    if (!job.ok()) return failure(job.error().within("job"));
+proto::ServerMessage Session::submitJob(const proto::SubmitJob& message) {
+    const auto resolved = uploads_.resolve(message.job());
+    if (!resolved.ok()) return failure(resolved.error().within("job"));
+    return told(context_.jobs->submit(*resolved, {message.again(), message.time_limit_s()}), "job");
+}
+
+proto::ServerMessage Session::retryJob(const std::string& id) {
+    return told(context_.jobs->retry(id), "");
+}
+
+proto::ServerMessage Session::told(Result<proto::JobStatus> job, std::string_view field) {
+    if (!job.ok()) return failure(field.empty() ? job.error() : job.error().within(field));
     proto::ServerMessage message;
     *message.mutable_job() = *std::move(job);
+    return message;
+}
+
+proto::ServerMessage Session::upload(const proto::Upload& part) {
+    const auto size = uploads_.add(part);
+    if (!size.ok()) return failure(size.error());
+    proto::ServerMessage message;
+    message.mutable_uploaded()->set_name(part.name());
+    message.mutable_uploaded()->set_size(*size);
     return message;
 }
 
 proto::ServerMessage Session::cancelJob(const std::string& id) {
     const auto status = context_.jobs->cancel(id);
     if (!status.ok()) return failure(status.error());
-    auto job = context_.jobs->find(id);
-    if (!job.ok()) return failure(job.error());
+    return told(context_.jobs->find(id), "");
+}
+
+proto::ServerMessage Session::listJobs(const proto::ListJobs& wanted) {
     proto::ServerMessage message;
-    *message.mutable_job() = *std::move(job);
+    *message.mutable_jobs() = context_.jobs->page(wanted.first(), wanted.count());
     return message;
 }
 
@@ -34,6 +54,7 @@ proto::ServerMessage Session::watchJobs() {
     proto::ServerMessage message;
     auto& jobs = *message.mutable_jobs();
     for (auto& job : context_.jobs->list()) *jobs.add_jobs() = std::move(job);
+    jobs.set_total(context_.jobs->size());
     return message;
 }
 

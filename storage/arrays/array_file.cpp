@@ -3,6 +3,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -143,12 +145,16 @@ Status ArrayFile::check() const {
     return success();
 }
 
-namespace fs = std::filesystem;
-
 Result<ArrayFileWriter> ArrayFileWriter::create(const fs::path& directory, const std::string& name,
                                                 FileLayout layout) {
+    MOTE_ASSIGN_OR_RETURN(auto places, layOutFile(directory / (name + ".h5"), layout));
+    return open(directory, name, std::move(layout), std::move(places));
+}
+
+Result<ArrayFileWriter> ArrayFileWriter::open(const fs::path& directory, const std::string& name,
+                                              FileLayout layout, std::vector<ArrayPlace> places) {
     auto path = directory / (name + ".h5");
-    MOTE_ASSIGN_OR_RETURN(auto places, layOutFile(path, layout));
+    MOTE_CHECK(places.size() == layout.arrays.size());
     FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
     if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
     return ArrayFileWriter(std::move(path), std::move(layout), std::move(places), std::move(file));
@@ -160,20 +166,38 @@ Status ArrayFileWriter::write(std::size_t array, std::uint64_t at, std::span<con
     return writeAt(file_.get(), place.offset + at, bytes, path_);
 }
 
+Status ArrayFileWriter::read(std::size_t array, std::uint64_t at, std::span<std::byte> bytes) const {
+    const auto& place = places_[array];
+    MOTE_CHECK(at <= place.bytes && bytes.size() <= place.bytes - at);
+    return readAt(file_.get(), place.offset + at, bytes, path_);
+}
+
+Status ArrayFileWriter::hashArray(std::size_t array, proto::DigestArray& digest) const {
+    const std::uint64_t bytes = places_[array].bytes;
+    std::vector<std::uint64_t> hashes((bytes + blockBytes - 1) / blockBytes);
+    std::vector<Status> read(hashes.size(), success());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, hashes.size(), 16), [&](const auto& range) {
+        std::vector<std::byte> buffer(blockBytes);
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            const auto block = std::span(buffer).first(std::min(blockBytes, bytes - i * blockBytes));
+            read[i] = this->read(array, i * blockBytes, block);
+            hashes[i] = hashBlock(block);
+        }
+    });
+    for (const auto& status : read) MOTE_RETURN_IF_ERROR(status);
+    digest.mutable_blocks()->Assign(hashes.begin(), hashes.end());
+    return success();
+}
+
 Status ArrayFileWriter::finish() const {
     proto::Digest digest;
-    std::vector<std::byte> block(blockBytes);
     for (std::size_t i = 0; i < places_.size(); ++i) {
         auto& array = *digest.add_arrays();
         array.set_name(layout_.arrays[i].name);
         array.set_type(layout_.arrays[i].type);
         for (const auto extent : layout_.arrays[i].shape) array.add_shape(extent);
         array.set_offset(places_[i].offset);
-        for (std::uint64_t at = 0; at < places_[i].bytes; at += blockBytes) {
-            const auto bytes = std::span(block).first(std::min(blockBytes, places_[i].bytes - at));
-            MOTE_RETURN_IF_ERROR(readAt(file_.get(), places_[i].offset + at, bytes, path_));
-            array.add_blocks(hashBlock(bytes));
-        }
+        MOTE_RETURN_IF_ERROR(hashArray(i, array));
     }
     MOTE_RETURN_IF_ERROR(syncPath(path_));
     return writeNewFile(fs::path(path_).replace_extension(".digest"), toJson(digest));

@@ -111,7 +111,8 @@ class ArrayFile {
 };
 
 /// A dataset's file of arrays while it is written in parts: NAME.h5 and NAME.digest, laid
-/// out as docs/FORMAT.md says. Move-only; one owner, one thread.
+/// out as docs/FORMAT.md says. Move-only; write() and read() may be called from any thread, and by processes
+/// that opened what another one made.
 class ArrayFileWriter {
   public:
     /// Makes `directory`/NAME.h5, which must be new. The same layout and bytes give the same file. Errors: as
@@ -119,11 +120,20 @@ class ArrayFileWriter {
     static Result<ArrayFileWriter> create(const std::filesystem::path& directory, const std::string& name,
                                           FileLayout layout);
 
+    /// The file that another process made of the same layout. Errors: notFound, permissionDenied.
+    static Result<ArrayFileWriter> open(const std::filesystem::path& directory, const std::string& name,
+                                        FileLayout layout, std::vector<ArrayPlace> places);
+
+    const std::vector<ArrayPlace>& places() const { return places_; }
+
     /// Bytes of an array, by its index in the layout, from its byte `at` on. Errors: resourceExhausted (disk
     /// full), internal.
     Status write(std::size_t array, std::uint64_t at, std::span<const std::byte> bytes) const;
+    /// The same of what was written, by whomever. Errors: internal.
+    Status read(std::size_t array, std::uint64_t at, std::span<std::byte> bytes) const;
 
-    /// Puts the file on the disk and writes the digest of what is in it. Errors: resourceExhausted, internal.
+    /// Puts the file on the disk and writes the digest of what is in it, by all threads of the calling arena.
+    /// Errors: resourceExhausted, internal.
     Status finish() const;
 
   private:
@@ -133,6 +143,7 @@ class ArrayFileWriter {
           layout_(std::move(layout)),
           places_(std::move(places)),
           file_(std::move(file)) {}
+    Status hashArray(std::size_t array, proto::DigestArray& digest) const;
 
     std::filesystem::path path_;
     FileLayout layout_;

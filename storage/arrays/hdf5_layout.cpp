@@ -158,6 +158,10 @@ class Layout {
 
 }  // namespace
 
+void leaveHdf5Untidied() {
+    H5dont_atexit();
+}
+
 Result<std::vector<ArrayPlace>> layOutFile(const std::filesystem::path& path, const FileLayout& layout) {
     MOTE_RETURN_IF_ERROR(reserve(path, layout));
     // Its errors become ours; nothing of them is for the terminal.

@@ -60,4 +60,8 @@ inline std::uint64_t bytesOf(const ArrayLayout& array) {
 /// permissionDenied, alreadyExists, internal; a part of the file may be left.
 Result<std::vector<ArrayPlace>> layOutFile(const std::filesystem::path& path, const FileLayout& layout);
 
+/// To be called before anything else of HDF5: version 1.10 crashes at the end of a process on what is left of
+/// a file whose close has failed, on a full disk say. We close all that we open, so nothing is left to tidy.
+void leaveHdf5Untidied();
+
 }  // namespace mote::storage

@@ -22,6 +22,7 @@ namespace {
 
 using Mask = openvdb::util::NodeMask<3>;
 static_assert(Mask::SIZE == residualBrickSamples);
+static_assert(openvdb::OPENVDB_FILE_VERSION == residualFileVersion);  // else residual_reader.h must learn it
 
 using Scratches = std::span<const std::unique_ptr<ScratchFile>>;
 static_assert(vdbLeafSide == residualBrickSide && vdbNodeSide == residualNodeBricks * residualBrickSide);

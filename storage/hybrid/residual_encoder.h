@@ -22,6 +22,8 @@
 
 namespace mote::storage {
 
+/// Of OpenVDB's files, as all are written and read here.
+inline constexpr std::uint32_t residualFileVersion = 224;
 /// The greatest multiple of the step, by magnitude, that a file keeps.
 inline constexpr std::int32_t maxResidualMultiple = 1 << 22;
 /// A node of OpenVDB's tree, in bricks a side.

@@ -14,15 +14,13 @@
 #include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/residual_encoder.h"
+#include "storage/hybrid/residual_reader.h"
 #include "storage/manifest.h"
-#include "storage/vdb/vdb_file.h"
 
 namespace mote::storage {
 namespace {
 
 namespace fs = std::filesystem;
-
-static_assert(vdbLeafSide == residualBrickSide);
 
 Status damaged(const fs::path& path, std::string message) {
     return Error{ErrorCode::corrupt, path.string(), std::move(message)};
@@ -38,34 +36,6 @@ Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
     if (plain->open(path, std::ios::in | std::ios::binary))
         return std::unique_ptr<std::streambuf>(std::move(plain));
     return Error{ErrorCode::notFound, path.string(), "cannot be opened"};
-}
-
-Result<FloatGrid> readGrid(const fs::path& path) {
-    try {
-        MOTE_ASSIGN_OR_RETURN(const auto bytes, openBytes(path));
-        std::istream in(bytes.get());
-        if (const auto grid = FloatGrid::read(in, residualGridName)) return *grid;
-    } catch (const std::exception& error) {
-        return Error{ErrorCode::corrupt, path.string(),
-                     fmt::format("is not read by OpenVDB: {}", error.what())};
-    }
-    return Error{ErrorCode::corrupt, path.string(), "holds no FloatGrid \"residual\""};
-}
-
-/// Counts and places against the manifest.
-Status checkGrid(const FloatGrid& grid, const GridSize& size, const proto::HybridStepEntry& entry,
-                 const fs::path& path) {
-    const auto counts = grid.counts();
-    if (counts.tiles > 0) return damaged(path, "holds tiles, where all are single samples");
-    if (counts.samples != entry.residual_samples() || counts.leaves != entry.residual_bricks()) {
-        return damaged(path, "has not as many samples as the manifest says");
-    }
-    if (counts.samples == 0) return success();
-    for (std::size_t a = 0; a < 3; ++a) {
-        if (counts.first[a] >= 0 && static_cast<std::uint32_t>(counts.last[a]) < size[a]) continue;
-        return damaged(path, "holds a sample outside of the error grid");
-    }
-    return success();
 }
 
 using Values = std::array<float, residualBrickSamples>;
@@ -98,23 +68,23 @@ Status readResidual(const fs::path& directory, const proto::Manifest& manifest, 
         return damaged(
             path, "differs from its hash in the manifest; the dataset is damaged: copy or make it again");
     }
-    MOTE_ASSIGN_OR_RETURN(const auto grid, readGrid(path));
-    MOTE_RETURN_IF_ERROR(checkGrid(grid, gridSize(manifest.hybrid().error_size()), *entry, path));
+    MOTE_ASSIGN_OR_RETURN(const auto bytes, openBytes(path));
+    ResidualReader reader(
+        *bytes,
+        {gridSize(manifest.hybrid().error_size()), entry->residual_bricks(), entry->residual_samples()},
+        path.string());
     Values values;
     Status visited = success();
-    grid.eachLeaf([&](const FloatGrid::Indices& origin, std::span<const float, 512> leaf) {
-        if (cancelled && cancelled()) {
-            visited = Error{ErrorCode::cancelled, path.string(), "cancelled"};
-        } else if (!takeValues(leaf, entry->residual_step(), values)) {
-            visited = damaged(path, "holds a value that is not finite, or too great");
-        }
-        if (!visited.ok()) return false;
-        const auto index = [&](std::size_t a) {
-            return static_cast<std::uint32_t>(origin[a]) / residualBrickSide;
-        };
-        visit({{index(0), index(1), index(2)}, values});
-        return true;
-    });
+    MOTE_RETURN_IF_ERROR(
+        reader.read([&](const GridSize& brick, std::span<const float, residualBrickSamples> leaf) {
+            if (cancelled && cancelled()) {
+                visited = Error{ErrorCode::cancelled, path.string(), "cancelled"};
+            } else if (!takeValues(leaf, entry->residual_step(), values)) {
+                visited = damaged(path, "holds a value that is not finite, or too great");
+            }
+            if (visited.ok()) visit({brick, values});
+            return visited.ok();
+        }));
     return visited;
 }
 

@@ -191,14 +191,22 @@ Leaves MappedStep::leaves() const {
     return rawLeaves();
 }
 
+/// Ranges of points come from leaves, which lie in the file: they were checked, but a file that is written to
+/// while it is mapped says something else the next time.
+void MappedStep::requirePoints(std::uint64_t begin, std::uint64_t count) const {
+    if (begin <= pointCount() && count <= pointCount() - begin) return;
+    throw StorageError(Error{ErrorCode::corrupt, name_ + ":/leaves/point_begin",
+                             "names points that are not there: the file was changed while it was read"});
+}
+
 std::span<const PackedPosition> MappedStep::positions(std::uint64_t begin, std::uint64_t count) const {
-    MOTE_CHECK(begin <= pointCount() && count <= pointCount() - begin);
+    requirePoints(begin, count);
     const auto numbers = array(StepArray::pointPosition).get<std::uint16_t>(3 * begin, 3 * count);
     return {reinterpret_cast<const PackedPosition*>(numbers.data()), count};
 }
 
 std::span<const std::uint64_t> MappedStep::rows(std::uint64_t begin, std::uint64_t count) const {
-    MOTE_CHECK(begin <= pointCount() && count <= pointCount() - begin);
+    requirePoints(begin, count);
     return array(StepArray::pointRow).get<std::uint64_t>(begin, count);
 }
 
@@ -272,7 +280,7 @@ bool MappedStep::volumeReady() const {
 }
 
 std::uint64_t MappedStep::positionsReady(std::uint64_t begin, std::uint64_t count) const {
-    MOTE_CHECK(begin <= pointCount() && count <= pointCount() - begin);
+    requirePoints(begin, count);
     constexpr auto size = sizeof(PackedPosition);
     return array(StepArray::pointPosition).ready(size * begin, size * count) / size;
 }

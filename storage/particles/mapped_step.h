@@ -83,6 +83,7 @@ class MappedStep final : public ParticleStep {
     void knowTree() const;
     /// As knowTree(), then throws StorageError where it is wrong.
     void requireTree() const;
+    void requirePoints(std::uint64_t begin, std::uint64_t count) const;
 
     MappedFile file_;
     std::string name_;                           ///< the file's path

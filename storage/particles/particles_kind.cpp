@@ -6,6 +6,8 @@
 
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
+#include "storage/particles/columns_check.h"
+#include "storage/particles/mapped_columns.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/verify.h"
 
@@ -60,11 +62,14 @@ Status checkParticles(const proto::ParticlesManifest& particles, const FileNames
         return corrupt("maxLevel", fmt::format("must be 0 to {}", maxOctreeLevel));
     }
     if (particles.leaf_capacity() < 1) return corrupt("leafCapacity", "must be at least 1");
+    MOTE_RETURN_IF_ERROR(checkColumns(particles));
     if (particles.steps_size() < 1 || particles.steps_size() > maxSteps) {
         return corrupt("steps", fmt::format("a dataset has 1 to {} steps", maxSteps));
     }
     for (int i = 0; i < particles.steps_size(); ++i) {
-        MOTE_RETURN_IF_ERROR(checkStep(files, particles.steps(i)), fmt::format("steps[{}]", i));
+        const auto where = fmt::format("steps[{}]", i);
+        MOTE_RETURN_IF_ERROR(checkStep(files, particles.steps(i)), where);
+        MOTE_RETURN_IF_ERROR(checkStepColumns(particles, particles.steps(i), files), where);
     }
     return success();
 }
@@ -87,9 +92,24 @@ void verifyStep(DatasetVerifier& verifier, std::uint32_t step) {
     }
 }
 
+void verifyColumns(DatasetVerifier& verifier, std::uint32_t step) {
+    const auto& entry = verifier.manifest().particles().steps(static_cast<int>(step));
+    if (entry.columns_file().empty()) return;
+    const auto whole = verifier.files({entry.columns_digest(), entry.columns_file()});
+    if (!whole) return;
+    const auto opened = MappedColumns::open(verifier.directory(), verifier.manifest(), step);
+    if (opened.ok()) {
+        verifier.add((*opened)->verify(verifier.cancelled()));
+    } else if (*whole) {
+        verifier.read(opened);
+    }
+}
+
 void verify(DatasetVerifier& verifier) {
-    verifier.eachStep(verifier.manifest().particles().steps_size(),
-                      [&](std::uint32_t step) { verifyStep(verifier, step); });
+    verifier.eachStep(verifier.manifest().particles().steps_size(), [&](std::uint32_t step) {
+        verifyStep(verifier, step);
+        verifyColumns(verifier, step);
+    });
 }
 
 std::string describe(const proto::Manifest& manifest) {

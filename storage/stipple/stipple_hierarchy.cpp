@@ -43,6 +43,16 @@ Status checkFinite(const char* array, const std::vector<glm::vec3>& values) {
     return success();
 }
 
+/// A little more than unit length: what is rounded to floats, and added to places.
+Status checkNormals(const std::vector<glm::vec3>& normals) {
+    constexpr double most = 1.001;
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+        if (glm::length(glm::dvec3(normals[i])) <= most) continue;  // no NaN, either
+        return corrupt("/points/normal", fmt::format("entry {} is longer than a unit vector", i));
+    }
+    return success();
+}
+
 Status checkPoints(const StippleHierarchy& h) {
     std::vector<bool> seen(h.size());
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -126,7 +136,7 @@ std::uint64_t StippleHierarchy::bytes() const {
 Status checkHierarchy(const StippleHierarchy& hierarchy) {
     MOTE_RETURN_IF_ERROR(checkSizes(hierarchy));
     MOTE_RETURN_IF_ERROR(checkFinite("/points/position", hierarchy.positions));
-    MOTE_RETURN_IF_ERROR(checkFinite("/points/normal", hierarchy.normals));
+    MOTE_RETURN_IF_ERROR(checkNormals(hierarchy.normals));
     MOTE_RETURN_IF_ERROR(checkFinite("/moves/position", hierarchy.movePosition));
     MOTE_RETURN_IF_ERROR(checkPoints(hierarchy));
     return checkMoves(hierarchy);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
-#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 
@@ -24,7 +23,7 @@ namespace fs = std::filesystem;
 using Grid = openvdb::FloatGrid;
 using Leaf = Grid::TreeType::LeafNodeType;
 using Top = Grid::TreeType::RootNodeType::ChildNodeType;
-static_assert(Leaf::DIM == vdbLeafSide && Leaf::SIZE == 512);
+static_assert(Leaf::DIM == vdbLeafSide);
 static_assert(Top::ChildNodeType::DIM == vdbNodeSide && Top::DIM == vdbTopSide);
 
 openvdb::math::Transform::Ptr linear(const glm::dmat4& indexToWorld) {
@@ -49,10 +48,6 @@ Grid& gridOf(const std::shared_ptr<openvdb::GridBase>& base) {
 openvdb::CoordBBox box(const GridSize& size) {
     const openvdb::Coord end(static_cast<int>(size[0]), static_cast<int>(size[1]), static_cast<int>(size[2]));
     return {openvdb::Coord(0, 0, 0), end.offsetBy(-1)};
-}
-
-FloatGrid::Indices indices(const openvdb::Coord& at) {
-    return {at.x(), at.y(), at.z()};
 }
 
 /// io::File writes where it likes and looks at no stream's state; io::Archive looks into the trees of grids,
@@ -115,13 +110,6 @@ void FloatGrid::writeValues(std::ostream& out) const {
     return tree_.values ? tree_.values(out) : base_->writeBuffers(out);
 }
 
-std::optional<FloatGrid> FloatGrid::read(std::istream& in, const std::string& name) {
-    openvdb::initialize();
-    const auto grids = openvdb::io::Stream(in, false).getGrids();
-    const auto grid = openvdb::findGridByName(*grids, name);
-    return grid && grid->isType<Grid>() ? std::optional(FloatGrid(grid)) : std::nullopt;
-}
-
 void FloatGrid::note(const std::string& name, const std::string& text) const {
     base_->insertMeta(name, openvdb::StringMetadata(text));
 }
@@ -169,31 +157,10 @@ void FloatGrid::fillNonzero(const GridSize& size, std::span<const float> values)
     openvdb::tools::copyFromDense(Dense(box(size), values.data()), gridOf(base_), 0.0F);
 }
 
-bool FloatGrid::eachLeaf(const VisitLeaf& visit) const {
-    std::array<float, Leaf::SIZE> values{};
-    for (auto leaf = std::as_const(gridOf(base_)).tree().cbeginLeaf(); leaf; ++leaf) {
-        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-            values[i] = leaf->isValueOn(i) ? leaf->getValue(i) : 0.0F;
-        }
-        if (!visit(indices(leaf->origin()), values)) return false;
-    }
-    return true;
-}
-
 FloatGrid::SetSample FloatGrid::setter() const {
     return [accessor = gridOf(base_).getAccessor()](const Indices& at, float value) mutable {
         accessor.setValueOn({at[0], at[1], at[2]}, value);
     };
-}
-
-FloatGrid::Counts FloatGrid::counts() const {
-    const auto& tree = std::as_const(*base_).baseTree();
-    Counts counts{tree.activeTileCount(), tree.leafCount(), tree.activeVoxelCount()};
-    if (counts.samples == 0) return counts;
-    const auto box = base_->evalActiveVoxelBoundingBox();
-    counts.first = indices(box.min());
-    counts.last = indices(box.max());
-    return counts;
 }
 
 std::uint32_t vdbCompression(VdbValues values) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// OpenVDB's files, and FloatGrid: a grid for them, made here or read. A file is written so that a full disk
+// OpenVDB's files, and FloatGrid: a grid for them, made here. A file is written so that a full disk
 // is an error and the same grid gives the same bytes. OpenVDB's trees take longer to compile than anything
 // else of storage; they are compiled behind this header, once. A grid is a handle that its copies share; one
 // thread.
@@ -15,7 +15,6 @@
 #include <glm/mat4x4.hpp>
 #include <iosfwd>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -45,10 +44,6 @@ class FloatGrid {
     /// A grid without samples, 0 everywhere, or one of which `tree` writes what is in it. The transform is
     /// from indices to the world.
     FloatGrid(const std::string& name, const glm::dmat4& indexToWorld, TreeWriters tree = {});
-    /// The grid of that name in what OpenVDB reads of a stream; nothing where there is none of floats. Throws
-    /// std::exception where OpenVDB does.
-    static std::optional<FloatGrid> read(std::istream& in, const std::string& name);
-
     /// Metadata.
     void note(const std::string& name, const std::string& text) const;
     void note(const std::string& name, std::int32_t number) const;
@@ -65,19 +60,9 @@ class FloatGrid {
     void fill(const GridSize& size, const std::function<float(std::size_t)>& value) const;
     void fillNonzero(const GridSize& size, std::span<const float> values) const;
 
-    /// Every leaf's first index and its values, 0 where there is no sample, in OpenVDB's order (z fastest).
-    /// Ends where `visit` returns false, and returns that.
-    using VisitLeaf = std::function<bool(const Indices&, std::span<const float, 512>)>;
-    bool eachLeaf(const VisitLeaf& visit) const;
     /// Samples at these places, which become some.
     using SetSample = std::function<void(const Indices&, float)>;
     SetSample setter() const;
-
-    struct Counts {
-        std::uint64_t tiles = 0, leaves = 0, samples = 0;
-        Indices first{}, last{};  ///< the box of the samples, where there are any
-    };
-    Counts counts() const;
 
     /// What of a file is the grid's alone.
     const std::shared_ptr<openvdb::GridBase>& base() const { return base_; }
@@ -85,7 +70,6 @@ class FloatGrid {
     void writeValues(std::ostream& out) const;
 
   private:
-    explicit FloatGrid(std::shared_ptr<openvdb::GridBase> base) : base_(std::move(base)) {}
     std::shared_ptr<openvdb::GridBase> base_;
     TreeWriters tree_;
 };

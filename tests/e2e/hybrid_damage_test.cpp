@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "storage/hybrid/residual_file.h"
+#include "storage/manifest.h"
 #include "tests/e2e/station.h"
 #include "tests/unit/hybrid/small_hybrid.h"
 
@@ -35,6 +36,7 @@ void changeManifest(const std::filesystem::path& directory, const std::string& p
     ASSERT_NE(at, std::string::npos);
     text.replace(at, from.size(), to);
     std::ofstream(directory / "manifest.json") << text;
+    std::filesystem::remove(directory / storage::manifestDigestName);  // no hash tells
 }
 
 class DamagedHybrids : public testing::Test {

@@ -57,7 +57,8 @@ TEST_F(Server, AJobsPlotAppearsInTheCatalogueAndIsDrawn) {
         *connection_, [&](auto reply) { connection_->describe("data/second", reply); });
     ASSERT_TRUE(description.ok()) << description.error().toString();
     EXPECT_EQ(description->manifest().particles().axes(2).name(), "z");
-    EXPECT_EQ(description->replot().particles().inputs(0), "data/run.h5");
+    // Its columns lie beside its points: the run need not be read again.
+    EXPECT_EQ(description->replot().particles().inputs(0), "data/second.mote");
 }
 
 TEST_F(Server, BadRequestsAreRefusedWithTheirField) {

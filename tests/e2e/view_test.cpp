@@ -158,6 +158,33 @@ TEST_F(View, ShowsASavedView) {
     EXPECT_LT(seen.picture, 500);
 }
 
+TEST_F(View, ShowsWhatASavedViewSelects) {
+    station_.startServer();
+    const auto file = station_.root() / "saved.json";
+    auto view = beamView(640);
+    const auto layer = view.find("'particles'");
+    ASSERT_NE(layer, std::string::npos);
+    view.insert(layer,
+                "'highlight': {'selection': {'named': 'right'}, 'color': [0, 1, 1], 'sizePixels': 3}, ");
+    view.insert(view.rfind('}'),
+                ", 'selections': [{'name': 'right', 'selection': "
+                "{'ranges': [{'column': 'x', 'min': 0}]}}]");
+    std::ofstream(file) << saved(view);
+    const auto picture = station_.root() / "window.png";
+    const auto done = this->view({"--view", file.string(), "--screenshot", picture.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    const auto image = readPng(picture);
+    ASSERT_TRUE(image.ok()) << image.error().toString();
+    int cyan = 0;  // the beam is warm
+    for (std::uint32_t y = 0; y < image->height; ++y) {
+        for (std::uint32_t x = 0; x < 1000 - 340; ++x) {
+            const std::uint8_t* pixel = &image->pixels[4 * (std::size_t{y} * image->width + x)];
+            cyan += pixel[2] > 200 && pixel[1] > 200 && pixel[0] < 60 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(cyan, 500);
+}
+
 TEST_F(View, ShowsAFilmsKeyframesWithTheirPictures) {
     station_.startServer();
     const auto file = station_.root() / "film.json";

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "protocol/scene/drawn_points.h"
+#include "server/render/layers/particles/lower_paths.h"
 
 namespace mote::reference {
 namespace {
@@ -42,6 +43,27 @@ std::pair<std::uint32_t, std::uint32_t> touched(double center, double reach, std
     return {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(std::min<double>(end, side))};
 }
 
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// Calls take(point, place in layer space) for each drawn point of a step, with a fraction for each leaf.
+template <class Fraction, class Take>
+void forPoints(const storage::ParticleStep& step, const Fraction& fraction, const Take& take) {
+    const auto nodes = step.nodes();
+    const auto leaves = step.leaves();
+    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+        const auto node = leaves.node[leaf];
+        const auto drawn =
+            drawnPoints(fraction(leaf), leaves.pointCount[leaf], nodes.level[node], nodes.morton[node]);
+        const glm::dvec3 corner(placeOf(nodes.morton[node], 0), placeOf(nodes.morton[node], 1),
+                                placeOf(nodes.morton[node], 2));
+        auto point = leaves.pointBegin[leaf];
+        for (const auto& p : step.positions(point, drawn)) {
+            const glm::dvec3 inCell = (glm::dvec3(p.x, p.y, p.z) + 0.5) / 65536.0;
+            take(point++, 2.0 * (corner + inCell) * std::ldexp(1.0, -nodes.level[node]) - 1.0);
+        }
+    }
+}
+
 }  // namespace
 
 double nearestDepth(const Camera& camera) {
@@ -51,11 +73,15 @@ double nearestDepth(const Camera& camera) {
 
 PointHits::PointHits(const render::Scene& scene,
                      const std::vector<std::shared_ptr<const render::Strokes>>& strokes)
-    : width_(scene.view.width), height_(scene.view.height) {
+    : width_(scene.view.width), height_(scene.view.height), view_(scene.view) {
     ambiguous_.assign(std::size_t{width_} * height_, 0);
     for (std::uint32_t layer = 0; layer < scene.view.layers.size(); ++layer) {
         if (!(scene.view.layers[layer].opacity > 0.0)) continue;
-        if (scene.view.layers[layer].particles() != nullptr) addLayer(scene, layer);
+        if (scene.view.layers[layer].particles() != nullptr) {
+            addLayer(scene, layer);
+            addHighlight(scene, layer);
+            addPaths(scene, layer);
+        }
         if (scene.view.layers[layer].mesh() != nullptr)
             meshes_.emplace_back(scene.view, scene.view.layers[layer], *scene.meshes[layer]);
         if (scene.view.layers[layer].ink() != nullptr) addInk(scene, layer);
@@ -77,28 +103,60 @@ void PointHits::addInk(const render::Scene& scene, std::uint32_t layer) {
     strokes_.emplace_back(scene.view, inks_.back().strokes);
 }
 
+/// As with ink, which strokes there are the functions that make them say; here they are drawn.
+void PointHits::addPaths(const render::Scene& scene, std::uint32_t layer) {
+    const Layer& of = scene.view.layers[layer];
+    if (!of.paths || layer >= scene.paths.size() || scene.paths[layer] == nullptr) return;
+    const render::FramePlan plan{
+        .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
+    paths_.push_back(
+        render::pathStrokes(of, *of.paths, of.particles()->pointColor, *scene.paths[layer], plan, 1.0));
+    if (!paths_.back().empty()) strokes_.emplace_back(scene.view, paths_.back());
+}
+
+/// All of them stand a little before the layer's box, or where anything begins to be seen.
+void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
+    const View& view = scene.view;
+    const auto& highlight = view.layers[layer].highlight;
+    if (!highlight || layer >= scene.highlights.size() || scene.highlights[layer] == nullptr) return;
+    const storage::ParticleStep& step = *scene.highlights[layer];
+    const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
+    double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+    for (unsigned i = 0; i < 8; ++i) {
+        const glm::dvec4 corner(i & 1U ? 1.0 : -1.0, i & 2U ? 1.0 : -1.0, i & 4U ? 1.0 : -1.0, 1.0);
+        const double depth = -(layerToEye * corner).z;
+        nearest = std::min(nearest, depth);
+        farthest = std::max(farthest, depth);
+    }
+    const double stands = std::max(nearest - (farthest - nearest) / 192.0, nearestDepth(view.camera));
+    const Look look{highlight->pointSize.value_or(view.layers[layer].particles()->pointSize),
+                    highlight->opacity, highlight->color};
+    forPoints(
+        step, [](std::size_t) { return 1.0; },
+        [&](std::uint64_t, const glm::dvec3& place) {
+            const glm::dvec3 inEye(layerToEye * glm::dvec4(place, 1.0));
+            addPoint(view, layer, look, inEye, stands, none);
+        });
+}
+
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const View& view = scene.view;
     const storage::ParticleStep& step = *scene.steps[layer];
     const ParticlesStyle& style = *view.layers[layer].particles();
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
+    const Look look{style.pointSize, style.pointOpacity, style.pointColor};
+    const bool colored =
+        view.layers[layer].colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
     const LogDensity scale = step.logDensity();
-    const auto nodes = step.nodes();
-    const auto leaves = step.leaves();
-    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
-        const auto node = leaves.node[leaf];
-        const double fraction = style.pointFraction(scale.ofLeaf(leaves.density[leaf]));
-        const auto drawn =
-            drawnPoints(fraction, leaves.pointCount[leaf], nodes.level[node], nodes.morton[node]);
-        const glm::dvec3 corner(placeOf(nodes.morton[node], 0), placeOf(nodes.morton[node], 1),
-                                placeOf(nodes.morton[node], 2));
-        for (const auto& p : step.positions(leaves.pointBegin[leaf], drawn)) {
-            const glm::dvec3 inCell = (glm::dvec3(p.x, p.y, p.z) + 0.5) / 65536.0;
-            const glm::dvec3 inBox = (corner + inCell) * std::ldexp(1.0, -nodes.level[node]);
-            const glm::dvec3 inLayer = 2.0 * inBox - 1.0;
-            addPoint(view, layer, glm::dvec3(layerToEye * glm::dvec4(inLayer, 1.0)));
-        }
-    }
+    const auto fraction = [&, leaves = step.leaves()](std::size_t leaf) {
+        return style.pointFraction(scale.ofLeaf(leaves.density[leaf]));
+    };
+    forPoints(step, fraction, [&](std::uint64_t point, const glm::dvec3& place) {
+        const auto code = colored ? scene.values[layer]->codes.at(point) : render::noValue;
+        const double value =
+            code == render::noValue ? none : static_cast<double>(code) / render::greatestValue;
+        addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(place, 1.0)), std::nullopt, value);
+    });
 }
 
 /// The disc's edge is softened over a pixel around a radius so chosen that its ink is that of the disc.
@@ -111,24 +169,28 @@ void PointHits::addDots(const render::Scene& scene) {
         const double alpha = dot.opacity * std::min(1.0, 3.0 * radius * radius);
         const bool near = std::isfinite(dot.depth) && dot.depth < nearestDepth(view.camera);
         if (!near && alpha > 0.0)
-            spots_.push_back({number, dot.depth, alpha, 1.0, dot.color, dot.x, dot.y, soft + 0.5});
+            spots_.push_back(
+                {number, dot.depth, alpha, 1.0, dot.color, none, false, dot.x, dot.y, soft + 0.5});
         ++number;
     }
 }
 
-void PointHits::addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye) {
+void PointHits::addPoint(const View& view, std::uint32_t layer, const Look& look, const glm::dvec3& inEye,
+                         std::optional<double> stands, double value) {
     const double depth = -inEye.z;
-    const ParticlesStyle& style = *view.layers[layer].particles();
-    if (depth < nearestDepth(view.camera) || !(style.pointOpacity > 0.0)) return;
+    if (depth < nearestDepth(view.camera) || !(look.opacity > 0.0)) return;
     const double halfHeight = view.camera.halfHeight() * (view.camera.perspective() ? depth : 1.0);
     const double halfWidth = halfHeight * view.aspect();
     const double px = 0.5 * (inEye.x / halfWidth + 1.0) * view.width;
     const double py = 0.5 * (1.0 - inEye.y / halfHeight) * view.height;
-    const bool small = style.pointSize <= 1.0;
-    const double ink = small ? style.pointSize * style.pointSize : 1.0;
+    const bool small = look.size <= 1.0;
+    const double ink = small ? look.size * look.size : 1.0;
     if (small) markAmbiguous(px, py);
-    spots_.push_back({layer, depth, ink * style.pointOpacity, view.layers[layer].opacity, style.pointColor,
-                      px, py, small ? 0.0 : 0.5 * style.pointSize + 0.5});
+    const auto& colorBy = view.layers[layer].colorBy;
+    if (!small && !std::isnan(value) && colorBy->ofPixel == ColorBy::OfPixel::nearest)
+        markHalfCovered(px, py, 0.5 * look.size);
+    spots_.push_back({layer, stands.value_or(depth), ink * look.opacity, view.layers[layer].opacity,
+                      look.color, value, stands.has_value(), px, py, small ? 0.0 : 0.5 * look.size + 0.5});
 }
 
 void PointHits::markAmbiguous(double px, double py) {
@@ -139,6 +201,18 @@ void PointHits::markAmbiguous(double px, double py) {
         for (const double column : x) {
             if (!inside(column, width_) || !inside(row, height_)) continue;
             ambiguous_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)] = 1;
+        }
+    }
+}
+
+/// Pixels that a disc covers by half, or a little less: whether it counts there hangs on rounding.
+void PointHits::markHalfCovered(double px, double py, double radius) {
+    const auto [top, bottom] = touched(py, radius + 0.5, height_);
+    const auto [left, right] = touched(px, radius + 0.5, width_);
+    for (auto row = top; row < bottom; ++row) {
+        for (auto column = left; column < right; ++column) {
+            const double away = std::hypot(column + 0.5 - px, row + 0.5 - py);
+            if (std::abs(away - radius) < doubtfulPixels) ambiguous_[std::size_t{row} * width_ + column] = 1;
         }
     }
 }
@@ -161,16 +235,68 @@ double PointHits::coverage(const Spot& spot, double column, double row) {
     return std::clamp(spot.reach - std::hypot(dx, dy), 0.0, 1.0);
 }
 
+/// docs/PICTURE.md, "Colour by a column".
+class PointHits::RowColors {
+  public:
+    RowColors(const View& view, std::uint32_t width) : view_(view), pixels_(view.layers.size()) {
+        for (auto& row : pixels_) row.resize(width);
+    }
+
+    /// Spots come front to back.
+    void add(const Spot& spot, std::uint32_t column, double covered) {
+        if (std::isnan(spot.value)) return;
+        Pixel& pixel = pixels_[spot.layer][column];
+        const double weight = -std::log1p(-spot.alpha * covered);
+        if (!nearest(spot.layer)) {
+            pixel.weight += weight;
+            pixel.sum += weight * spot.value;
+            return;
+        }
+        const bool far = spot.reach > 0.0 && covered < 0.5;
+        const auto rank = std::tuple(far, spot.depth, spot.value);
+        if (pixel.weight == 0.0 || rank < pixel.nearest) pixel.nearest = rank;
+        pixel.weight = 1.0;
+        pixel.sum = std::get<2>(pixel.nearest);
+    }
+
+    glm::dvec3 of(const Spot& spot, std::uint32_t column) const {
+        const bool own = spot.layer < pixels_.size() && !spot.highlighted;
+        if (!own || pixels_[spot.layer][column].weight == 0.0) return spot.color;
+        const Pixel& pixel = pixels_[spot.layer][column];
+        return view_.layers[spot.layer].colorBy->colorMap(pixel.sum / pixel.weight);
+    }
+
+  private:
+    struct Pixel {
+        double weight = 0.0, sum = 0.0;
+        std::tuple<bool, double, double> nearest;
+    };
+    bool nearest(std::uint32_t layer) const {
+        return view_.layers[layer].colorBy->ofPixel == ColorBy::OfPixel::nearest;
+    }
+
+    const View& view_;
+    std::vector<std::vector<Pixel>> pixels_;  // by layer
+};
+
 RowHits PointHits::row(std::uint32_t row) const {
     RowHits result;
-    for (const auto i : rows_[row]) {
-        const Spot& spot = spots_[i];
+    RowColors colors(view_, width_);
+    const auto forPixels = [&](const Spot& spot, const auto& visit) {
         const auto [first, end] = touched(spot.x, spot.reach, width_);
         for (auto column = first; column < end; ++column) {
-            const double whole = spot.alpha * coverage(spot, column, row);
-            const double alpha = 1.0 - std::pow(1.0 - whole, spot.layerOpacity);
-            if (alpha > 0.0) result.hits_.push_back({column, spot.depth, alpha, spot.color});
+            const double covered = coverage(spot, column, row);
+            if (covered > 0.0) visit(column, covered);
         }
+    };
+    for (const auto i : rows_[row])
+        forPixels(spots_[i], [&](auto column, double covered) { colors.add(spots_[i], column, covered); });
+    for (const auto i : rows_[row]) {
+        const Spot& spot = spots_[i];
+        forPixels(spot, [&](auto column, double covered) {
+            const double alpha = 1.0 - std::pow(1.0 - spot.alpha * covered, spot.layerOpacity);
+            if (alpha > 0.0) result.hits_.push_back({column, spot.depth, alpha, colors.of(spot, column)});
+        });
     }
     for (const auto& mesh : meshes_) mesh.addRow(row, result.hits_);
     for (const auto& ink : inks_) {

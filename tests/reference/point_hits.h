@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -50,23 +51,39 @@ class PointHits {
         double alpha;         ///< before coverage
         double layerOpacity;  ///< of a point's layer; of a dot's it is in `alpha`
         glm::dvec3 color;
-        double x, y;   ///< pixels
-        double reach;  ///< beyond which, across and down, nothing is covered; 0: within one pixel
+        double value;      ///< of a point by which it is coloured, a share of the map's range; NaN: none
+        bool highlighted;  ///< a point that is drawn over the others of its layer
+        double x, y;       ///< pixels
+        double reach;      ///< beyond which, across and down, nothing is covered; 0: within one pixel
     };
 
     void addLayer(const render::Scene& scene, std::uint32_t layer);
     void addDots(const render::Scene& scene);
     void addInk(const render::Scene& scene, std::uint32_t layer);
-    void addPoint(const View& view, std::uint32_t layer, const glm::dvec3& inEye);
+    /// The look of one of a layer's points.
+    struct Look {
+        double size, opacity;
+        glm::dvec3 color;
+    };
+    void addHighlight(const render::Scene& scene, std::uint32_t layer);
+    void addPaths(const render::Scene& scene, std::uint32_t layer);
+    /// `depth`: where it stands; absent: at its own. `value`: as Spot's.
+    void addPoint(const View& view, std::uint32_t layer, const Look& look, const glm::dvec3& inEye,
+                  std::optional<double> depth, double value);
+    /// The colours of the points of a row's pixels, by what their values are.
+    class RowColors;
     void markAmbiguous(double px, double py);
+    void markHalfCovered(double px, double py, double radius);
     void sort();
     static double coverage(const Spot& spot, double column, double row);
 
     std::uint32_t width_, height_;
+    const View& view_;
     std::vector<Spot> spots_;                       // front to back
     std::vector<std::vector<std::uint32_t>> rows_;  // of each row, the spots that may touch it, front to back
     std::vector<MeshHits> meshes_;
     std::deque<render::InkDrawing> inks_;  // of the scene's layers
+    std::deque<render::Strokes> paths_;    // likewise
     std::vector<StrokeHits> strokes_;
     std::vector<std::uint8_t> ambiguous_;
 };

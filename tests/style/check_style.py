@@ -25,7 +25,7 @@ SCHEMA = "protocol/mote.pb.h"
 SCENE = "protocol/scene/"
 CLI = "protocol/cli/"
 DEVICE = ("server/render/plan/", "server/render/blank_picture.h", "server/render/calibration.h",
-          "server/render/device.h", "storage/", SCENE, SCHEMA)
+          "server/render/device.h", "server/render/color_finder.h", "storage/", SCENE, SCHEMA)
 MAY_INCLUDE = {
     "protocol/": ("protocol/",),
     SCENE: (SCENE, SCHEMA),
@@ -42,9 +42,10 @@ MAY_INCLUDE = {
     "server/render/ink/": ("server/render/ink/", "server/render/plan/", SCENE, SCHEMA),
     "server/render/layers/": ("server/render/layers/", "server/render/ink/", "server/render/plan/", "storage/", SCENE,
                               SCHEMA),
+    "server/figures/": ("server/figures/", SCENE, SCHEMA),
     "server/data/": ("server/data/", "server/log.h", "server/render/", "storage/", SCENE, SCHEMA),
-    "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/log.h", "server/render/", "storage/",
-                       "protocol/"),
+    "server/frames/": ("server/frames/", "server/data/", "server/encode/", "server/figures/", "server/log.h", "server/render/",
+                       "storage/", "protocol/"),
     "client/": ("client/", "protocol/"),
     "tests/": None,
 }
@@ -62,6 +63,11 @@ NEVER_IN = [
     (re.compile(r"(hdf5|H5|openvdb/|nanovdb/|CGAL/|mpi\.h|embree)"), "HDF5, OpenVDB, CGAL, MPI and Embree",
      ("protocol/", "client/")),
 ]
+
+# Texts of others reach the terminal through complain() alone; who draws a bar, or ends a process, says only its own.
+STDERR = re.compile(r"print\w*\(stderr\b|std::cerr")
+MAY_USE_STDERR = ("protocol/scene/complain.cpp", "protocol/scene/error.cpp", "client/frames/progress_bar.cpp",
+                  "client/stats/export_particles.cpp", "preprocess/console.cpp", "server/jobs/supervise/", "tests/")
 
 NAMED = re.compile("`((?:" + "|".join(FOLDERS) + r"|deploy)/[\w/.-]+)`")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
@@ -107,6 +113,14 @@ def check_includes(path, lines):
             yield number, wrong
 
 
+def check_stderr(path, lines):
+    if path.startswith(MAY_USE_STDERR):
+        return
+    for number, line in enumerate(lines, 1):
+        if STDERR.search(line):
+            yield number, "stderr is written by complain() of protocol/scene/complain.h alone"
+
+
 def check_header(path, lines):
     # A header that Highway compiles once for each target has its own guard.
     guard = "#pragma once" if not path.endswith("-inl.h") else "HWY_TARGET_TOGGLE"
@@ -133,6 +147,7 @@ def check_file(path, text):
         yield from check_header(path, lines)
     if suffix in SOURCES:
         yield from check_includes(path, lines)
+        yield from check_stderr(path, lines)
 
 
 def check_names(root, text):

@@ -105,6 +105,11 @@ class Files(unittest.TestCase):
         self.assertTrue(wrong("storage/a.h", GOOD_HEADER.replace("#pragma once", "#ifndef A")))
         self.assertTrue(wrong("storage/a.h", GOOD_HEADER.replace("// Thing: a thing. A value.\n", "")))
 
+    def test_who_writes_to_stderr(self):
+        for line in ('fmt::print(stderr, "x")', 'std::fprintf(stderr, "x")', 'std::cerr << "x"'):
+            self.assertEqual(len(wrong("client/view/a.cpp", GOOD_SOURCE + line + "\n")), 1, line)
+            self.assertEqual(wrong("tests/unit/a.cpp", GOOD_SOURCE + line + "\n"), [])
+
     def test_the_length(self):
         lines = check_style.MOST_LINES - 1
         self.assertEqual(wrong("storage/a.cpp", GOOD_SOURCE + "int a;\n" * lines), [])

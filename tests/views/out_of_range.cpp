@@ -72,6 +72,9 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"ClipBox.min", {-1e30, 1e30}},
         {"ClipPlane.distance", {-1e30, 1e30}},
         {"ClipPlane.normal", {-1e6, 1e6}},
+        {"Highlight.color", {0.0, 1.0}},
+        {"Highlight.opacity", {0.0, 1.0}},
+        {"Highlight.size_pixels", {0.1, 64.0}},
         {"HybridStyle.color_range", {-1e30, 1e30}},
         {"HybridStyle.point_opacity", {0.0, 1.0}},
         {"HybridStyle.Knot.color", {0.0, 1.0}},
@@ -99,11 +102,16 @@ const std::map<std::string, std::pair<double, double>>& ends() {
         {"Light.specular", {0.0, 1.0}},
         {"MeshStyle.color", {0.0, 1.0}},
         {"MeshStyle.opacity", {0.0, 1.0}},
+        {"Paths.color", {0.0, 1.0}},
+        {"Paths.width", {0.1, 64.0}},
         {"PointsStyle.color", {0.0, 1.0}},
         {"PointsStyle.opacity", {0.0, 1.0}},
         {"PointsStyle.size_pixels", {0.1, 64.0}},
         {"PointsStyle.Knot.density", {0.0, 1.0}},
         {"PointsStyle.Knot.fraction", {0.0, 1.0}},
+        {"Selection.Density.max", {0.0, 1.0}},
+        {"Selection.Density.min", {0.0, 1.0}},
+        {"Selection.Outermost.share", {0.0, 1.0}},
         {"StippleStyle.color", {0.0, 1.0}},
         {"StippleStyle.dot_pixels", {0.1, 64.0}},
         {"StippleStyle.gamma", {0.05, 20.0}},
@@ -288,8 +296,13 @@ Fault beyondItsEnds(Random& random, const proto::View& view) {
     if (fault.view.background().empty()) fault.view.mutable_background()->Resize(3, 0.5);
     std::vector<Place> places;
     collect(&fault.view, {}, places);
+    const auto nameOf = [](const Place& one) {
+        return one.field->full_name().substr(std::string("mote.proto.").size());
+    };
+    // What particles have numbers of may be any.
+    std::erase_if(places, [&](const Place& one) { return !ends().contains(nameOf(one)); });
     const Place& place = places[random.below(places.size())];
-    const std::string name = place.field->full_name().substr(std::string("mote.proto.").size());
+    const std::string name = nameOf(place);
     const double value = beyond(random, ends().at(name));
     place.set(value);
     fault.what = fmt::format("{} ({}) = {}", place.path, name, value);

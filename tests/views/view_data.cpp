@@ -11,6 +11,7 @@
 #include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
 #include "tests/views/hybrid_data.h"
+#include "tests/views/number_data.h"
 #include "tests/views/particle_data.h"
 
 namespace mote::test {
@@ -82,11 +83,20 @@ DatasetTraits ViewData::traits(const DatasetName& name) {
     return {Bounds{glm::dvec3(0.0), glm::dvec3(1.0)}.transformed(shape.boxToLayer), shape.range, shape.parts};
 }
 
-std::shared_ptr<const storage::ParticleStep> ViewData::particles(const DatasetName& name,
-                                                                 std::uint32_t step) {
+std::shared_ptr<const MemoryStep> ViewData::particles(const DatasetName& name, std::uint32_t step) {
     auto& kept = particles_[name.toString() + fmt::format("/{}", step)];
     if (!kept) kept = particleStep(name.form, name.number, step);
     return kept;
+}
+
+const MemoryRun& ViewData::run(const DatasetName& name) {
+    auto& kept = runs_[name.toString()];
+    if (!kept) {
+        std::vector<MemoryRun::Step> all;
+        for (std::uint32_t step = 0; step < steps; ++step) all.push_back(withNumbers(particles(name, step)));
+        kept = std::make_shared<const MemoryRun>(std::move(all), storage::BeamContext{});
+    }
+    return *kept;
 }
 
 std::shared_ptr<const render::GridField> ViewData::hybrid(const DatasetName& name, std::uint32_t step) {
@@ -115,6 +125,10 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
         scene.densities.back() = render::densityGrid(*particles(*name, layer.step));
     else if (name->kind == DataKind::particles)
         scene.steps.back() = particles(*name, layer.step);
+    if (name->kind == DataKind::particles && !inked) {
+        const bool shown = layer.select || layer.highlight || layer.colorBy || layer.paths;
+        if (shown) MOTE_RETURN_IF_ERROR(addNumbers(layer, run(*name), scene.steps.size() - 1, scene));
+    }
     if (name->kind == DataKind::dots) addDots(name->form, name->number, layer, scene.view, dots);
     if (name->kind == DataKind::mesh) scene.meshes.back() = mesh(*name, layer.step);
     if (name->kind != DataKind::hybrid) return success();

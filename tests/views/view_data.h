@@ -12,6 +12,7 @@
 
 #include "protocol/scene/error.h"
 #include "server/render/layers/scene.h"
+#include "tests/support/memory_run.h"
 #include "tests/support/random.h"
 
 namespace mote::test {
@@ -51,11 +52,14 @@ class ViewData {
 
   private:
     Status add(const Layer& layer, render::Scene& scene, render::Dots& dots);
-    std::shared_ptr<const storage::ParticleStep> particles(const DatasetName& name, std::uint32_t step);
+    std::shared_ptr<const MemoryStep> particles(const DatasetName& name, std::uint32_t step);
+    /// A dataset's steps with their numbers.
+    const MemoryRun& run(const DatasetName& name);
     std::shared_ptr<const render::GridField> hybrid(const DatasetName& name, std::uint32_t step);
     std::shared_ptr<const render::MeshSurface> mesh(const DatasetName& name, std::uint32_t step);
 
-    std::map<std::string, std::shared_ptr<const storage::ParticleStep>> particles_;
+    std::map<std::string, std::shared_ptr<const MemoryStep>> particles_;
+    std::map<std::string, std::shared_ptr<const MemoryRun>> runs_;
     std::map<std::string, std::shared_ptr<const render::GridField>> hybrids_;
     std::map<std::string, std::shared_ptr<const render::MeshSurface>> meshes_;
 };

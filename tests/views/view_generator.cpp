@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "protocol/scene/view.h"
+#include "tests/views/number_data.h"
 #include "tests/views/random_camera.h"
 #include "tests/views/random_curves.h"
 #include "tests/views/random_places.h"
@@ -68,6 +69,13 @@ void fade(const DatasetName& data, proto::Layer& layer) {
     layer.set_opacity(random.chance(nothing) ? 0.0 : some);
 }
 
+/// Some layers of particles show their numbers. By numbers of their own, too.
+void showNumbers(const DatasetName& data, proto::Layer& layer) {
+    constexpr double share = 0.35;
+    Random random(layer.ByteSizeLong(), 128 + data.number);
+    if (layer.has_particles() && random.chance(share)) setAnyNumbers(random, ViewData::steps, layer);
+}
+
 /// A layer of any dataset, without its transform.
 proto::Layer anyLayer(Random& random, const DatasetName& data) {
     proto::Layer layer;
@@ -83,6 +91,7 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
         *layer.mutable_mesh() = anyMeshStyle(random);
     drawInInk(data, layer);
     fade(data, layer);
+    showNumbers(data, layer);
     return layer;
 }
 

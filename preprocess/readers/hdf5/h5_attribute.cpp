@@ -107,9 +107,10 @@ Result<std::string> readObject(const RawFile& raw, std::uint64_t address, std::u
     return damaged(where);
 }
 
-/// The first element of an attribute whose type is text of variable length, at most 64 KiB of it. Errors, at
+/// An element of an attribute whose type is text of variable length, at most 64 KiB of it. Errors, at
 /// `where`: corrupt.
-Result<std::string> readVariableText(hid_t attribute, std::size_t elements, const std::string& where) {
+Result<std::string> readVariableText(hid_t attribute, std::size_t elements, std::size_t index,
+                                     const std::string& where) {
     static const bool registered = registerConversion();
     RawFile raw;
     if (!registered || !openRaw(attribute, raw)) return damaged(where);
@@ -119,14 +120,15 @@ Result<std::string> readVariableText(hid_t attribute, std::size_t elements, cons
     std::vector<unsigned char> bytes(elementBytes * elements);
     if (elements == 0 || !memory.ok() || H5Aread(attribute, memory.get(), bytes.data()) < 0)
         return damaged(where);
-    const std::span<const unsigned char> element = std::span(bytes).first(elementBytes);
+    const std::span<const unsigned char> element =
+        std::span(bytes).subspan(index * elementBytes, elementBytes);
     const std::uint64_t length = littleEndian(element.first(4));
     if (length == 0) return std::string();
     return readObject(raw, littleEndian(element.subspan(4, raw.addressBytes)),
                       littleEndian(element.subspan(4 + raw.addressBytes, 4)), length, where);
 }
 
-constexpr hssize_t maxElements = 4096;
+constexpr hssize_t maxElements = 4096, maxTexts = 16;
 
 struct OpenAttribute {
     H5Handle attribute, type, space;
@@ -164,14 +166,22 @@ std::string trimmed(const char* text, std::size_t limit) {
     return result;
 }
 
-Result<std::string> readFixedText(const OpenAttribute& open) {
+Result<std::string> readFixedText(const OpenAttribute& open, std::size_t index) {
     const std::size_t size = H5Tget_size(open.type.get());
     if (size == 0 || size > maxTextBytes) {
         return Error{ErrorCode::unsupported, open.where, "is a text of more than 64 KiB"};
     }
     std::vector<char> bytes(size * static_cast<std::size_t>(open.elements) + 1, '\0');
     if (H5Aread(open.attribute.get(), open.type.get(), bytes.data()) < 0) return unreadable(open.where);
-    return trimmed(bytes.data(), size);
+    return trimmed(bytes.data() + index * size, size);
+}
+
+/// One of its texts, of either kind.
+Result<std::string> readText(const OpenAttribute& open, std::size_t index) {
+    const auto elements = static_cast<std::size_t>(open.elements);
+    if (H5Tis_variable_str(open.type.get()) > 0)
+        return readVariableText(open.attribute.get(), elements, index, open.where);
+    return readFixedText(open, index);
 }
 
 }  // namespace
@@ -208,12 +218,24 @@ Result<std::optional<std::string>> textAttribute(const H5Object& object, const c
         return Error{ErrorCode::unsupported, attribute.where, "is no text"};
     }
     if (attribute.elements == 0) return std::optional<std::string>("");
-    MOTE_ASSIGN_OR_RETURN(
-        auto text, H5Tis_variable_str(attribute.type.get()) > 0
-                       ? readVariableText(attribute.attribute.get(),
-                                          static_cast<std::size_t>(attribute.elements), attribute.where)
-                       : readFixedText(attribute));
+    MOTE_ASSIGN_OR_RETURN(auto text, readText(attribute, 0));
     return std::optional<std::string>(std::move(text));
+}
+
+Result<std::optional<std::vector<std::string>>> textsAttribute(const H5Object& object, const char* name) {
+    MOTE_ASSIGN_OR_RETURN(auto open, openAttribute(object, name));
+    if (!open.has_value()) return std::optional<std::vector<std::string>>();
+    if (H5Tget_class(open->type.get()) != H5T_STRING) {
+        return Error{ErrorCode::unsupported, open->where, "is no text"};
+    }
+    if (open->elements > maxTexts)
+        return Error{ErrorCode::unsupported, open->where, "has more than 16 texts"};
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(open->elements); ++i) {
+        MOTE_ASSIGN_OR_RETURN(auto text, readText(*open, i));
+        texts.push_back(std::move(text));
+    }
+    return std::optional(std::move(texts));
 }
 
 }  // namespace mote::prep

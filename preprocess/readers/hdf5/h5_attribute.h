@@ -24,4 +24,7 @@ Result<std::optional<double>> numberAttribute(const H5Object& object, const char
 /// The first string, without padding. Errors: corrupt, unsupported (no text, more than 64 KiB).
 Result<std::optional<std::string>> textAttribute(const H5Object& object, const char* name);
 
+/// All strings, at most 16. The same errors.
+Result<std::optional<std::vector<std::string>>> textsAttribute(const H5Object& object, const char* name);
+
 }  // namespace mote::prep

@@ -117,6 +117,7 @@ class ImpactSource : public ParticleSource {
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override;
     double mass() const override { return units_.mass; }
+    std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 

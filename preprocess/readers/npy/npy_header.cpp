@@ -6,6 +6,8 @@
 #include <charconv>
 #include <string_view>
 
+#include "preprocess/readers/text/number.h"
+
 namespace mote::prep {
 namespace {
 
@@ -201,6 +203,14 @@ const PythonLiteral* PythonLiteral::find(std::string_view key) const {
 
 std::optional<PythonLiteral> PythonLiteral::parse(std::string_view source) {
     return Parser(source).all();
+}
+
+std::size_t NpyHeader::bytesNeeded(std::span<const char> begin) {
+    if (begin.size() < 12) return begin.size();
+    const bool wide = begin[6] != 1;
+    const std::uint64_t length = wide ? loadNumber<std::uint32_t>(begin.data() + 8, false)
+                                      : loadNumber<std::uint16_t>(begin.data() + 8, false);
+    return static_cast<std::size_t>(std::min<std::uint64_t>(length + (wide ? 12 : 10), maxBytes));
 }
 
 Result<NpyHeader> NpyHeader::parse(std::span<const char> bytes, const std::string& where) {

@@ -57,6 +57,9 @@ struct NpyHeader {
     /// How many bytes of a file's beginning parse() may need: at most 1 MiB.
     static constexpr std::size_t maxBytes = (1u << 20) + 12;
 
+    /// How many bytes of a file's beginning its header takes, as its first 12 bytes say; at most maxBytes.
+    static std::size_t bytesNeeded(std::span<const char> begin);
+
     /// `bytes` is the beginning of the file. Errors, at `where`: corrupt, unsupported (Python objects, nested
     /// fields).
     static Result<NpyHeader> parse(std::span<const char> bytes, const std::string& where);

@@ -33,6 +33,7 @@ class OpenpmdSource : public ParticleSource {
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override { return has_[static_cast<std::size_t>(column)]; }
     double mass() const override { return mass_; }
+    std::string weightUnit() const override { return weightUnit_; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 
@@ -55,6 +56,7 @@ class OpenpmdSource : public ParticleSource {
     bool has_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
     double mass_ = 0.0;
+    std::string weightUnit_;  ///< of the first step with particles
 
     std::size_t openStep_ = static_cast<std::size_t>(-1);
     std::optional<OpenpmdSpecies> open_;
@@ -127,6 +129,7 @@ void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) 
     }
     // What an empty step lacks is missed by no particle.
     if (step.particles == 0 && anyParticles_) return;
+    if (!anyParticles_) weightUnit_ = species.weightUnit();
     for (std::size_t i = 0; i < columnCount; ++i) {
         const bool here = species.has(static_cast<Column>(i));
         has_[i] = anyParticles_ ? has_[i] && here : here;

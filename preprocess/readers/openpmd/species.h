@@ -25,7 +25,9 @@ class OpenpmdSpecies {
 
     std::uint64_t rows() const { return rows_; }
     bool has(Column column) const;
-    double mass() const { return mass_; }                 ///< eV/c^2; 0: unknown
+    double mass() const { return mass_; }  ///< eV/c^2; 0: unknown
+    /// As ParticleSource::weightUnit.
+    std::string weightUnit() const { return weighting_ ? "1" : charge_ ? "C" : ""; }
     std::optional<double> time() const { return time_; }  ///< s, of the iteration
     const std::vector<std::string>& notes() const { return notes_; }
 

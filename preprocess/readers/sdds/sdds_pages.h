@@ -50,6 +50,12 @@ Result<std::unique_ptr<SddsPages>> openSddsBinary(const std::filesystem::path& p
 Result<std::unique_ptr<SddsPages>> openSddsAscii(const std::filesystem::path& path, const SddsHeader& header,
                                                  Progress& progress);
 
+/// The same of an HDF5 file with groups page1, page2, ... as sdds2hdf makes it of a data set: what a header
+/// would say, from the first page. Errors: those of H5File; corrupt.
+Result<SddsHeader> readSddsHdf5Header(const std::filesystem::path& path);
+Result<std::unique_ptr<SddsPages>> openSddsHdf5(const std::filesystem::path& path, const SddsHeader& header,
+                                                Progress& progress);
+
 constexpr std::uint64_t sddsRowsPerMark = 1u << 16;
 constexpr std::size_t maxSddsPages = 100'000;
 

@@ -19,14 +19,16 @@ enum Parameter : std::size_t { charge, pCentral, place, stepNumber, pass, centra
 
 class SddsSource : public ParticleSource {
   public:
-    SddsSource(double mass, Progress& progress) : mass_(mass), progress_(progress) {}
+    SddsSource(std::string format, double mass, Progress& progress)
+        : format_(std::move(format)), mass_(mass), progress_(progress) {}
     Status addFile(const std::filesystem::path& path);
     void finish();
 
-    std::string format() const override { return "sdds"; }
+    std::string format() const override { return format_; }
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override;
     double mass() const override { return files_.front().columns.mass(); }
+    std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 
@@ -49,6 +51,7 @@ class SddsSource : public ParticleSource {
     void addPage(const File& file, std::size_t page, const std::string& name);
     Result<double> meanTime(Page& page);
 
+    std::string format_;
     double mass_;
     Progress& progress_;
     std::vector<File> files_;
@@ -67,11 +70,13 @@ double timeOf(const SddsParameters& values) {
 }
 
 Status SddsSource::addFile(const std::filesystem::path& path) {
-    MOTE_ASSIGN_OR_RETURN(const auto header, SddsHeader::read(path));
+    const bool hdf5 = format_ == "elegant";
+    MOTE_ASSIGN_OR_RETURN(const auto header, hdf5 ? readSddsHdf5Header(path) : SddsHeader::read(path));
     const std::string name = path.filename().string();
     MOTE_ASSIGN_OR_RETURN(auto columns, SddsColumns::of(header, mass_, name));
-    auto pages =
-        header.ascii ? openSddsAscii(path, header, progress_) : openSddsBinary(path, header, progress_);
+    auto pages = hdf5           ? openSddsHdf5(path, header, progress_)
+                 : header.ascii ? openSddsAscii(path, header, progress_)
+                                : openSddsBinary(path, header, progress_);
     if (!pages) return pages.error();
     if ((*pages)->pages().empty()) {
         return Error{ErrorCode::corrupt, name,
@@ -192,9 +197,10 @@ Status SddsSource::read(std::size_t step, std::uint64_t begin, std::size_t count
 
 }  // namespace
 
-Result<std::unique_ptr<ParticleSource>> openSdds(const std::vector<std::filesystem::path>& files, double mass,
+Result<std::unique_ptr<ParticleSource>> openSdds(const std::string& format,
+                                                 const std::vector<std::filesystem::path>& files, double mass,
                                                  Progress& progress) {
-    auto source = std::make_unique<SddsSource>(mass, progress);
+    auto source = std::make_unique<SddsSource>(format, mass, progress);
     for (const std::filesystem::path& file : inOrder(files)) {
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};

@@ -17,15 +17,19 @@ namespace {
 
 constexpr std::size_t inputBytes = 256 * 1024;
 constexpr std::uint64_t maxProduced = 1ull << 40;
-// zlib's way to say: the greatest window, and a gzip header (16), or either header (32).
-constexpr int gzipWindow = 15 + 16, anyWindow = 15 + 32;
+// zlib's way to say: the greatest window, and a gzip header (16), either header (32), or none (negative).
+constexpr int gzipWindow = 15 + 16, anyWindow = 15 + 32, rawWindow = -15;
+
+int windowOf(Inflater::Form form) {
+    return form == Inflater::Form::gzip ? gzipWindow : form == Inflater::Form::zlib ? anyWindow : rawWindow;
+}
 
 }  // namespace
 
 Result<std::unique_ptr<Inflater>> Inflater::make(Form form, std::string name) {
     std::unique_ptr<Inflater> inflater(new Inflater(form, std::move(name)));
     inflater->input_.resize(inputBytes);
-    if (inflateInit2(&inflater->stream_, form == Form::gzip ? gzipWindow : anyWindow) != Z_OK) {
+    if (inflateInit2(&inflater->stream_, windowOf(form)) != Z_OK) {
         return Error{ErrorCode::internal, inflater->name_, "zlib cannot be set up"};
     }
     return inflater;
@@ -44,7 +48,7 @@ Status Inflater::fill(const Refill& refill) {
 
 /// A gzip file may be several ones in a row. Anything else behind the last one is padding.
 Status Inflater::endOfMember(const Refill& refill) {
-    if (form_ == Form::zlib) {
+    if (form_ != Form::gzip) {
         atEnd_ = true;
         return success();
     }

@@ -18,13 +18,13 @@
 
 namespace mote::prep {
 
-/// Gzip or zlib data decompressed as they come, through one buffer whatever their size. One owner,
+/// Deflated data decompressed as they come, through one buffer whatever their size. One owner,
 /// one thread at a time.
 class Inflater {
   public:
     /// gzip: what follows a member is another one, or padding. zlib: a stream as of RFC 1950, nothing behind
-    /// it is looked at; gzip data are taken too.
-    enum class Form : std::uint8_t { gzip, zlib };
+    /// it is looked at; gzip data are taken too. raw: deflated data without any header, as of RFC 1951.
+    enum class Form : std::uint8_t { gzip, zlib, raw };
     /// Fills as much of the bytes as there is of compressed data; 0 at their end.
     using Refill = std::function<Result<std::size_t>(std::span<char>)>;
 
@@ -42,7 +42,9 @@ class Inflater {
 
   private:
     Inflater(Form form, std::string name) : form_(form), name_(std::move(name)) {}
-    const char* formName() const { return form_ == Form::gzip ? "gzip" : "zlib"; }
+    const char* formName() const {
+        return form_ == Form::gzip ? "gzip" : form_ == Form::zlib ? "zlib" : "deflated";
+    }
     Status fill(const Refill& refill);
     Status endOfMember(const Refill& refill);
 

@@ -137,6 +137,7 @@ proto::View KeyframeTimeline::between(const Place& place) const {
     view.background = mix(from.view.background, to.view.background, share);
     view.camera = path_.at(place.keyframe, cameraShare(place.keyframe, place.share));
     view.layers = layers_[place.keyframe].at(share);
+    view.annotations = mixAnnotations(from.view.annotations, to.view.annotations, share);
     return toProto(view);
 }
 

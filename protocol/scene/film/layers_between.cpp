@@ -2,12 +2,11 @@
 #include "protocol/scene/film/layers_between.h"
 
 #include <algorithm>
-#include <type_traits>
 #include <utility>
 
 #include "protocol/scene/film/mix_transform.h"
+#include "protocol/scene/layer_parts.h"
 #include "protocol/scene/mix.h"
-#include "protocol/scene/style_kinds.h"
 
 namespace mote {
 namespace {
@@ -36,20 +35,11 @@ class Difference : public FieldVisitor {
     bool found_ = false;
 };
 
-/// Of two layers whose styles are of one kind.
-void visitStyles(Layer& layer, const Layer& other, FieldVisitor& visitor) {
-    std::visit(
-        [&](auto& style) {
-            visitFields(style, std::get<std::decay_t<decltype(style)>>(other.style), visitor);
-        },
-        layer.style);
-}
-
 bool mustDissolve(const Layer& from, const Layer& to) {
     if (!canMixTransforms(from.transform, to.transform)) return true;
     Difference difference;
     Layer seen = from;
-    visitStyles(seen, to, difference);
+    visitLayer(seen, to, difference);
     return difference.found();
 }
 
@@ -58,7 +48,7 @@ bool mustDissolve(const Layer& from, const Layer& to) {
 Layer mixed(const Layer& from, const Layer& to, double share) {
     Layer layer = from;
     Mixer mixer(share);
-    visitStyles(layer, to, mixer);
+    visitLayer(layer, to, mixer);
     if (canMixTransforms(from.transform, to.transform))
         layer.transform = mixTransforms(from.transform, to.transform, share);
     return layer;

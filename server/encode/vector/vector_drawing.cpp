@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/encode/vector/vector_drawing.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <glm/common.hpp>
 #include <limits>
@@ -11,6 +9,7 @@
 
 #include "protocol/scene/srgb.h"
 #include "server/encode/vector/tour.h"
+#include "server/figures/svg_marks.h"
 
 namespace mote::server {
 namespace {
@@ -61,11 +60,6 @@ PageLayout layOut(const Page& page, std::uint32_t width, std::uint32_t height) {
     return layout;
 }
 
-std::string hexColor(const glm::vec3& color) {
-    const auto byte = [](float value) { return static_cast<int>(value * 255.0F + 0.5F); };
-    return fmt::format("#{:02x}{:02x}{:02x}", byte(color.x), byte(color.y), byte(color.z));
-}
-
 PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page) {
     PageDrawing placed;
     placed.layout = layOut(page, drawing.width, drawing.height);
@@ -73,6 +67,7 @@ PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page) {
     placed.pictureHeight = placed.layout.scale * drawing.height;
     placed.background = encoded(drawing.background);
     placed.raster = drawing.raster ? &*drawing.raster : nullptr;
+    placed.annotations = drawing.annotations.get();
     placed.plotter = page.plotter;
     for (auto list = drawing.strokes.rbegin(); list != drawing.strokes.rend(); ++list) {
         auto ink = inkOnPage(**list, drawing.width, drawing.height, page.plotter);

@@ -15,6 +15,7 @@
 #include "protocol/scene/error.h"
 #include "protocol/scene/page.h"
 #include "server/encode/vector/page_ink.h"
+#include "server/figures/marks.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/picture.h"
 
@@ -61,6 +62,7 @@ struct VectorDrawing {
     render::Dots dots;  ///< in pixels
     /// In pixels, those in front first; not null.
     std::vector<std::shared_ptr<const render::Strokes>> strokes = {};
+    std::shared_ptr<const Marks> annotations = {};  ///< in pixels, over all else; null: none
 };
 
 /// A drawing on its sheet.
@@ -72,6 +74,7 @@ struct PageDrawing {
     const render::Picture* raster = nullptr;
     std::vector<PageInk> inks;  ///< in the order in which they are drawn, before the layers
     std::vector<PageLayer> layers;
+    const Marks* annotations = nullptr;  ///< in pixels of the picture, over all else
     bool plotter = false;
 };
 
@@ -81,9 +84,6 @@ PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page);
 
 /// Errors: resourceExhausted (memory), internal.
 Result<std::vector<std::uint8_t>> drawVector(const VectorDrawing& drawing, const Page& page);
-
-/// "#rrggbb" of an sRGB-encoded colour.
-std::string hexColor(const glm::vec3& color);
 
 /// The writers that drawVector chooses from.
 Result<std::vector<std::uint8_t>> writeSvg(const PageDrawing& drawing);

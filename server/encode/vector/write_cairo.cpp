@@ -6,12 +6,13 @@
 #include <cairo.h>
 
 #include <cstring>
-#include <memory>
 #include <span>
 #include <string_view>
 
 #include "protocol/scene/mote_check.h"
 #include "server/encode/vector/vector_drawing.h"
+#include "server/figures/cairo_surface.h"
+#include "server/figures/draw_marks.h"
 
 namespace mote::server {
 namespace {
@@ -20,31 +21,9 @@ constexpr double pointsPerMm = 72.0 / 25.4;
 /// A pen must be moved to leave a mark; so little that it is still a dot.
 constexpr double strokeLength = 0.01;  // mm
 
-struct DestroySurface {
-    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-struct DestroyContext {
-    void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, DestroySurface>;
-using Context = std::unique_ptr<cairo_t, DestroyContext>;
-using Bytes = std::vector<std::uint8_t>;
-
-cairo_status_t append(void* bytes, const unsigned char* data, unsigned int size) {
-    try {
-        auto& to = *static_cast<Bytes*>(bytes);
-        to.insert(to.end(), data, data + size);
-    } catch (const std::bad_alloc&) {
-        return CAIRO_STATUS_NO_MEMORY;
-    }
-    return CAIRO_STATUS_SUCCESS;
-}
-
-Error failure(cairo_status_t status) {
-    const bool memory = status == CAIRO_STATUS_NO_MEMORY;
-    return {memory ? ErrorCode::resourceExhausted : ErrorCode::internal, "page",
-            cairo_status_to_string(status)};
-}
+using Surface = CairoSurface;
+using Context = CairoContext;
+using Bytes = DocumentBytes;
 
 Surface rasterSurface(const render::Picture& picture) {
     MOTE_CHECK(picture.format == render::PixelFormat::srgb8);
@@ -162,30 +141,36 @@ void drawInks(cairo_t* context, const PageDrawing& drawing, bool blend) {
     cairo_restore(context);
 }
 
+void drawMarksOf(cairo_t* context, const PageDrawing& drawing, bool blend) {
+    if (drawing.annotations == nullptr) return;
+    cairo_save(context);
+    cairo_translate(context, drawing.layout.left, drawing.layout.top);
+    cairo_scale(context, drawing.layout.scale, drawing.layout.scale);
+    const Typeface typeface;
+    const auto& marks = *drawing.annotations;
+    drawMarks(context, blend ? flattened(marks, drawing.background) : marks, typeface, TextAs::text);
+    cairo_restore(context);
+}
+
 Surface makeSurface(proto::Page::Format format, const PageLayout& layout, Bytes& bytes) {
     const double width = layout.width * pointsPerMm;
     const double height = layout.height * pointsPerMm;
     if (format == proto::Page::EPS) {
-        Surface surface(cairo_ps_surface_create_for_stream(append, &bytes, width, height));
+        Surface surface(cairo_ps_surface_create_for_stream(appendBytes, &bytes, width, height));
         cairo_ps_surface_set_eps(surface.get(), true);
         return surface;
     }
-    return Surface(cairo_pdf_surface_create_for_stream(append, &bytes, width, height));
+    return Surface(cairo_pdf_surface_create_for_stream(appendBytes, &bytes, width, height));
 }
 
-/// The same drawing is to give the same bytes. In a comment of EPS there may as well be no date; the PDF's
-/// table of offsets wants as many bytes as there were, and a date that is none is skipped as a comment is.
+/// The same drawing is to give the same bytes: in a comment of EPS there may as well be no date.
 void removeDate(proto::Page::Format format, Bytes& bytes) {
+    if (format != proto::Page::EPS) return removePdfDate(bytes);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const std::string_view key = format == proto::Page::EPS ? "%%CreationDate:" : "/CreationDate (";
-    const auto at = format == proto::Page::EPS ? text.find(key) : text.rfind(key);
+    const auto at = text.find("%%CreationDate:");
     if (at == std::string_view::npos) return;
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
-    if (format == proto::Page::EPS) {
-        bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(text.find('\n', at) + 1 - at));
-    } else {
-        std::fill(begin, begin + static_cast<std::ptrdiff_t>(text.find(')', at) + 1 - at), ' ');
-    }
+    bytes.erase(begin, begin + static_cast<std::ptrdiff_t>(text.find('\n', at) + 1 - at));
 }
 
 }  // namespace
@@ -198,12 +183,13 @@ Result<Bytes> writeCairo(const PageDrawing& drawing, proto::Page::Format format)
     paintBeneath(context.get(), drawing);
     drawInks(context.get(), drawing, format == proto::Page::EPS);
     drawDots(context.get(), drawing, format == proto::Page::EPS);
+    drawMarksOf(context.get(), drawing, format == proto::Page::EPS);
     cairo_show_page(context.get());
     if (const auto status = cairo_status(context.get()); status != CAIRO_STATUS_SUCCESS)
-        return failure(status);
+        return cairoError(status, "page");
     cairo_surface_finish(surface.get());
     const auto status = cairo_surface_status(surface.get());
-    if (status != CAIRO_STATUS_SUCCESS) return failure(status);
+    if (status != CAIRO_STATUS_SUCCESS) return cairoError(status, "page");
     removeDate(format, bytes);
     return bytes;
 }
@@ -211,8 +197,8 @@ Result<Bytes> writeCairo(const PageDrawing& drawing, proto::Page::Format format)
 Result<Bytes> encodePng(const render::Picture& picture) {
     const auto surface = rasterSurface(picture);
     Bytes bytes;
-    const auto status = cairo_surface_write_to_png_stream(surface.get(), append, &bytes);
-    if (status != CAIRO_STATUS_SUCCESS) return failure(status);
+    const auto status = cairo_surface_write_to_png_stream(surface.get(), appendBytes, &bytes);
+    if (status != CAIRO_STATUS_SUCCESS) return cairoError(status, "page");
     return bytes;
 }
 

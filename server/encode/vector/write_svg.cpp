@@ -9,6 +9,7 @@
 #include <string>
 
 #include "server/encode/vector/vector_drawing.h"
+#include "server/figures/svg_marks.h"
 
 namespace mote::server {
 namespace {
@@ -18,32 +19,12 @@ constexpr double inkUnits = 100.0;     // of a pixel, in which strokes are told
 
 /// A number to a micrometre, without zeros that say nothing.
 std::string number(double value) {
-    auto text = fmt::format("{:.3f}", value);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.back() == '.') text.pop_back();
-    return text == "-0" ? "0" : text;
+    return shortNumber(value);
 }
 
 /// The attribute of what is not opaque: a "fill-", a "stroke-", or all of a group.
 std::string faded(const char* what, double opacity) {
     return opacity < 1.0 ? fmt::format(" {}opacity=\"{}\"", what, number(opacity)) : std::string();
-}
-
-/// RFC 4648, section 4.
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-    constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve(bytes.size() / 3 * 4 + 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t left = bytes.size() - i;
-        const std::uint32_t group = (std::uint32_t{bytes[i]} << 16) |
-                                    (left > 1 ? std::uint32_t{bytes[i + 1]} << 8 : 0U) |
-                                    (left > 2 ? std::uint32_t{bytes[i + 2]} : 0U);
-        for (std::size_t digit = 0; digit < 4; ++digit) {
-            text += digit <= left ? digits[(group >> (18 - 6 * digit)) & 63] : '=';
-        }
-    }
-    return text;
 }
 
 class SvgText {
@@ -55,6 +36,7 @@ class SvgText {
         MOTE_RETURN_IF_ERROR(addBeneath());
         addInks();
         for (std::size_t i = 0; i < drawing_.layers.size(); ++i) addLayer(i);
+        MOTE_RETURN_IF_ERROR(addAnnotations());
         add("</svg>\n");
         return std::vector<std::uint8_t>(text_.begin(), text_.end());
     }
@@ -159,6 +141,17 @@ class SvgText {
             for (const auto& dot : layer.dots) addCircle(dot);
         }
         add("</g>\n");
+    }
+
+    Status addAnnotations() {
+        if (drawing_.annotations == nullptr) return success();
+        const Typeface typeface;
+        MOTE_ASSIGN_OR_RETURN(const auto elements, svgOf(*drawing_.annotations, typeface));
+        beginLayer(drawing_.inks.size() + drawing_.layers.size() + 1, "annotations",
+                   fmt::format(" transform=\"translate({} {}) scale({:.9g})\"", number(drawing_.layout.left),
+                               number(drawing_.layout.top), drawing_.layout.scale));
+        text_ += elements + "</g>\n";
+        return success();
     }
 
     void addCircle(const PageDot& dot) {

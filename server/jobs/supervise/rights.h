@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "protocol/scene/error.h"
@@ -16,21 +15,27 @@ namespace mote::server {
 struct Rights {
     std::vector<std::filesystem::path> readable;    ///< folders and files
     std::vector<std::filesystem::path> executable;  ///< folders and files, read as well
-    std::vector<std::filesystem::path> writable;    ///< folders, read as well
-    std::uint64_t memory = 0;                       ///< bytes of private memory; 0: no limit
+    std::vector<std::filesystem::path> writable;    ///< folders and files, read as well
+    std::uint64_t memory = 0;                       ///< bytes; 0: three quarters of the machine's
     int niceness = 0;                               ///< steps below the present priority, at least 0
     bool unixSockets = false;                       ///< these may be opened
+    bool launcher = false;                          ///< mpirun: any sockets, and other processes
 };
 
-/// No core files, less memory, a lower priority, no new privileges. Errors: internal.
+/// No core files, less memory, no file larger than there is room for, a lower priority, no privileges.
+/// Errors: internal.
 Status limitResources(const Rights& rights);
 
-/// Landlock: the file system but for these folders disappears. Folders that do not exist are left out.
-/// Errors: unsupported (a kernel without it), internal.
+/// Landlock: the file system but for these folders disappears; so do TCP, abstract sockets and the processes
+/// of others, as far as the kernel can. Folders that do not exist are left out. Errors: unsupported (a kernel
+/// without it), permissionDenied (a writable folder became a link), internal.
 Status limitFiles(const Rights& rights);
 
-/// Seccomp: no sockets (but Unix ones where they are allowed), no other processes' memory, no namespaces,
-/// mounts, modules or io_uring. Errors: unsupported.
+/// The kernel's version of Landlock; less than 1: it has none.
+long landlockVersion();
+
+/// Seccomp: the calls that such a program needs, and no others. Called in the process that is limited, once
+/// it has all other limits. Errors: unsupported.
 Status limitCalls(const Rights& rights);
 
 }  // namespace mote::server

@@ -120,7 +120,7 @@ BoxSpace spaceOf(const FramePlan& plan, const FieldPlan& field, const VisibleFie
 }  // namespace
 
 CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
-                               const std::vector<VisibleField>& visible)
+                               const std::vector<VisibleField>& visible, const FrameColors& colors)
     : width(plan.width),
       height(plan.height),
       slabs(plan.slabs),
@@ -131,11 +131,12 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       background(plan.background),
       format(chosen),
       blank(blankPixel(plan.background, chosen)) {
-    for (const auto& one : plan.points) {
-        const double size = std::min(one.look.size, 1.0);
-        points.push_back(
-            {glm::vec3(one.look.color),
-             static_cast<float>(-std::log1p(-one.look.opacity * size * size) * one.look.thinned)});
+    for (std::size_t i = 0; i < plan.points.size(); ++i) {
+        const PointLook& look = plan.points[i].look;
+        const double size = std::min(look.size, 1.0);
+        points.push_back({glm::vec3(look.color),
+                          static_cast<float>(-std::log1p(-look.opacity * size * size) * look.thinned),
+                          colors[i].get()});
     }
     for (std::size_t i = 0; i < plan.fields.size(); ++i) {
         const FieldPlan& field = plan.fields[i];

@@ -17,6 +17,7 @@
 #include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
+#include "server/render/plan/pixel_colors.h"
 #include "server/render/plan/ray_map.h"
 
 namespace mote::render {
@@ -43,8 +44,9 @@ struct PixelRange {
 
 /// Points of one look.
 struct FramePointLook {
-    glm::vec3 color;  ///< linear RGB
-    float tau;        ///< optical depth of a whole point, thinned as its look says
+    glm::vec3 color;                      ///< linear RGB
+    float tau;                            ///< optical depth of a whole point, thinned as its look says
+    const PixelColors* colors = nullptr;  ///< by pixel, in place of the one; null: none
 };
 
 /// What is read of a field of samples with normals; nothing is owned but a few numbers.
@@ -80,8 +82,9 @@ struct FrameSection {
 };
 
 struct CompositeFrame {
-    /// `visible`: of each field of the plan.
-    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleField>& visible);
+    /// `visible`: of each field of the plan. `colors`: of each of its points.
+    CompositeFrame(const FramePlan& plan, PixelFormat format, const std::vector<VisibleField>& visible,
+                   const FrameColors& colors);
 
     std::uint32_t width, height;         ///< pixels
     std::uint32_t slabs;                 ///< of all sections

@@ -10,6 +10,7 @@
 #include "server/render/calibration.h"
 #include "server/render/cpu/cpu_parts.h"
 #include "server/render/cpu/packet.h"
+#include "server/render/cpu/value_sums.h"
 #include "server/render/cpu/vectors.h"
 
 namespace mote::render {
@@ -18,18 +19,21 @@ struct CpuDevice::State : CpuParts {
     using CpuParts::CpuParts;
 
     std::optional<Picture> draw(const FramePlan& plan, PixelFormat format, const std::stop_token& stop);
-    std::optional<Picture> drawFlat(const FramePlan& plan, const PointsPlan& only, PixelFormat format,
-                                    const std::stop_token& stop);
+    std::optional<Picture> drawFlat(const FramePlan& plan, const PointsPlan& only, const PixelColors* colors,
+                                    PixelFormat format, const std::stop_token& stop);
 };
 
 std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
                                               const std::stop_token& stop) {
     const auto visible = fields.of(plan);
-    if (const auto only = flatPoints(plan, visible)) return drawFlat(plan, plan.points[*only], format, stop);
-    if (!points.sort(plan, leaves, stop)) return std::nullopt;
+    const auto colors = frameColors(plan, leaves, stop);
+    if (!colors) return std::nullopt;
+    if (const auto only = flatPoints(plan, visible))
+        return drawFlat(plan, plan.points[*only], (*colors)[*only].get(), format, stop);
+    if (!points.sort(plan, leaves, *colors, stop)) return std::nullopt;
     dots.sort(plan, stop);
     if (stop.stop_requested()) return std::nullopt;
-    const CompositeFrame frame(plan, format, visible);
+    const CompositeFrame frame(plan, format, visible, *colors);
     Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
     picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
     picture.pointsDrawn = points.pointsDrawn();
@@ -46,10 +50,15 @@ std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat
 }
 
 std::optional<Picture> CpuDevice::State::drawFlat(const FramePlan& plan, const PointsPlan& only,
-                                                  PixelFormat format, const std::stop_token& stop) {
+                                                  const PixelColors* colors, PixelFormat format,
+                                                  const std::stop_token& stop) {
+    if (colors != nullptr && !colors->counts().empty()) {
+        flat.take(colors->counts());
+        return flatPicture(plan, only, flat, colors, format);
+    }
     const auto cells = leaves.of(only.step).upTo(*only.step, only.selection->drawn.size());
     if (!flat.draw(plan, only, cells, stop)) return std::nullopt;
-    return flatPicture(plan, only, flat, format);
+    return flatPicture(plan, only, flat, colors, format);
 }
 
 std::string cpuName(int threads) {

@@ -11,9 +11,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 
+#include "protocol/scene/srgb.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/point_stream.h"
@@ -145,6 +147,23 @@ std::size_t partsFor(std::size_t pixels) {
 
 using Pixel = std::array<std::uint8_t, 8>;
 
+/// A pixel of sRGB. Linear light is told in steps of a 65535th, a twentieth of a step of the darkest colours.
+Pixel encoded(const glm::vec3& light) {
+    constexpr float steps = 65535.0F;
+    static const auto bytes = [] {
+        std::vector<std::uint8_t> table(65536);
+        for (std::size_t i = 0; i < table.size(); ++i) {
+            const double component = linearToSrgb(static_cast<double>(i) / 65535.0);
+            table[i] = static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(component, 0.0, 1.0)));
+        }
+        return table;
+    }();
+    const auto byteOf = [](float x) {
+        return bytes[static_cast<std::size_t>(std::clamp(x, 0.0F, 1.0F) * steps + 0.5F)];
+    };
+    return {byteOf(light.x), byteOf(light.y), byteOf(light.z), 255};
+}
+
 /// Turns a pixel's count into its bytes.
 class PixelBytes {
   public:
@@ -163,6 +182,13 @@ class PixelBytes {
                 known_[i] = shade(static_cast<std::uint32_t>(i));
         });
         solid_ = static_cast<double>(known_.size()) * tau_ >= opaque;
+    }
+
+    /// Of points of another colour.
+    Pixel operator()(std::uint32_t count, const glm::vec3& color) const {
+        const auto passed = static_cast<float>(std::exp(-tau_ * count));
+        const glm::vec3 light = (1.0F - passed) * color + passed * glm::vec3(background_);
+        return format_ == PixelFormat::srgb8 ? encoded(light) : blankPixel(glm::dvec3(light), format_);
     }
 
     Pixel operator()(std::uint32_t count) const {
@@ -188,6 +214,19 @@ void fill(const PixelBytes& shades, std::span<const std::uint32_t> counts, std::
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, counts.size(), 1 << 14), [&](const auto& block) {
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
             std::memcpy(pixels + i * bytes, shades(counts[i]).data(), bytes);
+        }
+    });
+}
+
+void fillColored(const PixelBytes& shades, const FlatPoints& points, const PixelColors& colors,
+                 PixelFormat format, std::uint8_t* pixels) {
+    const std::size_t bytes = bytesPerPixel(format);
+    tbb::parallel_for(std::uint32_t{0}, colors.height(), [&](std::uint32_t row) {
+        for (std::uint32_t column = 0; column < colors.width(); ++column) {
+            const std::size_t i = std::size_t{row} * colors.width() + column;
+            const std::uint32_t count = points.counts()[i];
+            const Pixel pixel = count == 0 ? shades(0) : shades(count, colors.at(column, row));
+            std::memcpy(pixels + i * bytes, pixel.data(), bytes);
         }
     });
 }
@@ -228,6 +267,13 @@ bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<
     return true;
 }
 
+void FlatPoints::take(std::span<const std::uint32_t> counts) {
+    pixels_ = counts.size();
+    counts_.assign(counts.begin(), counts.end());
+    weightOfOne_ = 1.0;
+    pointsDrawn_ = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+}
+
 std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector<VisibleField>& fields) {
     const bool seen = std::any_of(fields.begin(), fields.end(),
                                   [](const VisibleField& field) { return field.volume != nullptr; });
@@ -242,7 +288,7 @@ std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector
 }
 
 Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points,
-                    PixelFormat format) {
+                    const PixelColors* colors, PixelFormat format) {
     Picture picture{.width = plan.width,
                     .height = plan.height,
                     .format = format,
@@ -250,7 +296,9 @@ Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoi
                     .pointsDrawn = points.pointsDrawn()};
     picture.pixels.resize(points.counts().size() * bytesPerPixel(format));
     const PixelBytes shades(plan, only, points, format);
-    if (format == PixelFormat::srgb8) {
+    if (colors != nullptr) {
+        fillColored(shades, points, *colors, format, picture.pixels.data());
+    } else if (format == PixelFormat::srgb8) {
         fill<4>(shades, points.counts(), picture.pixels.data());
     } else {
         fill<8>(shades, points.counts(), picture.pixels.data());

@@ -17,6 +17,7 @@
 #include "server/render/cpu/resident_fields.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
+#include "server/render/plan/pixel_colors.h"
 
 namespace mote::render {
 
@@ -25,6 +26,9 @@ class FlatPoints {
     /// Draws what the plan selects. False where `stop` was requested meanwhile. Throws storage::StorageError.
     bool draw(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
               std::stop_token stop);
+
+    /// In place of draw(): what else has counted them, points of at most a pixel.
+    void take(std::span<const std::uint32_t> counts);
 
     /// Optical depth of a count over that of one point: 1, or what discs, which cover pixels in part, are
     /// counted by.
@@ -48,8 +52,9 @@ class FlatPoints {
 /// `fields`: one of the plan's each.
 std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector<VisibleField>& fields);
 
-/// n points of opacity a leave (1 - a)^n of the background. Uses all threads of the calling arena.
+/// n points of opacity a leave (1 - a)^n of the background. `colors`: of the points by pixel; null: they have
+/// one. Uses all threads of the calling arena.
 Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points,
-                    PixelFormat format);
+                    const PixelColors* colors, PixelFormat format);
 
 }  // namespace mote::render

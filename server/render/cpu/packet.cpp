@@ -131,7 +131,20 @@ void Packet::set(const CompositeFrame& frame, std::span<const TileCells> cells, 
     }
     for (std::uint32_t slab = 0; dots != nullptr && slab < slabs_; ++slab)
         occupied_[slab / 64] |= (dots->occupied(slab) >> number & 1U) << slab % 64;
+    if (!points.empty()) setColors(frame, x, y);
     anyPoints = std::any_of(occupied_.begin(), occupied_.end(), [](std::uint64_t bits) { return bits != 0; });
+}
+
+void Packet::setColors(const CompositeFrame& frame, std::uint32_t x, std::uint32_t y) {
+    for (std::size_t l = 0; l < frame.points.size(); ++l) {
+        const FramePointLook& look = frame.points[l];
+        for (std::uint32_t i = 0; i < Tile::packetPixels; ++i) {
+            const std::uint32_t column = x + i % Tile::packetEdge, row = y + i / Tile::packetEdge;
+            const bool own = look.colors != nullptr && column < frame.width && row < frame.height;
+            const glm::vec3& color = own ? look.colors->at(column, row) : look.color;
+            for (std::size_t c = 0; c < 3; ++c) pointColors[l][c][i] = color[static_cast<int>(c)];
+        }
+    }
 }
 
 void Packet::enter(const FrameSection& section) {

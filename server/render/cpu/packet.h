@@ -65,8 +65,10 @@ struct Packet {
     float segment = 0.0F;  ///< slabs of the section between samples of the volumes, where one is hit
 
     std::span<const TileCells> points;  ///< one of the frame's each, or empty
-    const TileDots* dots = nullptr;     ///< null: none in the tile
-    std::uint32_t number = 0;           ///< in its tile
+    /// Red, green and blue of each layer's points.
+    std::array<std::array<Lanes, 3>, View::maxLayers> pointColors;
+    const TileDots* dots = nullptr;  ///< null: none in the tile
+    std::uint32_t number = 0;        ///< in its tile
 
     /// The packet `packet` of a tile. `x`, `y`: its first pixel in the picture.
     void set(const CompositeFrame& frame, std::span<const TileCells> cells, const TileDots* tileDots,
@@ -91,6 +93,8 @@ struct Packet {
     }
 
   private:
+    void setColors(const CompositeFrame& frame, std::uint32_t x, std::uint32_t y);
+
     std::uint32_t slabs_ = 0;
     std::array<std::size_t, mostFields> hits_{}, inSection_{};
     std::size_t hitCount_ = 0, sectionHits_ = 0;

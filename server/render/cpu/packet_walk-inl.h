@@ -165,10 +165,10 @@ class PacketWalk {
             dots_.pass(hn::Set(Floats(), from + 1.0F), light_);
         } else if (!dots && visible == 0 && (layers & (layers - 1)) == 0) {
             // Points of one look with no field about: where they stand does not matter.
-            const glm::vec3& color = points.color[0];
+            const auto& color = points.color[0];
             const Floats d;
-            light_.gather(hn::Load(d, points.tau[0].data()), hn::Set(d, color.x), hn::Set(d, color.y),
-                          hn::Set(d, color.z));
+            light_.gather(hn::Load(d, points.tau[0].data()), hn::Load(d, color[0]), hn::Load(d, color[1]),
+                          hn::Load(d, color[2]));
         } else {
             mix(visible, from, from + 1.0F, &points);
         }

@@ -76,7 +76,8 @@ struct alignas(64) SlabPoints {
     std::array<Lanes, View::maxLayers> tau;          ///< optical depth of all
     std::size_t count = 0;                           ///< layers that have points here
     std::array<std::size_t, View::maxLayers> layer;  ///< which
-    std::array<glm::vec3, View::maxLayers> color;
+    /// Red, green and blue of this vector's pixels; the packet's.
+    std::array<std::array<const float*, 3>, View::maxLayers> color;
 
     /// Returns the layers that have points, as bits.
     HWY_INLINE std::uint32_t read(const CompositeFrame& frame, const Packet& packet, std::uint32_t slab,
@@ -85,7 +86,7 @@ struct alignas(64) SlabPoints {
         for (std::size_t l = 0; l < packet.points.size(); ++l) {
             if (!packet.hasPoints(l, slab)) continue;
             layer[count] = l;
-            color[count] = frame.points[l].color;
+            for (std::size_t c = 0; c < 3; ++c) color[count][c] = packet.pointColors[l][c].data() + lane;
             readLayer(packet.cells(l, slab) + lane, frame.points[l].tau, static_cast<float>(slab));
             layers |= 1U << l;
         }
@@ -137,8 +138,8 @@ struct alignas(64) SlabPoints {
             const auto within =
                 hn::And(hn::Le(hn::Load(d, from[i].data()), at), hn::Gt(hn::Load(d, to[i].data()), at));
             const V depth = hn::Mul(hn::Load(d, density[i].data()), hn::Sub(next, at));
-            matter.add(hn::IfThenElseZero(within, depth), hn::Set(d, color[i].x), hn::Set(d, color[i].y),
-                       hn::Set(d, color[i].z));
+            matter.add(hn::IfThenElseZero(within, depth), hn::Load(d, color[i][0]), hn::Load(d, color[i][1]),
+                       hn::Load(d, color[i][2]));
         }
     }
 
@@ -148,8 +149,8 @@ struct alignas(64) SlabPoints {
         for (std::size_t i = 0; i < count; ++i) {
             const V place = hn::Load(d, from[i].data());
             const auto met = hn::And(hn::Gt(place, at), hn::Le(place, next));
-            matter.add(hn::IfThenElseZero(met, hn::Load(d, single[i].data())), hn::Set(d, color[i].x),
-                       hn::Set(d, color[i].y), hn::Set(d, color[i].z));
+            matter.add(hn::IfThenElseZero(met, hn::Load(d, single[i].data())), hn::Load(d, color[i][0]),
+                       hn::Load(d, color[i][1]), hn::Load(d, color[i][2]));
         }
     }
 };

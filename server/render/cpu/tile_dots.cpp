@@ -63,7 +63,9 @@ void TileDots::spread(Tile tile, const TileDot& one, std::uint32_t slabs) {
             const float opacity = thinnedOpacity(whole, one.thinned);
             if (!(opacity > 0.0F)) continue;
             left_[pixel] *= 1.0F - opacity;
-            placed_[placedCount_++] = {pixel, {dot.place, opacity, dot.color}};
+            const std::uint32_t x = tile.column * Tile::edge + column, y = tile.row * Tile::edge + row;
+            const bool own = one.colors != nullptr && x < one.colors->width() && y < one.colors->height();
+            placed_[placedCount_++] = {pixel, {dot.place, opacity, own ? one.colors->at(x, y) : dot.color}};
             packets |= std::uint64_t{1} << (pixel / Tile::packetPixels);
         }
     }

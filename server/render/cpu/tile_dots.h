@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/render/cpu/tile.h"
+#include "server/render/plan/pixel_colors.h"
 #include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
@@ -24,7 +25,8 @@ struct DotHit {
 /// What touches a tile: a dot, or a point that stands alone.
 struct TileDot {
     const ScreenDot* dot;
-    double thinned = 1.0;  ///< what is left of its optical depth in each pixel, as PointLook's
+    double thinned = 1.0;                 ///< what is left of its optical depth in each pixel, as PointLook's
+    const PixelColors* colors = nullptr;  ///< in place of the dot's, by pixel; null: none
 };
 
 class TileDots {

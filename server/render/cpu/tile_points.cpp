@@ -87,7 +87,8 @@ class LeafTiles {
 }  // namespace
 
 bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-                      const std::stop_token& stop) {
+                      const PixelColors* colors, const std::stop_token& stop) {
+    colors_ = colors;
     columns_ = tilesAcross(plan.width);
     tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
     map_ = PointMap::make(plan, layer);
@@ -216,7 +217,7 @@ void TilePoints::appendAlone(Tile tile, std::vector<LonePoint>& out) const {
             projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
         for (const auto& point : std::span(screen).first(hits)) {
             if (point.x < left || point.x > left + edge || point.y < top || point.y > top + edge) continue;
-            out.push_back({{point.x, point.y, ink_, first + point.slab, color_}, thinned_});
+            out.push_back({{point.x, point.y, ink_, first + point.slab, color_}, thinned_, colors_});
         }
     }
 }
@@ -238,12 +239,13 @@ void TilePoints::addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) 
                    });
 }
 
-bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop) {
+bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const FrameColors& colors,
+                       const std::stop_token& stop) {
     layers_.resize(plan.points.size());
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const PointsPlan& layer = plan.points[i];
         const auto cells = leaves.of(layer.step).upTo(*layer.step, layer.selection->drawn.size());
-        if (!layers_[i].sort(plan, layer, cells, stop)) return false;
+        if (!layers_[i].sort(plan, layer, cells, colors[i].get(), stop)) return false;
     }
     return true;
 }

@@ -20,6 +20,7 @@
 #include "server/render/cpu/points_kernel.h"
 #include "server/render/cpu/tile_cells.h"
 #include "server/render/cpu/tile_lists.h"
+#include "server/render/plan/pixel_colors.h"
 #include "server/render/plan/screen_dots.h"
 
 namespace mote::render {
@@ -27,7 +28,8 @@ namespace mote::render {
 /// A point that stands alone.
 struct LonePoint {
     ScreenDot dot;
-    double thinned;  ///< as PointLook's
+    double thinned;             ///< as PointLook's
+    const PixelColors* colors;  ///< in place of the dot's, by pixel; null: none
 };
 
 class TilePoints {
@@ -35,7 +37,7 @@ class TilePoints {
     /// Sorts what the plan selects; uses all threads of the calling arena. False where `stop` was requested
     /// meanwhile. Throws storage::StorageError. The step must outlive what follows.
     bool sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
-              const std::stop_token& stop);
+              const PixelColors* colors, const std::stop_token& stop);
 
     /// Whether each point is drawn where it stands (standAlone) and none has a cell.
     bool alone() const { return alone_; }
@@ -69,6 +71,7 @@ class TilePoints {
     DotFootprint ink_{0.0F};  // of one that stands alone
     double thinned_ = 1.0;
     glm::vec3 color_{0.0F};
+    const PixelColors* colors_ = nullptr;
     std::optional<PointMap> map_;
     std::optional<DiscFootprint> discs_;
     std::uint32_t columns_ = 0;  // of tiles
@@ -91,8 +94,9 @@ class TilePoints {
 /// device, its memory reused from picture to picture.
 class FramePoints {
   public:
-    /// As TilePoints::sort, for each layer.
-    bool sort(const FramePlan& plan, ResidentLeaves& leaves, const std::stop_token& stop);
+    /// As TilePoints::sort, for each layer. `colors` outlive what follows.
+    bool sort(const FramePlan& plan, ResidentLeaves& leaves, const FrameColors& colors,
+              const std::stop_token& stop);
 
     /// Whether any layer may have cells in a tile.
     bool any(Tile tile) const;

@@ -4,6 +4,7 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
+#include "server/render/color_finder.h"
 #include "server/render/egl/egl_context.h"
 #include "server/render/egl/frame_run.h"
 #include "server/render/egl/gl_objects.h"
@@ -48,6 +49,7 @@ struct EglDevice::State {
     ResidentGrids residentGrids;
     DensityTables tables;
     FrameBuffers buffers;
+    ColorFinder colors;
     StageTimes times;
 
     /// Before the first frame.
@@ -84,11 +86,13 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
     MOTE_CHECK(plan.slabs <= mostSlabs);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
+    const auto colors = state_->colors.find(plan, stop);
+    if (!colors) return std::nullopt;
     const EglContext::Current current(context_);
     state_->shaders.reloadChanged();
     if (!state_->buffers.noVolume) state_->begin();
-    FrameRun run(plan, format, state_->options, state_->shaders, state_->steps, state_->residentGrids,
-                 state_->tables, state_->buffers, std::move(stop));
+    FrameRun run(plan, *colors, format, state_->options, state_->shaders, state_->steps,
+                 state_->residentGrids, state_->tables, state_->buffers, std::move(stop));
     auto picture = run.draw();
     state_->times = run.times();
     return picture;
@@ -97,6 +101,7 @@ std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat form
 void EglDevice::trim() {
     const EglContext::Current current(context_);
     state_->steps.dropExpired();
+    state_->colors.dropExpired();
     state_->residentGrids.dropExpired();
 }
 

@@ -137,7 +137,8 @@ bool FrameRun::drawFlat(const Band& band) {
     buffers_.cells.bindStorage(cells);
     if (!addPoints({})) return false;
     ++times_.passes;
-    return composite(shaders_.program("composite_flat", {}), 0, band.tiles);
+    return composite(shaders_.program("composite_flat", {{"COLORS", colors_.empty() ? 0U : 1U}}), 0,
+                     band.tiles);
 }
 
 bool FrameRun::drawCells(const Band& band, const Counts& counts) {
@@ -189,6 +190,7 @@ bool FrameRun::composite(GLuint program, std::uint32_t firstTile, std::uint32_t 
         glBindTextureUnit(dotUnit, buffers_.dotsTexture.get());
         glBindTextureUnit(dotListUnit, buffers_.dotListsTexture.get());
     }
+    if (!colors_.empty()) glBindTextureUnit(colorUnit, buffers_.colorsTexture.get());
     if (plan_.sections.size() > 1) buffers_.sections.bindStorage(sections);
     barrier();
     TileBatch batch;
@@ -212,6 +214,7 @@ GLuint FrameRun::compositeProgram(bool points, bool volume, const Pass& pass) co
                                    {"SECTIONS", plan_.sections.size() > 1 ? 2U : 1U}};
     if (!oneGrid) {
         defines.insert(defines.end(), {{"POINTS", points ? 1U : 0U},
+                                       {"COLORS", points && !colors_.empty() ? 1U : 0U},
                                        {"DOTS", dots_.empty() ? 0U : 1U},
                                        {"VOLUME", volume ? 1U : 0U},
                                        {"EXACT", plan_.samplesPerCell >= 2.0 ? 1U : 0U}});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 #include <glm/packing.hpp>
 
 #include "server/render/plan/screen_map.h"
@@ -28,10 +29,12 @@ struct TileRange {
 
 }  // namespace
 
-FrameRun::FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options,
-                   ShaderLibrary& shaders, ResidentSteps& steps, ResidentGrids& residentGrids,
-                   DensityTables& tables, FrameBuffers& buffers, std::stop_token stop)
+FrameRun::FrameRun(const FramePlan& plan, const FrameColors& colors, PixelFormat format,
+                   const EglOptions& options, ShaderLibrary& shaders, ResidentSteps& steps,
+                   ResidentGrids& residentGrids, DensityTables& tables, FrameBuffers& buffers,
+                   std::stop_token stop)
     : plan_(plan),
+      frameColors_(colors),
       format_(format),
       options_(options),
       shaders_(shaders),
@@ -52,7 +55,11 @@ std::optional<Picture> FrameRun::draw() {
     // A pixel: its sum of weights, or for each layer pairs of slab bits and first cell.
     const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layerCount() * words_) * sizeof(std::uint32_t);
     const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * pixelBytes;
-    const std::uint64_t rows = std::max<std::uint64_t>(pairLimit(options_.maskBytes) / rowBytes, 1);
+    std::uint64_t rows = std::max<std::uint64_t>(pairLimit(options_.maskBytes) / rowBytes, 1);
+    // A pixel's colour is a pair of words, too.
+    const std::uint64_t colorBytes =
+        std::uint64_t{plan_.width} * 8 * 8 * std::max<std::size_t>(colors_.size(), 1);
+    rows = std::clamp<std::uint64_t>(pairLimit(options_.maskBytes) / colorBytes, 1, rows);
     for (std::uint32_t row = 0; row < tilesDown_; row += static_cast<std::uint32_t>(rows)) {
         const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(rows, tilesDown_ - row));
         if (!drawBand({row, count, count * tilesAcross_}, picture)) return std::nullopt;
@@ -75,6 +82,9 @@ bool FrameRun::prepare() {
     }
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         if (!prepareVolume(layers_[i])) return false;
+    }
+    for (const auto& colors : frameColors_) {
+        if (colors != nullptr) colors_.push_back(colors.get());
     }
     if (!prepareGrids()) return false;
     // Points of one colour with nothing between them look the same in any order.
@@ -133,6 +143,9 @@ void FrameRun::bindBand(const Band& band) {
     }
     FrameBlock block = frameBlock(plan_, format_, band.firstRow, band.rows, volumeSizes);
     block.counts = glm::uvec4(layerCount(), words_, 0, 0);
+    // Slots of points come first, in their order.
+    for (std::size_t i = 0, list = 0; i < frameColors_.size(); ++i)
+        block.layers[i].scale.z = frameColors_[i] == nullptr ? 0.0F : static_cast<float>(++list);
     buffers_.uniforms.grow(sizeof(block));
     buffers_.uniforms.write(0, sizeof(block), &block);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffers_.uniforms.get());
@@ -140,6 +153,7 @@ void FrameRun::bindBand(const Band& band) {
     buffers_.pixels.grow(pixelBytes);
     buffers_.pixels.fill(pixelBytes, &block.blank.x, format_ == PixelFormat::srgb8 ? 1 : 2);
     buffers_.pixels.bindStorage(pixels);
+    bindColors(band);
     if (flat_) return;
     bindDots(band);
     const auto bind = [](GlBuffer& buffer, Storage binding, std::size_t bytes, bool zero) {
@@ -254,6 +268,25 @@ void FrameRun::prepareDots() {
     if (dots_.empty()) return;
     buffers_.dots = GlBuffer::of(std::span<const glm::vec4>(texels));
     buffers_.dotsTexture = bufferTexture(buffers_.dots, GL_RGBA32F);
+}
+
+/// The colours of the band's pixels, one list after the other.
+void FrameRun::bindColors(const Band& band) {
+    if (colors_.empty()) return;
+    const std::uint32_t first = band.firstRow * 8, end = std::min(first + band.rows * 8, plan_.height);
+    std::vector<std::uint64_t> texels;
+    texels.reserve(colors_.size() * plan_.width * (end - first));
+    for (const auto* const colors : colors_) {
+        std::vector<std::uint64_t> shades;
+        for (const auto& color : colors->colors())
+            shades.push_back(glm::packHalf4x16(glm::vec4(color, 1.0F)));
+        const auto places =
+            std::span(colors->places())
+                .subspan(std::size_t{first} * plan_.width, std::size_t{end - first} * plan_.width);
+        for (const auto place : places) texels.push_back(shades[place]);
+    }
+    buffers_.colors = GlBuffer::of(std::span<const std::uint64_t>(texels));
+    buffers_.colorsTexture = bufferTexture(buffers_.colors, GL_RGBA16F);
 }
 
 /// First where the list of each tile begins, and where the last one ends; then the lists.

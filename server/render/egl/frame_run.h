@@ -20,6 +20,7 @@
 #include "server/render/egl/resident_steps.h"
 #include "server/render/egl/shader_library.h"
 #include "server/render/egl/table_entries.h"
+#include "server/render/plan/pixel_colors.h"
 #include "server/render/plan/screen_dots.h"
 #include "server/render/plan/seen_fields.h"
 
@@ -51,7 +52,8 @@ enum CompositeUnit : GLuint {
     volumeMaskUnit,
     dotUnit,
     dotListUnit,
-    gridBrickUnit
+    gridBrickUnit,
+    colorUnit
 };
 
 /// What shaders wrote before is seen by whatever reads it after.
@@ -89,17 +91,18 @@ using DensityTables = TransferTables<DensityTable>;
 struct FrameBuffers {
     GlBuffer masks, offsets, cells, counters, volumeMasks, tiles, pixels, uniforms, blocks;
     GlBuffer dots, dotLists, sections;
-    GlBuffer grids, gridBricks, tables;
+    GlBuffer grids, gridBricks, tables, colors;
     GlTexture noVolume;  ///< where a layer has none: a program is compiled for textures as they are
     GlTexture gridBricksTexture, tablesTexture;
-    GlTexture masksTexture, cellsTexture, volumeMasksTexture, dotsTexture, dotListsTexture;
+    GlTexture masksTexture, cellsTexture, volumeMasksTexture, dotsTexture, dotListsTexture, colorsTexture;
 };
 
 class FrameRun {
   public:
-    FrameRun(const FramePlan& plan, PixelFormat format, const EglOptions& options, ShaderLibrary& shaders,
-             ResidentSteps& steps, ResidentGrids& residentGrids, DensityTables& tables, FrameBuffers& buffers,
-             std::stop_token stop);
+    /// `colors`: of each of the plan's points.
+    FrameRun(const FramePlan& plan, const FrameColors& colors, PixelFormat format, const EglOptions& options,
+             ShaderLibrary& shaders, ResidentSteps& steps, ResidentGrids& residentGrids,
+             DensityTables& tables, FrameBuffers& buffers, std::stop_token stop);
 
     /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
     std::optional<Picture> draw();
@@ -153,6 +156,7 @@ class FrameRun {
     void gatherBricks();
     void prepareDots();
     void bindDots(const Band& band);
+    void bindColors(const Band& band);
     bool drawBand(const Band& band, Picture& picture);
     void bindBand(const Band& band);
     /// Where depth does not matter: see flat_.
@@ -175,6 +179,7 @@ class FrameRun {
     GLuint allocateProgram() const;
 
     const FramePlan& plan_;
+    const FrameColors& frameColors_;
     PixelFormat format_;
     const EglOptions& options_;
     ShaderLibrary& shaders_;
@@ -186,7 +191,8 @@ class FrameRun {
     StageTimes times_;
     std::vector<LayerWork> layers_;
     std::vector<GridWork> grids_;
-    std::vector<ScreenDot> dots_;  ///< front to back
+    std::vector<const PixelColors*> colors_;  ///< of those points that are coloured by pixel
+    std::vector<ScreenDot> dots_;             ///< front to back
     bool anyPoints_ = false;
     bool flat_ = false;    ///< points of one layer and nothing else
     std::uint32_t words_;  ///< of slab bits a pixel

@@ -25,6 +25,8 @@ struct Lowering {
     std::uint32_t slabs;               ///< that each layer is cut into
     std::stop_token stop;              ///< what is lowered after a request is of no use
     std::vector<DepthRange> depths{};  ///< where something lies
+    /// What of points takes long: done before `last`, as points lie before surfaces of their depth.
+    std::vector<std::function<void()>> highlights{};
     /// What takes long and reads nothing: done after all else, and not for a picture that waits for data.
     std::vector<std::function<void()>> last{};
 

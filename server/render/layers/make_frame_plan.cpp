@@ -96,9 +96,7 @@ struct LayerLowering {
     Lowering& out;
 
     const Layer& layer() const { return scene.view.layers[index]; }
-    void operator()(const ParticlesStyle& style) const {
-        lowerParticles(layer(), index, style, scene.steps[index], out);
-    }
+    void operator()(const ParticlesStyle& style) const { lowerParticles(scene, index, style, out); }
     void operator()(const HybridStyle& style) const {
         MOTE_CHECK(index < scene.hybrids.size());
         lowerHybrid(layer(), index, style, scene.hybrids[index], out);
@@ -170,6 +168,9 @@ FramePlan makeFramePlan(const Scene& scene, const Quality& quality, SelectionCac
     for (std::size_t i = 0; i < view.layers.size(); ++i) {
         // Of what there is nothing of there need not be any data either.
         if (view.layers[i].opacity > 0.0) std::visit(LayerLowering{scene, i, lowering}, view.layers[i].style);
+    }
+    for (const auto& lower : lowering.highlights) {
+        if (!plan.exact || !plan.waits()) lower();
     }
     for (const auto& lower : lowering.last) {
         if (!plan.exact || !plan.waits()) lower();

@@ -10,8 +10,10 @@
 #include "protocol/scene/view.h"
 #include "server/render/ink/ink_memory.h"
 #include "server/render/layers/mesh/mesh_surface.h"
+#include "server/render/layers/particles/point_paths.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/grid_field.h"
+#include "server/render/plan/point_values.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -26,6 +28,11 @@ struct Scene {
     std::vector<std::shared_ptr<const MeshSurface>> meshes = {};  ///< likewise
     /// Likewise: particles that are drawn as a field of their density (layers/ink/density_grid.h).
     std::vector<std::shared_ptr<const GridField>> densities = {};
+    /// Likewise, of layers of particles: which points are highlighted; by what points are coloured, one value
+    /// each of its step's points; the ways of some through all steps.
+    std::vector<std::shared_ptr<const storage::ParticleStep>> highlights = {};
+    std::vector<std::shared_ptr<const PointValues>> values = {};
+    std::vector<std::shared_ptr<const PointPaths>> paths = {};
     /// Likewise, of coherent drawings: what is remembered of the one before, and then of this one. Of one
     /// thread at a time.
     std::vector<std::shared_ptr<InkMemory>> inks = {};

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/scene/camera.h"
+#include "protocol/scene/near_share.h"
 #include "protocol/scene/view.h"
 #include "server/render/plan/depth_sections.h"
 #include "server/render/plan/dot.h"
@@ -56,10 +57,6 @@ struct FramePlan {
         return std::any_of(points.begin(), points.end(), [](const auto& one) { return one.waits; });
     }
 };
-
-/// Where points are drawn in front of a perspective eye at all: nothing nearer than this share of the
-/// distance from the eye to the camera's target is seen, in every device and in the reference.
-inline constexpr double nearShare = 1e-3;
 
 /// The depth from which on something is seen.
 double nearLimit(const Camera& camera);

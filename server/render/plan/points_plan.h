@@ -9,10 +9,12 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/render/plan/frustum.h"
 #include "server/render/plan/point_selection.h"
+#include "server/render/plan/point_values.h"
 #include "server/render/plan/preview_selection.h"
 #include "storage/particles/particle_step.h"
 
@@ -44,6 +46,7 @@ struct PointsPlan {
     std::uint64_t pointsDrawn = 0;  ///< of the leaves that may be in view, or of the preview at most
     double share = 1.0;             ///< of the points of the exact picture; at most Quality::pointFraction
     storage::StepNeed need = {};    ///< what would have to be in memory for any share
+    std::optional<PointColors> colors = {};  ///< in place of the look's, where a pixel has a value
     bool waits = false;  ///< the share is less than was asked for until what is needed is in memory
 
     /// How many of a leaf's points are drawn, from its first; 0 where it is known to be out of view.

@@ -108,6 +108,22 @@ void passStrokes(Way& way, Shared& shared) {
     }
 }
 
+/// Null has no pixels.
+template <class Way, class Shared>
+void passColors(Way& way, Shared& shared) {
+    std::uint32_t width = shared ? shared->width() : 0, height = shared ? shared->height() : 0;
+    way(width, height);
+    if (width == 0) return;
+    if constexpr (Way::reads) {
+        std::vector<glm::vec3> colors;
+        std::vector<std::uint16_t> places;
+        way(colors, places);
+        shared = std::make_shared<const PixelColors>(width, height, std::move(colors), std::move(places));
+    } else {
+        way(shared->colors(), shared->places());
+    }
+}
+
 template <class Way, class Points>
 void passPoints(Way& way, Points& points) {
     MOTE_CHECK(points.preview == nullptr);
@@ -151,9 +167,10 @@ template <class Way, class Order>
 void passOrder(Way& way, Order& order) {
     way(order.number, order.format, order.flatPoints);
     passPlan(way, order.plan);
-    const auto passName = [&](auto& name) { way(name.file, name.digest, name.parts); };
+    const auto passName = [&](auto& name) { way(name.file, name.digest, name.selection, name.parts); };
     passEach(way, order.pointSteps, {}, passName);
     passEach(way, order.fieldSteps, {}, passName);
+    passEach(way, order.colors, {}, [&](auto& colors) { passColors(way, colors); });
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
+#include "server/render/plan/pixel_colors.h"
 #include "server/render/ranks/rank_steps.h"
 #include "server/render/ranks/ranks.h"
 
@@ -22,6 +23,7 @@ struct FrameOrder {
     std::vector<RankSteps::Name> pointSteps;  ///< one of the plan's points each
     std::vector<RankSteps::Name> fieldSteps;  ///< one of its fields each
     FramePlan plan;
+    FrameColors colors;  ///< one of the plan's points each
 };
 
 Bytes packOrder(const FrameOrder& order);

@@ -145,7 +145,9 @@ std::optional<Picture> drawFlat(Ranks& ranks, CpuParts& parts, const FrameOrder&
     const auto drawn = ranks.sum(parts.flat.pointsDrawn());
     if (ranks.rank() != 0) return std::nullopt;
     auto picture = parts.arena.execute([&] {
-        return flatPicture(order.plan, order.plan.points[*order.flatPoints], parts.flat, order.format);
+        const auto only = *order.flatPoints;
+        return flatPicture(order.plan, order.plan.points[only], parts.flat, order.colors[only].get(),
+                           order.format);
     });
     picture.pointsDrawn = drawn;
     return picture;
@@ -229,8 +231,8 @@ std::optional<Picture> MixedFrame::draw() {
 void MixedFrame::sort() {
     const StopRelay relay(ranks_, order_.number, stop_);
     parts_.arena.execute([&] {
-        frame_.emplace(plan_, order_.format, parts_.fields.of(plan_));
-        parts_.points.sort(plan_, parts_.leaves, relay.token());
+        frame_.emplace(plan_, order_.format, parts_.fields.of(plan_), order_.colors);
+        parts_.points.sort(plan_, parts_.leaves, order_.colors, relay.token());
         parts_.dots.sort(plan_, relay.token());
     });
     picture_ = {.width = plan_.width, .height = plan_.height, .format = order_.format, .pixels = {}};

@@ -21,6 +21,8 @@ class RankSteps {
         std::string digest;  ///< as StepOrigin's
         /// What is drawn of a field of samples; never `best`.
         HybridRepresentation parts = HybridRepresentation::volume;
+        /// The points of the step that are drawn: a proto::Selection, serialised; empty: all.
+        std::string selection = {};
         bool operator==(const Name&) const = default;
     };
 

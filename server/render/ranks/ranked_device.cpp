@@ -8,6 +8,7 @@
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/cpu/flat_points.h"
 #include "server/render/cpu/packet.h"
+#include "server/render/cpu/value_sums.h"
 #include "server/render/plan/selection_cache.h"
 #include "server/render/ranks/rank_frame.h"
 
@@ -61,7 +62,8 @@ FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat forma
                      .flatPoints = {},
                      .pointSteps = {},
                      .fieldSteps = {},
-                     .plan = plan};
+                     .plan = plan,
+                     .colors = {}};
     for (const auto& points : plan.points) order.pointSteps.push_back(nameOf(*points.step));
     for (const auto& field : plan.fields) {
         if (const auto* const cells = field.density()) {
@@ -105,6 +107,10 @@ std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat f
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
     FrameOrder order = state_->orderOf(plan, format);
+    // Rank 0 alone has the values: it reads the points that they colour.
+    auto colors = state_->parts.arena.execute([&] { return frameColors(plan, state_->parts.leaves, stop); });
+    if (!colors) return std::nullopt;
+    order.colors = *std::move(colors);
     auto bytes = packOrder(order);
     state_->ranks.broadcast(bytes);
     Agreement agreement(state_->ranks);

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <thread>
 
-#include "client/frames/private_server.h"
+#include "client/shared/private_server.h"
 #include "protocol/cli/command.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
@@ -199,7 +199,7 @@ int measure(Options options) {
     const client::Interrupt interrupt;
     const auto folder = std::filesystem::canonical(options.dataset).parent_path();
     auto server = client::PrivateServer::start(
-        {client::serverBesideUs(), {"data=" + folder.string()}, options.device}, interrupt);
+        "mote-bench", {client::serverBesideUs(), {"data=" + folder.string()}, options.device}, interrupt);
     if (!server.ok()) throw std::runtime_error(server.error().toString());
     Bench((*server)->connectionFile(), options).run();
     return 0;

@@ -155,6 +155,8 @@ void addOptions(CLI::App& app, Options& options) {
     app.add_option("--height", options.scene.height, "pixels")->check(CLI::Range(16, 4096));
     app.add_option("--opacity", options.scene.opacity, "of a point")->check(CLI::Range(0.0, 0.9999));
     app.add_option("--point-size", options.scene.pointSize, "pixels")->check(CLI::Range(0.1, 64.0));
+    app.add_option("--color-by", options.scene.colorBy, "mean or nearest, of values of the points")
+        ->check(CLI::IsMember({"mean", "nearest"}));
     app.add_flag("--filling", options.scene.filling, "from so near that the data fill the window");
     app.add_option("--slabs", options.quality.slabs, "of depth")->check(CLI::Range(1, 1024));
     app.add_option("--samples", options.quality.samplesPerCell, "of the volume, a cell's edge")

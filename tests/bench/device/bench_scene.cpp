@@ -80,6 +80,18 @@ ParticlesStyle styleOf(const SceneOptions& options) {
     return style;
 }
 
+/// Any value for any point.
+std::shared_ptr<const render::PointValues> someValues(std::uint64_t points) {
+    auto values = std::make_shared<render::PointValues>();
+    values->codes.resize(points);
+    std::uint32_t number = 1;
+    for (auto& code : values->codes) {
+        number = number * 1664525U + 1013904223U;
+        code = static_cast<render::ValueCode>(std::min<std::uint32_t>(number >> 16, render::greatestValue));
+    }
+    return values;
+}
+
 }  // namespace
 
 Result<render::Scene> makeScene(const SceneOptions& options) {
@@ -91,7 +103,15 @@ Result<render::Scene> makeScene(const SceneOptions& options) {
     view.camera = fitCamera({glm::dvec3(-1.0), glm::dvec3(1.0)}, view.aspect());
     if (options.filling) view.camera.eye = glm::mix(view.camera.target, view.camera.eye, nearer);
     view.layers.push_back({"bench/data", 0, glm::dmat4(1.0), styleOf(options)});
-    return render::Scene{std::move(view), {*std::move(step)}};
+    render::Scene scene{std::move(view), {*std::move(step)}};
+    if (options.colorBy.empty()) return scene;
+    const bool nearest = options.colorBy == "nearest";
+    scene.view.layers[0].colorBy =
+        ColorBy{.column = "value",
+                .range = {},
+                .ofPixel = nearest ? ColorBy::OfPixel::nearest : ColorBy::OfPixel::mean};
+    scene.values = {someValues(scene.steps[0]->pointCount())};
+    return scene;
 }
 
 std::vector<glm::dvec3> orbitOf(const Camera& camera, int count) {

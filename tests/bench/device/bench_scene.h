@@ -24,7 +24,8 @@ struct SceneOptions {
     std::uint32_t height = 720;
     double opacity = 0.9999;  ///< of a point
     double pointSize = 1.0;   ///< pixels
-    bool filling = false;     ///< from so near that the data fill the window
+    std::string colorBy;   ///< "mean" or "nearest": of a pixel's points by a value of each; empty: one colour
+    bool filling = false;  ///< from so near that the data fill the window
 };
 
 /// Errors: what is wrong with `data`.

@@ -10,7 +10,9 @@ namespace {
 
 /// Whole pictures of a ball of 128^3 cells, with all threads.
 void picture(benchmark::State& state, bool filling, double samplesPerCell) {
-    SceneOptions options{.shown = Shown::volume, .data = "ball:7"};
+    SceneOptions options;
+    options.shown = Shown::volume;
+    options.data = "ball:7";
     options.filling = filling;
     const auto scene = makeScene(options).value();
     render::Quality quality = render::Quality::exact();

@@ -8,7 +8,7 @@
 #include <map>
 #include <thread>
 
-#include "client/frames/private_server.h"
+#include "client/shared/private_server.h"
 #include "protocol/cli/command.h"
 #include "protocol/scene/dataset.h"
 #include "protocol/wire/connection_file.h"
@@ -130,7 +130,7 @@ int serveAndMeasure(const Options& options) {
     const client::Interrupt interrupt;
     const auto folder = std::filesystem::canonical(options.dataset).parent_path();
     auto server = client::PrivateServer::start(
-        {client::serverBesideUs(), {"data=" + folder.string()}, options.device}, interrupt);
+        "mote-bench", {client::serverBesideUs(), {"data=" + folder.string()}, options.device}, interrupt);
     if (!server.ok()) throw std::runtime_error(server.error().toString());
     return measure(options, (*server)->connectionFile());
 }

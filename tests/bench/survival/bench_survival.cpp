@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "client/frames/private_server.h"
 #include "client/shared/connection.h"
+#include "client/shared/private_server.h"
 #include "protocol/cli/command.h"
 #include "tests/e2e/orbiters.h"
 
@@ -52,8 +52,8 @@ int measure(const Options& options) {
     const client::Interrupt interrupt;
     const auto folder = std::filesystem::canonical(options.dataset).parent_path();
     const auto program = client::serverBesideUs().replace_filename("test-deadly-server");
-    auto server =
-        client::PrivateServer::start({program, {"data=" + folder.string()}, options.device}, interrupt);
+    auto server = client::PrivateServer::start(
+        "mote-bench", {program, {"data=" + folder.string()}, options.device}, interrupt);
     if (!server.ok()) throw std::runtime_error(server.error().toString());
     const auto connectionFile = (*server)->connectionFile();
     const auto run = [&](bool kills) {

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/app/options.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
+#include "server/app/config_file.h"
+#include "server/app/parse_size.h"
+#include "server/app/server_option.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::server {
@@ -48,12 +53,21 @@ TEST(Options, HelpIsSuccessAndWrongUsageIsTwo) {
     EXPECT_EQ(std::get<int>(parse({"--help"})), 0);
     for (const Words& words :
          {Words{}, Words{"--state", "/s"}, with({"--colour"}), with({"stray"}), with({"--threads", "many"}),
-          with({"--threads", "-1"}), with({"--memory", "8X"}), with({"--listen", "tcp:127.0.0.1:0"}),
-          with({"--listen", "pigeon"}), with({"--device", "gpu"}), with({"--config", "/absent.toml"})}) {
+          with({"--threads", "-1"}), with({"--threads", "4097"}), with({"--threads", "3x"}),
+          with({"--threads", "1", "--threads", "2"}), with({"--memory", "8X"}),
+          with({"--listen", "tcp:127.0.0.1"}), with({"--listen", "pigeon"}), with({"--device", "gpu"}),
+          with({"--config", "/absent.toml"})}) {
         const auto parsed = parse(words);
         ASSERT_TRUE(std::holds_alternative<int>(parsed)) << testing::PrintToString(words);
         EXPECT_EQ(std::get<int>(parsed), 2);
     }
+}
+
+TEST(Options, TcpIsAHostAndAPort) {
+    EXPECT_FALSE(std::get<ServerSettings>(parse(with({"--listen", "unix"}))).tcp);
+    const auto settings = std::get<ServerSettings>(parse(with({"--listen", "tcp:[::1]:0"})));
+    ASSERT_TRUE(settings.tcp);
+    EXPECT_EQ(settings.tcp->toString(), "tcp:[::1]:0");
 }
 
 TEST(Options, SizesAreByPowersOf1024) {
@@ -103,13 +117,59 @@ TEST_F(ConfigFile, MistakesNameLineAndKey) {
         {"\n\nroot = \"data=/x\"\n", "server.toml:3"},
         {"root = [3]\n", "root"},
         {"state = \n", "server.toml:1"},
-        {"threads = 99999\n", "threads"},
+        {"\nthread = 3\n", "server.toml:2: there is no option \"thread\"; is \"threads\" meant?"},
+        {"threads = 2.0\n", "\"threads\" must be a whole number"},
+        {"memory = 1000\n", "\"memory\" must be a text"},
+        {"[state]\nx = 1\n", "\"state\" must be a text"},
     };
     for (const auto& [text, word] : cases) {
         const auto options = readConfig(write(text));
         ASSERT_FALSE(options.ok()) << text;
         EXPECT_NE(options.error().toString().find(word), std::string::npos) << options.error().toString();
     }
+    EXPECT_EQ(std::get<int>(parse(with({"--config", write("threads = 99999\n")}))), 2);
+}
+
+/// A value of the file that each option takes. An option that this does not know is a failure of the test
+/// below.
+std::string lineOf(const ServerOption& option) {
+    const std::string name = option.name;
+    if (option.isList()) return name + " = [\"data=/file\"]\n";
+    if (option.isFlag()) return name + " = true\n";
+    if (option.isNumber()) return fmt::format("{} = {}\n", name, std::get<WholeNumber>(option.target).least);
+    if (std::holds_alternative<Size>(option.target)) return name + " = \"8G\"\n";
+    if (const auto* choice = std::get_if<Choice>(&option.target)) {
+        return fmt::format("{} = \"{}\"\n", name, choice->words.back());
+    }
+    if (name == "device") return name + " = \"cpu\"\n";
+    if (name == "listen") return name + " = \"unix\"\n";
+    return name + " = \"/file\"\n";
+}
+
+TEST_F(ConfigFile, HasAKeyForEachOption) {
+    std::string all;
+    for (const auto& option : serverOptions()) all += lineOf(option);
+    const auto known = readConfig(write(all));
+    ASSERT_TRUE(known.ok()) << known.error().toString();
+    EXPECT_EQ(known->size(), serverOptions().size());
+    const auto parsed = parse({"--config", write(all)});
+    EXPECT_TRUE(std::holds_alternative<ServerSettings>(parsed));
+}
+
+TEST_F(ConfigFile, IsChecked) {
+    const auto state = "state = \"/s\"\nconnection = \"/c.json\"\n";
+    std::filesystem::create_directory(folder_ / "data");
+    const auto root = fmt::format("root = [\"data={}\"]\n", (folder_ / "data").string());
+    EXPECT_EQ(std::get<int>(parse({"--check-config", "--config", write(root + state)})), 0);
+    EXPECT_EQ(std::get<int>(parse({"--check-config", "--config", write(root + state + "colour = 1\n")})), 1);
+    EXPECT_EQ(std::get<int>(parse({"--check-config", "--config", write(state)})), 1);
+    std::filesystem::remove(folder_ / "data");
+    EXPECT_EQ(std::get<int>(parse({"--check-config", "--config", write(root + state)})), 1);
+}
+
+TEST_F(ConfigFile, OfTheExampleIsRight) {
+    const auto known = readConfig(MOTE_DEPLOY_FOLDER "/mote-server.toml");
+    EXPECT_TRUE(known.ok()) << known.error().toString();
 }
 
 }  // namespace

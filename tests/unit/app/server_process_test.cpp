@@ -138,7 +138,7 @@ TEST_F(ServerProcess, KilledOneIsReplaced) {
 }
 
 TEST_F(ServerProcess, WrongUsageIsTwo) {
-    Process server({MOTE_BIN "/mote-server", "--listen", "tcp:127.0.0.1:0"});
+    Process server({MOTE_BIN "/mote-server", "--listen", "tcp:127.0.0.1"});
     EXPECT_EQ(server.wait(), 2);
 }
 

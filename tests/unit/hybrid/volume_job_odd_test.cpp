@@ -52,7 +52,7 @@ TEST(VolumeJob, SameBytesForAnyThreadsAndMemory) {
             }
             // Nothing of what was put aside is left.
             const fs::directory_iterator files(output);
-            EXPECT_EQ(std::distance(begin(files), end(files)), manifest.files_size() + 1);
+            EXPECT_EQ(std::distance(begin(files), end(files)), manifest.files_size() + 2);
         }
     }
 }

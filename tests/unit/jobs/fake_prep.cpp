@@ -2,7 +2,7 @@
 //
 // A stand-in for mote-prep, and for mote-frames, that does what the request's title says, word by word, so
 // that a test decides what a job does and when: no sleeps. It takes the arguments that the server gives them.
-// Of a film, ROOT is the film's own folder and fifos are made where they are waited at.
+// Of a film and an export, ROOT is the job's own folder and fifos are made where they are waited at.
 //   phase:NAME     reports progress with this phase        half:NAME   the same at 0.5
 //   pids:          reports "PID SUPERVISOR" as its phase    print:TEXT  a line on stderr
 //   wait:FIFO      reads a byte from ROOT/FIFO              exit:CODE   ends
@@ -11,7 +11,8 @@
 //   noise:         bytes that are no text on stderr         touch:PATH  makes a file; its error is printed
 //   read:PATH      reads a file; its error is printed       socket:     opens a socket; its error is printed
 //   limits:        prints the core limit and the niceness   file:NAME   appends a byte to a file in ROOT
-//   unix:          opens a Unix socket; its error is printed
+//   unix:          opens a Unix socket; its error is printed  wrong:KIND  makes an output that is a link, a
+//                  pipe, set-uid, has a second name, or holds a link (fake_attacks.h has other misdeeds)
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -32,6 +33,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
+#include "tests/unit/jobs/fake_attacks.h"
 
 namespace {
 
@@ -39,13 +41,16 @@ struct Fake {
     mote::proto::JobRequest request;
     std::map<std::string, std::filesystem::path> roots;
     std::filesystem::path connection;
+    std::string draftId;
     int progress = -1;
 
     const std::filesystem::path& root() const { return roots.begin()->second; }
 
     std::filesystem::path output() const {
         const auto& name = request.output();
-        return roots.at(name.substr(0, name.find('/'))) / name.substr(name.find('/') + 1);
+        auto path = roots.at(name.substr(0, name.find('/'))) / name.substr(name.find('/') + 1);
+        const auto file = path.filename();
+        return path += ".partial-" + draftId, path / file;
     }
     std::filesystem::path draft() const { return fmt::format("{}.partial-{}", output().string(), getpid()); }
 };
@@ -62,7 +67,22 @@ void tell(const char* what, bool worked) {
     fmt::print(stderr, "{}: {}\n", what, worked ? "allowed" : std::strerror(errno));
 }
 
+void makeWrong(const std::filesystem::path& output, const std::string& kind) {
+    if (kind == "link") std::filesystem::create_symlink("/etc", output);
+    if (kind == "pipe") mkfifo(output.c_str(), 0600);
+    if (kind == "setuid") close(open(output.c_str(), O_WRONLY | O_CREAT, 04755));
+    if (kind == "second") {
+        std::ofstream(output) << "x";
+        std::filesystem::create_hard_link(output, output.parent_path() / "second");
+    }
+    if (kind == "inside") {
+        std::filesystem::create_directory(output);
+        std::filesystem::create_symlink("/etc/passwd", output / "manifest.json");
+    }
+}
+
 void act(const Fake& fake, const std::string& verb, const std::string& word) {
+    if (attack(verb, word, fake.root().string())) return;
     if (verb == "phase") report(fake, 0.25, word);
     if (verb == "half") report(fake, 0.5, word);
     if (verb == "pids") report(fake, 0.1, fmt::format("{} {}", getpid(), getppid()));
@@ -82,13 +102,14 @@ void act(const Fake& fake, const std::string& verb, const std::string& word) {
         char byte = 0;
         const auto path = fake.root() / word;
         if (!fake.connection.empty()) mkfifo(path.c_str(), 0600);
-        const int fifo = open(path.c_str(), O_RDWR);
+        const int fifo = open(path.c_str(), O_RDONLY);
         if (read(fifo, &byte, 1) != 1) _exit(91);
     }
     if (verb == "publish") {
         std::filesystem::create_directory(fake.draft());
         std::filesystem::rename(fake.draft(), fake.output());
     }
+    if (verb == "wrong") makeWrong(fake.output(), word);
     if (verb == "limits") {
         rlimit core{}, data{};
         getrlimit(RLIMIT_CORE, &core);
@@ -113,6 +134,12 @@ int main(int argc, char** argv) {
         const std::string option(argv[i]), value(argv[i + 1]);
         if (option == "--root")
             fake.roots[value.substr(0, value.find('='))] = value.substr(value.find('=') + 1);
+        // What it makes stays in a folder of the job's own, as a film.
+        if (option == "--output") {
+            fake.roots = {{"export", std::filesystem::path(value).parent_path()}};
+            fake.connection = value;
+        }
+        if (option == "--draft") fake.draftId = value;
         if (option == "--connect") fake.connection = value;
         if (option == "--progress-fd") fake.progress = std::stoi(value);
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Films: made beside other jobs, kept, fetched, and gone on with whatever happens to processes and servers.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -33,11 +34,12 @@ class FilmJobTest : public JobTest {
         return found;
     }
 
-    /// Runs the queue until the job's folder is gone.
+    /// Runs the queue until nothing of what the job made is there.
     void waitUntilGone(const std::string& id) {
         const auto jobs = directory_ / "state/jobs";
         const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-        while (std::filesystem::exists(jobs / id) || std::filesystem::exists(jobs / (id + ".gone"))) {
+        while (std::filesystem::exists(jobs / id / "film") ||
+               std::filesystem::exists(jobs / (id + ".gone"))) {
             ASSERT_LT(std::chrono::steady_clock::now(), end);
             settle();
         }
@@ -213,10 +215,11 @@ TEST_F(FilmJobTest, aFilmThatIsDoneIsThrownAwayByCancellingOrForgetting) {
     startServer(few);
     std::vector<std::string> ids;
     for (int i = 0; i < 3; ++i) {
-        ids.push_back(submitFilm("file:frame-000000.png"));
+        ids.push_back(submitFilm(fmt::format("file:frame-000000.png phase:{}", i)));
         waitForState(ids.back(), State::SUCCEEDED);
     }
     waitUntilGone(ids[0]);
+    EXPECT_FALSE(std::filesystem::exists(directory_ / "state/jobs" / ids[0]));
     EXPECT_THAT(fetchPicture(ids[0], 0).error().message, HasSubstr("there is no job"));
     ASSERT_TRUE(queue_->cancel(ids[1]).ok());
     waitUntilGone(ids[1]);

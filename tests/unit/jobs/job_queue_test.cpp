@@ -174,7 +174,7 @@ TEST_F(JobQueueTest, twoJobsCannotMakeTheSameOutput) {
     EXPECT_THAT(second.error().message, HasSubstr(id));
     release("go");
     waitForState(id, State::SUCCEEDED);
-    second = queue_->submit(request("publish:"));
+    second = queue_->submit(request("phase:another publish:"));
     ASSERT_FALSE(second.ok());
     EXPECT_EQ(second.error().code, ErrorCode::alreadyExists);
     EXPECT_EQ(second.error().where, "output");

@@ -97,7 +97,8 @@ TEST_F(JobRestartTest, anInterruptedJobIsQueuedAgainOnce) {
 
     startServer();
     EXPECT_EQ(queue_->find(id).value().state(), State::QUEUED);
-    EXPECT_FALSE(std::filesystem::exists(root_ / ("run.h5.partial-" + std::to_string(processes.prep))));
+    EXPECT_FALSE(std::filesystem::exists(root_ / ("run.h5.partial-" + id)));
+    EXPECT_EQ(queue_->find(id).value().interrupted(), 1U);
     processes = processesOf(id, processes.prep);
     kill(processes.supervisor, SIGKILL);
     const auto failed = waitForState(id, State::FAILED);
@@ -121,8 +122,9 @@ TEST_F(JobRestartTest, aCancelIsRemembered) {
 TEST_F(JobRestartTest, aPublishedOutputProvesSuccess) {
     startServer();
     makeFifo("never");
-    const auto id = submit("publish: pids: wait:never");
+    const auto id = submit("pids: wait:never");
     const auto processes = processesOf(id);
+    std::ofstream(root_ / "run.h5") << "x";  // as its supervisor does, which then is killed
     kill(processes.supervisor, SIGKILL);
     EXPECT_EQ(waitForState(id, State::SUCCEEDED).error(), "");
     waitForEnd(processes.prep);
@@ -170,26 +172,43 @@ TEST_F(JobRestartTest, twoServersCannotShareAStateDirectory) {
     EXPECT_EQ(started.error().code, ErrorCode::alreadyExists);
 }
 
-TEST_F(JobRestartTest, aBrokenDatabaseIsMovedAside) {
+TEST_F(JobRestartTest, aBrokenDatabaseIsMovedAsideAndItsJobsAreKept) {
     startServer();
-    waitForState(submit("publish:"), State::SUCCEEDED);
+    const auto id = submit("publish:");
+    waitForState(id, State::SUCCEEDED);
     killServer();
     const auto database = directory_ / "state/jobs.sqlite";
     // Each of these has been seen: other bytes, a cut file, a flipped page, a database of someone else.
-    const std::vector<std::function<void()>> damages{
-        [&] { std::ofstream(database) << "this is no database at all, however long it may be, and it is"; },
-        [&] { std::filesystem::resize_file(database, std::filesystem::file_size(database) / 2 + 7); },
-        [&] { std::filesystem::resize_file(database, 50); },
+    const auto overwrite = [](const std::filesystem::path& file) {
+        std::ofstream(file) << "this is no database at all, however long it may be, and it is";
+    };
+    const std::vector<std::function<void(const std::filesystem::path&)>> damages{
+        overwrite,
+        [](const auto& file) {
+            std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2 + 7);
+        },
+        [](const auto& file) { std::filesystem::resize_file(file, 50); },
     };
     int n = 0;
     for (const auto& damage : damages) {
-        damage();
-        startServer();
-        EXPECT_TRUE(queue_->list().empty()) << n;
-        EXPECT_TRUE(std::filesystem::exists(database.string() + ".broken-" + std::to_string(++n)));
-        waitForState(submit("publish:", "data/again" + std::to_string(n) + ".h5"), State::SUCCEEDED);
-        killServer();
+        for (const auto& file : {database, JobStore::copyOf(database)}) {
+            damage(file);
+            startServer();
+            EXPECT_EQ(queue_->find(id).value().state(), State::SUCCEEDED) << n;
+            EXPECT_TRUE(std::filesystem::exists(file.string() + ".broken-" + std::to_string(n + 1)));
+            killServer();
+        }
+        ++n;
     }
+    std::filesystem::remove(database);
+    startServer();
+    EXPECT_EQ(queue_->find(id).value().state(), State::SUCCEEDED);
+    killServer();
+    overwrite(database);
+    overwrite(JobStore::copyOf(database));
+    startServer();
+    EXPECT_TRUE(queue_->list().empty()) << "nobody knows them any more";
+    waitForState(submit("publish:", "data/again.h5"), State::SUCCEEDED);
 }
 
 TEST_F(JobRestartTest, anUnwritableStateDirectoryIsAnError) {

@@ -5,8 +5,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <fstream>
 #include <random>
 
+#include "server/jobs/job_table.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::server {
@@ -67,6 +69,49 @@ TEST(JobTableTest, theListIsInOrderWhateverItsJobs) {
         const std::size_t most = random() % 70;
         const auto table = tableOf(folder / "jobs.sqlite", states);
         EXPECT_EQ(idsOf(table.list(most)), wantedIds(states, most)) << "turn " << turn;
+    }
+}
+
+/// Any one byte of the database is changed: every job is known, as it was or as its row now says.
+TEST(JobStoreTest, NoChangedByteTakesAJob) {
+    const test::TempDir dir;
+    const auto file = dir / "jobs.sqlite";
+    std::vector<std::string> ids;
+    {
+        auto store = JobStore::open(file);
+        ASSERT_TRUE(store.ok());
+        JobTable table(*std::move(store));
+        ASSERT_TRUE(table.load().ok());
+        for (std::size_t i = 0; i < 40; ++i) {
+            JobRecord record;
+            record.status.set_id(fmt::format("{:016x}", i));
+            record.status.set_state(State::SUCCEEDED);
+            ids.push_back(record.status.id());
+            ASSERT_TRUE(table.add(std::move(record)).ok());
+        }
+    }
+    const auto bytes = std::filesystem::file_size(file);
+    std::mt19937 random(7);
+    for (int round = 0; round < 400; ++round) {
+        const test::TempDir place;
+        for (const auto& entry : std::filesystem::directory_iterator(dir.path()))
+            std::filesystem::copy(entry.path(), place / entry.path().filename().string());
+        const auto damaged = place / "jobs.sqlite";
+        std::fstream bad(damaged, std::ios::in | std::ios::out | std::ios::binary);
+        const auto at = static_cast<std::streamoff>(random() % bytes);
+        bad.seekg(at);
+        const int before = bad.get();
+        bad.seekp(at);
+        bad.put(static_cast<char>(before ^ static_cast<int>(1U << (random() % 8))));
+        bad.close();
+        auto store = JobStore::open(damaged);
+        if (!store.ok()) {  // it says that it is of a newer version
+            EXPECT_EQ(store.error().code, ErrorCode::unsupported);
+            continue;
+        }
+        const auto jobs = store->load();
+        ASSERT_TRUE(jobs.ok()) << jobs.error().toString() << ", byte " << at;
+        EXPECT_EQ(jobs->size(), ids.size()) << "byte " << at;
     }
 }
 

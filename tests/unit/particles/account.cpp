@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/step_reader.h"
+#include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
 #include "storage/particles/particle_step.h"
 #include "tests/unit/particles/load_step.h"
@@ -148,7 +148,7 @@ void expectAccounted(const std::filesystem::path& dataset, const proto::Particle
     ASSERT_TRUE(manifest.ok()) << manifest.error().toString();
     prep::PlotAxes axes{*prep::findAxis(job.axes(0)), *prep::findAxis(job.axes(1)),
                         *prep::findAxis(job.axes(2))};
-    const auto steps = *prep::selectSteps(job.steps(), source.steps().size());
+    const auto steps = *selectSteps(job.steps(), source.steps().size());
     ASSERT_EQ(static_cast<std::size_t>(manifest->particles().steps_size()), steps.size());
     double least = INFINITY;
     double greatest = 0.0;

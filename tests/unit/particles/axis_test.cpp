@@ -5,7 +5,7 @@
 
 #include "preprocess/particles/particles_job.h"
 #include "preprocess/particles/plot_axis.h"
-#include "preprocess/particles/plot_plan.h"
+#include "protocol/scene/step_range.h"
 #include "tests/unit/particles/fake_source.h"
 #include "tests/unit/particles/load_step.h"
 #include "tests/unit/particles/quiet_progress.h"

@@ -72,8 +72,12 @@ TEST(FrameOrder, PointsArrive) {
         .pointsDrawn = 12345,
         .share = 0.75};
     order.plan.points = {points};
-    order.pointSteps = {{"data/beam.mote/step-000000.h5", "digest"}};
+    order.pointSteps = {{.file = "data/beam.mote/step-000000.h5", .digest = "digest", .selection = "some"}};
     order.flatPoints = 0;
+    const std::vector<glm::vec3> colors{glm::vec3(0.1F, 0.2F, 0.3F), glm::vec3(1.0F)};
+    order.colors = {
+        std::make_shared<const PixelColors>(3, 2, colors, std::vector<std::uint16_t>{0, 1, 1, 0, 0, 1}),
+        nullptr};
     const auto arrived = unpackOrder(packOrder(order));
     EXPECT_EQ(arrived.flatPoints, order.flatPoints);
     EXPECT_EQ(arrived.pointSteps, order.pointSteps);
@@ -87,6 +91,13 @@ TEST(FrameOrder, PointsArrive) {
     EXPECT_EQ(one.leavesInView, points.leavesInView);
     EXPECT_EQ(one.pointsDrawn, points.pointsDrawn);
     EXPECT_EQ(one.share, points.share);
+    ASSERT_EQ(arrived.colors.size(), 2U);
+    ASSERT_NE(arrived.colors[0], nullptr);
+    EXPECT_EQ(arrived.colors[0]->width(), 3U);
+    EXPECT_EQ(arrived.colors[0]->height(), 2U);
+    EXPECT_EQ(arrived.colors[0]->colors(), colors);
+    EXPECT_EQ(arrived.colors[0]->places(), order.colors[0]->places());
+    EXPECT_EQ(arrived.colors[1], nullptr);
 }
 
 TEST(FrameOrder, StrokesArrive) {

@@ -2,7 +2,6 @@
 #include "tests/unit/readers/sdds_test_file.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cstring>
@@ -184,23 +183,6 @@ std::string sddsFile(const SddsForm& form, const std::vector<SddsTestPage>& page
         form.ascii ? addAsciiPage(text, form, page) : addBinaryPage(text, form, page);
     }
     return text;
-}
-
-std::string gzipped(const std::string& bytes) {
-    z_stream stream{};
-    if (deflateInit2(&stream, 1, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) {
-        throw std::runtime_error("zlib cannot be set up");
-    }
-    std::string out(deflateBound(&stream, bytes.size()), '\0');
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-    stream.avail_in = static_cast<uInt>(bytes.size());
-    stream.next_out = reinterpret_cast<Bytef*>(out.data());
-    stream.avail_out = static_cast<uInt>(out.size());
-    const int code = deflate(&stream, Z_FINISH);
-    out.resize(stream.total_out);
-    deflateEnd(&stream);
-    if (code != Z_STREAM_END) throw std::runtime_error("zlib does not compress");
-    return out;
 }
 
 }  // namespace mote::test

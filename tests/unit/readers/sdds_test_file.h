@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/deflate.h"
+
 namespace mote::test {
 
 struct SddsParticle {
@@ -43,8 +45,5 @@ std::vector<SddsTestPage> sddsPages(std::uint64_t seed, std::size_t pages, std::
 /// The header alone, and the whole data set.
 std::string sddsHeader(const SddsForm& form);
 std::string sddsFile(const SddsForm& form, const std::vector<SddsTestPage>& pages);
-
-/// `bytes` as gzip has them.
-std::string gzipped(const std::string& bytes);
 
 }  // namespace mote::test

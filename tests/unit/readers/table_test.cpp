@@ -12,6 +12,7 @@
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
 #include "tests/support/temp_dir.h"
+#include "tests/unit/readers/npy_test_file.h"
 #include "tests/unit/readers/source_test.h"
 
 namespace mote::test {
@@ -226,28 +227,6 @@ TEST(CsvSource, takesManyFilesAsSteps) {
 
 // ------------------------------------------------------------------------------------------------ NumPy
 
-std::string npy(std::string dict, std::string_view data, int version = 1) {
-    const std::size_t prefix = version == 1 ? 10 : 12;
-    while ((prefix + dict.size() + 1) % 64 != 0) dict += ' ';
-    dict += '\n';
-    std::string bytes = "\x93NUMPY";
-    bytes += {static_cast<char>(version), 0};
-    for (int i = 0; i < (version == 1 ? 2 : 4); ++i) bytes += static_cast<char>(dict.size() >> (8 * i));
-    return bytes + dict + std::string(data);
-}
-
-template <class Number>
-std::string packed(std::initializer_list<double> values, bool bigEndian = false) {
-    std::string bytes;
-    for (const double value : values) {
-        const auto number = static_cast<Number>(value);
-        std::string one(reinterpret_cast<const char*>(&number), sizeof(number));
-        if (bigEndian) std::reverse(one.begin(), one.end());
-        bytes += one;
-    }
-    return bytes;
-}
-
 TEST(NpySource, readsPlainArraysOfEveryOrder) {
     const TempDir folder;
     const auto check = [&](const std::string& bytes, bool weight) {
@@ -274,6 +253,28 @@ TEST(NpySource, readsPlainArraysOfEveryOrder) {
           false);
     check(npy("{\"shape\": (2, 6), \"fortran_order\": True, \"descr\": \"<f8\"}", packed<double>(turned)),
           false);
+}
+
+TEST(NpySource, readsPlacesAloneAndSteps) {
+    const TempDir folder;
+    writeFile(folder / "places.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }",
+                                         packed<double>({1., 2., 3., 11., 12., 13.})));
+    NoteKeeper progress;
+    MOTE_OPEN(places, {folder / "places.npy"}, progress);
+    EXPECT_THAT(column(*places, 0, Column::z), ElementsAre(3, 13));
+    EXPECT_FALSE(places->has(Column::px));
+    // Two steps of one particle: [step, particle, column], in both orders.
+    writeFile(folder / "steps.npy", npy("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 1, 3), }",
+                                        packed<double>({1., 2., 3., 11., 12., 13.})));
+    writeFile(folder / "turned.npy", npy("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 1, 3), }",
+                                         packed<double>({1., 11., 2., 12., 3., 13.})));
+    for (const char* name : {"steps.npy", "turned.npy"}) {
+        MOTE_OPEN(steps, {folder / name}, progress);
+        ASSERT_EQ(steps->steps().size(), 2u);
+        EXPECT_EQ(steps->steps()[1].iteration, 1);
+        EXPECT_THAT(column(*steps, 0, Column::y), ElementsAre(2));
+        EXPECT_THAT(column(*steps, 1, Column::y), ElementsAre(12));
+    }
 }
 
 TEST(NpySource, readsNamedFields) {

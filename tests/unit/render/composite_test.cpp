@@ -32,7 +32,8 @@ class CompositeTest : public testing::Test {
         Quality quality;
         quality.slabs = slabs;
         const auto plan = makeFramePlan({view, {layers, step}}, quality);
-        frame_ = std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleField>());
+        frame_ = std::make_unique<CompositeFrame>(plan, PixelFormat::srgb8, std::vector<VisibleField>(),
+                                                  FrameColors(plan.points.size()));
         cells_.assign(layers, TileCells(slabs));
     }
 

@@ -107,7 +107,8 @@ Gathered gather(const FramePlan& plan) {
     LeafCells leafCells;
     TilePoints points;
     const PointsPlan& layer = plan.points.at(0);
-    EXPECT_TRUE(points.sort(plan, layer, leafCells.upTo(*layer.step, layer.selection->drawn.size()), {}));
+    EXPECT_TRUE(
+        points.sort(plan, layer, leafCells.upTo(*layer.step, layer.selection->drawn.size()), nullptr, {}));
     Gathered sums{std::vector<double>(std::size_t{plan.width} * plan.height, 0.0)};
     TileCells cells(plan.slabs);
     for (std::uint32_t row = 0; row < tilesAcross(plan.height); ++row) {
@@ -294,7 +295,7 @@ TEST(CpuPoints, AStoppedPictureSaysSo) {
     const auto& layer = plan.points[0];
     const auto span = cells.upTo(*layer.step, layer.selection->drawn.size());
     EXPECT_FALSE(FlatPoints().draw(plan, layer, span, source.get_token()));
-    EXPECT_FALSE(TilePoints().sort(plan, layer, span, source.get_token()));
+    EXPECT_FALSE(TilePoints().sort(plan, layer, span, nullptr, source.get_token()));
 }
 
 TEST(DiscFootprint, CoversAsDefined) {

@@ -25,9 +25,11 @@ struct Contents {
     std::vector<double> numbers;
 };
 
-/// A field that is neither a number to be compared nor a message; none of them is repeated.
-std::string wordOf(const Message& message, const FieldDescriptor& field) {
+/// A field that is neither a number to be compared nor a message; ids are all that is repeated.
+std::string wordOf(const Message& message, const FieldDescriptor& field, int index) {
     const auto& reflection = *message.GetReflection();
+    if (field.is_repeated())
+        return std::to_string(reflection.GetRepeatedUInt64(message, &field, index)) + ";";
     if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING)
         return reflection.GetString(message, &field) + ";";
     if (field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL)
@@ -40,6 +42,10 @@ void collect(const Message& message, Contents& out) {
     for (int index = 0; index < message.GetDescriptor()->field_count(); ++index) {
         const auto* const field = message.GetDescriptor()->field(index);
         if (field->has_presence() && !reflection.HasField(message, field)) continue;
+        if (field->message_type() == proto::Selection::descriptor()) {
+            out.words += reflection.GetMessage(message, field).SerializeAsString();
+            continue;
+        }
         const bool number = field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
         const int count = field->is_repeated() ? reflection.FieldSize(message, field) : 1;
         out.words += field->name() + std::to_string(count) + ";";
@@ -52,7 +58,7 @@ void collect(const Message& message, Contents& out) {
                                              : reflection.GetMessage(message, field),
                         out);
             } else {
-                out.words += wordOf(message, *field);
+                out.words += wordOf(message, *field, i);
             }
         }
     }

@@ -7,6 +7,7 @@
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/view.h"
+#include "tests/support/any_selection.h"
 #include "tests/views/view_generator.h"
 
 namespace mote::test {
@@ -22,6 +23,60 @@ void decorate(Random& random, proto::Layer& layer) {
         layer.mutable_stipple()->set_source("layers");
 }
 
+const SelectionShape anything{.columns = {{"x", -1e-3, 1e-3}, {"px", -2e5, 3e5}}, .ids = 100, .steps = 3};
+
+void setAnyColor(Random& random, google::protobuf::RepeatedField<double>* color) {
+    for (int i = 0; i < 3; ++i) color->Add(random.unit());
+}
+
+/// What layers of particles carry besides their style.
+void addParts(Random& random, proto::Layer& layer) {
+    if (random.chance(0.2)) {
+        auto& colorBy = *layer.mutable_color_by();
+        colorBy.set_column(random.oneOf({"x", "energy"}));
+        colorBy.set_of_pixel(random.oneOf({"", "mean", "nearest"}));
+        if (random.chance(0.3)) colorBy.set_color_map("magma");
+        if (random.chance(0.6)) {
+            colorBy.add_range(random.between(-2.0, 0.0));
+            colorBy.add_range(random.between(0.1, 3.0));
+        }
+    }
+    if (random.chance(0.2)) *layer.mutable_select() = toProto(anySelection(random, anything));
+    if (random.chance(0.2)) {
+        auto& highlight = *layer.mutable_highlight();
+        *highlight.mutable_selection() = toProto(anySelection(random, anything));
+        if (random.chance(0.5)) setAnyColor(random, highlight.mutable_color());
+        if (random.chance(0.5)) highlight.set_size_pixels(random.between(0.5, 8.0));
+        if (random.chance(0.5)) highlight.set_opacity(random.unit());
+    }
+    if (random.chance(0.2)) {
+        for (auto count = random.below(4); count > 0; --count)
+            layer.mutable_paths()->add_ids(random.below(9));
+        if (random.chance(0.5)) setAnyColor(random, layer.mutable_paths()->mutable_color());
+        if (random.chance(0.5)) layer.mutable_paths()->set_width(random.between(0.5, 8.0));
+    }
+}
+
+void annotate(Random& random, proto::View& view) {
+    if (random.chance(0.3)) {
+        auto& annotations = *view.mutable_annotations();
+        annotations.set_axes(random.chance(0.5));
+        annotations.set_labels(random.chance(0.5));
+        if (random.chance(0.5)) annotations.set_title("a title");
+        if (random.chance(0.5)) annotations.set_font_points(random.between(5.0, 20.0));
+        if (random.chance(0.5)) annotations.set_print_width(random.between(50.0, 200.0));
+        if (random.chance(0.5)) setAnyColor(random, annotations.mutable_color());
+    }
+    if (random.chance(0.2)) {
+        auto& named = *view.add_selections();
+        named.set_name("some");
+        *named.mutable_selection() = toProto(anySelection(random, anything));
+        for (auto& layer : *view.mutable_layers()) {
+            if (layer.has_select()) layer.mutable_select()->set_named("some");
+        }
+    }
+}
+
 /// The style of some other layer of the same kind.
 void restyle(Random& random, std::uint64_t seed, proto::Layer& layer) {
     for (int tries = 0; tries < 40; ++tries) {
@@ -30,6 +85,7 @@ void restyle(Random& random, std::uint64_t seed, proto::Layer& layer) {
             if (other.kind_case() != layer.kind_case()) continue;
             other.set_dataset(layer.dataset());
             other.set_step(layer.step());
+            if (other.has_select()) other.mutable_select()->clear_named();
             layer = other;
             return;
         }
@@ -51,6 +107,12 @@ void change(Random& random, std::uint64_t seed, bool blend, proto::View& view) {
     if (view.layers_size() > 1 && random.chance(0.3)) view.mutable_layers()->RemoveLast();
     if (view.layers_size() < 3 && other.layers_size() > 0 && random.chance(0.4))
         *view.add_layers() = other.layers(0);
+    if (other.has_annotations()) *view.mutable_annotations() = other.annotations();
+    *view.mutable_selections() = other.selections();
+    if (other.selections_size() > 0) return;
+    for (auto& layer : *view.mutable_layers()) {
+        if (layer.has_select()) layer.mutable_select()->clear_named();
+    }
 }
 
 void keepFew(int most, proto::View& view) {
@@ -76,6 +138,10 @@ proto::View anyView(std::uint64_t seed, std::uint64_t number) {
     while (true) {
         auto view = generatedView(seed, number);
         for (auto& layer : *view.mutable_layers()) decorate(random, layer);
+        for (auto& layer : *view.mutable_layers()) {
+            if (layer.has_particles()) addParts(random, layer);
+        }
+        annotate(random, view);
         if (parseView(view).ok()) return view;
     }
 }

@@ -52,7 +52,8 @@ TEST(JobRequest, WhatIsMissingIsSaidWithAllKinds) {
     const auto request = parseJobRequest({});
     ASSERT_FALSE(request.ok());
     EXPECT_EQ(request.error().where, "kind");
-    for (const char* kind : {"particles", "synthBeam", "stipple", "mesh", "image", "volume"}) {
+    for (const char* kind :
+         {"particles", "synthBeam", "stipple", "mesh", "image", "volume", "film", "export"}) {
         EXPECT_THAT(request.error().message, HasSubstr(kind));
     }
 }

@@ -49,6 +49,14 @@ void snap(MeshStyle& style, const MeshStyle& to) {
     snap(style.light, to.light);
 }
 
+void snap(std::optional<glm::dvec3>& value, const std::optional<glm::dvec3>& to) {
+    if (value && to) snap(*value, *to);
+}
+void snapParts(Layer& layer, const Layer& to) {
+    if (layer.highlight && to.highlight) snap(layer.highlight->color, to.highlight->color);
+    if (layer.paths && to.paths) snap(layer.paths->color, to.paths->color);
+}
+
 /// The view as it comes back, without rounding.
 View again(const View& view) {
     const auto parsed = parseView(toProto(view));
@@ -60,7 +68,9 @@ View again(const View& view) {
         std::visit(
             [&](auto& style) { snap(style, std::get<std::decay_t<decltype(style)>>(view.layers[i].style)); },
             result.layers[i].style);
+        snapParts(result.layers[i], view.layers[i]);
     }
+    if (result.annotations && view.annotations) snap(result.annotations->color, view.annotations->color);
     return result;
 }
 

@@ -36,17 +36,32 @@ TEST(Outbox, RepliesKeepTheirOrderAndTheirNumber) {
 
 TEST(Outbox, AReplyWithManyBytesLeavesNoRoomUntilItIsSent) {
     Outbox outbox;
-    outbox.reply({pong(0), std::vector<std::uint8_t>(Outbox::maxReplyBytes - 1, 7)});
+    outbox.reply({pong(0), std::vector<std::uint8_t>(Outbox::maxReplyBytes / 2, 7)});
     EXPECT_TRUE(outbox.room());
-    outbox.reply({pong(1), {1, 2}});
+    outbox.reply({pong(1), std::vector<std::uint8_t>(Outbox::maxReplyBytes / 2, 8)});
     EXPECT_FALSE(outbox.room());
     const auto first = outbox.next(whole);
     EXPECT_EQ(first->kind, Kind::message);
-    EXPECT_EQ(first->payload, std::vector<std::uint8_t>(Outbox::maxReplyBytes - 1, 7));
+    EXPECT_EQ(first->payload, std::vector<std::uint8_t>(Outbox::maxReplyBytes / 2, 7));
     EXPECT_TRUE(outbox.room());
     const auto second = outbox.next(whole);
     EXPECT_EQ(second->message.pong().sent_ns(), 1);
-    EXPECT_EQ(second->payload, (std::vector<std::uint8_t>{1, 2}));
+    EXPECT_EQ(second->payload, std::vector<std::uint8_t>(Outbox::maxReplyBytes / 2, 8));
+}
+
+TEST(Outbox, AReplyOfManyWordsLeavesNoRoomEither) {
+    Outbox outbox;
+    proto::ServerMessage jobs;
+    for (int i = 0; i < 200; ++i) {
+        auto& job = *jobs.mutable_jobs()->add_jobs();
+        for (int line = 0; line < 5; ++line) job.add_log(std::string(2000, 'x'));
+    }
+    int lists = 0;
+    for (; outbox.room(); ++lists) outbox.reply(jobs);
+    EXPECT_EQ(lists, 1);
+    while (outbox.next(whole)) {
+    }
+    EXPECT_TRUE(outbox.room());
 }
 
 TEST(Outbox, StateIsSentOnceHoweverOftenItChanged) {

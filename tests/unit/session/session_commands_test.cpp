@@ -150,6 +150,40 @@ TEST_F(SessionCommands, UnknownNamesAreErrorsThatNameThem) {
     EXPECT_TRUE(refused.where().starts_with("job")) << refused.ShortDebugString();
 }
 
+/// Jobs run /bin/false and fail.
+TEST_F(SessionCommands, JobsAreTriedAgainAndListedInPages) {
+    start();
+    std::ofstream(folder_ / "data" / "run.h5") << "x";
+    const auto one = client();
+    proto::ClientMessage watch;
+    watch.mutable_watch_jobs();
+    one->ask(watch);
+    proto::ClientMessage submit;
+    auto& job = *submit.mutable_submit_job()->mutable_job();
+    job.set_output("data/plot.mote");
+    job.mutable_particles()->add_inputs("data/run.h5");
+    for (const char* axis : {"x", "y", "z"}) job.mutable_particles()->add_axes(axis);
+    submit.mutable_submit_job()->set_time_limit_s(77);
+    const auto first = one->ask(submit).message.job();
+    EXPECT_EQ(first.time_limit_s(), 77U);
+    one->receive([&](const auto& message) {
+        return message.job().id() == first.id() && message.job().state() == proto::JobStatus::FAILED;
+    });
+    proto::ClientMessage retry;
+    retry.mutable_retry_job()->set_id(first.id());
+    const auto second = one->ask(retry).message.job();
+    EXPECT_NE(second.id(), first.id());
+    EXPECT_EQ(second.time_limit_s(), 77U);
+    proto::ClientMessage list;
+    list.mutable_list_jobs()->set_first(1);
+    const auto page = one->ask(list).message.jobs();
+    EXPECT_EQ(page.total(), 2U);
+    ASSERT_EQ(page.jobs_size(), 1);
+    EXPECT_EQ(page.jobs(0).id(), first.id());
+    retry.mutable_retry_job()->set_id("0123456789abcdef");
+    EXPECT_EQ(one->ask(retry).message.failure().code(), "not_found");
+}
+
 /// The job runs /bin/false: that it fails is what its changes must say.
 TEST_F(SessionCommands, JobsAreSubmittedAndWatched) {
     start();

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <limits>
@@ -93,6 +94,8 @@ TEST(HierarchyFile, RefusesContentThatContradictsItself) {
     expectRefused([](auto& h) { h.removal[1] = 5; }, "/points/rank", "no permutation");
     expectRefused([](auto& h) { h.positions[2].y = nan; }, "/points/position", "entry 2");
     expectRefused([](auto& h) { h.normals[4].z = infinity; }, "/points/normal", "entry 4");
+    expectRefused([](auto& h) { h.normals[2].x = 1e38F; }, "/points/normal", "entry 2");
+    expectRefused([](auto& h) { h.normals[0].y = std::nanf(""); }, "/points/normal", "entry 0");
     expectRefused([](auto& h) { h.movePosition[0].x = nan; }, "/moves/position", "entry 0");
     expectRefused([](auto& h) { h.deathArea[0] = nan; }, "/points/death_area", "entry 0");
     expectRefused([](auto& h) { h.deathArea[3] = -1.0F; }, "/points/death_area", "entry 3");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -92,7 +93,7 @@ storage::StippleHierarchy wild() {
     h.movesBegin.push_back(0);
     for (std::uint32_t i = 0; i < points; ++i) {
         auto at = h.positions.emplace_back(vector(1.0F));
-        h.normals.push_back(vector(1.0F));
+        h.normals.push_back(glm::normalize(vector(1.0F)));
         for (std::uint32_t removal = random() % 4000; removal < h.removal[i];
              removal += 1 + random() % 4000) {
             const float distance = 1.0F / std::sqrt(static_cast<float>(points - removal));

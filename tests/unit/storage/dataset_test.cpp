@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <atomic>
 #include <fstream>
 #include <functional>
+#include <thread>
 
 #include "protocol/scene/json.h"
 #include "storage/catalogue.h"
@@ -12,6 +16,7 @@
 #include "storage/manifest.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/storage/file_time.h"
+#include "tests/unit/storage/forged_digest.h"
 #include "tests/unit/storage/tiny_dataset.h"
 
 namespace mote::storage {
@@ -133,7 +138,7 @@ TEST(Manifest, ABrokenFileIsCorrupt) {
     const test::TempDir dir;
     TinyDataset().write(dir / "a.mote");
     const auto path = dir / "a.mote" / manifestName;
-    std::ofstream(path) << "{\"kind\": \"particles\", \"sort\": 1}";
+    test::forgeManifest(dir / "a.mote", "{\"kind\": \"particles\", \"sort\": 1}");
     EXPECT_EQ(readManifest(dir / "a.mote").error().code, ErrorCode::corrupt);
     EXPECT_THAT(readManifest(dir / "a.mote").error().toString(), HasSubstr("sort"));
     // A pipe in its place must not make anybody wait.
@@ -141,6 +146,25 @@ TEST(Manifest, ABrokenFileIsCorrupt) {
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
     EXPECT_EQ(readManifest(dir / "a.mote").error().code, ErrorCode::corrupt);
     EXPECT_EQ(readManifest(dir / "b.mote").error().code, ErrorCode::notFound);
+}
+
+TEST(Manifest, NoChangedBitIsTaken) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "a.mote");
+    const auto path = dir / "a.mote" / manifestName;
+    std::string text;
+    std::getline(std::ifstream(path), text, char(0));
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        auto changed = text;
+        changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
+        std::ofstream(path, std::ios::binary) << changed;
+        ASSERT_EQ(readManifest(dir / "a.mote").error().code, ErrorCode::corrupt) << i;
+    }
+    std::ofstream(path, std::ios::binary) << text;
+    EXPECT_TRUE(readManifest(dir / "a.mote").ok());
+    // One of a dataset that was made before there were any.
+    fs::remove(dir / "a.mote" / manifestDigestName);
+    EXPECT_TRUE(readManifest(dir / "a.mote").ok());
 }
 
 TEST(Catalogue, ListsFindsAndNotices) {
@@ -184,10 +208,42 @@ TEST(Catalogue, AManifestIsReadAgainThoughItsTimeAndSizeArePutBack) {
     std::getline(std::ifstream(file), text, char(0));
     const auto title = text.find("tiny");
     ASSERT_NE(title, std::string::npos);
-    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary) << text.replace(title, 4, "TINY");
+    test::forgeManifest(dir / "a.mote", text.replace(title, 4, "TINY"));
     fs::last_write_time(file, before);
     EXPECT_TRUE(catalogue.refresh());
     EXPECT_EQ(catalogue.summary().datasets(0).title(), "TINY");
+}
+
+TEST(Catalogue, FoldersThatComeAndGoHideNoOther) {
+    constexpr int datasets = 60;
+    const test::TempDir dir;
+    TinyDataset().write(dir / "first.mote");
+    std::vector<std::string> names{"data/first"};
+    for (int i = 0; i < datasets; ++i) {
+        const auto folder = fmt::format("folder{}", i % 7);
+        fs::create_directories(dir / folder);
+        fs::copy(dir / "first.mote", dir / folder / fmt::format("set{}.mote", i),
+                 fs::copy_options::recursive);
+        names.push_back(fmt::format("data/{}/set{}", folder, i));
+    }
+    std::sort(names.begin(), names.end());
+    std::atomic<bool> done{false};
+    std::jthread others([&] {
+        for (int i = 0; !done; ++i) {
+            const auto draft = dir / fmt::format("folder{}", i % 7) / fmt::format("draft{}", i);
+            fs::create_directories(draft / "a" / "b");
+            fs::create_directories(dir / fmt::format("new{}.mote.partial-{}", i % 3, i));
+            fs::remove_all(draft);
+            fs::remove_all(dir / fmt::format("new{}.mote.partial-{}", i % 3, i));
+        }
+    });
+    auto catalogue = catalogueOf(dir.path());
+    for (int look = 0; look < 200; ++look) {
+        catalogue.refresh();
+        ASSERT_EQ(namesOf(catalogue), names) << "look " << look;
+        ASSERT_TRUE(catalogue.errors().empty()) << catalogue.errors()[0].toString();
+    }
+    done = true;
 }
 
 TEST(Catalogue, ABrokenDatasetIsReportedAndTheRestListed) {

@@ -28,7 +28,12 @@ void forgeDigest(const std::filesystem::path& dataset, const std::function<void(
         file.set_size(text.size());
         file.set_xxh3_128(storage::hash128(std::as_bytes(std::span(text))));
     }
-    std::ofstream(dataset / storage::manifestName, std::ios::binary) << toJson(manifest);
+    forgeManifest(dataset, toJson(manifest));
+}
+
+void forgeManifest(const std::filesystem::path& dataset, const std::string& text) {
+    std::ofstream(dataset / storage::manifestName, std::ios::binary) << text;
+    std::ofstream(dataset / storage::manifestDigestName, std::ios::binary) << storage::manifestDigest(text);
 }
 
 }  // namespace mote::test

@@ -51,6 +51,20 @@ TEST_F(ConnectionFileTest, GoesThereAndBackForItsOwnerAlone) {
     EXPECT_EQ(filesInFolder(), 1u);
 }
 
+TEST_F(ConnectionFileTest, TcpIsNothingWithoutAFingerprint) {
+    content_.set_address("tcp:127.0.0.1:4711");
+    for (const auto& fingerprint : {std::string(), std::string(63, 'a'), std::string(64, 'A')}) {
+        content_.set_certificate_fingerprint(fingerprint);
+        ASSERT_TRUE(writeConnectionFile(file(), content_).ok());
+        const auto read = readConnectionFile(file());
+        ASSERT_FALSE(read.ok()) << fingerprint;
+        EXPECT_EQ(read.error().code, ErrorCode::invalidArgument);
+    }
+    content_.set_certificate_fingerprint(std::string(64, 'a'));
+    ASSERT_TRUE(writeConnectionFile(file(), content_).ok());
+    EXPECT_TRUE(readConnectionFile(file()).ok());
+}
+
 TEST_F(ConnectionFileTest, ReplacesAnOlderOneAndItsMode) {
     write("old", 0644);
     ASSERT_TRUE(writeConnectionFile(file(), content_).ok());

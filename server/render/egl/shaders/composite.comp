@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One invocation a pixel: walks the slabs that hold points or volume, front to back, and mixes them (docs/PICTURE.md;
 // docs/RENDERING.md says how). Compiled with LAYERS, GRIDS, SECTIONS (2: several), POINTS, VOLUME and DOTS (0: the
-// tiles hold none), EXACT (0: for a picture that moves). Conditions are few inside the loops: a software rasteriser runs
+// tiles hold none), EXACT (0: for a picture that moves), COLORS. Conditions are few inside the loops: a software rasteriser runs
 // both sides of each.
 #include "frame.glsl"
 #include "pixel.glsl"
 #include "ray.glsl"
 #include "matter.glsl"
+#include "colors.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 9) uniform usamplerBuffer masks;                         // slab bits, first cell: [layer][pixel][word]
@@ -24,6 +25,9 @@ const float densest = 2.0;   // optical depth of a segment, about, whose color i
 const float deepestMixed = 0.5;   // the same where something else may be mixed with it
 Sample front[LAYERS];     // of the current segment
 float sampledTo = -1.0;   // where it was sampled
+#if POINTS
+vec3 colors[LAYERS];      // of points in this pixel
+#endif
 float reach = 1e30;       // slabs: how long a segment may be by what the last one held
 // The points of each layer in the current slab: several are spread evenly between two depths, with so much optical
 // depth a slab; a single one (from = to) has its optical depth at one place.
@@ -201,7 +205,7 @@ float gatherSegment(float at, float end, bool volume[LAYERS]) {
 #endif
 #if POINTS
     for (uint l = 0u; l < layerCount; ++l) {
-        vec4 color = vec4(frame.layers[l].point.rgb, 1.0);
+        vec4 color = vec4(colors[l], 1.0);
         spread += (pointsFrom[l] <= at && pointsTo[l] > at ? pointsDensity[l] : 0.0) * color;
         // A single point ends the segment before it.
         single += (pointsFrom[l] > at && pointsFrom[l] <= next ? pointTau[l] : 0.0) * color;
@@ -308,6 +312,9 @@ void main() {
     vec2 ndc = (vec2(place.x, row) + 0.5) / vec2(size) * 2.0 - 1.0;
 #if DOTS
     aimDots(tile, vec2(place.x, row) + 0.5);
+#endif
+#if POINTS
+    for (uint l = 0u; l < layerCount; ++l) colors[l] = pointColor(l, place.y * size.x + place.x);
 #endif
     walk(tile, pixel, vec2(ndc.x, -ndc.y) * frame.window.xy);
 #if DOTS

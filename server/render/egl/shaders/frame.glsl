@@ -10,7 +10,9 @@ struct Layer {
     vec4 entry[3];       // SECTIONS 1: box position where a ray meets slab 0: entry[0] + x * entry[1] + y * entry[2]
     vec4 advance[3];     // and how far it moves in the box in one slab, likewise
     vec4 point;          // linear RGB; optical depth of a whole point
-    vec4 scale;          // points a unit of weight; the volume's cells a side, 0 where it is nowhere visible
+    vec4 scale;          // points a unit of weight; the volume's cells a side, 0 where it is nowhere visible; which of
+                         // the lists of pixels' colours (colors.glsl) is that of its points, from 1 on, 0 where they
+                         // have one colour
 };
 
 layout(std140, binding = 0) uniform Frame {

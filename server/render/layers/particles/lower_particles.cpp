@@ -3,6 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
+
+#include "server/render/layers/particles/lower_highlight.h"
+#include "server/render/layers/particles/lower_paths.h"
 
 namespace mote::render {
 namespace {
@@ -64,6 +69,7 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
     const double shown = previewShare(*points.step, points.fraction, share, offered);
     if (!(shown > 0.0) || !takePreview(points, shown)) return false;
     points.waits = shown < share;
+    points.colors.reset();
     return true;
 }
 
@@ -81,27 +87,62 @@ void select(PointsPlan& points, const Frustum& frustum, const Lowering& out) {
         return;
     }
     points.leavesInView = leavesInView(*points.step, frustum, points.fraction);
-    if (out.device.preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
+    // The preview does not tell which points of the step its own are.
+    const bool preview = out.device.preview && !points.colors;
+    if (preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
         return;
     }
     points.selection = out.selections.of(points.step, points.fraction, share);
     points.pointsDrawn = pointsInView(points);
 }
 
+/// What of a layer of particles a scene has, where it has any.
+template <class T>
+std::shared_ptr<const T> partOf(const std::vector<std::shared_ptr<const T>>& all, std::size_t index) {
+    return index < all.size() ? all[index] : nullptr;
+}
+
+/// Without values, points have the colour of their look. The preview knows no values.
+std::optional<PointColors> colorsOf(const Layer& layer, std::shared_ptr<const PointValues> values) {
+    if (!layer.colorBy || values == nullptr) return std::nullopt;
+    return PointColors{std::move(values), layer.colorBy->colorMap,
+                       layer.colorBy->ofPixel == ColorBy::OfPixel::nearest};
+}
+
+/// What lies over a layer's points.
+void lowerMarks(const Scene& scene, std::size_t index, const ParticlesStyle& style, const Bounds& inEye,
+                Lowering& out) {
+    const Layer& layer = scene.view.layers[index];
+    if (auto chosen = partOf(scene.highlights, index); layer.highlight && chosen) {
+        out.highlights.emplace_back([&layer, &style, chosen = std::move(chosen), inEye, &out] {
+            lowerHighlight(layer, *layer.highlight, style, *chosen, inEye, out);
+        });
+    }
+    if (const auto paths = partOf(scene.paths, index); layer.paths && paths)
+        lowerPaths(layer, *layer.paths, style.pointColor, *paths, out);
+}
+
 }  // namespace
 
-void lowerParticles(const Layer& layer, std::size_t index, const ParticlesStyle& style,
-                    const std::shared_ptr<const storage::ParticleStep>& step, Lowering& out) {
+void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle& style, Lowering& out) {
     const FramePlan& plan = out.plan;
+    const Layer& layer = scene.view.layers[index];
+    const auto& step = scene.steps[index];
     const glm::dmat4 layerToEye = plan.camera.worldToEye() * layer.transform;
     const glm::dmat4 boxToEye = layerToEye * plotToLayer();
-    out.addBox(plotBounds.transformed(layerToEye));
-    PointsPlan points{.layer = index, .step = step, .boxToEye = boxToEye, .fraction = style.pointFraction};
+    const Bounds inEye = plotBounds.transformed(layerToEye);
+    out.addBox(inEye);
+    PointsPlan points{.layer = index,
+                      .step = step,
+                      .boxToEye = boxToEye,
+                      .fraction = style.pointFraction,
+                      .colors = colorsOf(layer, partOf(scene.values, index))};
     const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(style.pointSize * out.pixels),
                           nearLimit(plan.camera), layerToEye);
     select(points, frustum, out);
     points.look = lookOf(layer, style, out.pixels, points.share);
     out.plan.points.push_back(std::move(points));
+    lowerMarks(scene, index, style, inEye, out);
     auto transfer = thinned(style.transfer(), layer.opacity);
     if (!transfer.visible()) return;
     out.plan.fields.push_back({.layer = index,

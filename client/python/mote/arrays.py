@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Columns straight from numpy: checked, packed as a file for each step, uploaded for a job to read."""
+from __future__ import annotations
+
+import re
+import tempfile
+import warnings
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import IO, TYPE_CHECKING, Any, Deque, Dict, List, Optional
+
+from .errors import Error, invalid
+from .messages import new
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .session import Session
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,62}\Z")
+_NOT_COLUMNS = ("time", "iteration", "mass")
+_PIECE = (1 << 20) - 1024  # bytes of a file in a message
+_UNDER_WAY = 8  # pieces that are sent ahead of their answers
+
+
+def _column(name: Any, values: Any, where: str) -> NDArray[Any]:
+    """One column as float64, or uint64 where it is of ids."""
+    import numpy as np
+
+    if not isinstance(name, str) or not _NAME.match(name) or name in _NOT_COLUMNS:
+        raise invalid(where, f"{name!r} is no name of a column")
+    place = f"{where}[{name!r}]"
+    array = np.asarray(values)
+    if array.ndim > 1:
+        raise invalid(place, f"is numbers in a row, not of the shape {array.shape}")
+    if name == "id":
+        if array.dtype.kind not in "iu" or (array.size and int(array.min()) < 0):
+            raise invalid(place, f"ids are whole numbers from 0 on, not {array.dtype}")
+        return array.astype(np.uint64)
+    if array.dtype.kind not in "fiub":
+        raise invalid(place, f"is of real numbers, not of {array.dtype}")
+    return array.astype(np.float64, copy=False)
+
+
+def _tell_not_finite(columns: Mapping[str, NDArray[Any]], where: str) -> None:
+    import numpy as np
+
+    bad = {name: int(np.count_nonzero(~np.isfinite(column))) for name, column in columns.items()}
+    told = ", ".join(f"{count} of {name}" for name, count in bad.items() if count)
+    if told:
+        warnings.warn(f"{where}: values that are not finite: {told}; particles that miss a coordinate or their weight are "
+                      "left out of the plot", stacklevel=5)
+
+
+def check_step(arrays: Any, where: str) -> Dict[str, NDArray[Any]]:
+    """The columns of one step, all of one length. Raises Error (invalid_argument)."""
+    import numpy as np
+
+    if not isinstance(arrays, Mapping) or not arrays:
+        raise invalid(where, "is a dict of columns by name")
+    columns = {name: _column(name, values, where) for name, values in arrays.items()}
+    lengths = {name: len(column) for name, column in columns.items() if column.ndim == 1}
+    if not lengths:
+        raise invalid(where, "holds single numbers alone; at least one column must be an array")
+    if len(set(lengths.values())) > 1:
+        raise invalid(where, "its columns differ in length: " + ", ".join(f"{n} {c}" for n, c in lengths.items()))
+    count = next(iter(lengths.values()))
+    whole = {name: np.broadcast_to(column, (count,)) for name, column in columns.items()}
+    _tell_not_finite(whole, where)
+    return whole
+
+
+def _numbers(values: Any, count: int, where: str) -> List[Any]:
+    """One for each step."""
+    import numpy as np
+
+    if values is None:
+        return [None] * count
+    array = np.atleast_1d(np.asarray(values))
+    if array.shape != (count,) or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+        raise invalid(where, f"is one number for each of {count} steps")
+    return list(array.tolist())
+
+
+def _check_mass(mass: Optional[float]) -> None:
+    if mass is not None and not 0.0 < mass < float("inf"):
+        raise invalid("mass", f"is over 0, eV/c^2, not {mass!r}")
+
+
+def _write(file: IO[bytes], columns: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
+    """As NPZ, members stored as they are."""
+    import numpy as np
+
+    np.savez(file, **columns, **{name: np.array(value) for name, value in about.items() if value is not None})
+
+
+def _send(session: Session, name: str, file: IO[bytes]) -> None:
+    """Piece by piece, some of them ahead of the server's answers."""
+    size = file.seek(0, 2)
+    file.seek(0)
+    under_way: Deque[int] = deque()
+    begin = 0
+    try:
+        while begin < size or (begin == 0 and not under_way):
+            message = new("ClientMessage")
+            upload = message.upload
+            upload.name, upload.begin, upload.data = name, begin, file.read(_PIECE)
+            if begin == 0:
+                upload.size = size
+            begin += len(upload.data)
+            under_way.append(session.connection.submit(message, "uploaded"))
+            while len(under_way) > _UNDER_WAY or (begin >= size and under_way):
+                answer = session.connection.collect(under_way.popleft())[-1]
+        if answer.message.uploaded.size != size:
+            raise Error("internal", name, f"the server has {answer.message.uploaded.size} of {size} bytes")
+    finally:
+        for request in under_way:
+            session.connection.forget(request)
+
+
+def upload_steps(session: Session, number: int, arrays: Any, mass: Optional[float], time: Any,
+                 iteration: Any) -> List[str]:
+    """Uploads a file a step; the inputs of the job that reads them. All is checked before anything is sent."""
+    several = isinstance(arrays, Sequence)
+    if several and not arrays:
+        raise invalid("arrays", "holds no step")
+    steps = []
+    for index, step in enumerate(arrays if several else [arrays]):
+        steps.append(check_step(step, f"arrays[{index}]" if several else "arrays"))
+    if any(set(step) != set(steps[0]) for step in steps):
+        raise invalid("arrays", "its steps differ in their columns")
+    times, numbers = _numbers(time, len(steps), "time"), _numbers(iteration, len(steps), "iteration")
+    _check_mass(mass)
+    names = []
+    for index, columns in enumerate(steps):
+        names.append(f"arrays-{number}-{index:06d}.npz")
+        about = {"time": times[index], "iteration": index if iteration is None else numbers[index], "mass": mass}
+        with tempfile.TemporaryFile(prefix="mote-") as file:
+            _write(file, columns, about)
+            _send(session, names[-1], file)
+    return [f"uploads/{name}" for name in names]

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Dataset: what a server tells of one, and the numbers behind its pictures."""
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+
+from . import queries
+from .errors import Error, invalid
+from .messages import Message, to_dict
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .figure import Figure
+    from .jobs import Job
+    from .queries import Histogram, Steps
+    from .selection import Selectable
+    from .session import Session
+    from .view import View
+
+
+class Dataset:
+    """A dataset of a session, as it was when it was asked for: session["ROOT/NAME"].
+
+    Attributes:
+        session: where it is from.
+        name: "ROOT/NAME".
+        kind: "particles", "hybrid", "mesh", "stipple" or "image".
+        title: for people.
+    """
+
+    def __init__(self, session: Session, description: Message) -> None:
+        self.session = session
+        self.name = str(description.dataset)
+        self._manifest = description.manifest
+        self.kind = str(self._manifest.kind)
+        self.title = str(self._manifest.title)
+
+    # ------------------------------------------------------------------------------------ what it is
+
+    @property
+    def _particles(self) -> Message:
+        if self.kind != "particles":
+            raise Error("unsupported", self.name, f"holds no particles; it is of kind {self.kind!r}")
+        return self._manifest.particles
+
+    @property
+    def _steps(self) -> Any:
+        return self._manifest.hybrid.steps if self.kind == "hybrid" else self._manifest.particles.steps
+
+    def __len__(self) -> int:
+        """How many steps it has; 1 of what has none."""
+        return len(self._steps) if self.kind in ("particles", "hybrid") else 1
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def manifest(self) -> Dict[str, Any]:
+        """All that is told of it, with JSON's names (docs/FORMAT.md)."""
+        return to_dict(self._manifest)
+
+    @property
+    def axes(self) -> Tuple[str, ...]:
+        """The three axes of a particle plot."""
+        return tuple(axis.name for axis in self._manifest.particles.axes)
+
+    @property
+    def columns(self) -> Tuple[str, ...]:
+        """The columns that lie beside a particle plot; none where it was made without."""
+        particles = self._manifest.particles
+        names = tuple(column.name for column in particles.columns)
+        return (*names, "id") if particles.ids and "id" not in names else names
+
+    @property
+    def units(self) -> Dict[str, str]:
+        """The units of axes and columns: "m", "eV/c", "s", "rad", "eV" or "1"."""
+        particles = self._manifest.particles
+        return {item.name: item.unit for items in (particles.axes, particles.columns) for item in items}
+
+    @property
+    def iterations(self) -> NDArray[np.int64]:
+        """The source's own numbers of the steps."""
+        import numpy as np
+
+        return np.array([step.iteration for step in self._manifest.particles.steps], np.int64)
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        """The times of the steps, s."""
+        import numpy as np
+
+        return np.array([step.time for step in self._steps], np.float64)
+
+    @property
+    def particles(self) -> NDArray[np.int64]:
+        """How many particles each step's plot holds."""
+        import numpy as np
+
+        return np.array([step.particles for step in self._manifest.particles.steps], np.int64)
+
+    @property
+    def bounds(self) -> Dict[str, Tuple[float, float]]:
+        """What the axes of a particle plot span, in their units; all steps share it."""
+        return {axis.name: (axis.min, axis.max) for axis in self._manifest.particles.axes}
+
+    @property
+    def mass(self) -> float:
+        """Of one particle, eV/c^2; 0: not known."""
+        return float(self._manifest.particles.mass)
+
+    # ------------------------------------------------------------------------------------ numbers
+
+    def get(self, columns: Union[str, Sequence[str]], step: int = 0, select: Optional[Selectable] = None) -> Any:
+        """Columns or derived quantities of the particles of a step, in the dataset's order.
+
+        Args:
+            columns: a name gives an array, several names a tuple of arrays: float64 in m, eV/c, s; "id" is uint64.
+            step: negative ones count from the end.
+            select: these particles alone.
+        """
+        self._particles
+        names = [columns] if isinstance(columns, str) else list(columns)
+        index = queries.steps_of(step, len(self)).indices[0]
+        values = queries.all_pieces(self.session.connection, self.name, index, select, names)
+        return values[0] if isinstance(columns, str) else tuple(values)
+
+    def statistics(self, step: Steps = None, select: Optional[Selectable] = None, names: Optional[Sequence[str]] = None,
+                   slices: Union[None, str, Tuple[str, int]] = None) -> Dict[str, Any]:
+        """Statistics by name (docs/NUMBERS.md): of one step numbers, of several or all (None) arrays.
+
+        Without selection and slices they are those of preparation, from the source's own values in f64; with a
+        selection they are of the columns. What is not defined is NaN. "step", "iteration" and "time" stand beside them.
+
+        Args:
+            step: one, a slice or range of them, or None: all.
+            select: of these particles alone.
+            names: these alone; default all.
+            slices: a column, or (column, count): also of even slices along it: "slices" is a dict of the same names,
+                with one number more a slice, and "slice_edges" says where they are.
+        """
+        particles = self._particles
+        asked = queries.steps_of(step, len(self))
+        own = list(particles.statistic_names)
+        if select is None and slices is None and own:
+            rows = [list(particles.steps[index].statistics) for index in asked.indices]
+            if any(len(row) != len(own) for row in rows):
+                raise Error("corrupt", self.name, "its statistics do not belong to their names")
+            found = _some(queries.table(own, rows, asked.single), names)
+        else:
+            fields: Dict[str, Any] = {"names": list(names or [])}
+            if slices is not None:
+                fields["slices"], *count = (slices,) if isinstance(slices, str) else slices
+                fields["sliceCount"] = count[0] if count else None
+            answers = queries.query(self.session.connection, self.name, asked, select, statistics=fields)
+            found = queries.statistics_of(answers, asked.single, slices is not None)
+        return {**self._when(asked), **found}
+
+    def _when(self, asked: queries.Asked) -> Dict[str, Any]:
+        import numpy as np
+
+        when = {"step": np.array(asked.indices, np.int64), "iteration": self.iterations[asked.indices],
+                "time": self.t[asked.indices]}
+        return {name: values[0].item() for name, values in when.items()} if asked.single else when
+
+    def histogram(self, x: str, y: Optional[str] = None, *, bins: Any = 100, range: Any = None, step: Steps = None,
+                  select: Optional[Selectable] = None, weighted: bool = True) -> Histogram:
+        """A histogram at full data: (H, edges). As numpy has them, H[i] or H[i, j] and the edges of bins, of two
+        columns a tuple of both; with several steps, or all of them (None), H[step, ...]: a waterfall.
+
+        Args:
+            x, y: columns or derived quantities.
+            bins: how many, or one number for each column; 1 to 4096.
+            range: (low, high), or one for each column; default: the column's over all steps.
+            step: one, a slice or range of them, or None: all.
+            select: of these particles alone.
+            weighted: by the particles' weight; else a particle counts 1.
+        """
+        self._particles
+        columns = [x] if y is None else [x, y]
+        asked = queries.steps_of(step, len(self))
+        fields = queries.histogram_query(columns, bins, range, weighted)
+        answers = queries.query(self.session.connection, self.name, asked, select, histogram=fields)
+        return queries.histogram_of(answers, asked.single)
+
+    def track(self, select: Selectable, columns: Union[str, Sequence[str]],
+              step: Steps = None) -> Tuple[NDArray[np.uint64], NDArray[np.float64]]:
+        """The ways of particles through the steps: ids, ascending, and path[step, particle, column].
+
+        Where a step lacks a particle its numbers are NaN. The selection says in which step it was made
+        ({"density": {"max": 0.3}, "step": 59}), or is of ids.
+        """
+        from .track import track
+
+        self._particles
+        if not queries.made_in_a_step(select):
+            raise invalid("select.step", "what is followed through the steps must say in which it was selected")
+        names = [columns] if isinstance(columns, str) else list(columns)
+        return track(self.session.connection, self.name, queries.steps_of(step, len(self)), select, names)
+
+    def pick(self, view: View, x: float, y: float, radius: Optional[float] = None) -> Optional[Dict[str, Any]]:
+        """The drawn point that is seen nearest to a pixel of a view, with all its columns; None where there is none.
+
+        Args:
+            view: with a camera.
+            x, y: pixels from the picture's left and upper edge.
+            radius: pixels; default 8.
+        """
+        from .messages import to_dict as plain
+
+        fields = {"view": view.to_dict(), "x": x, "y": y, "radius": radius}
+        query = {"dataset": self.name, "pick": fields}
+        picked = queries.query_one(self.session.connection, query).message.answer.picked
+        if not picked.found:
+            return None
+        found = plain(picked)
+        found["values"] = dict(zip(picked.names, picked.values))
+        found["units"] = dict(zip(picked.names, picked.units))
+        found.pop("names", None)
+        return {"layer": picked.layer, "point": picked.point, "row": picked.row, **found}
+
+    def figure(self, x: Optional[str] = None, y: Optional[str] = None, *, statistics: Optional[Sequence[str]] = None,
+               step: Steps = None, select: Optional[Selectable] = None, bins: Any = 100, range: Any = None,
+               weighted: bool = True, **options: Any) -> Figure:
+        """A histogram, a waterfall (one column, several steps) or statistics over time, drawn with axes.
+
+        Args:
+            x, y: of a histogram: columns or derived quantities.
+            statistics: names of statistics instead.
+            step, select, bins, range, weighted: as of ``histogram``.
+            options: width, height (mm), font_points, dots_per_inch, dark, log_scale, marginals, ellipse, color_map,
+                title.
+        """
+        from .figure import Figure
+
+        self._particles
+        if (x is None) == (statistics is None):
+            raise invalid("figure", "is of columns, or of statistics")
+        fields = dict(options)
+        if x is not None:
+            fields["histogram"] = queries.histogram_query([x] if y is None else [x, y], bins, range, weighted)
+        else:
+            fields["statistics"] = [statistics] if isinstance(statistics, str) else statistics
+        steps = queries.steps_of(step, len(self)).text
+        return Figure(self.session, {"dataset": self.name, "steps": steps, "select": select}, fields)
+
+    def export(self, step: Steps = None, select: Optional[Selectable] = None,
+               columns: Optional[Sequence[str]] = None) -> Job:
+        """A job that writes particles as openPMD-beamphysics HDF5: ``ds.export(step=3).wait().save("halo.h5")``."""
+        self._particles
+        fields = {"dataset": f"{self.name}.mote", "steps": queries.steps_of(step, len(self)).text, "select": select,
+                  "columns": columns}
+        return self.session.submit({"export": fields})
+
+    def view(self, step: int = 0, **options: Any) -> View:
+        """``mote.View(ds, step, ...)``."""
+        from .view import View
+
+        return View(self, step, **options)
+
+    # ------------------------------------------------------------------------------------ itself
+
+    def __repr__(self) -> str:
+        axes = f" ({', '.join(self.axes)})" if self.axes else ""
+        return f"<mote.Dataset {self.name}: {self.kind}{axes}, {len(self)} steps>"
+
+    def _rows(self) -> List[Tuple[str, str]]:
+        rows = [("kind", self.kind), ("steps", str(len(self)))]
+        if self.title:
+            rows.insert(0, ("title", self.title))
+        if self.kind == "particles":
+            rows += [(f"axis {axis.name}", f"{axis.min:.4g} to {axis.max:.4g} {axis.unit}")
+                     for axis in self._manifest.particles.axes]
+            rows += [("columns", ", ".join(self.columns) or "none: prepare it again to have them"),
+                     ("particles", f"{max([0, *self.particles.tolist()]):,}")]
+        return rows
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{html.escape(text)}</td></tr>" for name, text in self._rows())
+        return f"<table><caption>{html.escape(self.name)}</caption><tbody>{rows}</tbody></table>"
+
+
+def _some(found: Dict[str, Any], names: Optional[Sequence[str]]) -> Dict[str, Any]:
+    """Those that are wanted. Raises Error where one is not there."""
+    wanted = [names] if isinstance(names, str) else names
+    for name in wanted or []:
+        if name not in found:
+            raise invalid("names", f"there is no statistic {name!r}")
+    return {name: found[name] for name in wanted} if wanted else found
+
+
+Numbers = Mapping[str, Any]
+"""What statistics() gives."""

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Selections: which particles of a run, as the dicts of the interface or written with operators.
+
+>>> (column("x") > 1e-3) & ~density(max=0.4)
+Selection({'all': [{'ranges': [{'column': 'x', 'min': 0.0010000000000000002}]}, {'not': {'density': {'max': 0.4}}}]})
+"""
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Dict, Optional, Tuple, Union
+
+from .errors import invalid
+
+Selectable = Union["Selection", Mapping[str, Any]]
+"""What takes a selection takes one of these: a Selection, or a dict of the interface's form."""
+
+
+def _parts(value: Selectable) -> Dict[str, Any]:
+    if isinstance(value, Selection):
+        return value.to_dict()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"a selection is a mote.Selection or a dict, not {type(value).__name__}")
+
+
+class Selection(Mapping[str, Any]):
+    """A selection that can be combined: ``&``, ``|``, ``~``. It is a mapping of the interface's form.
+
+    What is empty selects all particles.
+    """
+
+    def __init__(self, parts: Optional[Mapping[str, Any]] = None, **more: Any) -> None:
+        self._parts: Dict[str, Any] = {**(parts or {}), **more}
+
+    def to_dict(self) -> Dict[str, Any]:
+        """The selection as a plain dict."""
+        return dict(self._parts)
+
+    def at(self, step: int) -> Selection:
+        """The same, made in this step: in other steps it holds the same ids."""
+        return Selection(self._parts, step=step)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._parts[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def __and__(self, other: Selectable) -> Selection:
+        return Selection({"all": [*_flat("all", self), *_flat("all", other)]})
+
+    def __rand__(self, other: Selectable) -> Selection:
+        return Selection(_parts(other)) & self
+
+    def __or__(self, other: Selectable) -> Selection:
+        return Selection({"any": [*_flat("any", self), *_flat("any", other)]})
+
+    def __ror__(self, other: Selectable) -> Selection:
+        return Selection(_parts(other)) | self
+
+    def __invert__(self) -> Selection:
+        return Selection({"not": self.to_dict()})
+
+    def __bool__(self) -> bool:
+        raise TypeError("a selection is neither true nor false: combine selections with &, | and ~, and write "
+                        "column('x').between(low, high) for both bounds")
+
+    def __repr__(self) -> str:
+        return f"Selection({self._parts!r})"
+
+
+def _flat(name: str, value: Selectable) -> Sequence[Dict[str, Any]]:
+    """The members of an ``all`` or ``any`` that is nothing else, so that chains do not grow deep."""
+    parts = _parts(value)
+    return list(parts[name]) if set(parts) == {name} else [parts]
+
+
+class Column:
+    """A column or derived quantity; compared with a number it is a selection."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def _range(self, **bounds: float) -> Selection:
+        for name, value in bounds.items():
+            if math.isnan(value):
+                raise invalid(f"{self.name}.{name}", "is not a number (NaN)")
+        return Selection({"ranges": [{"column": self.name, **{k: float(v) for k, v in bounds.items()}}]})
+
+    def __ge__(self, value: float) -> Selection:
+        return self._range(min=value)
+
+    def __le__(self, value: float) -> Selection:
+        return self._range(max=value)
+
+    # A bound belongs to its range: without it the range begins with the next number.
+    def __gt__(self, value: float) -> Selection:
+        return self._range(min=math.nextafter(value, math.inf))
+
+    def __lt__(self, value: float) -> Selection:
+        return self._range(max=math.nextafter(value, -math.inf))
+
+    def between(self, low: float, high: float) -> Selection:
+        """From low to high, both included."""
+        return self._range(min=low, max=high)
+
+    def __repr__(self) -> str:
+        return f"column({self.name!r})"
+
+
+def column(name: str) -> Column:
+    """A column or derived quantity to be compared: ``column("x") > 1e-3``. Units: m, eV/c, s, rad, eV."""
+    return Column(name)
+
+
+def density(min: Optional[float] = None, max: Optional[float] = None) -> Selection:
+    """By scaled log density of a particle's leaf, 0 to 1: what lies below a bound is a halo."""
+    bounds = {"min": min, "max": max}
+    return Selection({"density": {name: value for name, value in bounds.items() if value is not None}})
+
+
+def polygon(columns: Tuple[str, str], points: Any) -> Selection:
+    """What lies in a polygon in the plane of two columns; at least three points (N x 2), even-odd."""
+    return Selection({"polygon": {"columns": list(columns), "points": points}})
+
+
+def outermost(plane: str, share: float) -> Selection:
+    """The share (0 to 1, of the weight) of greatest single-particle emittance in a plane: "x", "y" or "z"."""
+    return Selection({"outermost": {"plane": plane, "share": share}})
+
+
+def ids(values: Any) -> Selection:
+    """Particles by the source's own numbers."""
+    return Selection({"ids": values})
+
+
+def lasso(camera: Mapping[str, Any], aspect: float, points: Any,
+          transform: Optional[Sequence[float]] = None) -> Selection:
+    """What a closed line on a picture surrounds, however deep; points as parts of its width and height (N x 2)."""
+    parts = {"camera": dict(camera), "aspect": aspect, "points": points}
+    if transform is not None:
+        parts["transform"] = list(transform)
+    return Selection({"lasso": parts})

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Session: a connection to a server, its datasets and its jobs; and how one is begun."""
+from __future__ import annotations
+
+import html
+import importlib
+import itertools
+import os
+import weakref
+from collections.abc import Iterator, Mapping, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Type, Union
+
+from .connection import Connection
+from .errors import Error
+from .messages import Message, new, to_message
+from .server import PrivateServer
+
+if TYPE_CHECKING:
+    from .dataset import Dataset
+    from .jobs import Job
+    from .view import View
+
+_CLIENT = "mote for Python"
+
+
+def _end(connection: Connection, server: Optional[PrivateServer]) -> None:
+    connection.close()
+    if server is not None:
+        server.stop()
+
+
+class Session:
+    """What ``connect`` and ``spawn`` give: a mapping of names to datasets, and the server's jobs.
+
+    It ends with ``close()``, as a context manager, when nothing refers to it any more, or with Python; a server that
+    it spawned ends with it.
+    """
+
+    def __init__(self, connection: Connection, server: Optional[PrivateServer] = None) -> None:
+        self.connection = connection
+        self._server = server
+        self._uploads = itertools.count()
+        self._end = weakref.finalize(self, _end, connection, server)
+
+    # ------------------------------------------------------------------------------------------ datasets
+
+    def catalogue(self) -> List[Message]:
+        """What the server has, entry by entry: name, kind, title, steps, particles (of the largest step)."""
+        message = new("ClientMessage")
+        message.list_datasets.SetInParent()
+        return list(self.connection.ask(message, "catalogue").message.catalogue.datasets)
+
+    @property
+    def datasets(self) -> List[str]:
+        """The names of all datasets: "ROOT/NAME"."""
+        return [entry.name for entry in self.catalogue()]
+
+    def __getitem__(self, name: str) -> Dataset:
+        """A dataset by its name. Raises Error (not_found)."""
+        from .dataset import Dataset
+
+        message = new("ClientMessage")
+        message.describe.dataset = name
+        return Dataset(self, self.connection.ask(message, "description").message.description)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.datasets)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.datasets
+
+    def __len__(self) -> int:
+        return len(self.datasets)
+
+    # ---------------------------------------------------------------------------------------------- jobs
+
+    @property
+    def jobs(self) -> List[Job]:
+        """All jobs that the server knows, the latest first."""
+        from .jobs import Job
+
+        self.connection.watch_jobs()
+        identities: Dict[str, None] = {}
+        while True:
+            message = new("ClientMessage")
+            message.list_jobs.first = len(identities)
+            page = self.connection.ask(message, "jobs").message.jobs
+            new_ones = [job.id for job in page.jobs if job.id not in identities]
+            identities.update(dict.fromkeys(new_ones))
+            if not new_ones or len(identities) >= page.total:
+                return [Job(self, identity) for identity in identities]
+
+    def job(self, identity: str) -> Job:
+        """A job by its id. Raises Error (not_found)."""
+        from .jobs import Job
+
+        self.connection.watch_jobs()
+        if identity not in self.connection.jobs and identity not in [job.id for job in self.jobs]:
+            raise Error("not_found", "id", f"there is no job {identity}")
+        return Job(self, identity)
+
+    def submit(self, request: Mapping[str, Any], *, again: bool = False, time_limit: int = 0) -> Job:
+        """A job as its JSON has it (docs/JOBS.md): {"output": ..., "particles": {...}}.
+
+        Args:
+            request: as plain values.
+            again: do it although the same request waits, runs or has its output there; otherwise that job is given.
+            time_limit: of a run, s; 0: the server's, which is never exceeded.
+        """
+        from .jobs import Job
+
+        self.connection.watch_jobs()
+        message = new("ClientMessage")
+        message.submit_job.job.CopyFrom(to_message("JobRequest", request))
+        message.submit_job.again = again
+        message.submit_job.time_limit_s = time_limit
+        return Job(self, self.connection.ask(message, "job").message.job.id)
+
+    def prepare(self, input: Union[str, Sequence[str]], *, output: str, axes: Optional[Sequence[str]] = None,
+                kind: str = "particles", title: str = "", **options: Any) -> Job:
+        """Has a dataset prepared from files beneath the server's roots.
+
+        Args:
+            input: "ROOT/PATH", or several of them.
+            output: "ROOT/NAME.mote".
+            axes: of particles: three names, of x y z t px py pz r theta xp yp pr delta gamma energy.
+            kind: "particles", "volume", "mesh", "image" or "stipple".
+            title: of the dataset.
+            options: of the kind of job, as in docs/JOBS.md: species="electron", steps="0:360:10", columns=["x", "px"].
+        """
+        from .jobs import request_of
+
+        return self.submit(request_of(kind, input, output, axes, title, options))
+
+    def prepare_arrays(self, arrays: Union[Mapping[str, Any], Sequence[Mapping[str, Any]]], axes: Sequence[str],
+                       output: str, *, mass: Optional[float] = None, time: Any = None, iteration: Any = None,
+                       **options: Any) -> Job:
+        """Has a dataset prepared from numpy arrays: of one step a dict of columns, of several steps a list of them.
+
+        Args:
+            arrays: columns by name (x y z t px py pz weight id and others of your own): numbers in a row, all equally many; a single
+                number stands for all. m, eV/c, s. Particles with values that are not finite are left out, with a warning.
+            axes: three of them, or derived ones.
+            output: "ROOT/NAME.mote".
+            mass: of one particle, eV/c^2; needed for energies, slopes need none.
+            time: of each step, s.
+            iteration: the number of each step; default 0, 1, 2, ...
+            options: as of ``prepare``: title, volume_level, bounds, columns.
+        """
+        from .arrays import upload_steps
+
+        names = upload_steps(self, next(self._uploads), arrays, mass, time, iteration)
+        if mass is not None:
+            options["mass"] = mass
+        return self.prepare(names, output=output, axes=axes, **options)
+
+    def film(self, script: Any, *, video: str = "mp4", title: str = "", **options: Any) -> Job:
+        """Has the server make a film (docs/SCRIPTS.md); ``job.wait().save("film.mp4")`` fetches it.
+
+        Args:
+            script: a Script, or a script as its JSON has it.
+            video: "mp4", "webm" or "gif"; "": its pictures alone.
+            title: of the job.
+            options: of the job: quality, samples, shutter_degrees, subframes, format.
+        """
+        return self.submit({"title": title, "film": {"script": script, "video": video, **options}})
+
+    def view(self, fields: Mapping[str, Any]) -> View:
+        """A view as a script or a saved view has it."""
+        from .view import View
+
+        return View.from_dict(self, fields)
+
+    # --------------------------------------------------------------------------------------------- itself
+
+    @property
+    def device(self) -> str:
+        """What draws the server's pictures."""
+        welcome = self.connection.welcome
+        return str(welcome.device) if welcome is not None else ""
+
+    def ping(self) -> float:
+        """The round trip to the server, s."""
+        import time
+
+        begun = time.perf_counter()
+        message = new("ClientMessage")
+        message.ping.SetInParent()
+        self.connection.ask(message, "pong")
+        return time.perf_counter() - begun
+
+    def close(self) -> None:
+        """Ends the connection, and the server if it is our own. Again: nothing."""
+        self._end()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if not self._end.alive else self.device
+        return f"<mote.Session {state}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{html.escape(entry.name)}</td><td>{html.escape(entry.kind)}</td><td>{entry.steps}</td>"
+            f"<td>{entry.particles:,}</td><td>{html.escape(entry.title)}</td></tr>" for entry in self.catalogue())
+        head = "".join(f"<th>{name}</th>" for name in ("dataset", "kind", "steps", "particles", "title"))
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def connect(file: Union[str, os.PathLike[str]], *, background: bool = False) -> Session:
+    """A session with the server of a connection file. Raises Error.
+
+    Args:
+        file: what mote-server --connection wrote.
+        background: pictures are made only while nobody else waits for one.
+    """
+    return Session(Connection(os.path.abspath(os.fspath(file)), _CLIENT, background))
+
+
+def spawn(roots: Optional[Mapping[str, Any]] = None, *, program: Optional[Union[str, os.PathLike[str]]] = None,
+          device: str = "cpu", memory: Optional[str] = None, threads: Optional[int] = None, **more: Any) -> Session:
+    """A session with a server of its own, which ends with it.
+
+    Args:
+        roots: names of folders with datasets, or as keywords: mote.spawn(data="plots").
+        program: mote-server; default: MOTE_SERVER in the environment, or what is in PATH or in the source tree's build.
+        device: "auto", "cpu" or "egl".
+        memory: that the server may use: "8G".
+        threads: of its jobs and of the cpu device.
+    """
+    folders: Dict[str, str] = {name: os.fspath(folder) for name, folder in {**(roots or {}), **more}.items()}
+    options = ["--device", device]
+    if memory is not None:
+        options += ["--memory", str(memory)]
+    if threads is not None:
+        options += ["--threads", str(threads)]
+    server = PrivateServer(None if program is None else os.fspath(program), folders, options)
+    try:
+        _import_meanwhile()
+        server.wait_until_ready()
+        return Session(Connection(server.connection_file, _CLIENT, ended=server.ended), server)
+    except BaseException:
+        server.stop()
+        raise
+
+
+def _import_meanwhile() -> None:
+    """What the first picture needs, while the server starts."""
+    new("ClientMessage")
+    new("ServerMessage")
+    for name in ("zstandard", "numpy", "mote.dataset", "mote.image", "mote.view"):
+        importlib.import_module(name)

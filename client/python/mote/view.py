@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""View: what a picture shows, as a value; render() asks the server for its exact picture."""
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
+
+from . import wire
+from .errors import Error, invalid
+from .messages import Message, new, to_dict, to_message
+from .pixels import DOCUMENT, LINEAR_HALF, SRGB8, decode_frame
+
+if TYPE_CHECKING:
+    from .dataset import Dataset
+    from .image import Image
+    from .selection import Selectable
+    from .session import Session
+
+_STYLES = {"particles": "particles", "hybrid": "hybrid", "stipple": "stipple", "mesh": "mesh"}
+_DOCUMENTS = {".svg": 1, ".eps": 2, ".pdf": 3}  # Page.Format
+_ALL_ANNOTATIONS = {"axes": True, "colorBar": True, "scaleBar": True, "labels": True}
+
+
+def _color_by(value: Any) -> Any:
+    """A column's name, (name, (low, high)), or all that the interface has."""
+    if isinstance(value, str):
+        return {"column": value}
+    if isinstance(value, Sequence) and len(value) == 2:
+        return {"column": value[0], "range": value[1]}
+    return value
+
+
+def _highlight(value: Any) -> Any:
+    """A selection, or one with a colour: {"selection": ..., "color": ...}."""
+    plain = value.to_dict() if hasattr(value, "to_dict") else value
+    return plain if isinstance(plain, Mapping) and "selection" in plain else {"selection": plain}
+
+
+def _paths(value: Any) -> Any:
+    return value if value is None or isinstance(value, Mapping) else {"ids": value}
+
+
+def _annotations(value: Any) -> Any:
+    if value is True:
+        return _ALL_ANNOTATIONS
+    if isinstance(value, str):
+        return {**_ALL_ANNOTATIONS, "title": value}
+    return None if value is False else value
+
+
+def step_index(step: int, count: int) -> int:
+    """A step as Python counts: negative from the end. Raises Error (invalid_argument)."""
+    index = step + count if step < 0 else step
+    if not 0 <= index < max(count, 1):
+        raise invalid("step", f"there is no step {step}; the dataset has {count}")
+    return index
+
+
+class Layer:
+    """One layer of a view: a dataset at a step, and how it looks.
+
+    Args:
+        dataset: what is shown.
+        step: index into the dataset's steps; negative ones count from the end.
+        style: the fields of the dataset's kind in a script: {"volume": {...}, "points": {...}} of particles.
+        kind: another style than the dataset's own: "ink".
+        color_by: a column's name, (name, (low, high)), or a dict with "column", "range", "colorMap", "ofPixel".
+        select: these particles alone.
+        highlight: a selection that is drawn over the others, or a dict with "selection", "color", "sizePixels".
+        paths: ids whose ways through all steps are drawn, or a dict with "ids", "color", "width".
+        opacity: of the whole layer, 0 to 1.
+        transform: 4 x 4, row by row, layer to world.
+    """
+
+    def __init__(self, dataset: Dataset, step: int = 0, *, style: Optional[Mapping[str, Any]] = None,
+                 kind: Optional[str] = None, color_by: Any = None, select: Optional[Selectable] = None,
+                 highlight: Any = None, paths: Any = None, opacity: Optional[float] = None,
+                 transform: Any = None) -> None:
+        name = kind or _STYLES.get(dataset.kind)
+        if name is None:
+            raise Error("unsupported", dataset.name, f"a dataset of kind {dataset.kind!r} makes no layer by itself")
+        if transform is not None and hasattr(transform, "reshape"):
+            transform = transform.reshape(-1)
+        self.session = dataset.session
+        self.fields: Dict[str, Any] = {
+            "dataset": dataset.name, "step": step_index(step, len(dataset)), name: style or {}, "opacity": opacity,
+            "transform": transform, "colorBy": _color_by(color_by), "select": select,
+            "highlight": None if highlight is None else _highlight(highlight), "paths": _paths(paths)}
+
+
+class View:
+    """What a picture shows. A value: ``replace`` gives a changed one.
+
+    Args:
+        dataset: a Dataset, a Layer or a list of layers.
+        step: of a Dataset; negative ones count from the end.
+        size: width and height in pixels.
+        camera: {"eye": ..., "target": ..., "up": ..., "fovYDegrees": ...}; default: fits the layers.
+        background: three numbers, sRGB, 0 to 1; default black.
+        annotations: True (all), a title, or a dict with "axes", "colorBar", "scaleBar", "labels", "title", ...
+        selections: {name: selection} that layers may name.
+        layer: further options of a Dataset's Layer: style, color_by, select, highlight, ...
+
+    >>> mote.View(ds, step=-1, size=(1280, 720), color_by="energy", annotations=True).render()   # doctest: +SKIP
+    """
+
+    def __init__(self, dataset: Union[Dataset, Layer, Sequence[Layer]], step: int = 0,
+                 size: Tuple[int, int] = (1280, 720), *, camera: Optional[Mapping[str, Any]] = None, background: Any = None,
+                 annotations: Any = None, selections: Optional[Mapping[str, Selectable]] = None, **layer: Any) -> None:
+        layers = _layers(dataset, step, layer)
+        named = [{"name": name, "selection": value} for name, value in (selections or {}).items()]
+        width, height = size
+        fields = {"width": width, "height": height, "background": background, "camera": camera,
+                  "layers": [item.fields for item in layers], "annotations": _annotations(annotations),
+                  "selections": named}
+        self._session = layers[0].session
+        self._message = to_message("View", fields)
+
+    @classmethod
+    def from_dict(cls, session: Session, fields: Mapping[str, Any]) -> View:
+        """A view as a script or mote-view's file has it. Raises Error with the path of what is wrong."""
+        view = cls.__new__(cls)
+        view._session = session
+        view._message = to_message("View", fields)
+        return view
+
+    def to_dict(self) -> Dict[str, Any]:
+        """The view as a script has it, with JSON's names."""
+        return to_dict(self._message)
+
+    def replace(self, **fields: Any) -> View:
+        """The same view with other fields of its own, or with another ``step`` of all its layers."""
+        plain = self.to_dict()
+        step = fields.pop("step", None)
+        if "size" in fields:
+            plain["width"], plain["height"] = fields.pop("size")
+        if "annotations" in fields:
+            fields["annotations"] = _annotations(fields["annotations"])
+        if step is not None:
+            plain["layers"] = [{**layer, "step": step} for layer in plain.get("layers", [])]
+        return View.from_dict(self._session, {**plain, **fields})
+
+    @property
+    def message(self) -> Message:
+        """The view as a message of the schema."""
+        return self._message
+
+    def submit(self, linear: bool = False, page: Optional[Message] = None) -> int:
+        """Asks for the exact picture without waiting; ``collect`` takes it."""
+        connection = self._session.connection
+        queued = connection.welcome.minor >= 2 if connection.welcome else False
+        most = wire.MAX_QUEUED_VIEWS if queued else 1
+        message = new("ClientMessage")
+        asked = message.set_view
+        asked.view.CopyFrom(self._message)
+        asked.final_only, asked.queued = True, queued
+        asked.format = LINEAR_HALF if linear else SRGB8
+        if page is not None:
+            asked.page.CopyFrom(page)
+        return connection.submit(message, "frame", most)
+
+    def collect(self, request: int) -> Image:
+        """The picture that was asked for."""
+        from .image import Image
+
+        message, payload = self._session.connection.collect(request)[-1]
+        frame = message.frame
+        return Image(decode_frame(frame, payload), frame.points_drawn, frame.device, frame.total_ms)
+
+    def forget(self, request: int) -> None:
+        """The picture that was asked for is not wanted any more."""
+        self._session.connection.forget(request)
+
+    def render(self, linear: bool = False) -> Image:
+        """The exact picture. With ``linear`` also as linear light in half floats: image.linear."""
+        return self.collect(self.submit(linear))
+
+    def save(self, path: Any, *, width: float = 0.0, height: float = 0.0, margin: float = 0.0, dot: float = 0.0,
+             **options: Any) -> None:
+        """Writes a file in the format of its name: .svg, .pdf and .eps are documents, all others pixels.
+
+        Args:
+            path: the file.
+            width, height: of a document's sheet, mm; 0: as the picture has them at 96 pixels an inch.
+            margin: of a document's sheet on each side, mm.
+            dot: diameter of the largest dots, mm; 0: as the picture has them.
+            options: of Pillow's save(), of pixels.
+        """
+        format = _DOCUMENTS.get(os.path.splitext(os.fspath(path))[1].lower())
+        if format is None:
+            self.render().save(path, **options)
+            return
+        page = {"width": width, "height": height, "margin": margin, "dot": dot}
+        data = self._document(format, page)
+        with open(path, "wb") as file:
+            file.write(data)
+
+    def _document(self, format: int, page: Dict[str, Any]) -> bytearray:
+        message = to_message("Page", page, "page")
+        message.format = format
+        answer, payload = self._session.connection.collect(self.submit(page=message))[-1]
+        if answer.frame.encoding != DOCUMENT:
+            raise Error("unsupported", "page", "this server makes no documents")
+        return payload
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> Any:
+        return self.render()._repr_mimebundle_()
+
+    def __repr__(self) -> str:
+        names = ", ".join(f"{layer.dataset}[{layer.step}]" for layer in self._message.layers)
+        return f"<mote.View {self._message.width} x {self._message.height} of {names}>"
+
+
+def _layers(dataset: Union[Dataset, Layer, Sequence[Layer]], step: int, options: Dict[str, Any]) -> List[Layer]:
+    if isinstance(dataset, Layer):
+        dataset = [dataset]
+    if not isinstance(dataset, Sequence):
+        return [Layer(dataset, step, **options)]
+    layers = list(dataset)
+    if not layers or any(not isinstance(layer, Layer) for layer in layers):
+        raise TypeError("a view is of a dataset, a mote.Layer or a list of layers")
+    if options or step:
+        raise TypeError("step and style of a list of layers are given to each of them")
+    return layers

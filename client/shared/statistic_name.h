@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What the name of a statistic says (docs/NUMBERS.md): of which columns it is, and in which unit. Pure
+// functions.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+
+namespace mote::client {
+
+/// Units of columns and derived quantities by their names.
+using ColumnUnits = std::map<std::string, std::string, std::less<>>;
+ColumnUnits columnUnits(const proto::ParticlesManifest& manifest);
+
+/// "x" and "px" of "cov_x__px", "x" of "norm_emit_x"; none of "n_particle". `units` has the names of columns.
+std::vector<std::string> columnsOf(std::string_view statistic, const ColumnUnits& units);
+
+/// "m", "eV/c", "m eV/c", "1"; "" where it is not known.
+std::string unitOf(std::string_view statistic, const ColumnUnits& units);
+
+}  // namespace mote::client

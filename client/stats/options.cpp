@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/stats/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "protocol/cli/command.h"
+#include "protocol/scene/column_name.h"
+#include "protocol/scene/step_range.h"
+
+namespace mote::client {
+namespace {
+
+constexpr const char* footer =
+    R"(Without --json, --csv or --npy: a table. Of one step all statistics, of several steps a line each of the usual ones.
+Numbers are in m, eV/c, s, eV and C; only tables have prefixes. What is not defined (no particle) is null in JSON, nothing
+in CSV and NaN in NPY. Statistics without --select are those of preparation, from the source's own values.
+
+A SELECTION is {"ranges": [{"column": "x", "min": 1e-3}], "density": {"max": 0.4}, "polygon": {"columns": ["x", "px"],
+"points": [[0, 0], [1e-3, 0], [0, 2e4]]}, "outermost": {"plane": "x", "share": 0.1}, "ids": [7, 8], "step": 12,
+"all": [...], "any": [...], "not": {...}}, of which all holds that is given. With "step" it is made in that step and
+follows the same ids through the others.
+
+Files appear whole, or not at all. docs/NUMBERS.md says what each number is.
+
+Examples:
+  mote-stats data/beam --spawn data=/scratch/plots
+  mote-stats data/beam --connect ~/.mote/connection.json --steps 59 --columns x,px
+  mote-stats data/beam --connect c.json --select halo.json --json | jq .norm_emit_x
+  mote-stats data/beam --connect c.json --csv run.csv
+  mote-stats data/beam --connect c.json --steps 3 --histogram x,px --bins 512,512 --range x=-4e-3:4e-3 --npy h.npy
+  mote-stats data/beam --connect c.json --steps 59 --select halo.json --export halo.h5
+
+Exit status: 0 on success, 2 for wrong usage, 128 + N after signal N, else 1.)";
+
+constexpr std::uint32_t mostBins = 4096;  // of an axis
+
+/// What the command line says before it is checked.
+struct RawOptions {
+    StatsOptions options;
+    std::string connect, select, columns, histogram, bins, csv, npy, exported;
+    std::vector<std::string> ranges;
+    bool unweighted = false, json = false;
+};
+
+void declare(const cli::Command& app, RawOptions& raw) {
+    app.footer(footer);
+    app.option("DATASET", raw.options.dataset, "A dataset of particles, ROOT/NAME");
+    const auto server = app.group("server", "Which server answers (exactly one of these)");
+    server.option("--connect", raw.connect, "Connection file of a running server");
+    server.option("--spawn", raw.options.roots, "Start a private server with this root, NAME=DIR; repeatable")
+        .repeatable();
+    server.requireOneOption();
+    app.option("--steps", raw.options.steps, "Steps by their index, the last included; all unless given")
+        .valueName("FIRST:LAST:STRIDE");
+    app.option("--select", raw.select, "These particles alone: a file with a selection")
+        .valueName("SELECTION.json");
+    app.option("--columns", raw.columns, "Statistics of these columns alone; of --export: these columns")
+        .valueName("x,px,...");
+    const auto histogram = app.group("histogram", "A histogram instead of statistics");
+    histogram.option("--histogram", raw.histogram, "Of one column or two, or of what is derived from them")
+        .valueName("x[,px]");
+    histogram
+        .option(
+            "--bins", raw.bins,
+            "How many, for all columns or for each, 1 to 4096; 100 unless given, in tables as many as can be "
+            "seen")
+        .valueName("N[,N]");
+    histogram
+        .option("--range", raw.ranges,
+                "Where the bins of a column begin and end; those of all steps unless given; repeatable")
+        .valueName("x=A:B");
+    histogram.flag("--unweighted", raw.unweighted, "A particle counts 1, and not its weight");
+    const auto form = app.group("form", "How numbers are told (at most one of these)");
+    form.flag("--json", raw.json, "One line of JSON a step on stdout");
+    form.option("--csv", raw.csv, "A file of comma-separated values").valueName("FILE");
+    form.option("--npy", raw.npy,
+                "A file for numpy: statistics as a structured array, counts as [step, x, px], without the "
+                "first of one step")
+        .valueName("FILE");
+    app.option("--export", raw.exported,
+               "The particles themselves: openPMD-beamphysics HDF5 (.h5), NumPy (.npy) or text (.csv)")
+        .valueName("FILE");
+    app.flag("--quiet", raw.options.quiet, "No progress on stderr");
+}
+
+Error refusal(const std::string& option, const std::string& why) {
+    return {ErrorCode::invalidArgument, option, why};
+}
+
+std::vector<std::string> split(const std::string& text, char at) {
+    std::vector<std::string> parts;
+    std::size_t begin = 0;
+    while (true) {
+        const auto end = text.find(at, begin);
+        parts.push_back(text.substr(begin, end - begin));
+        if (end == std::string::npos) return parts;
+        begin = end + 1;
+    }
+}
+
+/// Names of columns, none of them twice.
+Result<std::vector<std::string>> namesIn(const std::string& text, const std::string& option) {
+    auto names = split(text, ',');
+    std::set<std::string> seen;
+    for (const auto& name : names) {
+        const auto checked = checkColumnName(name, option);
+        if (!checked.ok()) return checked.error();
+        if (!seen.insert(name).second) return refusal(option, fmt::format("\"{}\" is given twice", name));
+    }
+    return names;
+}
+
+Status checkServers(RawOptions& raw) {
+    for (const auto& root : raw.options.roots) {
+        const auto equals = root.find('=');
+        if (equals == 0 || equals == std::string::npos || equals + 1 == root.size()) {
+            return refusal("--spawn", fmt::format("\"{}\" is not NAME=DIR", root));
+        }
+    }
+    if (!raw.connect.empty()) raw.options.connect = raw.connect;
+    return success();
+}
+
+Status checkBins(const RawOptions& raw, proto::HistogramQuery& query) {
+    if (raw.bins.empty()) return success();
+    const auto counts = split(raw.bins, ',');
+    if (counts.size() != 1 && counts.size() != static_cast<std::size_t>(query.axes_size()))
+        return refusal("--bins",
+                       fmt::format("says {} numbers for {} columns", counts.size(), query.axes_size()));
+    for (int i = 0; i < query.axes_size(); ++i) {
+        const auto& text = counts[counts.size() == 1 ? 0 : static_cast<std::size_t>(i)];
+        std::uint32_t bins = 0;
+        const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), bins);
+        if (code != std::errc() || end != text.data() + text.size() || bins < 1 || bins > mostBins)
+            return refusal("--bins", fmt::format("\"{}\" is not a number from 1 to {}", text, mostBins));
+        query.mutable_axes(i)->set_bins(bins);
+    }
+    return success();
+}
+
+/// "x=A:B".
+Status checkRange(const std::string& text, proto::HistogramQuery& query) {
+    const auto equals = text.find('=');
+    const auto colon = text.find(':', equals == std::string::npos ? 0 : equals);
+    const auto wrong = refusal("--range", fmt::format("\"{}\" is not COLUMN=FROM:TO", text));
+    if (equals == std::string::npos || colon == std::string::npos) return wrong;
+    const auto from = cli::parseNumber(text.substr(equals + 1, colon - equals - 1));
+    const auto to = cli::parseNumber(text.substr(colon + 1));
+    if (!from || !to) return wrong;
+    if (!std::isfinite(*from) || !std::isfinite(*to) || !(*from < *to))
+        return refusal("--range", fmt::format("\"{}\" must be finite, and ascend", text));
+    const auto axis = std::find_if(query.mutable_axes()->begin(), query.mutable_axes()->end(),
+                                   [&](const auto& each) { return each.column() == text.substr(0, equals); });
+    if (axis == query.mutable_axes()->end())
+        return refusal("--range", fmt::format("\"{}\" is none of the histogram's columns", text));
+    if (axis->range_size() > 0) return refusal("--range", fmt::format("\"{}\": is given twice", text));
+    axis->add_range(*from);
+    axis->add_range(*to);
+    return success();
+}
+
+Status checkHistogram(RawOptions& raw) {
+    if (raw.histogram.empty()) {
+        if (raw.bins.empty() && raw.ranges.empty() && !raw.unweighted) return success();
+        return refusal("--histogram", "is missing: --bins, --range and --unweighted are of a histogram");
+    }
+    MOTE_ASSIGN_OR_RETURN(const auto names, namesIn(raw.histogram, "--histogram"));
+    if (names.size() > 2) return refusal("--histogram", "is of one column or two");
+    auto& query = raw.options.histogram.emplace();
+    for (const auto& name : names) query.add_axes()->set_column(name);
+    query.set_unweighted(raw.unweighted);
+    MOTE_RETURN_IF_ERROR(checkBins(raw, query));
+    for (const auto& range : raw.ranges) MOTE_RETURN_IF_ERROR(checkRange(range, query));
+    return success();
+}
+
+Status checkForm(RawOptions& raw) {
+    auto& options = raw.options;
+    const int forms = (raw.json ? 1 : 0) + (raw.csv.empty() ? 0 : 1) + (raw.npy.empty() ? 0 : 1);
+    if (forms > 1) return refusal("--json", "give one of --json, --csv and --npy");
+    if (raw.json) options.form = NumbersForm::json;
+    if (!raw.csv.empty()) options.form = NumbersForm::csv;
+    if (!raw.npy.empty()) options.form = NumbersForm::npy;
+    options.file = raw.csv.empty() ? raw.npy : raw.csv;
+    options.exported = raw.exported;
+    static constexpr std::array<std::string_view, 3> endings{".h5", ".npy", ".csv"};
+    if (!raw.exported.empty() && std::ranges::count(endings, options.exported.extension().string()) == 0)
+        return refusal("--export", fmt::format("\"{}\" does not end in .h5, .npy or .csv", raw.exported));
+    if (!raw.exported.empty() && options.exported == options.file)
+        return refusal("--export", "is the file of the numbers too");
+    return success();
+}
+
+/// Ranges may follow one another, and the dataset them: it is what is no range.
+Status checkDataset(RawOptions& raw) {
+    auto& dataset = raw.options.dataset;
+    if (dataset.empty() && !raw.ranges.empty() && raw.ranges.back().find('=') == std::string::npos) {
+        dataset = raw.ranges.back();
+        raw.ranges.pop_back();
+    }
+    return dataset.empty() ? Status(refusal("DATASET", "is required: ROOT/NAME")) : success();
+}
+
+Status check(RawOptions& raw) {
+    MOTE_RETURN_IF_ERROR(checkDataset(raw));
+    MOTE_RETURN_IF_ERROR(checkServers(raw));
+    const auto steps = checkStepRange(raw.options.steps);
+    if (!steps.ok()) return refusal("--steps", steps.error().message);
+    raw.options.select = raw.select;
+    if (!raw.columns.empty()) {
+        MOTE_ASSIGN_OR_RETURN(raw.options.columns, namesIn(raw.columns, "--columns"));
+    }
+    MOTE_RETURN_IF_ERROR(checkHistogram(raw));
+    MOTE_RETURN_IF_ERROR(checkForm(raw));
+    if (raw.options.columns.empty() || !raw.options.histogram || !raw.options.exported.empty())
+        return success();
+    return refusal("--columns", "is of statistics and exports; a histogram names its own");
+}
+
+}  // namespace
+
+std::variant<StatsOptions, int> parseStatsOptions(int argc, const char* const* argv) {
+    RawOptions raw;
+    const cli::Program program("mote-stats tells the numbers behind the picture of a particle run.",
+                               "mote-stats");
+    declare(program.command(), raw);
+    if (const auto end = program.parse(argc, argv, [&] { return check(raw); })) return *end;
+    return std::move(raw.options);
+}
+
+}  // namespace mote::client

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// How statistics of steps are told: a line of JSON a step, comma-separated values, a NumPy file, or a table
+// for people. Of at least one step; all have the same names. Pure functions, but for the file.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "client/shared/numbers.h"
+#include "client/shared/statistic_name.h"
+#include "protocol/scene/error.h"
+
+namespace mote::client {
+
+using StatisticsOfSteps = std::vector<StepStatistics>;
+
+/// Those of `names` that are of these columns alone, and those that are of none, by their place. Errors:
+/// notFound: there is no statistic of a column.
+Result<std::vector<std::size_t>> namesOfColumns(const std::vector<std::string>& names,
+                                                const std::vector<std::string>& columns,
+                                                const ColumnUnits& units);
+/// These alone, without slices.
+StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>& places);
+
+/// One line, with its end.
+std::string jsonLine(const StepStatistics& statistics);
+/// All lines, the first with the names.
+std::string csvText(const StatisticsOfSteps& steps);
+/// As a structured array. Errors: those of the system.
+Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps);
+
+/// Of one step all, a line each; of several steps a line each of the usual ones. For a terminal.
+std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units);
+
+}  // namespace mote::client

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/stats/stats_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "client/shared/part_file.h"
+#include "client/shared/server_line.h"
+#include "client/stats/asked_run.h"
+#include "client/stats/export_particles.h"
+#include "client/stats/histogram_text.h"
+#include "client/stats/npy.h"
+#include "client/stats/statistics_text.h"
+#include "protocol/scene/utf8.h"
+
+namespace mote::client {
+namespace {
+
+Status say(std::string_view text) {
+    if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+        return success();
+    return Error{ErrorCode::internal, "stdout", "cannot be written to any more"};
+}
+
+Status append(PartFile& file, std::string_view text) {
+    return file.append(bytesOf(std::span<const char>(text)));
+}
+
+// ----------------------------------------------------------------------------------------- statistics
+
+/// The statistics of the options' columns, step by step.
+class StatisticsTeller {
+  public:
+    StatisticsTeller(const StatsOptions& options, const AskedRun& run)
+        : options_(options), units_(run.units()) {}
+
+    Status take(StepStatistics step) {
+        if (names_.empty()) MOTE_RETURN_IF_ERROR(choose(step.names));
+        if (step.names != names_)
+            return Error{ErrorCode::corrupt, "", "the server's statistics differ from step to step"};
+        if (!options_.columns.empty()) step = someOf(step, places_);
+        if (form() == NumbersForm::json) return say(jsonLine(step));
+        steps_.push_back(std::move(step));
+        return success();
+    }
+
+    Status finish() const {
+        if (form() == NumbersForm::json) return success();
+        if (form() == NumbersForm::table) return say(toTerminalLines(tableText(steps_, units_)));
+        if (form() == NumbersForm::npy) return writeNpy(options_.file, steps_);
+        MOTE_ASSIGN_OR_RETURN(const auto file, PartFile::create(options_.file));
+        MOTE_RETURN_IF_ERROR(append(*file, csvText(steps_)));
+        return file->publish();
+    }
+
+  private:
+    NumbersForm form() const { return options_.form.value_or(NumbersForm::table); }
+    Status choose(const std::vector<std::string>& names) {
+        names_ = names;
+        if (options_.columns.empty()) return success();
+        MOTE_ASSIGN_OR_RETURN(places_, namesOfColumns(names, options_.columns, units_));
+        return success();
+    }
+
+    const StatsOptions& options_;
+    const ColumnUnits units_;
+    std::vector<std::string> names_;
+    std::vector<std::size_t> places_;  // of those that are told
+    StatisticsOfSteps steps_;
+};
+
+Status tellStatistics(const StatsOptions& options, AskedRun& run) {
+    StatisticsTeller teller(options, run);
+    // Where preparation left none, the server finds them from the columns.
+    const bool kept = !run.manifest().statistic_names().empty() || run.manifest().columns().empty();
+    if (!run.selection() && kept) {
+        auto steps = statisticsOf(run.manifest(), run.steps());
+        if (!steps.ok()) return Error{steps.error().code, run.dataset(), steps.error().message};
+        for (auto& step : *steps) MOTE_RETURN_IF_ERROR(teller.take(std::move(step)));
+        return teller.finish();
+    }
+    auto query = run.query();
+    query.mutable_statistics();
+    MOTE_RETURN_IF_ERROR(run.ask(query, run.steps(), [&](const QueryAnswer& answer) -> Status {
+        MOTE_ASSIGN_OR_RETURN(auto step, statisticsOf(answer));
+        return teller.take(std::move(step));
+    }));
+    return teller.finish();
+}
+
+// ----------------------------------------------------------------------------------------- histograms
+
+/// The histograms, step by step; files grow as they come.
+class HistogramTeller {
+  public:
+    HistogramTeller(const StatsOptions& options, const AskedRun& run)
+        : options_(options), units_(run.units()), steps_(run.steps().size()) {}
+
+    Status take(const StepHistogram& histogram) {
+        switch (options_.form.value_or(NumbersForm::table)) {
+            case NumbersForm::json:
+                return say(jsonLine(histogram));
+            case NumbersForm::table:
+                return say(toTerminalLines(pictureText(histogram, units_)));
+            case NumbersForm::csv:
+                if (!file_) MOTE_RETURN_IF_ERROR(open(csvHead(histogram.columns)));
+                return append(*file_, csvText(histogram));
+            case NumbersForm::npy:
+                if (!file_) MOTE_RETURN_IF_ERROR(open(npyHead(shapeOf(histogram))));
+                return file_->append(bytesOf(std::span<const double>(histogram.counts)));
+        }
+        return success();
+    }
+    Status finish() { return file_ ? file_->publish() : success(); }
+
+  private:
+    Status open(const std::string& head) {
+        MOTE_ASSIGN_OR_RETURN(file_, PartFile::create(options_.file));
+        return append(*file_, head);
+    }
+    std::vector<std::size_t> shapeOf(const StepHistogram& histogram) const {
+        std::vector<std::size_t> shape;
+        if (steps_ > 1) shape.push_back(steps_);
+        for (std::size_t i = 0; i < histogram.edges.size(); ++i) shape.push_back(histogram.bins(i));
+        return shape;
+    }
+
+    const StatsOptions& options_;
+    const ColumnUnits units_;
+    const std::size_t steps_;
+    std::unique_ptr<PartFile> file_;
+};
+
+Status tellHistograms(const StatsOptions& options, AskedRun& run) {
+    HistogramTeller teller(options, run);
+    auto query = run.query();
+    auto& asked = *query.mutable_histogram() = *options.histogram;
+    const auto shown = shownBins(static_cast<std::size_t>(asked.axes_size()));
+    for (int i = 0; i < asked.axes_size(); ++i) {
+        const bool table = options.form.value_or(NumbersForm::table) == NumbersForm::table;
+        if (table && !asked.axes(i).has_bins())
+            asked.mutable_axes(i)->set_bins(shown[static_cast<std::size_t>(i)]);
+    }
+    MOTE_RETURN_IF_ERROR(run.ask(query, run.steps(), [&](const QueryAnswer& answer) -> Status {
+        MOTE_ASSIGN_OR_RETURN(const auto histogram, histogramOf(answer, asked));
+        return teller.take(histogram);
+    }));
+    return teller.finish();
+}
+
+}  // namespace
+
+Status runStats(const StatsOptions& options, const Interrupt& interrupt) {
+    // Numbers need no graphics: a private server draws nothing.
+    const ServerChoice choice{options.connect, {serverBesideUs(), options.roots, "cpu"}};
+    Wakeup wakeup;
+    MOTE_ASSIGN_OR_RETURN(const auto server, ServerLine::open("mote-stats", choice, wakeup, interrupt));
+    MOTE_ASSIGN_OR_RETURN(auto run, AskedRun::open(options, *server));
+    if (options.wantsNumbers())
+        MOTE_RETURN_IF_ERROR(options.histogram ? tellHistograms(options, run) : tellStatistics(options, run));
+    return options.exported.empty() ? success() : exportParticles(options, run);
+}
+
+}  // namespace mote::client

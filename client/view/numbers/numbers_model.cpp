@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/numbers/numbers_model.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "client/view/numbers/quantities.h"
+#include "client/view/slider_values.h"
+#include "protocol/scene/color_by.h"
+#include "protocol/scene/highlight.h"
+#include "protocol/scene/paths.h"
+#include "protocol/scene/srgb.h"
+
+namespace mote::client {
+namespace {
+
+bool isNamed(const NamedSelectionMessages& named, const std::string& name) {
+    return std::ranges::any_of(named, [&](const auto& each) { return each.name() == name; });
+}
+
+ColorByControls controlsOf(const proto::Layer& layer) {
+    ColorByControls controls;
+    if (!layer.has_color_by()) return controls;
+    const auto parsed = parseColorBy(layer.color_by()).value();
+    controls.column = parsed.column;
+    controls.ownRange = parsed.range.has_value();
+    if (parsed.range) {
+        controls.low = parsed.range->low;
+        controls.high = parsed.range->high;
+    }
+    controls.colorMap = parsed.colorMap.name();
+    controls.nearest = parsed.ofPixel == ColorBy::OfPixel::nearest;
+    return controls;
+}
+
+void writeColorBy(const ColorByControls& controls, proto::Layer& layer) {
+    layer.clear_color_by();
+    if (controls.column.empty()) return;
+    auto& colorBy = *layer.mutable_color_by();
+    colorBy.set_column(controls.column);
+    if (controls.ownRange && controls.low < controls.high) {
+        colorBy.add_range(controls.low);
+        colorBy.add_range(controls.high);
+    }
+    colorBy.set_color_map(controls.colorMap);
+    if (controls.nearest) colorBy.set_of_pixel("nearest");
+}
+
+}  // namespace
+
+NumbersModel::NumbersModel() {
+    proto::View view;
+    view.add_layers();
+    read(view);
+}
+
+void NumbersModel::read(const proto::View& view) {
+    const std::string before = chosen_ ? selections_[static_cast<int>(*chosen_)].name() : std::string();
+    const auto& layer = view.layers(0);
+    selections_ = view.selections();
+    annotations = view.annotations();
+    highlighted_ = layer.has_highlight() ? keepNamed(layer.highlight().selection(), "highlight") : "";
+    alone_ = layer.has_select() ? keepNamed(layer.select(), "shown") : "";
+    shownByUser_ = false;
+    proto::Highlight style = layer.highlight();
+    style.mutable_selection();  // of a layer without a highlight: every default
+    const auto look = parseHighlight(style, selections_).value();
+    highlightColor = toFloats(linearToSrgb(look.color));
+    highlightSize = static_cast<float>(look.pointSize.value_or(0.0));
+    highlightOpacity = static_cast<float>(look.opacity);
+    colorBy = controlsOf(layer);
+    const auto paths = parsePaths(layer.paths()).value();
+    pathIds_ = paths.ids;
+    pathWidth = static_cast<float>(paths.width);
+    pathColor_.reset();
+    if (paths.color) pathColor_ = toFloats(linearToSrgb(*paths.color));
+    chosen_.reset();
+    for (int i = 0; i < selections_.size(); ++i) {
+        const auto& name = selections_[i].name();
+        const bool shown = name == highlighted_ || (highlighted_.empty() && name == alone_);
+        if (name == before || (shown && !isNamed(selections_, before))) choose(static_cast<std::size_t>(i));
+    }
+    if (!chosen_ && !selections_.empty()) chosen_ = 0;
+}
+
+/// A selection that a layer holds itself gets a name, so that the panel can edit it.
+std::string NumbersModel::keepNamed(const proto::Selection& selection, const std::string& wish) {
+    proto::Selection rest = selection;
+    rest.clear_named();
+    if (!selection.named().empty() && rest.ByteSizeLong() == 0) return selection.named();
+    auto& named = *selections_.Add();
+    named.set_name(freshName(selections_, wish));
+    *named.mutable_selection() = selection;
+    return named.name();
+}
+
+void NumbersModel::write(proto::View& view) const {
+    *view.mutable_selections() = selections_;
+    if (annotations.ByteSizeLong() > 0) {
+        *view.mutable_annotations() = annotations;
+    } else {
+        view.clear_annotations();
+    }
+    for (int i = 0; i < view.layers_size(); ++i) {
+        auto& layer = *view.mutable_layers(i);
+        if (i == 0) {
+            writeLayer(layer);
+        } else if (layer.has_particles() && shownByUser_ && layer.dataset() == view.layers(0).dataset()) {
+            writeShown(layer);
+        }
+    }
+}
+
+void NumbersModel::writeLayer(proto::Layer& layer) const {
+    layer.clear_select();
+    layer.clear_highlight();
+    layer.clear_color_by();
+    layer.clear_paths();
+    if (!layer.has_particles()) return;
+    writeShown(layer);
+    writeColorBy(colorBy, layer);
+    if (pathIds_.empty()) return;
+    auto& paths = *layer.mutable_paths();
+    paths.mutable_ids()->Add(pathIds_.begin(), pathIds_.end());
+    if (pathColor_) assignColor(paths.mutable_color(), *pathColor_);
+    paths.set_width(pathWidth);
+}
+
+void NumbersModel::writeShown(proto::Layer& layer) const {
+    layer.clear_select();
+    layer.clear_highlight();
+    if (!alone_.empty()) *layer.mutable_select() = reference(alone_);
+    if (highlighted_.empty()) return;
+    auto& highlight = *layer.mutable_highlight();
+    *highlight.mutable_selection() = reference(highlighted_);
+    assignColor(highlight.mutable_color(), highlightColor);
+    if (highlightSize > 0.0F) highlight.set_size_pixels(std::clamp(highlightSize, 0.1F, 64.0F));
+    highlight.set_opacity(share(highlightOpacity));
+}
+
+void NumbersModel::setDataset(const proto::ParticlesManifest& manifest) {
+    const auto quantities = quantitiesOf(manifest);
+    const auto has = [&](const std::string& name) { return findQuantity(quantities, name) != nullptr; };
+    const auto drawable = [&](const std::string& name) {
+        const auto columns = columnsIn(reference(name), selections_);
+        return std::ranges::all_of(columns, has);
+    };
+    if (!colorBy.column.empty() && !has(colorBy.column)) colorBy.column.clear();
+    if (!highlighted_.empty() && !drawable(highlighted_)) highlighted_.clear();
+    if (!alone_.empty() && !drawable(alone_)) alone_.clear();
+    if (!manifest.ids()) pathIds_.clear();
+}
+
+const proto::NamedSelection* NumbersModel::chosenSelection() const {
+    return chosen_ ? &selections_[static_cast<int>(*chosen_)] : nullptr;
+}
+
+void NumbersModel::choose(std::size_t index) {
+    if (index < static_cast<std::size_t>(selections_.size())) chosen_ = index;
+}
+
+std::optional<proto::Selection> NumbersModel::chosenWhole() const {
+    if (!chosen_) return std::nullopt;
+    const auto parsed = parseSelection(chosenSelection()->selection(), selections_);
+    if (!parsed.ok()) return std::nullopt;
+    return toProto(*parsed);
+}
+
+Status NumbersModel::accept(NamedSelectionMessages edited) {
+    MOTE_RETURN_IF_ERROR(parseNamedSelections(edited));
+    selections_ = std::move(edited);
+    return success();
+}
+
+Status NumbersModel::take(const proto::Selection& gesture, Combine how, const std::string& wish) {
+    if (how != Combine::fresh && chosen_)
+        return replace(*chosen_, combined(chosenSelection()->selection(), how, gesture));
+    auto edited = selections_;
+    auto& named = *edited.Add();
+    named.set_name(freshName(selections_, wish));
+    *named.mutable_selection() = gesture;
+    MOTE_RETURN_IF_ERROR(accept(std::move(edited)));
+    choose(static_cast<std::size_t>(selections_.size()) - 1);
+    highlight(chosenSelection()->name());
+    return success();
+}
+
+Status NumbersModel::replace(std::size_t index, const proto::Selection& selection) {
+    auto edited = selections_;
+    *edited[static_cast<int>(index)].mutable_selection() = selection;
+    return accept(std::move(edited));
+}
+
+Status NumbersModel::rename(std::size_t index, const std::string& name) {
+    auto edited = selections_;
+    const std::string before = edited[static_cast<int>(index)].name();
+    edited[static_cast<int>(index)].set_name(name);
+    for (auto& each : edited) renameIn(*each.mutable_selection(), before, name);
+    MOTE_RETURN_IF_ERROR(accept(std::move(edited)));
+    if (highlighted_ == before) highlighted_ = name;
+    if (alone_ == before) alone_ = name;
+    return success();
+}
+
+Status NumbersModel::remove(std::size_t index) {
+    const std::string name = selections_[static_cast<int>(index)].name();
+    auto edited = selections_;
+    edited.DeleteSubrange(static_cast<int>(index), 1);
+    MOTE_RETURN_IF_ERROR(accept(std::move(edited)));
+    if (highlighted_ == name) highlight("");
+    if (alone_ == name) showAlone("");
+    chosen_.reset();
+    if (!selections_.empty()) choose(std::min(index, static_cast<std::size_t>(selections_.size()) - 1));
+    return success();
+}
+
+void NumbersModel::highlight(const std::string& name) {
+    highlighted_ = name;
+    shownByUser_ = true;
+}
+
+void NumbersModel::showAlone(const std::string& name) {
+    alone_ = name;
+    shownByUser_ = true;
+}
+
+Status NumbersModel::addPath(std::uint64_t id) {
+    if (std::ranges::find(pathIds_, id) != pathIds_.end()) return success();
+    if (pathIds_.size() >= Paths::maxIds)
+        return Error{ErrorCode::invalidArgument, "paths.ids", "a layer has no more paths than 1000"};
+    pathIds_.push_back(id);
+    return success();
+}
+
+}  // namespace mote::client

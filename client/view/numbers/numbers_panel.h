@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// The parts of the panel that show and edit the numbers of a particle layer. Main thread, within the panel's
+// window.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "client/view/numbers/numbers_controls.h"
+#include "client/view/numbers/numbers_data.h"
+#include "client/view/numbers/numbers_model.h"
+#include "client/view/numbers/quantities.h"
+#include "client/view/panel_widgets.h"
+
+namespace mote::client {
+
+/// What the parts are drawn with.
+struct NumbersPanel {
+    NumbersModel& model;
+    NumbersControls& controls;
+    NumbersData& data;
+    const proto::ParticlesManifest& manifest;
+    const std::vector<Quantity>& quantities;
+    std::uint32_t step;  ///< that is shown
+    float scale;         ///< pixels to a screen coordinate
+    PanelActions& actions;
+};
+
+/// The list of selections, and how the next is made.
+void drawSelections(const NumbersPanel& panel);
+/// The conditions of the chosen one.
+void drawConditions(const NumbersPanel& panel, const proto::NamedSelection& chosen);
+/// A table of statistics and one of them over the steps; the step that the user goes to.
+std::optional<std::uint32_t> drawStatistics(const NumbersPanel& panel);
+void drawColorBy(const NumbersPanel& panel);
+void drawPicked(const NumbersPanel& panel);
+void drawAnnotations(const NumbersPanel& panel);
+
+/// The selection that the panel edits is now this one; a refusal is said.
+void edit(const NumbersPanel& panel, const proto::Selection& selection);
+
+}  // namespace mote::client

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "client/view/numbers/selection_edits.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace mote::client {
+namespace {
+
+using PointMessages = google::protobuf::RepeatedPtrField<google::protobuf::ListValue>;
+
+void assignPoints(PointMessages& message, std::span<const glm::dvec2> points) {
+    for (const auto& point : points) {
+        auto& pair = *message.Add();
+        pair.add_values()->set_number_value(point.x);
+        pair.add_values()->set_number_value(point.y);
+    }
+}
+
+/// Visits a selection, all that it holds and all that it names. What is not valid may name itself: each name
+/// is followed once.
+void visit(const proto::Selection& selection, const NamedSelectionMessages& named,
+           std::set<std::string>& followed, const std::function<void(const proto::Selection&)>& see) {
+    see(selection);
+    for (const auto& part : selection.all()) visit(part, named, followed, see);
+    for (const auto& part : selection.any()) visit(part, named, followed, see);
+    if (selection.has_negated()) visit(selection.negated(), named, followed, see);
+    if (selection.named().empty() || !followed.insert(selection.named()).second) return;
+    for (const auto& each : named) {
+        if (each.name() == selection.named()) visit(each.selection(), named, followed, see);
+    }
+}
+
+/// Whether it is a list of alternatives, or of conditions, and nothing else.
+bool isOnly(const proto::Selection& selection, bool any) {
+    proto::Selection rest = selection;
+    any ? rest.clear_any() : rest.clear_all();
+    const int parts = any ? selection.any_size() : selection.all_size();
+    return parts > 0 && rest.ByteSizeLong() == 0;
+}
+
+proto::Selection joined(const proto::Selection& first, const proto::Selection& second, bool any) {
+    proto::Selection result;
+    if (isOnly(first, any)) {
+        result = first;
+    } else {
+        *(any ? result.add_any() : result.add_all()) = first;
+    }
+    *(any ? result.add_any() : result.add_all()) = second;
+    return result;
+}
+
+std::string describeRange(const proto::Selection::Range& range) {
+    if (range.has_min() && range.has_max())
+        return fmt::format("{} {:.4g} to {:.4g}", range.column(), range.min(), range.max());
+    if (range.has_min()) return fmt::format("{} from {:.4g}", range.column(), range.min());
+    if (range.has_max()) return fmt::format("{} to {:.4g}", range.column(), range.max());
+    return fmt::format("any {}", range.column());
+}
+
+std::string describeDensity(const proto::Selection::Density& density) {
+    if (density.has_min() && density.has_max())
+        return fmt::format("log density {:.3g} to {:.3g}", density.min(), density.max());
+    if (density.has_min()) return fmt::format("log density from {:.3g}", density.min());
+    if (density.has_max()) return fmt::format("log density to {:.3g}", density.max());
+    return "any density";
+}
+
+/// "(a or b)"; a single one as it is.
+std::string list(const google::protobuf::RepeatedPtrField<proto::Selection>& parts, std::string_view word) {
+    std::vector<std::string> texts;
+    for (const auto& part : parts) texts.push_back(describe(part));
+    const auto text = fmt::format("{}", fmt::join(texts, word));
+    return texts.size() > 1 ? "(" + text + ")" : text;
+}
+
+std::vector<std::string> conditionsOf(const proto::Selection& selection) {
+    std::vector<std::string> texts;
+    if (!selection.named().empty()) texts.push_back(selection.named());
+    for (const auto& range : selection.ranges()) texts.push_back(describeRange(range));
+    if (selection.has_density()) texts.push_back(describeDensity(selection.density()));
+    if (selection.has_polygon())
+        texts.push_back(fmt::format("polygon in {}", fmt::join(selection.polygon().columns(), ", ")));
+    if (selection.has_lasso())
+        texts.push_back(fmt::format("lasso of {} corners", selection.lasso().points_size()));
+    if (selection.has_outermost()) {
+        const auto& outermost = selection.outermost();
+        texts.push_back(fmt::format("outermost {:.3g}% in {}", 100.0 * outermost.share(), outermost.plane()));
+    }
+    if (!selection.ids().empty()) texts.push_back(fmt::format("{} ids", selection.ids_size()));
+    if (!selection.all().empty()) texts.push_back(list(selection.all(), ", "));
+    if (!selection.any().empty()) texts.push_back(list(selection.any(), " or "));
+    if (selection.has_negated()) texts.push_back("not " + describe(selection.negated()));
+    return texts;
+}
+
+}  // namespace
+
+proto::Selection lassoOn(const Camera& camera, double aspect, const proto::Layer& layer,
+                         std::span<const glm::dvec2> points) {
+    proto::Selection selection;
+    auto& lasso = *selection.mutable_lasso();
+    *lasso.mutable_camera() = toProto(camera);
+    lasso.set_aspect(aspect);
+    *lasso.mutable_transform() = layer.transform();
+    assignPoints(*lasso.mutable_points(), points);
+    return selection;
+}
+
+proto::Selection polygonIn(const std::string& first, const std::string& second,
+                           std::span<const glm::dvec2> points) {
+    proto::Selection selection;
+    auto& polygon = *selection.mutable_polygon();
+    polygon.add_columns(first);
+    polygon.add_columns(second);
+    assignPoints(*polygon.mutable_points(), points);
+    return selection;
+}
+
+proto::Selection reference(const std::string& name) {
+    proto::Selection selection;
+    selection.set_named(name);
+    return selection;
+}
+
+proto::Selection combined(const proto::Selection& present, Combine how, const proto::Selection& gesture) {
+    proto::Selection first = present, second = gesture;
+    // Made in the same step, they are one selection of that step.
+    const bool sameStep = present.has_step() && gesture.has_step() && present.step() == gesture.step();
+    if (sameStep) {
+        first.clear_step();
+        second.clear_step();
+    }
+    if (how == Combine::without) {
+        proto::Selection negated;
+        *negated.mutable_negated() = second;
+        second = negated;
+    }
+    auto result = joined(first, second, how == Combine::either);
+    if (sameStep) result.set_step(present.step());
+    return result;
+}
+
+std::string describe(const proto::Selection& selection) {
+    const auto texts = conditionsOf(selection);
+    const auto text = texts.empty() ? "all particles" : fmt::format("{}", fmt::join(texts, ", "));
+    return selection.has_step() ? fmt::format("{} at step {}", text, selection.step()) : text;
+}
+
+std::string freshName(const NamedSelectionMessages& named, const std::string& wish) {
+    const auto taken = [&](const std::string& name) {
+        return std::ranges::any_of(named, [&](const auto& each) { return each.name() == name; });
+    };
+    std::string name = wish;
+    for (int number = 2; taken(name); ++number) name = fmt::format("{} {}", wish, number);
+    return name;
+}
+
+std::set<std::string> namesIn(const proto::Selection& selection, const NamedSelectionMessages& named) {
+    std::set<std::string> names;
+    visit(selection, named, names, [](const auto&) {});
+    return names;
+}
+
+void renameIn(proto::Selection& selection, const std::string& from, const std::string& to) {
+    if (selection.named() == from) selection.set_named(to);
+    for (auto& part : *selection.mutable_all()) renameIn(part, from, to);
+    for (auto& part : *selection.mutable_any()) renameIn(part, from, to);
+    if (selection.has_negated()) renameIn(*selection.mutable_negated(), from, to);
+}
+
+std::set<std::string> columnsIn(const proto::Selection& selection, const NamedSelectionMessages& named) {
+    std::set<std::string> columns, followed;
+    visit(selection, named, followed, [&](const proto::Selection& part) {
+        for (const auto& range : part.ranges()) columns.insert(range.column());
+        columns.insert(part.polygon().columns().begin(), part.polygon().columns().end());
+    });
+    return columns;
+}
+
+bool dependsOnPlot(const proto::Selection& selection, const NamedSelectionMessages& named) {
+    bool depends = false;
+    std::set<std::string> followed;
+    visit(selection, named, followed,
+          [&](const proto::Selection& part) { depends |= part.has_lasso() || part.has_density(); });
+    return depends;
+}
+
+std::vector<glm::dvec2> cornersOf(const PointMessages& points) {
+    std::vector<glm::dvec2> corners;
+    for (const auto& point : points) {
+        if (point.values_size() == 2)
+            corners.emplace_back(point.values(0).number_value(), point.values(1).number_value());
+    }
+    return corners;
+}
+
+}  // namespace mote::client

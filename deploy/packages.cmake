@@ -1,0 +1,28 @@
+# Packages for Debian, made by cpack in the build's folder: mote-client, mote-server and mote-prep. What they need of
+# other packages, dpkg-shlibdeps finds in the programs; deploy/check-packages installs them where nothing else is.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME mote)
+set(CPACK_PACKAGE_CONTACT "The Mote developers")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Remote visualization of particle runs")
+set(CPACK_COMPONENTS_ALL client server prep)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+# Not a prefix of their own while they are packed: the unit names the folder of the programs.
+set(CPACK_SET_DESTDIR ON)
+set(CPACK_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_DEBUGINFO_PACKAGE OFF)
+
+set(CPACK_COMPONENT_CLIENT_DESCRIPTION
+  "Mote's clients\n The viewer mote-view, mote-frames for scripts and films, mote-stats for numbers.")
+set(CPACK_COMPONENT_SERVER_DESCRIPTION
+  "Mote's server\n Renders particle datasets where they lie and shows them to clients; runs jobs that make datasets.")
+set(CPACK_COMPONENT_PREP_DESCRIPTION
+  "Makes datasets for Mote\n Turns runs of particles, volumes, meshes and images into datasets; alone or on several nodes.")
+# The server's jobs run mote-prep, its films mote-frames.
+set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS "mote-prep (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "mote-client (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PREP_PACKAGE_SUGGESTS "openmpi-bin")
+include(CPack)

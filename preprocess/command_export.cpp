@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// mote-prep export: a step's volume, or particles, for other programs.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "preprocess/export/export_job.h"
+#include "preprocess/export_vdb.h"
+#include "preprocess/job_kinds.h"
+#include "protocol/scene/json.h"
+#include "storage/manifest.h"
+
+namespace mote::prep {
+namespace {
+
+constexpr const char* examples = R"(Examples:
+  mote-prep export beam.mote --step 3 --vdb beam-3.vdb
+  mote-prep export beam.mote --steps 3 --select halo.json --openpmd halo.h5
+
+--vdb: of particles a grid "density"; of a hybrid volume the low-resolution "volume" and the "residual" to add to it.
+--openpmd: the particles, in m, eV/c and s, as openPMD-beamphysics HDF5 with ids and weights. A selection is JSON:
+docs/SELECTIONS.md.)";
+
+struct Options {
+    std::string dataset;
+    std::string vdb, openpmd;
+    std::uint32_t step = 0;
+    std::string steps, select;
+    std::vector<std::string> columns;
+    JobResources resources;
+};
+
+int exportVolume(const CommandLine& line, const Options& options) {
+    const auto manifest = storage::readManifest(options.dataset);
+    if (!manifest.ok()) return fail(line, manifest.error());
+    const auto made = exportVdb(options.dataset, *manifest, options.step, options.vdb);
+    if (!made.ok()) return fail(line, made.error());
+    if (line.json) {
+        JsonObject object;
+        fmt::print("{}\n", object.add("output", options.vdb).add("step", options.step).text());
+    } else if (!line.quiet) {
+        fmt::print("{}: {} of step {}\n", options.vdb, *made, options.step);
+    }
+    return 0;
+}
+
+int exportRun(const CommandLine& line, const Options& options) {
+    proto::JobRequest request;
+    request.set_output(options.openpmd);
+    auto& job = *request.mutable_export_();
+    job.set_dataset(options.dataset);
+    job.set_steps(options.steps);
+    job.mutable_columns()->Assign(options.columns.begin(), options.columns.end());
+    if (!options.select.empty()) {
+        const auto read = readJsonFile(options.select, *job.mutable_select());
+        if (!read.ok()) return fail(line, read.error());
+    }
+    return runAndPrint(line, request, {}, options.resources);
+}
+
+int runCommand(const CommandLine& line, const Options& options) {
+    if (options.vdb.empty() == options.openpmd.empty())
+        return fail(line, {ErrorCode::invalidArgument, "--vdb", "give either --vdb FILE or --openpmd FILE"});
+    return options.vdb.empty() ? exportRun(line, options) : exportVolume(line, options);
+}
+
+void addCommand(const cli::Command& program, CommandLine& line) {
+    const auto command = program.subcommand("export", "Write a step's volume, or particles, for other tools");
+    const auto options = std::make_shared<Options>();
+    command.option("DATASET", options->dataset, "NAME.mote").required();
+    command.option("--vdb", options->vdb, "The OpenVDB file to make, which must not exist").valueName("FILE");
+    command.option("--step", options->step, "--vdb: index of the step").showDefault().valueName("N");
+    command.option("--openpmd", options->openpmd, "The openPMD file to make, which must not exist")
+        .valueName("FILE.h5");
+    command.option("--steps", options->steps, "--openpmd: these steps; all unless given")
+        .valueName("FIRST:LAST:STRIDE");
+    command.option("--select", options->select, "--openpmd: these particles; all unless given")
+        .valueName("SELECTION.json");
+    command
+        .option("--columns", options->columns, "--openpmd: besides coordinates and weights; all unless given")
+        .valueName("NAME ...");
+    addResourceOptions(command, options->resources);
+    addOutputFlags(command, line);
+    command.footer(examples);
+    command.callback(
+        [options, &line] { line.command = [options, &line] { return runCommand(line, *options); }; });
+}
+
+Result<proto::Manifest> run(const Job& job) {
+    MOTE_RETURN_IF_ERROR(
+        exportParticles(job.request.export_(), job.inputs.front(), job.output, job.resources, job.progress));
+    return proto::Manifest();
+}
+
+}  // namespace
+
+const JobKind exportJob{proto::JobRequest::kExport, false, addCommand, run};
+
+}  // namespace mote::prep

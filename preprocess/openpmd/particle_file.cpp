@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/openpmd/particle_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "preprocess/openpmd/records.h"
+
+namespace mote::prep {
+namespace {
+
+/// Names that the records have which we write; what the source calls so has another.
+constexpr std::array ownNames{
+    &records::position, &records::positionOffset, &records::momentum, &records::time,   &records::mass,
+    &records::charge,   &records::weighting,      &records::weight,   &records::status, &records::identity};
+constexpr double kilogramsOfEv = elementaryCharge / (speedOfLight * speedOfLight);  // kg in one eV/c^2
+
+struct Unit {
+    std::string_view name;
+    double unitSI;
+    std::array<double, 7> dimension;
+};
+constexpr std::array<Unit, 8> units{{{"m", 1.0, {1, 0, 0, 0, 0, 0, 0}},
+                                     {"s", 1.0, {0, 0, 1, 0, 0, 0, 0}},
+                                     {"eV/c", electronvoltOverC, {1, 1, -1, 0, 0, 0, 0}},
+                                     {"eV", elementaryCharge, {2, 1, -2, 0, 0, 0, 0}},
+                                     {"C", 1.0, {0, 0, 1, 1, 0, 0, 0}},
+                                     {"A", 1.0, {0, 0, 0, 1, 0, 0, 0}},
+                                     {"rad", 1.0, {0, 0, 0, 0, 0, 0, 0}},
+                                     {"1", 1.0, {0, 0, 0, 0, 0, 0, 0}}}};
+
+/// Masses in eV/c^2 (CODATA 2018) and what the standard calls their particles.
+struct Species {
+    double mass;
+    const char* name;
+};
+constexpr std::array<Species, 3> knownSpecies{
+    {{0.51099895e6, "electron"}, {105.6583755e6, "muon"}, {938.27208816e6, "proton"}}};
+constexpr double sameMass = 1e-4;  // relative: sources round, and f32 does too
+
+const char* speciesOf(double mass) {
+    for (const auto& each : knownSpecies) {
+        if (std::abs(mass - each.mass) <= sameMass * each.mass) return each.name;
+    }
+    return "other";
+}
+
+/// A component of a vector record: "position" and "x" of the column "x".
+struct Component {
+    const RecordKind* record;
+    const char* name;
+};
+
+Component componentOf(std::string_view column) {
+    for (const char* axis : axisNames) {
+        if (column == axis) return {&records::position, axis};
+        if (column.size() == 2 && column[0] == 'p' && column.substr(1) == axis)
+            return {&records::momentum, axis};
+    }
+    return {nullptr, nullptr};
+}
+
+/// A column of `rows` in a vector record, which is made with its first one.
+bool addComponent(hid_t species, const Component& component, double unit, std::uint64_t rows) {
+    const auto& kind = *component.record;
+    const bool there = H5Lexists(species, kind.name, H5P_DEFAULT) > 0;
+    const H5Handle record = there ? H5Handle(H5Gopen2(species, kind.name, H5P_DEFAULT), H5Gclose)
+                                  : createGroup(species, kind.name);
+    if (!record.ok() || (!there && !describeRecord(record.get(), kind))) return false;
+    const H5Handle column = createColumn(record.get(), component.name, H5T_IEEE_F64LE, rows);
+    return column.ok() && setDouble(column.get(), "unitSI", unit);
+}
+
+/// A name that HDF5 takes for one link, the source's may hold "/", and that is free.
+std::string linkName(hid_t species, const std::string& column) {
+    std::string name = column == "." ? "_" : column;
+    std::ranges::replace(name, '/', '_');
+    const auto taken = [&] {
+        const bool own = std::ranges::any_of(ownNames, [&](const auto* kind) { return name == kind->name; });
+        return own || H5Lexists(species, name.c_str(), H5P_DEFAULT) > 0;
+    };
+    while (taken()) name += "_";
+    return name;
+}
+
+bool addOther(hid_t species, const FileColumn& column, const std::string& name, std::uint64_t rows) {
+    const auto* const unit = std::ranges::find(units, column.unit, &Unit::name);
+    const bool known = unit != units.end();
+    const H5Handle record = createColumn(species, name.c_str(), H5T_IEEE_F64LE, rows);
+    const RecordKind kind{name.c_str(), known ? unit->dimension : std::array<double, 7>{}, 0, 0.0};
+    return record.ok() && describeRecord(record.get(), kind) &&
+           setDouble(record.get(), "unitSI", known ? unit->unitSI : 1.0) &&
+           (known || setText(record.get(), "unit", column.unit));
+}
+
+bool describeFile(hid_t file) {
+    return setText(file, "openPMD", "1.1.0") &&
+           setText(file, "openPMDextension", "BeamPhysics;SpeciesType") &&
+           setText(file, "basePath", "/data/%T/") && setText(file, "particlesPath", "particles/") &&
+           setText(file, "iterationEncoding", "groupBased") &&
+           setText(file, "iterationFormat", "/data/%T/") && setText(file, "software", "mote-prep export") &&
+           setText(file, "softwareVersion", MOTE_VERSION);
+}
+
+}  // namespace
+
+ParticleFile::ParticleFile(const std::string& path)
+    : name_(path), errors_(std::make_unique<H5Errors>()), file_(createFile(path)) {}
+
+ParticleFile::~ParticleFile() {
+    if (file_.ok()) forgetUnwritten(file_.get());
+}
+
+Result<ParticleFile> ParticleFile::create(const std::filesystem::path& path) {
+    ParticleFile file(path.string());
+    if (!file.file_.ok() || !describeFile(file.file_.get())) return file.errors_->failure(file.name_);
+    return file;
+}
+
+bool ParticleFile::describeSpecies(hid_t species, const FileStep& step) const {
+    const bool described = setText(species, "speciesType", speciesOf(step.mass)) &&
+                           setUnsigned64(species, "numParticles", step.rows) &&
+                           setDouble(species, "chargeUnitSI", 1.0) &&
+                           addConstantScalar(species, records::status, 1.0, step.rows);
+    if (!described || step.mass == 0.0) return described;
+    return addConstantScalar(species, records::mass, step.mass * kilogramsOfEv, step.rows);
+}
+
+bool ParticleFile::addColumn(hid_t species, const FileStep& step, const FileColumn& column) {
+    auto& paths = paths_.emplace_back();
+    const auto scalar = [&](const RecordKind& kind, double unit) {
+        paths.emplace_back(kind.name);
+        return addScalar(species, kind, H5T_IEEE_F64LE, unit, step.rows);
+    };
+    if (const auto component = componentOf(column.name); component.record != nullptr) {
+        paths.push_back(fmt::format("{}/{}", component.record->name, component.name));
+        const bool momentum = component.record == &records::momentum;
+        return addComponent(species, component, momentum ? electronvoltOverC : 1.0, step.rows);
+    }
+    if (column.name == "t") return scalar(records::time, 1.0);
+    if (column.name == "weight") {
+        // Real particles count an elementary charge each.
+        const bool charge = step.weightUnit == "C";
+        const bool counted = charge || scalar(records::weighting, 1.0);
+        if (step.weightUnit.empty()) return counted;
+        charge_ = 0.0;
+        weightColumn_ = paths_.size() - 1;
+        weightUnit_ = charge ? 1.0 : elementaryCharge;
+        return counted && scalar(records::weight, weightUnit_);
+    }
+    const auto name = linkName(species, column.name);
+    paths.push_back(name);
+    return addOther(species, column, name, step.rows);
+}
+
+bool ParticleFile::endStep() {
+    if (!charge_) return true;
+    const H5Handle species(H5Gopen2(file_.get(), species_.c_str(), H5P_DEFAULT), H5Gclose);
+    return species.ok() && setDouble(species.get(), "totalCharge", *std::exchange(charge_, std::nullopt));
+}
+
+Status ParticleFile::begin(const FileStep& step) {
+    if (!endStep()) return errors_->failure(name_);
+    const auto iteration = fmt::format("/data/{}", step.iteration);
+    species_ = iteration + "/particles/beam";
+    paths_.clear();
+    const H5Handle group = createGroup(file_.get(), iteration);
+    bool ok = group.ok() && setDouble(group.get(), "time", step.time) && setDouble(group.get(), "dt", 0.0) &&
+              setDouble(group.get(), "timeUnitSI", 1.0);
+    const H5Handle species = ok ? createGroup(file_.get(), species_) : H5Handle();
+    ok = ok && species.ok() && describeSpecies(species.get(), step);
+    bool timed = false;
+    for (const auto& column : step.columns) {
+        timed = timed || column.name == "t";
+        ok = ok && addColumn(species.get(), step, column);
+    }
+    if (ok && !timed) ok = addConstantScalar(species.get(), records::time, step.time, step.rows);
+    if (ok && step.ids) ok = addScalar(species.get(), records::identity, H5T_STD_U64LE, 1.0, step.rows);
+    return ok ? success() : Status(errors_->failure(name_));
+}
+
+Status ParticleFile::write(std::uint64_t first, std::size_t rows,
+                           std::span<const std::vector<double>> columns,
+                           const std::vector<std::uint64_t>& ids) {
+    bool ok = true;
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+        for (const auto& path : paths_[i])
+            ok = ok && writeColumn(file_.get(), species_ + "/" + path, H5T_NATIVE_DOUBLE, first, rows,
+                                   columns[i].data());
+    }
+    if (charge_) {
+        for (std::size_t row = 0; row < rows; ++row) *charge_ += columns[weightColumn_][row] * weightUnit_;
+    }
+    if (ok && !ids.empty())
+        ok = writeColumn(file_.get(), species_ + "/id", H5T_NATIVE_UINT64, first, rows, ids.data());
+    return ok ? success() : Status(errors_->failure(name_));
+}
+
+Status ParticleFile::close() {
+    if (!endStep() || H5Fflush(file_.get(), H5F_SCOPE_GLOBAL) < 0) return errors_->failure(name_);
+    file_ = {};
+    return success();
+}
+
+}  // namespace mote::prep

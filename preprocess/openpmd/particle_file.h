@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ParticleFile: particles in a new openPMD 1.1 file with the beam physics extension: group-based iterations,
+// one species "beam", columns of f64 in m, eV/c, s. Each step is laid out, then its rows are written in any
+// order. Nothing in it names the time or the machine. One owner, one thread.
+//
+// Known columns become the standard's records (position, momentum, time, weighting, weight, id), all others
+// records of their own names. A column "time" that is not there is constant, the step's: a dump is of one
+// moment.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "preprocess/openpmd/h5_output.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct FileColumn {
+    std::string name;  ///< "x", "px", "weight", or the source's own
+    std::string unit;  ///< "m", "eV/c", "s", "1", ...
+};
+
+/// A step of the file. A value.
+struct FileStep {
+    std::int64_t iteration = 0;  ///< no other step has it
+    double time = 0.0;           ///< s
+    std::uint64_t rows = 0;
+    std::vector<FileColumn> columns;
+    bool ids = false;
+    double mass = 0.0;       ///< eV/c^2, of one real particle; 0: not known
+    std::string weightUnit;  ///< of the column "weight": "1", "C"; "": not known
+};
+
+class ParticleFile {
+  public:
+    /// An empty file over `path`. Errors: permissionDenied, resourceExhausted, internal; so of all below.
+    static Result<ParticleFile> create(const std::filesystem::path& path);
+    ParticleFile(ParticleFile&&) = default;
+    ParticleFile& operator=(ParticleFile&&) = delete;
+    /// Discards a file that was not closed.
+    ~ParticleFile();
+
+    /// The rows that are written next belong to it.
+    Status begin(const FileStep& step);
+    /// Rows [first, first + rows) of the present step: `columns` as the step has them, `ids` where it has
+    /// any.
+    Status write(std::uint64_t first, std::size_t rows, std::span<const std::vector<double>> columns,
+                 const std::vector<std::uint64_t>& ids);
+    /// Writes what HDF5 still holds back.
+    Status close();
+
+  private:
+    explicit ParticleFile(const std::string& path);
+    bool addColumn(hid_t species, const FileStep& step, const FileColumn& column);
+    bool describeSpecies(hid_t species, const FileStep& step) const;
+    /// Says what is known of the step only when all is written.
+    bool endStep();
+
+    std::string name_;
+    std::unique_ptr<H5Errors> errors_;  ///< outlives the file
+    H5Handle file_;
+    std::string species_;  ///< "/data/53/particles/beam"
+    std::vector<std::vector<std::string>>
+        paths_;                     ///< by column: the records that hold it, within the species
+    std::optional<double> charge_;  ///< C, of the rows written so far; nothing: not known
+    std::size_t weightColumn_ = 0;
+    double weightUnit_ = 0.0;  ///< C, of one weight
+};
+
+}  // namespace mote::prep

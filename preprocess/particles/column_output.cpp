@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/column_output.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <set>
+
+#include "preprocess/particles/id_index.h"
+#include "preprocess/particles/record_store.h"
+#include "preprocess/particles/row_reader.h"
+#include "storage/arrays/array_file.h"
+#include "storage/particles/mapped_columns.h"
+
+namespace mote::prep {
+namespace {
+
+using storage::ArrayFileWriter;
+
+constexpr std::uint64_t pointsAtOnce = std::uint64_t{1} << 16;
+constexpr std::size_t mostTogether = 8;  // columns that share a cache line of rows
+
+/// Columns that are read and written together.
+struct Group {
+    std::size_t first = 0, count = 0;
+};
+
+struct Extent {
+    double least = std::numeric_limits<double>::infinity();
+    double greatest = -std::numeric_limits<double>::infinity();
+
+    void add(double value) {
+        if (!std::isfinite(value)) return;
+        least = std::min(least, value);
+        greatest = std::max(greatest, value);
+    }
+    void add(const Extent& other) {
+        least = std::min(least, other.least);
+        greatest = std::max(greatest, other.greatest);
+    }
+};
+
+class Output {
+  public:
+    explicit Output(const ColumnsRequest& request)
+        : request_(request),
+          columns_(request.kept->columns),
+          ranks_(*request.ranks),
+          rows_(request.source->steps()[request.step].particles),
+          extents_(columns_.size()) {}
+
+    Result<WrittenColumns> run() {
+        MOTE_RETURN_IF_ERROR(agree(ranks_, findOffsets()));
+        MOTE_RETURN_IF_ERROR(openFile());
+        MOTE_RETURN_IF_ERROR(agree(ranks_, writeMine()));
+        MOTE_RETURN_IF_ERROR(shareExtents());
+        if (request_.kept->ids)
+            MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writeIndex() : success()));
+        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? file_->finish() : success()));
+        WrittenColumns written{offsets_, {}, {}};
+        for (const auto& extent : extents_) {
+            written.least.push_back(extent.least);
+            written.greatest.push_back(extent.greatest);
+        }
+        return written;
+    }
+
+  private:
+    /// Near the middle of the first rows' values; 0 where floats about 0 are as good.
+    Status findOffsets() {
+        offsets_.assign(columns_.size(), 0.0);
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            if (columns_[i].axis.empty()) continue;  // weights
+            Extent extent;
+            MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, 0,
+                                              std::min(rows_, rowsOfChunk), columns_[i].sources(),
+                                              *request_.progress, [&](const ParticleChunk& chunk) {
+                                                  for (const double value : valuesOf(i, chunk))
+                                                      extent.add(value);
+                                              }));
+            const double middle = extent.least / 2 + extent.greatest / 2;
+            if (std::isfinite(middle) && std::abs(middle) > extent.greatest - extent.least) {
+                offsets_[i] = static_cast<double>(static_cast<float>(middle));
+                if (!std::isfinite(offsets_[i])) offsets_[i] = middle;
+            }
+        }
+        return success();
+    }
+
+    std::vector<double> valuesOf(std::size_t column, const ParticleChunk& chunk) const {
+        std::vector<double> values(chunk.size);
+        evaluateColumn(columns_[column], chunk, request_.context, values);
+        return values;
+    }
+
+    /// Rank 0 makes the file; the others learn from it where the arrays lie.
+    Status openFile() {
+        std::vector<storage::ColumnInfo> infos;
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            infos.push_back({columns_[i].name, columns_[i].unit, offsets_[i]});
+        }
+        const auto layout = storage::columnsLayout(infos, request_.kept->ids, request_.pointCount);
+        Status status = success();
+        const auto take = [&](Result<ArrayFileWriter> made) {
+            if (!made.ok()) status = made.error();
+            if (made.ok()) file_.emplace(*std::move(made));
+        };
+        if (ranks_.first()) take(ArrayFileWriter::create(request_.directory, request_.name, layout));
+        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
+        const auto mine = file_ ? file_->places() : std::vector<storage::ArrayPlace>();
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<storage::ArrayPlace>(ranks_, mine));
+        if (!file_) take(ArrayFileWriter::open(request_.directory, request_.name, layout, all.front()));
+        return agree(ranks_, status);
+    }
+
+    /// A row takes so many bytes of what is held while its columns change their order.
+    std::uint64_t rowsFor(std::uint64_t bytesOfRow) const {
+        const std::uint64_t most = request_.memory / 4 * 3 / bytesOfRow / rowsOfChunk * rowsOfChunk;
+        return std::clamp(most, rowsOfChunk, std::max(rows_, rowsOfChunk));
+    }
+
+    /// As many columns at once as there is memory for, but so that every rank has some.
+    std::vector<Group> groups() const {
+        const auto size = static_cast<std::size_t>(ranks_.size());
+        const auto held = static_cast<std::size_t>(request_.memory / 4 * 3 / sizeof(float) /
+                                                   std::max<std::uint64_t>(rows_, 1));
+        const std::size_t even = (columns_.size() + size - 1) / size;
+        const std::size_t count = std::clamp<std::size_t>(std::min(held, even), 1, mostTogether);
+        std::vector<Group> groups;
+        for (std::size_t first = 0; first < columns_.size(); first += count) {
+            groups.push_back({first, std::min(count, columns_.size() - first)});
+        }
+        return groups;
+    }
+
+    Status writeMine() {
+        const auto parts = groups();
+        const auto size = static_cast<std::size_t>(ranks_.size());
+        const auto rank = static_cast<std::size_t>(ranks_.rank());
+        for (std::size_t i = rank; i < parts.size(); i += size) MOTE_RETURN_IF_ERROR(writeGroup(parts[i]));
+        if (request_.kept->ids && rank == parts.size() % size) return writeIds();
+        return success();
+    }
+
+    Status writeGroup(const Group& group) {
+        std::set<Column> wanted;
+        for (std::size_t i = 0; i < group.count; ++i) {
+            const auto sources = columns_[group.first + i].sources();
+            wanted.insert(sources.begin(), sources.end());
+        }
+        const auto fill = [&](std::uint64_t begin, RecordStore& store) {
+            return [this, &group, &store, begin](const ParticleChunk& chunk) {
+                std::vector<float> records(chunk.size * group.count);
+                for (std::size_t i = 0; i < group.count; ++i) {
+                    const auto column = group.first + i;
+                    const auto values = valuesOf(column, chunk);
+                    for (std::size_t k = 0; k < values.size(); ++k) {
+                        records[k * group.count + i] = static_cast<float>(values[k] - offsets_[column]);
+                    }
+                }
+                return store.write<float>((chunk.begin - begin) * group.count, records);
+            };
+        };
+        std::vector<std::size_t> arrays;
+        for (std::size_t i = 0; i < group.count; ++i) arrays.push_back(group.first + i);
+        return moveRows<float>({wanted.begin(), wanted.end()}, arrays, fill);
+    }
+
+    Status writeIds() {
+        const auto fill = [](std::uint64_t begin, RecordStore& store) {
+            return [&store, begin](const ParticleChunk& chunk) {
+                return store.write<std::uint64_t>(chunk.begin - begin, std::span(chunk.id).first(chunk.size));
+            };
+        };
+        return moveRows<std::uint64_t>({Column::id}, {columns_.size()}, fill);
+    }
+
+    /// Reads records of `arrays.size()` values a row by the chunks that `fill` takes, and writes them in the
+    /// order of the points.
+    template <class T, class Fill>
+    Status moveRows(const std::vector<Column>& wanted, const std::vector<std::size_t>& arrays,
+                    const Fill& fill) {
+        const std::uint64_t recordBytes = sizeof(T) * arrays.size();
+        const std::uint64_t together = rowsFor(recordBytes);
+        MOTE_ASSIGN_OR_RETURN(auto store, RecordStore::inMemory(std::min(together, rows_) * recordBytes));
+        for (std::uint64_t begin = 0; begin < rows_; begin += together) {
+            const std::uint64_t end = std::min(rows_, begin + together);
+            Status kept = success();
+            std::mutex mutex;
+            const auto take = fill(begin, store);
+            MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, begin, end, wanted,
+                                              *request_.progress, [&](const ParticleChunk& chunk) {
+                                                  const auto status = take(chunk);
+                                                  if (status.ok()) return;
+                                                  const std::lock_guard lock(mutex);
+                                                  kept = status;
+                                              }));
+            MOTE_RETURN_IF_ERROR(kept);
+            MOTE_RETURN_IF_ERROR(gather<T>(store, begin, end, arrays));
+        }
+        return success();
+    }
+
+    template <class T>
+    Status gather(const RecordStore& store, std::uint64_t begin, std::uint64_t end,
+                  const std::vector<std::size_t>& arrays) {
+        std::vector<T> unused;
+        MOTE_ASSIGN_OR_RETURN(const auto records, store.read<T>(0, (end - begin) * arrays.size(), unused));
+        const std::uint64_t parts = (request_.pointCount + pointsAtOnce - 1) / pointsAtOnce;
+        std::vector<Status> written(parts, success());
+        tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
+            written[part] = request_.progress->cancelled()
+                                ? Status(cancelledError())
+                                : gatherPart<T>(records, begin, end, arrays, part * pointsAtOnce);
+        });
+        for (const auto& status : written) MOTE_RETURN_IF_ERROR(status);
+        return success();
+    }
+
+    /// Points of other ranges of rows keep what an earlier range gave them.
+    template <class T>
+    Status gatherPart(std::span<const T> records, std::uint64_t begin, std::uint64_t end,
+                      const std::vector<std::size_t>& arrays, std::uint64_t first) {
+        const auto count = static_cast<std::size_t>(std::min(pointsAtOnce, request_.pointCount - first));
+        const bool whole = end - begin == rows_;
+        std::vector<std::uint64_t> rows(count);
+        MOTE_RETURN_IF_ERROR(request_.points->read(storage::StepArray::pointRow,
+                                                   first * sizeof(std::uint64_t),
+                                                   std::as_writable_bytes(std::span(rows))));
+        std::vector<T> values(count * arrays.size());
+        for (std::size_t i = 0; i < arrays.size() && !whole; ++i) {
+            MOTE_RETURN_IF_ERROR(
+                file_->read(arrays[i], first * sizeof(T),
+                            std::as_writable_bytes(std::span(values).subspan(i * count, count))));
+        }
+        for (std::size_t k = 0; k < count; ++k) {
+            if (!whole && (rows[k] < begin || rows[k] >= end)) continue;
+            const T* const record = records.data() + (rows[k] - begin) * arrays.size();
+            for (std::size_t i = 0; i < arrays.size(); ++i) values[i * count + k] = record[i];
+        }
+        for (std::size_t i = 0; i < arrays.size(); ++i) {
+            const auto mine = std::span<const T>(values).subspan(i * count, count);
+            MOTE_RETURN_IF_ERROR(file_->write(arrays[i], first * sizeof(T), std::as_bytes(mine)));
+            if constexpr (sizeof(T) == sizeof(float)) {
+                if (end == rows_) addExtent(arrays[i], mine);
+            }
+        }
+        return success();
+    }
+
+    void addExtent(std::size_t column, std::span<const float> values) {
+        Extent extent;
+        for (const float value : values) extent.add(offsets_[column] + static_cast<double>(value));
+        const std::lock_guard lock(extentMutex_);
+        extents_[column].add(extent);
+    }
+
+    Status shareExtents() {
+        MOTE_ASSIGN_OR_RETURN(const auto all, shareValues<Extent>(ranks_, extents_));
+        for (const auto& ofRank : all) {
+            for (std::size_t i = 0; i < extents_.size(); ++i) extents_[i].add(ofRank[i]);
+        }
+        return success();
+    }
+
+    Status writeIndex() {
+        return writeIdIndex(*file_, {columns_.size(), columns_.size() + 1, request_.pointCount},
+                            request_.memory, *request_.progress);
+    }
+
+    const ColumnsRequest& request_;
+    const std::vector<KeptColumn>& columns_;
+    Communicator& ranks_;
+    const std::uint64_t rows_;
+    std::vector<double> offsets_;
+    std::mutex extentMutex_;
+    std::vector<Extent> extents_;  ///< under it while parts are gathered
+    std::optional<ArrayFileWriter> file_;
+};
+
+}  // namespace
+
+Result<WrittenColumns> writeColumns(const ColumnsRequest& request) {
+    return Output(request).run();
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/job_columns.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mote::prep {
+
+Result<JobColumns> JobColumns::make(const proto::ParticlesJob& job, const ParticleSource& source) {
+    JobColumns columns;
+    MOTE_ASSIGN_OR_RETURN(columns.kept_, keptColumns(job.columns(), source));
+    return columns;
+}
+
+void JobColumns::describe(const ParticleSource& source, proto::ParticlesManifest& manifest) const {
+    for (const auto& column : kept_.columns) {
+        auto& entry = *manifest.add_columns();
+        entry.set_name(column.name);
+        entry.set_unit(column.unit);
+        // Nothing yet: the first step's range is taken as it is.
+        entry.set_min(0.0);
+        entry.set_max(-1.0);
+    }
+    manifest.set_ids(kept_.ids);
+    manifest.set_mass(source.mass());
+    manifest.set_weight_unit(source.weightUnit());
+}
+
+Status JobColumns::write(ColumnsRequest request, proto::ParticlesManifest& manifest,
+                         proto::ParticleStepEntry& entry) const {
+    request.kept = &kept_;
+    MOTE_ASSIGN_OR_RETURN(const auto written, writeColumns(request));
+    entry.set_columns_file(request.name + ".h5");
+    entry.set_columns_digest(request.name + ".digest");
+    entry.mutable_column_offset()->Assign(written.offsets.begin(), written.offsets.end());
+    for (std::size_t i = 0; i < kept_.columns.size(); ++i) {
+        auto& column = *manifest.mutable_columns(static_cast<int>(i));
+        const auto range = Range{column.min(), column.max()}.united({written.least[i], written.greatest[i]});
+        column.set_min(range.min);
+        column.set_max(range.max);
+    }
+    return success();
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// KeptColumns: which columns of a run a job keeps beside the points of its plot, and what is read of the
+// source for them. A value and pure functions.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "preprocess/particles/plot_axis.h"
+#include "preprocess/readers/particle_source.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+struct KeptColumn {
+    std::string name, unit;
+    std::vector<PlotAxis> axis;  ///< whose values it holds; none: the weight
+
+    /// What it is made from.
+    std::vector<Column> sources() const {
+        return axis.empty() ? std::vector{Column::weight} : axis.front().columns;
+    }
+};
+
+struct KeptColumns {
+    std::vector<KeptColumn> columns;
+    bool ids = false;
+
+    bool empty() const { return columns.empty() && !ids; }
+};
+
+/// For names as in a request ("none": none; no name: all that the run has of x y z t px py pz, weight and
+/// id). Errors: invalidArgument (no such name, or twice), notFound (the run does not have it).
+Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::string>& names,
+                                const ParticleSource& source);
+
+/// A column's value of each particle of a chunk, which has what its sources() name. `out` has the chunk's
+/// size.
+void evaluateColumn(const KeptColumn& column, const ParticleChunk& chunk, const AxisContext& context,
+                    std::span<double> out);
+
+}  // namespace mote::prep

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/step_statistics.h"
+
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <numeric>
+#include <span>
+
+#include "preprocess/particles/row_reader.h"
+#include "storage/beam/beam_statistics.h"
+
+namespace mote::prep {
+namespace {
+
+using storage::BeamMoments;
+using storage::BeamPercentiles;
+using storage::BeamRows;
+
+constexpr std::array<Column, BeamRows::coordinates> coordinates{Column::x,  Column::y,  Column::z, Column::t,
+                                                                Column::px, Column::py, Column::pz};
+
+/// Those of a chunk that take part; their memory may be the chunk's.
+struct Live {
+    ParticleChunk chunk;
+    std::size_t size = 0;
+    std::uint64_t lost = 0;  ///< that the source marks
+};
+
+class Statistics {
+  public:
+    explicit Statistics(const StatisticsRequest& request)
+        : request_(request), source_(*request.source), ranks_(*request.ranks) {
+        for (const auto column : coordinates) {
+            if (source_.has(column)) wanted_.push_back(column);
+        }
+        wanted_.push_back(Column::weight);
+        const std::uint64_t rows = source_.steps()[request.step].particles;
+        const std::uint64_t chunks = (rows + rowsOfChunk - 1) / rowsOfChunk;
+        const auto size = static_cast<std::uint64_t>(ranks_.size());
+        const auto rank = static_cast<std::uint64_t>(ranks_.rank());
+        begin_ = std::min(rows, chunks * rank / size * rowsOfChunk);
+        end_ = std::min(rows, chunks * (rank + 1) / size * rowsOfChunk);
+        const std::uint64_t bytes = (end_ - begin_) * wanted_.size() * sizeof(double);
+        // More in fresh memory takes longer than to read it again.
+        constexpr std::uint64_t mostKept = std::uint64_t{1} << 30;
+        keeps_ = bytes <= std::min(request.memory / 4, mostKept);
+        if (keeps_) kept_.resize((end_ - begin_ + rowsOfChunk - 1) / rowsOfChunk);
+    }
+
+    Result<std::vector<double>> run() {
+        MOTE_ASSIGN_OR_RETURN(const auto total, findMoments());
+        BeamPercentiles percentiles(total);
+        while (percentiles.needsPass()) MOTE_RETURN_IF_ERROR(pass(percentiles));
+        storage::BeamFacts facts;
+        facts.mass = source_.mass();
+        facts.weightUnit = source_.weightUnit();
+        facts.lost = lost_;
+        return storage::beamValues(total, percentiles, facts);
+    }
+
+  private:
+    /// Calls `use` for each chunk of this rank, from all threads.
+    Status forEach(const std::function<void(const BeamRows&, const Live&)>& use) {
+        if (keeps_ && haveKept_) {
+            tbb::parallel_for(std::size_t{0}, kept_.size(), [&](std::size_t i) {
+                if (!request_.progress->cancelled()) use(rowsOf(kept_[i]), kept_[i]);
+            });
+            return request_.progress->cancelled() ? Status(cancelledError()) : success();
+        }
+        tbb::enumerable_thread_specific<Live> scratch;
+        const auto take = [&](const ParticleChunk& chunk) {
+            auto& live = keeps_ ? kept_[(chunk.begin - begin_) / rowsOfChunk] : scratch.local();
+            collect(chunk, live);
+            use(rowsOf(live), live);
+        };
+        MOTE_RETURN_IF_ERROR(
+            forEachChunk(source_, request_.step, begin_, end_, wanted_, *request_.progress, take));
+        haveKept_ = true;
+        return success();
+    }
+
+    void collect(const ParticleChunk& chunk, Live& live) const {
+        const auto marked = [&](std::size_t i) { return i < chunk.lost.size() && chunk.lost[i] != 0; };
+        live.chunk.begin = chunk.begin;
+        live.size = 0;
+        live.lost = 0;
+        for (std::size_t i = 0; i < chunk.size; ++i) {
+            live.lost += marked(i) ? 1 : 0;
+            live.size += takesPart(request_.lost, marked(i)) ? 1 : 0;
+        }
+        for (const auto column : wanted_) {
+            auto& to = live.chunk[column];
+            const auto& from = chunk[column];
+            to.resize(live.size);
+            if (live.size == chunk.size) {
+                std::copy_n(from.begin(), chunk.size, to.begin());
+                continue;
+            }
+            std::size_t next = 0;
+            for (std::size_t i = 0; i < chunk.size; ++i) {
+                if (takesPart(request_.lost, marked(i))) to[next++] = from[i];
+            }
+        }
+    }
+
+    BeamRows rowsOf(const Live& live) const {
+        BeamRows rows;
+        rows.block = live.chunk.begin / rowsOfChunk;
+        rows.size = live.size;
+        for (std::size_t c = 0; c < coordinates.size(); ++c) {
+            if (source_.has(coordinates[c])) rows.coordinate[c] = live.chunk[coordinates[c]];
+        }
+        rows.weight = live.chunk[Column::weight];
+        return rows;
+    }
+
+    Result<BeamMoments::Sums> findMoments() {
+        struct Part {
+            BeamMoments moments;
+            std::uint64_t lost = 0;
+        };
+        tbb::enumerable_thread_specific<Part> parts([&] { return Part{BeamMoments(source_.mass()), 0}; });
+        const auto status = forEach([&](const BeamRows& rows, const Live& live) {
+            auto& part = parts.local();
+            part.moments.add(rows);
+            part.lost += live.lost;
+        });
+        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
+        BeamMoments mine(source_.mass());
+        std::uint64_t lost = 0;
+        for (const auto& part : parts) {
+            mine.merge(part.moments.blocks());
+            lost += part.lost;
+        }
+        MOTE_ASSIGN_OR_RETURN(const auto blocks, shareValues<BeamMoments::Sums>(ranks_, mine.blocks()));
+        MOTE_ASSIGN_OR_RETURN(const auto marks,
+                              shareValues<std::uint64_t>(ranks_, std::span<const std::uint64_t>(&lost, 1)));
+        BeamMoments all(source_.mass());
+        for (const auto& part : blocks) all.merge(part);
+        for (const auto& part : marks) lost_ += part.front();
+        return all.total();
+    }
+
+    Status pass(BeamPercentiles& percentiles) {
+        tbb::enumerable_thread_specific<BeamPercentiles::Gathered> parts;
+        const auto status =
+            forEach([&](const BeamRows& rows, const Live&) { percentiles.add(rows, parts.local()); });
+        MOTE_RETURN_IF_ERROR(agree(ranks_, status));
+        BeamPercentiles::Gathered mine;
+        for (const auto& part : parts) mine.merge(part);
+        MOTE_ASSIGN_OR_RETURN(const auto bins, shareValues<BeamPercentiles::Bin>(ranks_, mine.bins));
+        MOTE_ASSIGN_OR_RETURN(const auto sums, shareValues<BeamPercentiles::BlockSums>(ranks_, mine.sums));
+        MOTE_ASSIGN_OR_RETURN(const auto near, shareValues<BeamPercentiles::NearCut>(ranks_, mine.near));
+        BeamPercentiles::Gathered all;
+        for (std::size_t rank = 0; rank < bins.size(); ++rank) {
+            all.merge({bins[rank], sums[rank], near[rank]});
+        }
+        percentiles.finishPass(std::move(all));
+        return success();
+    }
+
+    const StatisticsRequest& request_;
+    ParticleSource& source_;
+    Communicator& ranks_;
+    std::vector<Column> wanted_;
+    std::uint64_t begin_ = 0, end_ = 0;  ///< rows of this rank
+    bool keeps_ = false, haveKept_ = false;
+    std::vector<Live> kept_;  ///< by chunk
+    std::uint64_t lost_ = 0;
+};
+
+}  // namespace
+
+Result<std::vector<double>> stepStatistics(const StatisticsRequest& request) {
+    return Statistics(request).run();
+}
+
+}  // namespace mote::prep

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/readers/hdf5/h5_chunks.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace mote::prep {
+namespace {
+
+constexpr std::uint64_t maxChunkBytes = 1ull << 30;
+constexpr std::uint64_t deflateRatio = 1040;  // zlib's own limit is 1032:1
+constexpr std::size_t maxScratchBytes = 16 << 20;
+constexpr std::size_t checksumBytes = 4;
+constexpr std::size_t maxFilters = 8;
+
+Error corrupt(const std::string& where, std::string message) {
+    return {ErrorCode::corrupt, where, std::move(message)};
+}
+
+/// Fletcher's checksum over 16-bit words, most significant byte first, as HDF5 computes it.
+std::uint32_t fletcher32(std::span<const std::uint8_t> bytes) {
+    std::uint64_t sum1 = 0, sum2 = 0;
+    for (std::size_t i = 0; i < bytes.size(); i += 2) {
+        sum1 += static_cast<std::uint64_t>(bytes[i]) << 8 | (i + 1 < bytes.size() ? bytes[i + 1] : 0u);
+        sum1 = (sum1 & 0xffff) + (sum1 >> 16);
+        sum2 += sum1;
+        sum2 = (sum2 & 0xffff) + (sum2 >> 16);
+    }
+    return static_cast<std::uint32_t>(sum2 << 16 | sum1);
+}
+
+}  // namespace
+
+Result<H5Chunks> H5Chunks::open(const H5Object& dataset, std::size_t valueBytes, std::uint64_t fileBytes) {
+    const H5Handle creation(H5Dget_create_plist(dataset.handle.get()), H5Pclose);
+    const H5Handle type(H5Dget_type(dataset.handle.get()), H5Tclose);
+    if (!creation.ok() || !type.ok()) return corrupt(dataset.where, "its layout cannot be read");
+    H5Chunks chunks;
+    chunks.valueBytes_ = valueBytes;
+    chunks.fileBytes_ = fileBytes;
+    MOTE_RETURN_IF_ERROR(chunks.readShape(dataset, creation.get()));
+    MOTE_RETURN_IF_ERROR(chunks.readFilters(dataset, creation.get()));
+    chunks.readFillValue(creation.get(), type.get());
+    return chunks;
+}
+
+Status H5Chunks::readShape(const H5Object& dataset, hid_t creation) {
+    std::array<hsize_t, H5S_MAX_RANK> shape{};
+    const int rank = H5Pget_chunk(creation, H5S_MAX_RANK, shape.data());
+    if (rank < 1) return corrupt(dataset.where, "has no valid chunk shape");
+    shape_.assign(shape.begin(), shape.begin() + rank);
+    chunkBytes_ = valueBytes_;
+    for (const hsize_t length : shape_) {
+        // What is beyond 1 GiB already needs no exact value.
+        chunkBytes_ = length == 0                           ? 0
+                      : chunkBytes_ > (1ull << 62) / length ? 1ull << 62
+                                                            : chunkBytes_ * length;
+    }
+    if (chunkBytes_ == 0 || chunkBytes_ > maxChunkBytes) {
+        return Error{ErrorCode::unsupported, dataset.where,
+                     "has chunks of " + std::to_string(chunkBytes_) + " bytes; at most 1 GiB is read"};
+    }
+    return success();
+}
+
+Status H5Chunks::readFilters(const H5Object& dataset, hid_t creation) {
+    const int count = H5Pget_nfilters(creation);
+    if (count < 0 || static_cast<std::size_t>(count) > maxFilters) {
+        return corrupt(dataset.where, "has no valid list of filters");
+    }
+    for (int i = 0; i < count; ++i) {
+        unsigned flags = 0;
+        std::array<unsigned, 8> values{};
+        std::size_t valueCount = values.size();
+        std::array<char, 64> name{};
+        const H5Z_filter_t id = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &valueCount,
+                                               values.data(), name.size() - 1, name.data(), nullptr);
+        if (id < 0) return corrupt(dataset.where, "has no valid list of filters");
+        if (id != H5Z_FILTER_DEFLATE && id != H5Z_FILTER_SHUFFLE && id != H5Z_FILTER_FLETCHER32) {
+            return Error{ErrorCode::unsupported, dataset.where,
+                         "is compressed by filter " + std::to_string(id) + " '" + name.data() +
+                             "', which is not read; repack it (h5repack -f GZIP=1)"};
+        }
+        // The size of an element is the first parameter of shuffle, set when the dataset is made.
+        filters_.push_back({id, valueCount > 0 && values[0] > 0 ? values[0] : valueBytes_});
+    }
+    return success();
+}
+
+void H5Chunks::readFillValue(hid_t creation, hid_t type) {
+    fill_.assign(valueBytes_, 0);
+    H5D_fill_value_t kind = H5D_FILL_VALUE_UNDEFINED;
+    if (H5Pfill_value_defined(creation, &kind) >= 0 && kind == H5D_FILL_VALUE_USER_DEFINED &&
+        H5Pget_fill_value(creation, type, fill_.data()) < 0) {
+        fill_.assign(valueBytes_, 0);
+    }
+}
+
+std::uint64_t H5Chunks::greatestRatio() const {
+    const bool deflated = std::any_of(filters_.begin(), filters_.end(),
+                                      [](const Filter& filter) { return filter.id == H5Z_FILTER_DEFLATE; });
+    return deflated ? deflateRatio : 1;
+}
+
+Result<std::span<const std::uint8_t>> H5Chunks::chunk(hid_t dataset, const std::vector<hsize_t>& first,
+                                                      const std::string& where) {
+    MOTE_RETURN_IF_ERROR(load(dataset, first, where));
+    return std::span<const std::uint8_t>(chunk_);
+}
+
+Status H5Chunks::load(hid_t dataset, const std::vector<hsize_t>& first, const std::string& where) {
+    if (loaded_ == first) return success();
+    loaded_.clear();
+    hsize_t stored = 0;
+    haddr_t address = HADDR_UNDEF;
+    std::uint32_t skipped = 0;
+    if (H5Dget_chunk_info_by_coord(dataset, first.data(), &skipped, &address, &stored) < 0) {
+        return corrupt(where, "its list of chunks is damaged");
+    }
+    if (address == HADDR_UNDEF) {
+        chunk_.resize(chunkBytes_);
+        for (std::size_t at = 0; at < chunk_.size(); at += valueBytes_) {
+            std::copy(fill_.begin(), fill_.end(), chunk_.begin() + static_cast<std::ptrdiff_t>(at));
+        }
+        loaded_ = first;
+        return success();
+    }
+    // Deflate adds 5 bytes for each 16 KiB that it cannot make smaller, and a few more.
+    if (stored == 0 || stored > fileBytes_ || stored > chunkBytes_ + chunkBytes_ / 1024 + 1024) {
+        return corrupt(where, "has a chunk of an impossible size");
+    }
+    chunk_.resize(stored);
+    if (H5Dread_chunk(dataset, H5P_DEFAULT, first.data(), &skipped, chunk_.data()) < 0) {
+        return corrupt(where, "a chunk cannot be read: the file is cut short or damaged");
+    }
+    MOTE_RETURN_IF_ERROR(decode(skipped, where));
+    if (scratch_.capacity() > maxScratchBytes) scratch_ = {};  // a run has many columns
+    loaded_ = first;
+    return success();
+}
+
+/// Undoes the filters, the last one first. Bit i of `skipped`: filter i was left out for this chunk.
+Status H5Chunks::decode(std::uint32_t skipped, const std::string& where) {
+    for (std::size_t i = filters_.size(); i-- > 0;) {
+        if ((skipped >> i & 1u) != 0) continue;
+        switch (filters_[i].id) {
+            case H5Z_FILTER_DEFLATE:
+                if (!inflateChunk()) return corrupt(where, "its compressed data is damaged");
+                break;
+            case H5Z_FILTER_SHUFFLE:
+                unshuffle(filters_[i].elementBytes);
+                break;
+            default:
+                if (!checkFletcher()) return corrupt(where, "its checksum does not fit its data");
+        }
+    }
+    if (chunk_.size() == chunkBytes_) return success();
+    return corrupt(where, "has a chunk that holds " + std::to_string(chunk_.size()) + " bytes instead of " +
+                              std::to_string(chunkBytes_));
+}
+
+bool H5Chunks::inflateChunk() {
+    // A checksum may stand behind the values.
+    scratch_.resize(chunkBytes_ + maxFilters * checksumBytes);
+    uLongf size = scratch_.size();
+    if (uncompress(scratch_.data(), &size, chunk_.data(), chunk_.size()) != Z_OK) return false;
+    scratch_.resize(size);
+    chunk_.swap(scratch_);
+    return true;
+}
+
+/// Shuffle puts the first bytes of all elements first, then all second bytes, and so on.
+void H5Chunks::unshuffle(std::size_t elementBytes) {
+    const std::size_t elements = chunk_.size() / elementBytes;
+    if (elementBytes < 2 || elements < 2) return;
+    scratch_ = chunk_;  // what is left over at the end stays where it is
+    for (std::size_t byte = 0; byte < elementBytes; ++byte) {
+        const std::uint8_t* from = chunk_.data() + byte * elements;
+        std::uint8_t* to = scratch_.data() + byte;
+        for (std::size_t i = 0; i < elements; ++i) to[i * elementBytes] = from[i];
+    }
+    chunk_.swap(scratch_);
+}
+
+bool H5Chunks::checkFletcher() {
+    if (chunk_.size() < checksumBytes) return false;
+    const std::size_t size = chunk_.size() - checksumBytes;
+    std::uint32_t stored = 0;
+    std::memcpy(&stored, chunk_.data() + size, checksumBytes);  // little-endian
+    const bool same = stored == fletcher32(std::span(chunk_).first(size));
+    chunk_.resize(size);
+    return same;
+}
+
+}  // namespace mote::prep

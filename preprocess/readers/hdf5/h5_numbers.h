@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// H5Numbers: a foreign dataset of numbers of any number of dimensions, read box by box. What the dataset
+// declares (extent, chunks, filters, where its bytes lie) is checked against the file before anything is
+// read. Owned by a reader; used from one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "preprocess/readers/hdf5/h5_chunks.h"
+#include "preprocess/readers/hdf5/h5_file.h"
+#include "protocol/scene/error.h"
+
+namespace mote::prep {
+
+class H5Numbers {
+  public:
+    /// `dataset` is of `file`; a column has no more than one dimension that is longer than 1. Errors:
+    /// unsupported (external or virtual storage, a filter other than deflate, shuffle and fletcher32, no
+    /// numbers), corrupt (declares more than the file can hold).
+    static Result<H5Numbers> open(const H5File& file, H5Object dataset, bool column = false);
+
+    const H5Object& object() const { return dataset_; }
+    /// Values along each dimension, the last one fastest; none of a single value.
+    const std::vector<hsize_t>& extent() const { return extent_; }
+    /// How a value is stored.
+    std::size_t valueBytes() const { return valueBytes_; }
+    bool isFloat() const { return float_; }
+    bool isSigned() const { return signed_; }
+
+    /// The values from `first` on, `count` along each dimension, as numbers of a type of HDF5's own
+    /// (H5T_NATIVE_DOUBLE). The box lies within the extent. Errors: corrupt.
+    Status read(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
+                void* values) const;
+
+  private:
+    Status readPlain(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
+                     void* values) const;
+    Status readChunks(std::span<const hsize_t> first, std::span<const hsize_t> count, hid_t memoryType,
+                      void* values) const;
+
+    H5Object dataset_;
+    H5Handle space_, type_;
+    std::unique_ptr<H5Chunks> chunks_;  // of a chunked dataset; keeps the last one
+    std::vector<hsize_t> extent_;
+    std::size_t valueBytes_ = 0;  // in the file
+    bool float_ = false, signed_ = false;
+};
+
+}  // namespace mote::prep

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/app/server_option.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "server/app/parse_size.h"
+
+namespace mote::server {
+namespace {
+
+using Settings = ServerSettings;
+
+const ServerOption table[] = {
+    {"root", &Settings::roots, "NAME=DIR", "a folder with datasets and runs; may be repeated", true},
+    {"state", &Settings::stateDirectory, "DIR",
+     "the server's own folder: jobs and the socket; made where absent", true},
+    {"connection", &Settings::connectionFile, "FILE",
+     "the file that tells clients where the server is, with the token (mode 0600)", true},
+    {"listen", &Settings::tcp, "ADDRESS",
+     "unix (reach it from elsewhere through ssh -L), or tcp:HOST:PORT besides, with TLS; port 0: any; "
+     "default unix"},
+    {"device", &Settings::device, "KIND", "auto, egl or cpu: what renders; default auto"},
+    {"memory", Size{&Settings::memory}, "SIZE",
+     "what the server may use, and each job besides, for example 8G; default: half of the machine's memory "
+     "for data, no limit for jobs"},
+    {"threads", WholeNumber{&Settings::threads, 0, 4096}, "N",
+     "of a job, and of the device cpu; default all"},
+    {"log", &Settings::logFile, "FILE", "where the log goes; default stderr"},
+    {"log-format", Choice{&Settings::logFormat, {"text", "json"}}, "text|json",
+     "lines for people, or an object of JSON each; default text"},
+    {"log-size", Size{&Settings::logSize}, "SIZE", "of the log's file, which is then put aside; default 16M"},
+    {"log-files", WholeNumber{&Settings::logFiles, 1, 100}, "N",
+     "that were put aside and are kept; default 4"},
+    {"metrics", &Settings::metrics, "ADDRESS",
+     "where /metrics and /healthz are answered by HTTP: unix:PATH or 127.0.0.1:PORT; default nowhere"},
+};
+
+/// Puts a text into the member that a row names.
+struct Setter {
+    const std::vector<std::string>& values;
+    Settings& settings;
+    const std::string& text() const { return values.front(); }
+
+    Status operator()(std::vector<std::string> Settings::*list) const {
+        settings.*list = values;
+        return success();
+    }
+    Status operator()(std::filesystem::path Settings::*path) const {
+        settings.*path = text();
+        return success();
+    }
+    Status operator()(std::string Settings::*member) const {
+        settings.*member = text();
+        return success();
+    }
+    Status operator()(bool Settings::*flag) const {
+        settings.*flag = text() == "true";
+        return success();
+    }
+    Status operator()(render::DeviceKind Settings::*kind) const {
+        MOTE_ASSIGN_OR_RETURN(settings.*kind, render::parseDeviceKind(text()));
+        return success();
+    }
+    /// Where a server listens beside its Unix socket, if anywhere.
+    Status operator()(std::optional<wire::Address> Settings::*address) const {
+        (settings.*address).reset();
+        if (text() == "unix") return success();
+        if (!text().starts_with("tcp:")) {
+            return Error{ErrorCode::invalidArgument, "",
+                         fmt::format("\"{}\" is not unix or tcp:HOST:PORT", text())};
+        }
+        MOTE_ASSIGN_OR_RETURN(settings.*address, wire::parseAddress(text()));
+        return success();
+    }
+    Status operator()(const Choice& choice) const {
+        if (std::ranges::find(choice.words, text()) == choice.words.end()) {
+            return Error{ErrorCode::invalidArgument, "",
+                         fmt::format("\"{}\" is none of {}", text(), fmt::join(choice.words, ", "))};
+        }
+        settings.*choice.value = text();
+        return success();
+    }
+    Status operator()(Size size) const {
+        MOTE_ASSIGN_OR_RETURN(settings.*size.value, parseSize(text()));
+        return success();
+    }
+    Status operator()(const WholeNumber& number) const {
+        std::int64_t value = 0;
+        const char* const end = text().data() + text().size();
+        const auto [rest, code] = std::from_chars(text().data(), end, value);
+        if (code != std::errc{} || rest != end || value < number.least || value > number.greatest) {
+            return Error{
+                ErrorCode::invalidArgument, "",
+                fmt::format("\"{}\" is no whole number of {} to {}", text(), number.least, number.greatest)};
+        }
+        settings.*number.value = static_cast<unsigned>(value);
+        return success();
+    }
+};
+
+}  // namespace
+
+Status ServerOption::set(const std::vector<std::string>& values, ServerSettings& settings) const {
+    if (values.empty()) return success();
+    if (values.size() > 1 && !isList()) {
+        return Error{ErrorCode::invalidArgument, "", "it is given twice"};
+    }
+    const auto done = std::visit(Setter{values, settings}, target);
+    if (done.ok()) return done;
+    return Error{ErrorCode::invalidArgument, "", done.error().message};
+}
+
+std::span<const ServerOption> serverOptions() {
+    return table;
+}
+
+const ServerOption* findOption(std::string_view name) {
+    const auto* found = std::ranges::find(table, name, &ServerOption::name);
+    return found == std::end(table) ? nullptr : found;
+}
+
+}  // namespace mote::server

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/figures/quantity_text.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace mote::server {
+namespace {
+
+RichText indexed(std::string symbol, std::string index) {
+    return {{std::move(symbol), true, Script::normal}, {std::move(index), true, Script::below}};
+}
+
+RichText indexedUpright(std::string symbol, std::string index) {
+    return {{std::move(symbol), true, Script::normal}, {std::move(index), false, Script::below}};
+}
+
+/// All of a text lowered: the index of a symbol.
+RichText lowered(RichText text) {
+    for (auto& run : text) run.script = Script::below;
+    return text;
+}
+
+/// Takes a beginning from a name.
+bool take(std::string_view& name, std::string_view beginning) {
+    if (name.substr(0, beginning.size()) != beginning) return false;
+    name.remove_prefix(beginning.size());
+    return true;
+}
+
+/// "x", "y", "z", or "4D": of which plane a statistic is.
+RichText plane(std::string_view name) {
+    if (name == "4d") return upright("4D");
+    constexpr std::string_view betatron = "_no_dispersion";
+    if (name.size() > betatron.size() && name.substr(name.size() - betatron.size()) == betatron)
+        return plane(name.substr(0, name.size() - betatron.size())) + upright(",\u200a\u03b2");
+    if (name.size() == 1) return italic(std::string(name));
+    return quantityText(name);
+}
+
+RichText withIndex(std::string symbol, const RichText& index) {
+    return italic(std::move(symbol)) + lowered(index);
+}
+
+/// "90" of "90_action_x", which loses it.
+std::string takeDigits(std::string_view& name) {
+    const auto end = std::find_if_not(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
+    std::string digits(name.begin(), end);
+    name.remove_prefix(digits.size());
+    return digits;
+}
+
+RichText emittance(std::string_view name, const std::string& before) {
+    const std::string digits = takeDigits(name);
+    if (digits.empty()) {
+        if (!take(name, "_")) return {};
+        return withIndex("\u03b5", before.empty() ? plane(name) : upright(before + ",\u200a") + plane(name));
+    }
+    if (!take(name, "_action_")) return {};
+    // Percentiles are normalised, whatever their name says.
+    return withIndex("\u03b5", upright("n,\u200a" + digits + "%,\u200a") + plane(name));
+}
+
+struct Symbol {
+    std::string_view beginning, symbol;
+};
+constexpr std::array indexedSymbols{Symbol{"sigma_", "\u03c3"},      Symbol{"twiss_alpha_", "\u03b1"},
+                                    Symbol{"twiss_beta_", "\u03b2"}, Symbol{"twiss_gamma_", "\u03b3"},
+                                    Symbol{"twiss_eta_", "\u03b7"},  Symbol{"twiss_etap_", "\u03b7\u2032"},
+                                    Symbol{"halo_h_", "h"},          Symbol{"halo_H_", "H"}};
+constexpr std::array words{Symbol{"mean_", "mean\u2009"}, Symbol{"min_", "min\u2009"},
+                           Symbol{"max_", "max\u2009"}};
+
+}  // namespace
+
+RichText quantityText(std::string_view name) {
+    if (name.size() == 1) return italic(std::string(name));
+    if (name == "xp" || name == "yp") return italic(std::string(name.substr(0, 1)) + "\u2032");
+    if (name.size() == 2 && name[0] == 'p') return indexed("p", std::string(name.substr(1)));
+    if (name == "theta") return italic("\u03b8");
+    if (name == "delta") return italic("\u03b4");
+    if (name == "gamma") return italic("\u03b3");
+    if (name == "energy") return indexedUpright("E", "kin");
+    return upright(std::string(name));
+}
+
+RichText statisticText(std::string_view name) {
+    std::string_view left = name;
+    RichText text;
+    if (take(left, "norm_emit"))
+        text = emittance(left, "n");
+    else if (take(left, "emit"))
+        text = emittance(left, "");
+    if (!text.empty()) return text;
+    left = name;
+    for (const auto& [beginning, symbol] : indexedSymbols) {
+        if (take(left, beginning)) return withIndex(std::string(symbol), plane(left));
+    }
+    for (const auto& [beginning, word] : words) {
+        if (take(left, beginning)) return upright(std::string(word)) + quantityText(left);
+    }
+    if (take(left, "cov_")) {
+        const auto gap = left.find("__");
+        if (gap != std::string_view::npos) {
+            return upright("cov(") + quantityText(left.substr(0, gap)) + upright(",\u2009") +
+                   quantityText(left.substr(gap + 2)) + upright(")");
+        }
+    }
+    if (name == "charge") return italic("Q");
+    if (name == "n_particle") return upright("particles");
+    if (name == "n_lost") return upright("lost particles");
+    return quantityText(name);
+}
+
+}  // namespace mote::server

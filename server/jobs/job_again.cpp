@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Which jobs are the same, which are done again, who runs them, and pages of them all.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "protocol/scene/json.h"
+#include "server/jobs/job_queue.h"
+#include "server/jobs/job_request_check.h"
+#include "server/jobs/request_digest.h"
+#include "server/jobs/slurm_runner.h"
+
+namespace mote::server {
+namespace {
+
+using State = proto::JobStatus;
+
+constexpr std::uint32_t kMostOfPage = 200;
+
+}  // namespace
+
+/// The server's is never exceeded.
+std::uint32_t JobQueue::timeLimitOf(const JobWish& wish) const {
+    if (wish.timeLimit == 0 || settings_.timeLimit == 0) return std::max(wish.timeLimit, settings_.timeLimit);
+    return std::min(wish.timeLimit, settings_.timeLimit);
+}
+
+/// The identity of its dataset or file; empty: it is not there.
+std::string JobQueue::madeBy(const JobRecord& record) const {
+    const auto output = findOutput(record.status.request(), roots_);
+    return output.ok() && output->exists ? identityOf(output->path) : std::string();
+}
+
+bool JobQueue::isStillThere(const JobRecord& record) const {
+    if (record.status.state() != State::SUCCEEDED) return false;
+    if (keepsFiles(record)) return filmIsThere(directoryOf(record), record.status.request());
+    return !record.made.empty() && madeBy(record) == record.made;
+}
+
+/// What the same request has come to, if that is of any use: it waits, runs, or has made what is still there.
+const JobRecord* JobQueue::sameJob(const std::string& digest) const {
+    if (digest.empty()) return nullptr;
+    return table_->latest(digest, [this](const JobRecord& record) {
+        return isLive(record) ? !record.cancelRequested : isStillThere(record);
+    });
+}
+
+Result<proto::JobStatus> JobQueue::retry(std::string_view id) {
+    const auto* record = table_ ? table_->find(id) : nullptr;
+    if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
+    const auto state = record->status.state();
+    if (state != State::FAILED && state != State::CANCELLED) {
+        return Error{ErrorCode::invalidArgument, "id",
+                     fmt::format("job {} {}: only what failed or was cancelled is tried again", id,
+                                 state == State::SUCCEEDED ? "succeeded" : "has not ended")};
+    }
+    auto request = record->status.request();
+    // Its status holds no script and no large selection.
+    if (keepsFiles(*record)) {
+        request.Clear();
+        const auto read = readJsonFile(directoryOf(*record) / "request.json", request);
+        if (!read.ok()) {
+            return Error{ErrorCode::notFound, "id",
+                         fmt::format("the request of job {} is not there any more: submit it anew", id)};
+        }
+    }
+    return submit(request, {false, record->status.time_limit_s()});
+}
+
+proto::Jobs JobQueue::page(std::uint64_t first, std::uint32_t count) const {
+    proto::Jobs page;
+    if (!table_) return page;
+    const auto most = count == 0 ? kMostOfPage : std::min(count, kMostOfPage);
+    for (auto& status : table_->page(first, most)) *page.add_jobs() = std::move(status);
+    page.set_total(table_->size());
+    page.set_first(first);
+    return page;
+}
+
+// ------------------------------------------------------------------------------------------- runners
+
+/// Runs of Slurm are found again by a server that runs its jobs otherwise now.
+Status JobQueue::openRunners() {
+    if (settings_.runner != "local" && settings_.runner != "mpi" && settings_.runner != "slurm") {
+        return Error{ErrorCode::invalidArgument, "--runner",
+                     fmt::format("\"{}\" is none of local, mpi and slurm", settings_.runner)};
+    }
+    local_ = makeLocalRunner(context_, settings_.supervisor);
+    const auto all = table_->all();
+    const bool known =
+        std::any_of(all.begin(), all.end(), [](const auto* record) { return isSlurmHandle(record->handle); });
+    if (settings_.runner != "slurm" && !known) return success();
+    MOTE_ASSIGN_OR_RETURN(slurm_, makeSlurmRunner(context_, settings_));
+    std::vector<std::string> waiting;
+    for (const auto* record : all) {
+        if (record->status.state() == State::QUEUED) waiting.push_back(record->status.id());
+    }
+    slurm_->forget(waiting);
+    return success();
+}
+
+Runner& JobQueue::runnerOf(const JobRecord& record) const {
+    return settings_.runner == "slurm" && !isFilm(record) ? *slurm_ : *local_;
+}
+
+std::unique_ptr<Run> JobQueue::findRun(std::string_view handle) const {
+    if (isSlurmHandle(handle)) return slurm_->find(handle);
+    return local_->find(handle);
+}
+
+}  // namespace mote::server

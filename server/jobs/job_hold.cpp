@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What the place is to blame for, and no job: a full disk, no descriptors, a root that is not mounted. Jobs
+// wait then, and nothing begins until it may go well again.
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <asio/post.hpp>
+#include <cerrno>
+#include <chrono>
+#include <vector>
+
+#include "protocol/scene/job_request.h"
+#include "protocol/scene/system_error.h"
+#include "protocol/scene/utf8.h"
+#include "server/jobs/job_queue.h"
+#include "server/log.h"
+
+namespace mote::server {
+namespace {
+
+using State = proto::JobStatus;
+
+constexpr std::chrono::milliseconds kShortHold(500), kLongHold(30000);
+
+}  // namespace
+
+void JobQueue::rememberRoots() {
+    for (const auto& entry : roots_.entries()) {
+        struct stat status {};
+        if (::stat(entry.folder.c_str(), &status) == 0)
+            rootPlaces_.push_back({entry.name, entry.folder, status.st_dev});
+    }
+}
+
+/// The folder alone may still be there, empty, when what was mounted on it is gone.
+void JobQueue::lookForRoots() {
+    const auto before = std::exchange(away_, {});
+    for (const auto& root : rootPlaces_) {
+        struct stat status {};
+        if (::stat(root.folder.c_str(), &status) != 0) {
+            away_.emplace(root.name, systemError(errno, root.folder.string(), "a folder of data is away"));
+        } else if (status.st_dev != root.device) {
+            away_.emplace(root.name, Error{ErrorCode::notFound, root.folder.string(),
+                                           "another file system lies there than when the server began"});
+        }
+    }
+    for (const auto& [name, error] : away_) {
+        if (!before.contains(name)) log::warn("jobs of root \"{}\" wait: {}", name, error.toString());
+    }
+}
+
+/// Of those that the job names; null: they are there. What a film shows, the server finds for it.
+const Error* JobQueue::missingRoot(const JobRecord& record) const {
+    if (away_.empty()) return nullptr;
+    auto names = jobInputs(record.status.request());
+    names.push_back({"output", record.status.request().output()});
+    for (const auto& [field, name] : names) {
+        const auto root = away_.find(name.substr(0, name.find('/')));
+        if (root != away_.end()) return &root->second;
+    }
+    return nullptr;
+}
+
+void JobQueue::hold(const Error& why) {
+    if (std::exchange(held_, true)) return;
+    if (holdFor_.count() == 0) log::warn("no job begins for now: {}", toLogText(why.toString()));
+    lookAgainLater();
+}
+
+/// Each time for longer.
+void JobQueue::lookAgainLater() {
+    if (std::exchange(waiting_, true)) return;
+    holdFor_ = std::clamp(2 * holdFor_, kShortHold, kLongHold);
+    holdTimer_.expires_after(holdFor_);
+    holdTimer_.async_wait(whileAlive([this](const std::error_code& code) {
+        if (!code) goOnAfterHold();
+    }));
+}
+
+void JobQueue::goOnAfterHold() {
+    held_ = false;
+    waiting_ = false;
+    if (!table_) return;
+    const std::vector<std::int64_t> unsaved(table_->unsaved().begin(), table_->unsaved().end());
+    for (const auto number : unsaved) {
+        const auto* record = table_->find(number);
+        if (!record || !changed(*record).ok()) continue;
+        if (!isLive(*record)) clearAway(*record);
+    }
+    scheduleSoon();
+}
+
+/// It keeps its place in the queue.
+void JobQueue::waitForPlace(JobRecord& record, const Error& why) {
+    tellWhyItWaits(record, why);
+    hold(why);
+}
+
+/// Others go before it meanwhile.
+void JobQueue::waitForRoot(JobRecord& record, const Error& why) {
+    tellWhyItWaits(record, why);
+    lookAgainLater();
+}
+
+void JobQueue::tellWhyItWaits(JobRecord& record, const Error& why) {
+    const auto sentence = plainText(why.toString(), 200);
+    if (record.status.waits_for() == sentence) return;
+    record.status.set_phase("waiting: " + sentence);
+    record.status.set_waits_for(sentence);
+    tell(record);
+}
+
+Status JobQueue::changed(const JobRecord& record) {
+    const auto saved = table_->save(record);
+    if (saved.ok()) {
+        holdFor_ = {};
+        tell(record);
+    } else {
+        hold(saved.error());
+    }
+    return saved;
+}
+
+}  // namespace mote::server

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Uploads: the files that one client has sent for its jobs, which read them as "uploads/NAME" until it
+// leaves. They lie in a folder of the client's own beneath STATE/uploads, which jobs know as a root of that
+// name. Owned by the client's session; one thread.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::server {
+
+class Uploads {
+  public:
+    static constexpr const char* root = "uploads";
+    static constexpr std::size_t mostFiles = 4096;
+    static constexpr std::uint64_t mostBytes = std::uint64_t{1} << 36;  ///< of all files together
+
+    /// Makes STATE/uploads, empty. Errors: permissionDenied, internal.
+    static Result<std::filesystem::path> makeFolder(const std::filesystem::path& state);
+
+    /// `folder` is what makeFolder() gave; `client` tells this one from others. Touches nothing yet.
+    Uploads(std::filesystem::path folder, const std::string& client);
+    /// Removes all files.
+    ~Uploads();
+    Uploads(const Uploads&) = delete;
+    Uploads& operator=(const Uploads&) = delete;
+
+    /// How long the file is now. Errors: invalidArgument (a name, a place that is not its end), at the field;
+    /// resourceExhausted (a limit, the disk).
+    Result<std::uint64_t> add(const proto::Upload& part);
+
+    /// The request with inputs of this client's in place of "uploads/NAME". Errors: notFound, invalidArgument
+    /// (a file that is not whole, an output there), at the field.
+    Result<proto::JobRequest> resolve(const proto::JobRequest& request) const;
+
+  private:
+    struct File {
+        std::uint64_t size = 0, written = 0;  ///< bytes
+    };
+    Status begin(const proto::Upload& part);
+    Status write(const proto::Upload& part) const;
+    Status resolveName(std::string& name, const std::string& field) const;
+
+    const std::filesystem::path folder_;  // of all clients
+    const std::string client_;
+    std::filesystem::path own_;
+    std::map<std::string, File> files_;
+    std::uint64_t bytes_ = 0;  // said of all files
+};
+
+}  // namespace mote::server

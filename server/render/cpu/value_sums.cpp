@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/value_sums.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "protocol/scene/mote_check.h"
+#include "server/render/cpu/point_footprint.h"
+#include "server/render/cpu/values_kernel.h"
+
+namespace mote::render {
+namespace {
+
+constexpr std::size_t chunkLeaves = 1024;
+constexpr std::size_t blockPoints = 1024;
+/// Room for the sums of all threads, bytes: of very large pictures fewer threads count.
+constexpr std::size_t sumBytes = std::size_t{1} << 30;
+constexpr float discUnit = 4096.0F;  // weight of a disc of full coverage
+
+void least(std::uint64_t& word, std::uint64_t key) {
+    const std::atomic_ref shared(word);
+    auto present = shared.load(std::memory_order_relaxed);
+    while (key < present && !shared.compare_exchange_weak(present, key, std::memory_order_relaxed)) {
+    }
+}
+
+/// Leaves that follow each other, with what is drawn of them.
+struct Chunk {
+    std::array<std::uint32_t, chunkLeaves> drawn{};
+    LeafRun run;
+    std::uint64_t begin = 0;   ///< the first leaf's first point
+    std::uint64_t points = 0;  ///< drawn
+};
+
+class Summing {
+  public:
+    Summing(const FramePlan& plan, const PointsPlan& points, std::span<const LeafCell> cells)
+        : points_(points),
+          codes_(points.colors->values->codes),
+          nearest_(points.colors->nearest),
+          leaves_(cells.empty() ? storage::Leaves{} : points.step->leaves()),
+          cells_(cells),
+          map_(PointMap::make(plan, points)),
+          end_(points.step->positions(0, 0).data() + points.step->pointCount()),
+          sums_{nearest_, {}} {
+        MOTE_CHECK(codes_.size() == points.step->pointCount());
+        const std::size_t pixels = std::size_t{plan.width} * plan.height;
+        sums_.words.assign(2 * pixels, 0);
+        if (nearest_) {
+            for (std::size_t i = 0; i < pixels; ++i) sums_.words[2 * i] = noKey;
+        }
+        if (points.look.size > 1.0) discs_.emplace(points.look.size, points.look.opacity);
+    }
+
+    std::optional<ValueSums> sum(const std::stop_token& stop) {
+        const std::size_t pixels = sums_.words.size() / 2;
+        const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+        const std::size_t parts =
+            discs_ ? threads : std::clamp<std::size_t>(sumBytes / (pixels * sizeof(ValueSum)), 1, threads);
+        std::atomic<std::size_t> next{0};
+        const std::size_t chunks = (cells_.size() + chunkLeaves - 1) / chunkLeaves;
+        tbb::parallel_for(std::size_t{0}, std::min(parts, chunks), [&](std::size_t) {
+            const ValueSum none = nearest_ ? noKey : 0;
+            std::vector<ValueSum> own(discs_ ? 0 : pixels + spareCounts, none);
+            std::uint64_t added = 0;
+            for (auto number = next++; number < chunks && !stop.stop_requested(); number = next++) {
+                const Chunk chunk = chunkOf(number);
+                if (chunk.points == 0) continue;
+                if (discs_ || (!nearest_ && chunk.points > mostAdded)) {
+                    addOneByOne(chunk);
+                    continue;
+                }
+                const ValueCode* const codes = codes_.data() + chunk.begin;
+                if (nearest_) {
+                    addNearest(map_, chunk.run, codes, own.data());
+                    added = 1;
+                    continue;
+                }
+                if (added + chunk.points > mostAdded) carryOff(own, added);
+                addValues(map_, chunk.run, codes, own.data());
+                added += chunk.points;
+            }
+            if (added > 0) carryOff(own, added);
+        });
+        if (stop.stop_requested()) return std::nullopt;
+        return std::move(sums_);
+    }
+
+  private:
+    Chunk chunkOf(std::size_t number) const {
+        const std::size_t first = number * chunkLeaves;
+        const std::size_t size = std::min(chunkLeaves, cells_.size() - first);
+        Chunk chunk;
+        for (std::size_t i = 0; i < size; ++i) {
+            chunk.drawn[i] = points_.drawn(first + i);
+            chunk.points += chunk.drawn[i];
+        }
+        if (chunk.points == 0) return chunk;
+        chunk.begin = leaves_.pointBegin[first];
+        const auto end = leaves_.pointBegin[first + size - 1] + leaves_.pointCount[first + size - 1];
+        chunk.run = {.cells = cells_.data() + first,
+                     .drawn = chunk.drawn.data(),
+                     .count = leaves_.pointCount.data() + first,
+                     .points = points_.step->positions(chunk.begin, end - chunk.begin).data(),
+                     .end = end_,
+                     .leaves = size};
+        return chunk;
+    }
+
+    void carryOff(std::vector<ValueSum>& own, std::uint64_t& added) {
+        for (std::size_t i = 0; i < sums_.words.size() / 2; ++i) {
+            if (nearest_)
+                least(sums_.words[2 * i], own[i]);
+            else if (own[i] != 0)
+                addTo(i, own[i] >> countShift, own[i] & ((ValueSum{1} << countShift) - 1));
+        }
+        std::fill(own.begin(), own.end(), 0);
+        added = 0;
+    }
+
+    void addTo(std::size_t pixel, std::uint64_t weight, std::uint64_t sum) {
+        std::atomic_ref(sums_.words[2 * pixel]).fetch_add(weight, std::memory_order_relaxed);
+        std::atomic_ref(sums_.words[2 * pixel + 1]).fetch_add(sum, std::memory_order_relaxed);
+    }
+
+    void addOneByOne(const Chunk& chunk) {
+        std::array<ScreenPoint, blockPoints> screen;
+        const storage::PackedPosition* points = chunk.run.points;
+        const ValueCode* codes = codes_.data() + chunk.begin;
+        for (std::size_t leaf = 0; leaf < chunk.run.leaves; ++leaf) {
+            for (std::size_t begin = 0; begin < chunk.drawn[leaf]; begin += blockPoints) {
+                const std::size_t size = std::min<std::size_t>(blockPoints, chunk.drawn[leaf] - begin);
+                projectEach(map_, chunk.run.cells[leaf], points + begin, size, end_, screen.data());
+                for (std::size_t i = 0; i < size; ++i) {
+                    if (codes[begin + i] != noValue) addPoint(screen[i], codes[begin + i]);
+                }
+            }
+            points += chunk.run.count[leaf];
+            codes += chunk.run.count[leaf];
+        }
+    }
+
+    void addPoint(const ScreenPoint& at, ValueCode code) {
+        const auto width = static_cast<std::int32_t>(map_.width);
+        const auto height = static_cast<std::int32_t>(map_.height);
+        const auto pixelOf = [&](std::int32_t column, std::int32_t row) {
+            return static_cast<std::size_t>(row) * map_.width + static_cast<std::size_t>(column);
+        };
+        const NearKey key = nearKey(at.slab, code);
+        const float reach = discs_ ? discs_->reach() : 0.0F;
+        const bool near = at.x > -reach && at.y > -reach && at.x < static_cast<float>(width) + reach &&
+                          at.y < static_cast<float>(height) + reach;
+        if (!near) return;
+        if (!discs_) {
+            if (!(at.x >= 0.0F && at.y >= 0.0F && at.x < static_cast<float>(width) &&
+                  at.y < static_cast<float>(height)))
+                return;
+            const auto pixel = pixelOf(static_cast<std::int32_t>(at.x), static_cast<std::int32_t>(at.y));
+            return addTo(pixel, 1, code);
+        }
+        discs_->spread(at.x, at.y, {0, 0, width, height},
+                       [&](std::int32_t column, std::int32_t row, float weight) {
+                           const auto pixel = pixelOf(column, row);
+                           if (nearest_) {
+                               const float x = static_cast<float>(column) + 0.5F - at.x;
+                               const float y = static_cast<float>(row) + 0.5F - at.y;
+                               const bool half = std::sqrt(x * x + y * y) <= reach - 0.5F;
+                               least(sums_.words[2 * pixel], half ? key : key | farBit);
+                           } else {
+                               const auto units = static_cast<std::uint64_t>(weight * discUnit + 0.5F);
+                               addTo(pixel, units, units * code);
+                           }
+                       });
+    }
+
+    /// Points that cover less than half of a pixel come after all that cover more.
+    static constexpr std::uint64_t farBit = std::uint64_t{1} << 63;
+
+    const PointsPlan& points_;
+    const std::vector<ValueCode>& codes_;
+    const bool nearest_;
+    const storage::Leaves leaves_;
+    const std::span<const LeafCell> cells_;
+    const PointMap map_;
+    std::optional<DiscFootprint> discs_;
+    const storage::PackedPosition* end_;
+    ValueSums sums_;
+};
+
+/// The code of a pixel by what is known of it; noValue where nothing is.
+ValueCode codeOf(const ValueSums& sums, std::size_t pixel) {
+    const std::uint64_t weight = sums.words[2 * pixel], sum = sums.words[2 * pixel + 1];
+    if (sums.nearest) return weight == noKey ? noValue : static_cast<ValueCode>(weight & 0xffff);
+    return weight == 0 ? noValue : static_cast<ValueCode>((sum + weight / 2) / weight);
+}
+
+/// A point right at a pixel's border may be drawn in the next one, by the rounding of a device: there it has
+/// the value of the pixels around.
+ValueCode codeAround(std::span<const ValueCode> codes, std::uint32_t width, std::uint32_t height,
+                     std::uint32_t column, std::uint32_t row) {
+    std::uint32_t sum = 0, count = 0;
+    for (std::uint32_t y = row - std::min(row, 1U); y < std::min(row + 2, height); ++y) {
+        for (std::uint32_t x = column - std::min(column, 1U); x < std::min(column + 2, width); ++x) {
+            const ValueCode code = codes[std::size_t{y} * width + x];
+            if (code == noValue) continue;
+            sum += code;
+            ++count;
+        }
+    }
+    return count == 0 ? noValue : static_cast<ValueCode>((sum + count / 2) / count);
+}
+
+}  // namespace
+
+void ValueSums::add(const ValueSums& others) {
+    MOTE_CHECK(others.words.size() == words.size() && others.nearest == nearest);
+    for (std::size_t i = 0; i < words.size(); ++i)
+        words[i] = nearest ? std::min(words[i], others.words[i]) : words[i] + others.words[i];
+}
+
+std::optional<ValueSums> valueSums(const FramePlan& plan, const PointsPlan& points,
+                                   std::span<const LeafCell> cells, const std::stop_token& stop) {
+    return Summing(plan, points, cells).sum(stop);
+}
+
+PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const ValueSums& sums) {
+    constexpr std::size_t shades = 4096;  // of the map; and one for pixels without a value
+    std::vector<glm::vec3> colors;
+    for (std::size_t i = 0; i < shades; ++i)
+        colors.emplace_back(points.colors->map(static_cast<double>(i) / (shades - 1)));
+    colors.emplace_back(points.look.color);
+    const std::size_t pixels = std::size_t{plan.width} * plan.height;
+    MOTE_CHECK(sums.words.size() == 2 * pixels);
+    const bool all = points.colors->values->complete;
+    const bool counted = all && !sums.nearest && points.look.size <= 1.0;
+    std::vector<std::uint32_t> counts(counted ? pixels : 0);
+    std::vector<ValueCode> codes(pixels);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1 << 14), [&](const auto& block) {
+        constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
+        for (std::size_t i = block.begin(); i < block.end(); ++i) {
+            codes[i] = codeOf(sums, i);
+            if (counted) counts[i] = static_cast<std::uint32_t>(std::min(sums.words[2 * i], most));
+        }
+    });
+    std::vector<std::uint16_t> places(pixels);
+    tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
+        for (std::uint32_t column = 0; column < plan.width; ++column) {
+            const std::size_t pixel = std::size_t{row} * plan.width + column;
+            ValueCode code = codes[pixel];
+            if (code == noValue && all) code = codeAround(codes, plan.width, plan.height, column, row);
+            const auto shade = (std::uint32_t{code} * (shades - 1) + greatestValue / 2) / greatestValue;
+            places[pixel] = static_cast<std::uint16_t>(code == noValue ? shades : shade);
+        }
+    });
+    return {plan.width, plan.height, std::move(colors), std::move(places), std::move(counts)};
+}
+
+std::optional<FrameColors> frameColors(const FramePlan& plan, ResidentLeaves& leaves,
+                                       const std::stop_token& stop) {
+    FrameColors colors(plan.points.size());
+    for (std::size_t i = 0; i < plan.points.size(); ++i) {
+        const PointsPlan& points = plan.points[i];
+        if (!points.colors || points.preview != nullptr) continue;
+        const auto cells = leaves.of(points.step).upTo(*points.step, points.selection->drawn.size());
+        const auto sums = valueSums(plan, points, cells, stop);
+        if (!sums) return std::nullopt;
+        colors[i] = std::make_shared<const PixelColors>(pixelColors(plan, points, *sums));
+    }
+    return colors;
+}
+
+}  // namespace mote::render

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/cpu/values_kernel.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/render/cpu/values_kernel.cpp"
+#include <hwy/foreach_target.h>
+//
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+
+#include "server/render/cpu/leaf_ways-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mote::render::HWY_NAMESPACE {
+namespace {
+
+constexpr ValueSum one = ValueSum{1} << countShift;
+
+HWY_INLINE ValueSum sumOf(ValueCode code) {
+    return code == noValue ? 0 : one + code;
+}
+
+/// Points fall into the very pixels in which count_kernel.cpp counts them. `nearest`: sums are keys.
+template <bool perspective, bool nearest>
+class LeafValues {
+  public:
+    HWY_INLINE LeafValues(const PointMap& map, const LeafRun& run, ValueSum* sums)
+        : map_(map),
+          run_(run),
+          sums_(sums),
+          nowhere_(hn::Iota(ints, static_cast<std::int32_t>(map.width * map.height))) {}
+
+    HWY_INLINE void add(const ValueCode* codes) {
+        const PackedPosition* points = run_.points;
+        for (std::size_t begin = 0; begin < run_.leaves; begin += LeafPlaces::block) {
+            const std::size_t size = std::min(LeafPlaces::block, run_.leaves - begin);
+            placeLeaves<perspective, nearest>(map_, run_.cells + begin, size, places_);
+            ways_.choose(map_, places_, size);
+            for (std::size_t i = 0; i < size; ++i) {
+                const std::size_t count = run_.drawn[begin + i];
+                if (count > 0 && ways_.way[i] != notAtAll)
+                    addLeaf(run_.cells[begin + i], i, points, codes, count);
+                points += run_.count[begin + i];
+                codes += run_.count[begin + i];
+            }
+        }
+    }
+
+  private:
+    HWY_INLINE void addLeaf(LeafCell cell, std::size_t i, const PackedPosition* points,
+                            const ValueCode* codes, std::size_t count) {
+        if (ways_.way[i] == inOnePixel) {
+            addInOnePixel(cell, i, points, codes, count);
+        } else if (ways_.way[i] == atBorder) {
+            addAtBorder(cell, i, points, codes, count);
+        } else {
+            addInside(cell, i, points, codes, count);
+        }
+    }
+
+    HWY_INLINE void addInOnePixel(LeafCell cell, std::size_t i, const PackedPosition* points,
+                                  const ValueCode* codes, std::size_t count) {
+        ValueSum& sum = sums_[ways_.first[i]];
+        if constexpr (nearest) {
+            const LinearRow toSlab = linearRow(map_, cell, places_, i, PointMap::rowSlab);
+            for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+                const Float depth = toSlab(loadPlaces(points + k, run_.end));
+                if (isBehind(depth, sum)) continue;
+                HWY_ALIGN std::array<float, mostLanes> depths;
+                hn::Store(depth, floats, depths.data());
+                const std::size_t lanes = std::min(count - k, hn::Lanes(floats));
+                for (std::size_t lane = 0; lane < lanes; ++lane) nearer(sum, depths[lane], codes[k + lane]);
+            }
+        } else {
+            ValueSum added = 0;
+            for (std::size_t k = 0; k < count; ++k) added += sumOf(codes[k]);
+            sum += added;
+        }
+    }
+
+    /// Most points are behind what their pixel has already: a packet of such is passed over at once.
+    HWY_INLINE static bool isBehind(Float depth, NearKey key) {
+        return hn::AllTrue(floats, hn::Gt(depth, hn::Set(floats, depthOfKey(key))));
+    }
+
+    HWY_INLINE static void nearer(NearKey& key, float depth, ValueCode code) {
+        if (code != noValue) key = std::min(key, nearKey(depth, code));
+    }
+
+    /// The last of what the pixels of a leaf have; of one that meets more than four, nothing.
+    HWY_INLINE NearKey lastKey(std::size_t i) const {
+        if (ways_.way[i] != inFourPixels) return noKey;
+        const NearKey* const above = sums_ + ways_.first[i];
+        const NearKey* const below = above + map_.width;
+        return std::max(std::max(above[0], above[1]), std::max(below[0], below[1]));
+    }
+
+    HWY_INLINE void addInside(LeafCell cell, std::size_t i, const PackedPosition* points,
+                              const ValueCode* codes, std::size_t count) {
+        const LinearRow across = distanceRow(places_.across, i), down = distanceRow(places_.down, i);
+        const LinearRow w = linearRow(map_, cell, places_, i, PointMap::rowW);
+        const auto row = static_cast<std::int32_t>(places_.row[i]);
+        const auto column = static_cast<std::int32_t>(places_.column[i]);
+        const Int first = hn::Set(ints, row * static_cast<std::int32_t>(map_.width) + column);
+        for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+            const Places at = loadPlaces(points + k, run_.end);
+            const Float depth = depthOf(at, cell, i);
+            if constexpr (nearest) {
+                if (isBehind(depth, lastKey(i))) continue;
+            }
+            Float columns = across(at), rows = down(at);
+            if constexpr (perspective) {
+                const Float inverse = hn::Div(hn::Set(floats, 1.0F), w(at));
+                columns = hn::Mul(columns, inverse);
+                rows = hn::Mul(rows, inverse);
+            }
+            addTo(pixelsFrom(first, columns, rows), depth, codes + k, count - k);
+        }
+    }
+
+    HWY_NOINLINE void addAtBorder(LeafCell cell, std::size_t i, const PackedPosition* points,
+                                  const ValueCode* codes, std::size_t count) {
+        const LeafMap<perspective> toScreen(map_, cell, places_, i);
+        const Float zero = hn::Zero(floats), width = hn::Set(floats, static_cast<float>(map_.width));
+        const Float height = hn::Set(floats, static_cast<float>(map_.height));
+        for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+            const Places places = loadPlaces(points + k, run_.end);
+            const Projected at = toScreen(places);
+            const Mask inX = hn::And(hn::Ge(at.x, zero), hn::Lt(at.x, width));
+            const Mask inY = hn::And(hn::Ge(at.y, zero), hn::Lt(at.y, height));
+            const Mask seen = hn::And(hn::And(inX, inY), at.seen);
+            const Float x = hn::IfThenElseZero(seen, at.x), y = hn::IfThenElseZero(seen, at.y);
+            const Int pixels = pixelsFrom(hn::Zero(ints), x, y);
+            addTo(hn::IfThenElse(hn::RebindMask(ints, seen), pixels, nowhere_), depthOf(places, cell, i),
+                  codes + k, count - k);
+        }
+    }
+
+    HWY_INLINE Int pixelsFrom(Int first, Float columns, Float rows) const {
+        const Int down = hn::Mul(hn::ConvertTo(ints, hn::Floor(rows)),
+                                 hn::Set(ints, static_cast<std::int32_t>(map_.width)));
+        return hn::Add(hn::Add(first, hn::ConvertTo(ints, hn::Floor(columns))), down);
+    }
+
+    /// Of no use, and not computed, where it does not matter.
+    HWY_INLINE Float depthOf(const Places& at, LeafCell cell, std::size_t i) const {
+        if constexpr (nearest) return linearRow(map_, cell, places_, i, PointMap::rowSlab)(at);
+        return hn::Zero(floats);
+    }
+
+    HWY_INLINE void addTo(Int pixels, Float depth, const ValueCode* codes, std::size_t count) const {
+        const hn::RebindToUnsigned<Ints> unsignedInts;
+        // Whatever rounding did, nothing else is written to.
+        const auto safe = hn::Min(hn::BitCast(unsignedInts, pixels), hn::BitCast(unsignedInts, nowhere_));
+        HWY_ALIGN std::array<std::uint32_t, mostLanes> places;
+        hn::Store(safe, unsignedInts, places.data());
+        const std::size_t lanes = std::min(count, hn::Lanes(ints));
+        if constexpr (nearest) {
+            HWY_ALIGN std::array<float, mostLanes> depths;
+            hn::Store(depth, floats, depths.data());
+            for (std::size_t k = 0; k < lanes; ++k) nearer(sums_[places[k]], depths[k], codes[k]);
+        } else {
+            for (std::size_t k = 0; k < lanes; ++k) sums_[places[k]] += sumOf(codes[k]);
+        }
+    }
+
+    const PointMap& map_;
+    const LeafRun& run_;
+    ValueSum* const sums_;
+    const Int nowhere_;
+    LeafPlaces places_;
+    LeafWays ways_;
+};
+
+void addValues(const PointMap& map, const LeafRun& run, const ValueCode* codes, ValueSum* sums) {
+    if (map.perspective)
+        LeafValues<true, false>(map, run, sums).add(codes);
+    else
+        LeafValues<false, false>(map, run, sums).add(codes);
+}
+
+void addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys) {
+    if (map.perspective)
+        LeafValues<true, true>(map, run, keys).add(codes);
+    else
+        LeafValues<false, true>(map, run, keys).add(codes);
+}
+
+template <bool perspective>
+void projectEachOf(const PointMap& map, LeafCell cell, const PackedPosition* points, std::size_t count,
+                   const PackedPosition* end, ScreenPoint* out) {
+    constexpr float outside = -1e30F;
+    LeafPlaces places;
+    placeLeaves<perspective>(map, &cell, 1, places);
+    const LeafMap<perspective> toScreen(map, cell, places, 0);
+    const LinearRow toSlab = linearRow(map, cell, places, 0, PointMap::rowSlab);
+    HWY_ALIGN std::array<float, mostLanes> x, y, slab;
+    for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
+        const Places at = loadPlaces(points + k, end);
+        const Projected seen = toScreen(at);
+        hn::Store(hn::IfThenElse(seen.seen, seen.x, hn::Set(floats, outside)), floats, x.data());
+        hn::Store(seen.y, floats, y.data());
+        hn::Store(toSlab(at), floats, slab.data());
+        const std::size_t lanes = std::min(count - k, hn::Lanes(floats));
+        for (std::size_t i = 0; i < lanes; ++i) out[k + i] = {x[i], y[i], slab[i]};
+    }
+}
+
+void projectEach(const PointMap& map, LeafCell cell, const PackedPosition* points, std::size_t count,
+                 const PackedPosition* end, ScreenPoint* out) {
+    if (map.perspective)
+        projectEachOf<true>(map, cell, points, count, end, out);
+    else
+        projectEachOf<false>(map, cell, points, count, end, out);
+}
+
+}  // namespace
+}  // namespace mote::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace mote::render {
+
+HWY_EXPORT(addValues);
+HWY_EXPORT(addNearest);
+HWY_EXPORT(projectEach);
+
+void addValues(const PointMap& map, const LeafRun& run, const ValueCode* codes, ValueSum* sums) {
+    HWY_DYNAMIC_DISPATCH(addValues)(map, run, codes, sums);
+}
+
+void addNearest(const PointMap& map, const LeafRun& run, const ValueCode* codes, NearKey* keys) {
+    HWY_DYNAMIC_DISPATCH(addNearest)(map, run, codes, keys);
+}
+
+void projectEach(const PointMap& map, LeafCell cell, const storage::PackedPosition* points, std::size_t count,
+                 const storage::PackedPosition* end, ScreenPoint* out) {
+    HWY_DYNAMIC_DISPATCH(projectEach)(map, cell, points, count, end, out);
+}
+
+}  // namespace mote::render
+#endif

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/layers/particles/lower_paths.h"
+
+#include <cmath>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <memory>
+#include <utility>
+
+namespace mote::render {
+namespace {
+
+/// Far beyond any picture; what lies farther out is cut, so that its places fit into single precision.
+constexpr double farPixels = 1 << 20;
+
+/// Draws the ways one after the other, cut where they go nearer than is seen.
+class PathPen {
+  public:
+    PathPen(const FramePlan& plan, double width, Strokes& out)
+        : plan_(plan), nearest_(nearLimit(plan.camera)), width_(static_cast<float>(width)), out_(out) {}
+
+    void begin(const glm::dvec3& inEye) {
+        end();
+        before_ = inEye;
+        if (seen(inEye)) add(inEye);
+    }
+
+    void go(const glm::dvec3& inEye) {
+        const bool from = seen(before_), to = seen(inEye);
+        if (from != to) {
+            const double share = (nearest_ + before_.z) / (before_.z - inEye.z);
+            add(before_ + share * (inEye - before_));
+        }
+        if (to) add(inEye);
+        if (!to) end();
+        before_ = inEye;
+    }
+
+    void end() {
+        const auto points = static_cast<std::uint32_t>(out_.points.size());
+        if (points > first_) out_.lines.push_back({first_, points});
+        first_ = points;
+    }
+
+  private:
+    bool seen(const glm::dvec3& inEye) const { return -inEye.z >= nearest_; }
+
+    void add(const glm::dvec3& inEye) {
+        const double depth = plan_.camera.perspective() ? std::max(-inEye.z, nearest_) : -inEye.z;
+        const double halfHeight = plan_.camera.halfHeight() * (plan_.camera.perspective() ? depth : 1.0);
+        const double pixels = 0.5 * plan_.height / halfHeight;
+        const double x = 0.5 * plan_.width + inEye.x * pixels, y = 0.5 * plan_.height - inEye.y * pixels;
+        if (!(std::abs(x) < farPixels && std::abs(y) < farPixels)) return end();
+        out_.points.push_back({static_cast<float>(x), static_cast<float>(y), width_, depth});
+    }
+
+    const FramePlan& plan_;
+    const double nearest_;
+    const float width_;
+    Strokes& out_;
+    glm::dvec3 before_{0.0};
+    std::uint32_t first_ = 0;
+};
+
+}  // namespace
+
+Strokes pathStrokes(const Layer& layer, const Paths& style, const glm::dvec3& pointColor,
+                    const PointPaths& paths, const FramePlan& plan, double pixels) {
+    Strokes strokes;
+    strokes.color = glm::vec3(style.color.value_or(pointColor));
+    strokes.opacity = static_cast<float>(layer.opacity);
+    PathPen pen(plan, style.width * pixels, strokes);
+    const glm::dmat4 toEye = plan.camera.worldToEye() * layer.transform;
+    for (std::size_t path = 0; path < paths.size(); ++path) {
+        for (auto i = paths.begin[path]; i < paths.begin[path + 1]; ++i) {
+            const glm::dvec3 inEye(toEye * glm::dvec4(paths.places[i], 1.0));
+            if (i == paths.begin[path])
+                pen.begin(inEye);
+            else
+                pen.go(inEye);
+        }
+        pen.end();
+    }
+    return strokes;
+}
+
+void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointColor, const PointPaths& paths,
+                Lowering& out) {
+    auto strokes =
+        std::make_shared<Strokes>(pathStrokes(layer, style, pointColor, paths, out.plan, out.pixels));
+    if (!strokes->empty()) out.plan.strokes.push_back(std::move(strokes));
+}
+
+}  // namespace mote::render

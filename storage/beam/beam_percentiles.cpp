@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "storage/beam/beam_piece.h"
+#include "storage/beam/moment_sums.h"
+
+namespace mote::storage {
+namespace {
+
+using Percentiles = BeamPercentiles;
+
+constexpr std::uint64_t binsOfWindow = 4096;
+constexpr std::uint64_t mostNear = std::uint64_t{1} << 18;  // particles near a cut that are sorted
+constexpr double sharesOfGreatest = 2147483648.0;
+constexpr std::uint64_t endOfActions = std::uint64_t{1} << 63;  // of the bits of what is not negative
+
+std::uint64_t bitsOf(double action) {
+    return std::bit_cast<std::uint64_t>(action);
+}
+
+/// Whether so much of the weight is the percentage or more.
+bool reaches(std::uint64_t shares, std::uint32_t percent, std::uint64_t all) {
+    const std::uint64_t whole = all / 100, rest = all % 100;
+    const std::uint64_t needed = whole * percent + (rest * percent + 99) / 100;
+    return shares >= needed;
+}
+
+void add(Percentiles::Inside& to, const Percentiles::Inside& from) {
+    to.weight += from.weight;
+    to.qq += from.qq;
+    to.qp += from.qp;
+    to.pp += from.pp;
+}
+
+bool before(const Percentiles::NearCut& a, const Percentiles::NearCut& b) {
+    if (a.cut != b.cut) return a.cut < b.cut;
+    if (a.action != b.action) return a.action < b.action;
+    return a.block < b.block;
+}
+
+double emittance(const Percentiles::Inside& of) {
+    return std::sqrt(std::max(of.qq * of.pp - of.qp * of.qp, 0.0)) / of.weight;
+}
+
+/// Deviations from a plane's means, and actions: a q^2 + b (p - k q)^2.
+struct Actions {
+    alignas(64) std::array<double, BeamPiece::most> q, p, action;
+};
+
+struct Ellipse {
+    double q, p, a, b, k;
+};
+
+MOTE_ANY_VECTORS void findActions(const Ellipse& of, const double* fromQ, const double* fromP,
+                                  std::size_t size, Actions& to) {
+    for (std::size_t i = 0; i < size; ++i) {
+        const double q = fromQ[i] - of.q;
+        const double p = fromP[i] - of.p;
+        const double s = p - of.k * q;
+        to.q[i] = q;
+        to.p[i] = p;
+        to.action[i] = of.a * q * q + of.b * s * s;
+    }
+}
+
+using CutsOfPlane = std::array<double, Percentiles::percents.size()>;
+
+/// By cut of a plane, the sums over those whose action is less than `lowest`.
+MOTE_ANY_VECTORS void sumBelow(const CutsOfPlane& lowest, const Actions& of, const double* weights,
+                               std::size_t size, Percentiles::Inside* to) {
+    std::array<std::array<LaneVector, 4>, std::tuple_size_v<CutsOfPlane>> inside{};
+    for (std::size_t i = 0; i < size; i += lanes) {
+        LaneVector weight, q, p, action;
+        load(weight, weights + i);
+        load(q, of.q.data() + i);
+        load(p, of.p.data() + i);
+        load(action, of.action.data() + i);
+        const LaneVector weighted = weight * q, qq = weighted * q, qp = weighted * p, pp = weight * p * p;
+#pragma GCC unroll 4
+        for (std::size_t cut = 0; cut < inside.size(); ++cut) {
+            const auto below = action < lowest[cut];
+            inside[cut][0] += below ? weight : 0.0;
+            inside[cut][1] += below ? qq : 0.0;
+            inside[cut][2] += below ? qp : 0.0;
+            inside[cut][3] += below ? pp : 0.0;
+        }
+    }
+    for (std::size_t cut = 0; cut < inside.size(); ++cut) {
+        const auto sum = [&](std::size_t i) { return sumOf(std::bit_cast<Lanes>(inside[cut][i])); };
+        mote::storage::add(to[cut], {sum(0), sum(1), sum(2), sum(3)});
+    }
+}
+
+/// Whether any of each eight actions may lie from `lowest` to before `end`; one that is no number may.
+MOTE_ANY_VECTORS void findWithin(double lowest, double end, const Actions& of, std::size_t size,
+                                 std::array<bool, BeamPiece::most / lanes>& any) {
+    for (std::size_t i = 0; i < size; i += lanes) {
+        int found = 0;
+        for (std::size_t k = 0; k < lanes; ++k)
+            found |=
+                static_cast<int>(!(of.action[i + k] < lowest)) & static_cast<int>(!(of.action[i + k] >= end));
+        any[i / lanes] = found != 0;
+    }
+}
+
+}  // namespace
+
+/// Deviations, actions and weights of a plane's particles, some at a time.
+struct BeamPercentiles::Piece : Actions {
+    std::uint64_t block = 0;
+    std::size_t size = 0;  ///< a multiple of `lanes`
+    const double* weight = nullptr;
+};
+
+void BeamPercentiles::Gathered::merge(const Gathered& other) {
+    bins.resize(std::max(bins.size(), other.bins.size()));
+    for (std::size_t i = 0; i < other.bins.size(); ++i) {
+        bins[i].share += other.bins[i].share;
+        bins[i].count += other.bins[i].count;
+    }
+    sums.insert(sums.end(), other.sums.begin(), other.sums.end());
+    near.insert(near.end(), other.near.begin(), other.near.end());
+}
+
+BeamPercentiles::BeamPercentiles(const BeamMoments::Sums& total) {
+    emittances_.fill(std::numeric_limits<double>::quiet_NaN());
+    shareOfWeight_ = sharesOfGreatest / total.greatestWeight;
+    if (!std::isfinite(shareOfWeight_) || !(total.a.weight > 0.0)) return;
+    for (std::size_t plane = 0; plane < planes; ++plane) {
+        const auto both = (std::uint32_t{1} << plane) | (std::uint32_t{1} << (plane + 4));
+        const auto lower = moments::lowerOf(total.a, 2 * plane, 2 * plane + 1);
+        auto& frame = frames_[plane];
+        frame.q = total.a.mean[2 * plane];
+        frame.p = total.a.mean[2 * plane + 1];
+        frame.k = lower.qp / lower.qq;
+        const double rest = lower.pp - frame.k * lower.qp;
+        frame.a = lower.weight / lower.qq;
+        frame.b = lower.weight / rest;
+        constexpr double noEmittance = 1e-14;
+        frame.defined = (total.known & both) == both && lower.qq > 0.0 && rest > noEmittance * lower.pp &&
+                        std::isfinite(frame.a) && std::isfinite(frame.b);
+        for (std::size_t i = 0; i < percents.size(); ++i) {
+            constexpr double leastOfBins = 1.0 / 256.0;
+            constexpr int shiftOfBins = 45;  // 128 bins an octave, 32 octaves
+            windows_[plane * percents.size() + i] = {bitsOf(leastOfBins),    shiftOfBins, 0, endOfActions, 0,
+                                                     plane * percents.size()};
+        }
+        if (frame.defined) state_ = State::narrowing;
+    }
+}
+
+void BeamPercentiles::add(const BeamRows& rows, Gathered& gathered) const {
+    if (state_ == State::narrowing) gathered.bins.resize(cuts * binsOfWindow);
+    BlockSums sums;
+    sums.block = rows.block;
+    const auto firstNear = static_cast<std::ptrdiff_t>(gathered.near.size());
+    Piece piece;
+    piece.block = rows.block;
+    forEachPiece(rows, 0.0, false, [&](const BeamPiece& from) {
+        piece.size = from.a.size;
+        piece.weight = from.a.weight.data();
+        for (std::size_t plane = 0; plane < planes; ++plane) {
+            const auto& frame = frames_[plane];
+            if (!frame.defined) continue;
+            findActions({frame.q, frame.p, frame.a, frame.b, frame.k}, from.a.value[2 * plane].data(),
+                        from.a.value[2 * plane + 1].data(), piece.size, piece);
+            if (state_ == State::narrowing) {
+                count(piece, plane, gathered);
+            } else {
+                gather(piece, plane, gathered, sums);
+            }
+        }
+    });
+    if (state_ != State::gathering) return;
+    gathered.sums.push_back(sums);
+    // Particles of one action are one: however many there are, little is kept.
+    const auto begin = gathered.near.begin() + firstNear;
+    std::stable_sort(begin, gathered.near.end(), before);
+    auto last = begin;
+    for (auto next = begin; next != gathered.near.end(); ++next) {
+        if (next == begin) continue;
+        if (before(*last, *next)) {
+            *++last = *next;
+        } else {
+            last->share += next->share;
+            mote::storage::add(last->of, next->of);
+        }
+    }
+    if (begin != gathered.near.end()) gathered.near.erase(last + 1, gathered.near.end());
+}
+
+void BeamPercentiles::count(const Piece& piece, std::size_t plane, Gathered& gathered) const {
+    for (std::size_t cut = plane * percents.size(); cut < (plane + 1) * percents.size(); ++cut) {
+        const auto& window = windows_[cut];
+        if (window.bins != cut) continue;
+        auto* const bins = gathered.bins.data() + cut * binsOfWindow;
+        for (std::size_t i = 0; i < piece.size; ++i) {
+            const auto bits = bitsOf(piece.action[i]);
+            if (bits < window.lowest || bits >= window.end) continue;
+            const auto bin = bits < window.first ? 0 : (bits - window.first) >> window.shift;
+            auto& to = bins[std::min(bin, binsOfWindow - 1)];
+            to.share += static_cast<std::uint64_t>(piece.weight[i] * shareOfWeight_ + 0.5);
+            to.count += piece.weight[i] > 0.0 ? 1 : 0;
+        }
+    }
+}
+
+void BeamPercentiles::gather(const Piece& piece, std::size_t plane, Gathered& gathered,
+                             BlockSums& sums) const {
+    const std::size_t firstCut = plane * percents.size();
+    CutsOfPlane lowest;
+    for (std::size_t i = 0; i < lowest.size(); ++i)
+        lowest[i] = std::bit_cast<double>(windows_[firstCut + i].lowest);
+    sumBelow(lowest, piece, piece.weight, piece.size, sums.inside.data() + firstCut);
+    std::array<bool, BeamPiece::most / lanes> any;
+    for (std::size_t cut = firstCut; cut < firstCut + percents.size(); ++cut) {
+        const auto& window = windows_[cut];
+        const double end = window.end < endOfActions ? std::bit_cast<double>(window.end)
+                                                     : std::numeric_limits<double>::quiet_NaN();
+        findWithin(lowest[cut - firstCut], end, piece, piece.size, any);
+        for (std::size_t i = 0; i < piece.size; ++i) {
+            if (i % lanes == 0 && !any[i / lanes]) {
+                i += lanes - 1;
+                continue;
+            }
+            const auto bits = bitsOf(piece.action[i]);
+            const double w = piece.weight[i];
+            if (bits < window.lowest || bits >= window.end || !(w > 0.0)) continue;
+            const double q = piece.q[i], p = piece.p[i];
+            gathered.near.push_back({piece.action[i],
+                                     piece.block,
+                                     cut,
+                                     static_cast<std::uint64_t>(w * shareOfWeight_ + 0.5),
+                                     {w, w * q * q, w * q * p, w * p * p}});
+        }
+    }
+}
+
+void BeamPercentiles::finishPass(Gathered gathered) {
+    if (state_ == State::narrowing) {
+        gathered.bins.resize(cuts * binsOfWindow);
+        narrow(gathered.bins);
+    } else if (state_ == State::gathering) {
+        finish(gathered);
+    }
+}
+
+void BeamPercentiles::narrow(const std::vector<Bin>& bins) {
+    bool enough = true;
+    auto next = windows_;
+    for (std::size_t cut = 0; cut < cuts; ++cut) {
+        if (!frames_[cut / percents.size()].defined) continue;
+        const auto& window = windows_[cut];
+        const auto* const of = bins.data() + window.bins * binsOfWindow;
+        if (allShares_ == 0) {  // the first pass: all windows hold all
+            for (std::uint64_t i = 0; i < binsOfWindow; ++i) allShares_ += of[i].share;
+        }
+        std::uint64_t below = window.below;
+        std::uint64_t bin = 0;
+        while (bin + 1 < binsOfWindow &&
+               !reaches(below + of[bin].share, percents[cut % percents.size()], allShares_)) {
+            below += of[bin++].share;
+        }
+        auto& narrowed = next[cut];
+        if (bin > 0) narrowed.lowest = window.first + (bin << window.shift);
+        if (bin + 1 < binsOfWindow) {
+            narrowed.end = std::min(window.end, window.first + ((bin + 1) << window.shift));
+        }
+        narrowed.below = below;
+        narrowed.first = narrowed.lowest;
+        narrowed.shift = 0;
+        while (((narrowed.end - 1 - narrowed.lowest) >> narrowed.shift) >= binsOfWindow) ++narrowed.shift;
+        narrowed.bins = cut;
+        enough = enough && (of[bin].count <= mostNear || narrowed.end - narrowed.lowest <= 1);
+    }
+    windows_ = next;
+    if (enough) state_ = State::gathering;
+}
+
+void BeamPercentiles::finish(Gathered& gathered) {
+    std::ranges::sort(gathered.sums, {}, &BlockSums::block);
+    std::ranges::sort(gathered.near, before);
+    auto near = gathered.near.begin();
+    for (std::size_t cut = 0; cut < cuts; ++cut) {
+        if (!frames_[cut / percents.size()].defined) continue;
+        Inside inside;
+        for (const auto& block : gathered.sums) mote::storage::add(inside, block.inside[cut]);
+        std::uint64_t shares = windows_[cut].below;
+        double action = -1.0;
+        for (; near != gathered.near.end() && near->cut == cut; ++near) {
+            const bool reached = reaches(shares, percents[cut % percents.size()], allShares_);
+            if (reached && near->action != action) continue;
+            action = near->action;
+            shares += near->share;
+            mote::storage::add(inside, near->of);
+        }
+        emittances_[cut] = emittance(inside);
+    }
+    state_ = State::done;
+}
+
+}  // namespace mote::storage

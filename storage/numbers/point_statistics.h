@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Statistics of a step's points (storage/beam/beam_statistics.h) from the columns beside them, of all or of
+// some, and of even slices along a quantity. Values and a function without state, which uses all threads of
+// the calling arena; any number gives the same bits.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/scene/error.h"
+#include "storage/beam/beam_statistics.h"
+#include "storage/numbers/point_mask.h"
+#include "storage/numbers/run_steps.h"
+
+namespace mote::storage {
+
+struct SlicesWanted {
+    static constexpr std::uint32_t most = 256;
+
+    std::string column;        ///< or derived quantity
+    std::uint32_t count = 50;  ///< 1 to most
+};
+
+/// Percentiles take two passes more over all values than moments do.
+enum class Passes { momentsAlone, percentilesToo };
+
+struct PointStatistics {
+    std::vector<double> values;               ///< by beamStatistics(); of percentiles that were left NaN
+    std::vector<double> edges;                ///< of slices, one more than there are
+    std::vector<std::vector<double>> slices;  ///< by slice; of each as `values`
+};
+
+/// `chosen`: these points alone; null: all. Slices span the chosen points' own range, and where all have one
+/// value, half of a unit to both sides of it. Errors: notFound, at "slices"; cancelled. Throws StorageError.
+Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts& facts,
+                                        const PointMask* chosen, const std::optional<SlicesWanted>& slices,
+                                        Passes passes, const std::function<bool()>& cancelled);
+
+}  // namespace mote::storage

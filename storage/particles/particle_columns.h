@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// ParticleColumns: what lies beside the points of one step of a particle plot: the source's columns, in the
+// order of the points, so that a leaf's range of points is a range of each column. Immutable and safe to use
+// from any number of threads; shared by all who ask for numbers of the step. Layout: docs/FORMAT.md.
+//
+// A value is offset + what the file holds, a float: the offset lies near the middle of the step's values.
+// Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
+// (corrupt, naming file, array and offset) where they differ from the digest. With a budget, blocks come and
+// go as those of ParticleStep do.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote::storage {
+
+class BlockBudget;
+
+struct ColumnInfo {
+    std::string name;     ///< "x", "px", ..., "weight", or the source's own; never "id"
+    std::string unit;     ///< "m", "eV/c", "s", "1", ...
+    double offset = 0.0;  ///< in the unit; a value is offset + float; NaN where the source has no finite one
+};
+
+class ParticleColumns {
+  public:
+    /// `directory` is the dataset; checks the digest's shapes against the manifest. Errors: notFound (the
+    /// dataset was made without columns: says how to make them), corrupt.
+    static Result<std::shared_ptr<const ParticleColumns>> open(const std::filesystem::path& directory,
+                                                               const proto::Manifest& manifest,
+                                                               std::uint32_t step,
+                                                               std::shared_ptr<BlockBudget> budget = nullptr);
+    virtual ~ParticleColumns() = default;
+
+    virtual std::uint64_t pointCount() const = 0;
+    virtual const std::vector<ColumnInfo>& columns() const = 0;
+    /// Points [begin, begin + count) of a column, in the order of ParticleStep's points.
+    virtual std::span<const float> values(std::size_t column, std::uint64_t begin,
+                                          std::uint64_t count) const = 0;
+
+    virtual bool hasIds() const = 0;
+    /// The ids of points [begin, begin + count); only where there are ids.
+    virtual std::span<const std::uint64_t> ids(std::uint64_t begin, std::uint64_t count) const = 0;
+    /// Ranks [begin, begin + count) of the id index: points by ascending id, of equal ids by ascending point.
+    virtual std::span<const std::uint32_t> pointsById(std::uint64_t begin, std::uint64_t count) const = 0;
+
+    /// Throws StorageError where what was read may have been something else (the file changed).
+    virtual void check() const {}
+
+    /// The index of a column in columns().
+    std::optional<std::size_t> find(std::string_view name) const {
+        for (std::size_t i = 0; i < columns().size(); ++i) {
+            if (columns()[i].name == name) return i;
+        }
+        return std::nullopt;
+    }
+};
+
+}  // namespace mote::storage

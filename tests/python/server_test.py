@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The real server, from Python: pictures, jobs, and that nothing of it stays behind."""
+import glob
+import json
+import os
+import pathlib
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from PIL import Image as pil
+
+from support import BIN, PACKAGE, Case, make_beam, mote, needs_server, prepare, spawn  # isort: skip
+
+
+def processes_of(folder):
+    """The processes that have a folder's name in their command line."""
+    found = []
+    for place in glob.glob("/proc/[0-9]*/cmdline"):
+        try:
+            words = pathlib.Path(place).read_bytes()
+        except OSError:
+            continue
+        if os.fsencode(str(folder)) in words:
+            found.append(int(place.split("/")[2]))
+    return [number for number in found if number != os.getpid()]
+
+
+def wait_for_end(processes):
+    """Of processes that are not our children."""
+    for number in processes:
+        try:
+            process = os.pidfd_open(number)
+        except ProcessLookupError:
+            continue
+        try:
+            select.select([process], [], [], 60)
+        finally:
+            os.close(process)
+
+
+@needs_server
+class WithServer(Case):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.plots = pathlib.Path(cls.folder.name)
+        make_beam(cls.plots)
+        cls.session = spawn(cls.plots)
+        cls.addClassCleanup(cls.session.close)
+        cls.ds = cls.session["data/beam"]
+
+
+class Looking(WithServer):
+    def test_what_is_there(self):
+        self.assertEqual(self.session.datasets, ["data/beam"])
+        self.assertEqual((self.ds.axes, len(self.ds), self.ds.kind), (("x", "px", "y"), 3, "particles"))
+        self.assertEqual(self.ds.units["px"], "eV/c")
+        self.assertTrue((np.diff(self.ds.t) > 0).all())
+        self.assertLessEqual(int(self.ds.particles.max()), 3000)
+        with self.fails("not_found"):
+            self.session["data/none"]
+
+    def test_pictures_are_those_of_mote_frames(self):
+        if not (BIN / "mote-frames").exists():
+            self.skipTest("there is no mote-frames")
+        view = mote.View(self.ds, step=1, size=(320, 200), style={"points": {"opacity": 0.7}}, background=[0.1, 0.2, 0.3])
+        script = self.plots / "script.json"
+        script.write_text(json.dumps(mote.Script([view]).to_dict()), encoding="utf-8")
+        subprocess.run([str(BIN / "mote-frames"), str(script), "--spawn", f"data={self.plots}", "--device", "cpu", "--out",
+                        str(self.plots / "frames"), "--quiet"], check=True, capture_output=True)
+        expected = np.array(pil.open(self.plots / "frames" / "frame-000000.png").convert("RGB"))
+        image = view.render()
+        np.testing.assert_array_equal(image.array[..., :3], expected)
+        self.assertGreater(int(expected.max()), int(expected.min()), "something is seen")
+
+    def test_light_and_bytes_are_one_picture(self):
+        view = mote.View(self.ds, size=(160, 120))
+        light = view.render(linear=True)
+        # A half has 11 bits: rounding moves an encoded value by less than a step of a byte.
+        difference = np.abs(light.array.astype(int) - view.render().array)
+        self.assertLessEqual(int(difference.max()), 1)
+
+    def test_a_script_is_its_views(self):
+        view = mote.View(self.ds, size=(64, 64))
+        frames = [image.array for image in mote.Script.steps(view, range(3)).frames()]
+        for step in range(3):
+            np.testing.assert_array_equal(frames[step], view.replace(step=step).render().array)
+
+    def test_a_document(self):
+        path = self.plots / "paper.svg"
+        mote.View(self.ds, size=(64, 64)).save(path, width=40)
+        self.assertIn(b"<svg", path.read_bytes()[:400])
+
+    def test_a_view_that_the_server_refuses(self):
+        fields = mote.View(self.ds, size=(64, 64)).to_dict()
+        fields["layers"][0]["dataset"] = "data/gone"
+        with self.fails("not_found"):
+            self.session.view(fields).render()
+        with self.fails("invalid_argument"):
+            mote.View(self.ds, size=(64, 64), camera={"eye": [0, 0, 0], "target": [0, 0, 0]}).render()
+        mote.View(self.ds, size=(64, 64)).render()
+
+    def test_a_server_that_is_killed_is_there_again(self):
+        with open(self.session._server.connection_file, encoding="utf-8") as file:
+            number = int(json.load(file)["pid"])
+        before = mote.View(self.ds, size=(64, 64)).render()
+        os.kill(number, signal.SIGKILL)
+        np.testing.assert_array_equal(mote.View(self.ds, size=(64, 64)).render().array, before.array)
+
+
+class Working(WithServer):
+    def test_a_job_makes_a_dataset(self):
+        job = self.session.prepare("data/run.h5", axes=["x", "y", "z"], output="data/other.mote", title="others", steps="0:2:2")
+        self.assertEqual(job.wait(progress=False).state, "succeeded")
+        self.assertEqual((job.progress, job.output, job.error), (1.0, "data/other.mote", ""))
+        ds = self.session["data/other"]
+        self.assertEqual((ds.axes, len(ds), ds.title), (("x", "y", "z"), 2, "others"))
+        self.assertIn(job.id, [other.id for other in self.session.jobs])
+        self.assertEqual(self.session.job(job.id).state, "succeeded")
+
+    def test_a_job_that_fails_says_why(self):
+        with self.fails("not_found"):
+            self.session.prepare("data/none.h5", axes=["x", "y", "z"], output="data/none.mote").wait(progress=False)
+        (self.plots / "bad.h5").write_bytes(b"nothing")
+        job = self.session.prepare("data/bad.h5", axes=["x", "y", "z"], output="data/bad.mote")
+        with self.fails("internal", "data/bad.mote"):
+            job.wait(progress=False)
+        self.assertEqual(job.state, "failed")
+        for options, where in (({"axes": ["x", "x", "y"]}, None), ({"axes": ["x"], "colour": 1}, "particles"), ({"kind": "magic"}, "kind")):
+            with self.fails("invalid_argument", where):
+                self.session.prepare("data/run.h5", output="data/no.mote", **options)
+
+    def test_a_job_is_cancelled(self):
+        job = self.session.prepare("data/run.h5", axes=["x", "px", "z"], output="data/cancelled.mote")
+        job.cancel()
+        if job.state == "succeeded":
+            return  # it was quicker
+        with self.fails("cancelled", "data/cancelled.mote"):
+            job.wait(progress=False)
+
+    def test_an_image_and_a_mesh(self):
+        pil.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(self.plots / "ramp.png")
+        self.session.prepare("data/ramp.png", kind="image", output="data/ramp.mote").wait(progress=False)
+        self.assertEqual((self.session["data/ramp"].kind, len(self.session["data/ramp"])), ("image", 1))
+        with self.fails("unsupported", "data/ramp"):
+            self.session["data/ramp"].get("x")
+        with self.fails("unsupported", "data/ramp"):
+            mote.View(self.session["data/ramp"])
+
+
+@needs_server
+class Spawning(Case):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.plots = pathlib.Path(self.folder.name)
+
+    def test_what_cannot_be_started(self):
+        with self.fails("not_found", str(self.plots / "none")):
+            spawn(self.plots / "none")
+        with self.fails("not_found", words="program="):
+            mote.spawn(data=self.plots, program="/nowhere/mote-server")
+        with self.fails("invalid_argument", "data"):
+            mote.spawn(program=BIN / "mote-server")
+        with self.fails("internal", "mote-server", "--device"):
+            spawn(self.plots, device="magic")
+        with self.fails("internal", "mote-server"):
+            mote.spawn(data=self.plots, program="/bin/true")
+
+    def test_it_ends_with_its_session(self):
+        for end in ("close", "with"):
+            session = spawn(self.plots)
+            private = session._server.folder
+            self.assertTrue(processes_of(private))
+            if end == "close":
+                session.close()
+            else:
+                with session:
+                    pass
+            self.assertEqual(processes_of(private), [])
+            self.assertFalse(os.path.exists(private))
+            with self.fails("cancelled"):
+                session.datasets
+
+    def start_python(self, text):
+        words = f"import mote\ns = mote.spawn(data={str(self.plots)!r}, program={str(BIN / 'mote-server')!r})\n" \
+                f"print(s._server.folder, flush=True)\n{text}"
+        child = subprocess.Popen([sys.executable, "-c", words], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                 stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(PACKAGE)})
+        self.addCleanup(child.stdin.close)
+        self.addCleanup(child.stdout.close)
+        self.addCleanup(child.stderr.close)
+        return child, child.stdout.readline().strip()
+
+    def test_it_ends_with_python(self):
+        for text, code in (("", 0), ("raise SystemExit(3)", 3), ("1 / 0", 1)):
+            child, private = self.start_python(text)
+            self.assertEqual(child.wait(60), code)
+            self.assertEqual(processes_of(private), [])
+            self.assertFalse(os.path.exists(private), text)
+
+    def test_it_ends_where_python_is_killed(self):
+        for number in (signal.SIGKILL, signal.SIGTERM):
+            child, private = self.start_python("input()")
+            processes = processes_of(private)
+            self.assertTrue(processes)
+            child.send_signal(number)
+            child.wait(60)
+            wait_for_end(processes)
+            self.assertEqual(processes_of(private), [])
+            self.assertFalse(os.path.exists(private))
+
+    def test_many_sessions_with_one_server(self):
+        with spawn(self.plots) as session:
+            others = [mote.connect(session._server.connection_file) for _ in range(5)]
+            self.assertEqual([other.datasets for other in others], [[]] * 5)
+            self.assertLess(others[0].ping(), 60)
+            for other in others:
+                other.close()
+            prepare("stipple", "plane", "--points", 200, "--seed", 1, "--out", self.plots / "dots.mote")
+            self.assertEqual(session.datasets, ["data/dots"])
+            with self.fails("unsupported", "layers[0].dataset", "image"):
+                mote.View(session["data/dots"], size=(32, 32)).render()
+
+    def test_a_connection_outlives_what_it_does_not_own(self):
+        with spawn(self.plots) as session:
+            other = mote.connect(session._server.connection_file)
+        with self.assertRaises(mote.Error):
+            other.datasets
+        other.close()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Statistics of generated beams against plain sums in long double, and what they must do at the extremes.
+#include "storage/beam/beam_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "tests/unit/beam/plain_statistics.h"
+
+namespace mote::storage {
+namespace {
+
+using namespace test;
+
+BeamRows rowsOf(const Particles& particles, std::uint64_t block, std::size_t begin, std::size_t count) {
+    BeamRows rows;
+    for (std::size_t c = 0; c < rows.coordinate.size(); ++c) {
+        if (particles.coordinate[c].empty()) continue;
+        rows.coordinate[c] = std::span(particles.coordinate[c]).subspan(begin, count);
+    }
+    rows.weight = std::span(particles.weight).subspan(begin, count);
+    rows.block = block;
+    rows.size = count;
+    return rows;
+}
+
+/// In blocks of so many, by so many threads, which take blocks in an order of their own.
+std::vector<double> statisticsOf(const Particles& particles, std::size_t block, std::size_t threads,
+                                 const BeamFacts& facts) {
+    const std::size_t blocks = (particles.size() + block - 1) / block;
+    const auto rows = [&](std::size_t i) {
+        return rowsOf(particles, i, i * block, std::min(block, particles.size() - i * block));
+    };
+    BeamMoments moments(facts.mass);
+    for (std::size_t thread = threads; thread-- > 0;) {
+        BeamMoments part(facts.mass);
+        for (std::size_t i = blocks; i-- > 0;) {
+            if (i % threads == thread) part.add(rows(i));
+        }
+        moments.merge(part.blocks());
+    }
+    const auto total = moments.total();
+    BeamPercentiles percentiles(total);
+    while (percentiles.needsPass()) {
+        BeamPercentiles::Gathered all;
+        for (std::size_t thread = 0; thread < threads; ++thread) {
+            BeamPercentiles::Gathered part;
+            for (std::size_t i = thread; i < blocks; i += threads) percentiles.add(rows(i), part);
+            all.merge(part);
+        }
+        percentiles.finishPass(std::move(all));
+    }
+    return beamValues(total, percentiles, facts);
+}
+
+double valueOf(const std::vector<double>& values, std::string_view name) {
+    const auto at = findBeamStatistic(name);
+    EXPECT_TRUE(at) << name;
+    return at ? values[*at] : notNumber;
+}
+
+void expectClose(double value, Real expected, Real scale, const std::string& name) {
+    EXPECT_LE(std::abs(static_cast<Real>(value) - expected), 1e-12L * std::abs(scale))
+        << name << " is " << value << ", not " << static_cast<double>(expected);
+}
+
+TEST(BeamStatistics, AreThoseOfPlainSums) {
+    for (const std::uint32_t seed : {1U, 2U, 3U, 4U, 9U, 12U}) {
+        const std::size_t size = 20000 + 777 * seed;
+        const auto particles = generate(size, seed, false);
+        const auto values = statisticsOf(particles, 1500, 3, {mass, "C", 5, 0.0});
+        Plain plain(particles);
+        const auto value = [&](const std::string& name) { return valueOf(values, name); };
+        EXPECT_EQ(value("n_particle"), static_cast<double>(size));
+        EXPECT_EQ(value("n_finite"), static_cast<double>(size));
+        EXPECT_EQ(value("n_slope"), static_cast<double>(size));
+        EXPECT_EQ(value("n_lost"), 5.0);
+        for (const std::string name :
+             {"x", "y", "z", "t", "px", "py", "pz", "p", "energy", "gamma", "xp", "yp", "delta"}) {
+            const Real sigma = std::sqrt(plain.variance(name)), mean = plain.average(name);
+            const auto [least, greatest] = std::ranges::minmax_element(plain.column[name]);
+            // Rounding of the coordinates themselves shows in the spread of what lies far from 0.
+            const Real fine = sigma + (name == "delta" ? 1e-3L : 1e-3L * std::abs(mean));
+            expectClose(value("mean_" + name), mean, std::abs(mean) + sigma, "mean_" + name);
+            expectClose(value("sigma_" + name), sigma, fine, "sigma_" + name);
+            expectClose(value("min_" + name), *least, std::abs(*least) + fine, "min_" + name);
+            expectClose(value("max_" + name), *greatest, std::abs(*greatest) + fine, "max_" + name);
+        }
+        const std::vector<std::string> pairs{"x", "px", "y", "py", "z", "pz", "t", "energy"};
+        for (std::size_t a = 0; a < pairs.size(); ++a) {
+            for (std::size_t b = a + 1; b < pairs.size(); ++b) {
+                const auto name = "cov_" + pairs[a] + "__" + pairs[b];
+                expectClose(value(name), plain.moment(pairs[a], 1, pairs[b], 1),
+                            std::sqrt(plain.variance(pairs[a]) * plain.variance(pairs[b])), name);
+            }
+        }
+        for (const std::string plane : {"x", "y", "z"}) {
+            const auto momentum = "p" + plane;
+            const Real emittance = plain.emittance(plane, momentum) / mass;
+            expectClose(value("norm_emit_" + plane), emittance, 10 * emittance, "norm_emit_" + plane);
+            for (const int percent : {90, 95, 99}) {
+                const auto name = "emit" + std::to_string(percent) + "_action_" + plane;
+                const Real inside = plain.inside(plane, momentum, percent) / mass;
+                expectClose(value(name), inside, 10 * inside, name);
+            }
+            const Real qq = plain.variance(plane), q4 = plain.moment(plane, 4, plane, 0);
+            expectClose(value("halo_h_" + plane), q4 / (qq * qq) - 2, 3, "halo_h_" + plane);
+            const Real second = emittance * mass * emittance * mass;
+            const Real q2p2 = plain.moment(plane, 2, momentum, 2);
+            const Real fourth = q4 * plain.moment(momentum, 4, momentum, 0) + 3 * q2p2 * q2p2 -
+                                4 * plain.moment(plane, 1, momentum, 3) * plain.moment(plane, 3, momentum, 1);
+            expectClose(value("halo_H_" + plane), std::sqrt(3 * fourth) / (2 * second) - 2, 30,
+                        "halo_H_" + plane);
+        }
+        for (const std::string plane : {"x", "y", "z"}) {
+            const auto slope = plane == "z" ? "delta" : plane + "p";
+            const Real e = plain.emittance(plane, slope);
+            expectClose(value("emit_" + plane), e, 10 * e, "emit_" + plane);
+            expectClose(value("twiss_beta_" + plane), plain.variance(plane) / e,
+                        10 * plain.variance(plane) / e, "twiss_beta_" + plane);
+            expectClose(value("twiss_gamma_" + plane), plain.variance(slope) / e,
+                        10 * plain.variance(slope) / e, "twiss_gamma_" + plane);
+            expectClose(value("twiss_alpha_" + plane), -plain.moment(plane, 1, slope, 1) / e, 10,
+                        "twiss_alpha_" + plane);
+            if (plane == "z") continue;
+            const Real dd = plain.variance("delta"), qd = plain.moment(plane, 1, "delta", 1),
+                       sd = plain.moment(slope, 1, "delta", 1);
+            const Real b = plain.variance(plane) - qd * qd / dd, g = plain.variance(slope) - sd * sd / dd,
+                       a = plain.moment(plane, 1, slope, 1) - qd * sd / dd;
+            const Real bare = std::sqrt(b * g - a * a);
+            expectClose(value("twiss_eta_" + plane), qd / dd, std::sqrt(plain.variance(plane) / dd),
+                        "twiss_eta_" + plane);
+            expectClose(value("twiss_etap_" + plane), sd / dd, std::sqrt(plain.variance(slope) / dd),
+                        "twiss_etap_" + plane);
+            expectClose(value("emit_" + plane + "_no_dispersion"), bare, 10 * bare, "bare emittance");
+            expectClose(value("twiss_beta_" + plane + "_no_dispersion"), b / bare, 10 * b / bare, "beta");
+            expectClose(value("twiss_gamma_" + plane + "_no_dispersion"), g / bare, 10 * g / bare, "gamma");
+            expectClose(value("twiss_alpha_" + plane + "_no_dispersion"), -a / bare, 10, "alpha");
+        }
+        const Real four = plain.emittance("x", "px") * plain.emittance("y", "py");
+        EXPECT_LE(value("norm_emit_4d") * mass * mass, static_cast<double>(four) * (1 + 1e-12));
+        EXPECT_GE(value("norm_emit_4d") * mass * mass, static_cast<double>(four) * 0.95);
+    }
+}
+
+TEST(BeamStatistics, AreTheSameBitsForAnyThreads) {
+    for (const std::uint32_t seed : {5U, 6U, 7U, 8U}) {
+        const auto particles = generate(30000, seed, seed % 2 == 0);
+        const auto alone = statisticsOf(particles, 4096, 1, {mass, "1", 0, 0.0});
+        for (const std::size_t threads : {2U, 3U, 8U}) {
+            const auto together = statisticsOf(particles, 4096, threads, {mass, "1", 0, 0.0});
+            for (std::size_t i = 0; i < alone.size(); ++i) {
+                EXPECT_EQ(std::bit_cast<std::uint64_t>(alone[i]), std::bit_cast<std::uint64_t>(together[i]))
+                    << beamStatistics()[i].name;
+            }
+        }
+    }
+}
+
+TEST(BeamStatistics, RowsThatAreNoNumbersAreAsIfTheyWereNotThere) {
+    const auto broken = generate(5000, 3, true);
+    Particles good;
+    std::size_t slopes = 0;
+    for (std::size_t i = 0; i < broken.size(); ++i) {
+        bool finite = std::isfinite(broken.weight[i]) && broken.weight[i] >= 0.0;
+        for (const auto& c : broken.coordinate) finite = finite && std::isfinite(c[i]);
+        if (!finite) continue;
+        for (std::size_t c = 0; c < BeamRows::coordinates; ++c) {
+            good.coordinate[c].push_back(broken.coordinate[c][i]);
+        }
+        good.weight.push_back(broken.weight[i]);
+        slopes += broken.coordinate[6][i] != 0.0 ? 1 : 0;
+    }
+    ASSERT_LT(slopes, good.size());
+    const auto values = statisticsOf(broken, 512, 2, {mass, "1", 0, 0.0});
+    const auto expected = statisticsOf(good, 512, 2, {mass, "1", 0, 0.0});
+    EXPECT_EQ(valueOf(values, "n_particle"), 5000.0);
+    EXPECT_EQ(valueOf(values, "n_finite"), static_cast<double>(good.size()));
+    EXPECT_EQ(valueOf(values, "n_slope"), static_cast<double>(slopes));
+    for (std::size_t i = 1; i < values.size(); ++i) {
+        EXPECT_NEAR(values[i], expected[i], 1e-9 * std::abs(expected[i])) << beamStatistics()[i].name;
+    }
+}
+
+TEST(BeamStatistics, NothingIsSaidOfNothing) {
+    const std::set<std::string> counts{"n_particle", "n_finite", "n_slope", "n_lost", "charge"};
+    const auto values = statisticsOf(generate(0, 1, false), 100, 1, {mass, "1", 2, 0.0});
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto& name = beamStatistics()[i].name;
+        if (counts.contains(name)) {
+            EXPECT_EQ(values[i], name == "n_lost" ? 2.0 : 0.0) << name;
+        } else {
+            EXPECT_TRUE(std::isnan(values[i])) << name;
+        }
+    }
+}
+
+TEST(BeamStatistics, WithoutWeightOnlyExtremesAreKnown) {
+    auto particles = generate(3000, 1, false);
+    std::ranges::fill(particles.weight, 0.0);
+    const auto values = statisticsOf(particles, 700, 2, {mass, "1", 0, 0.0});
+    EXPECT_EQ(valueOf(values, "n_particle"), 3000.0);
+    EXPECT_EQ(valueOf(values, "charge"), 0.0);
+    EXPECT_EQ(valueOf(values, "max_x"), *std::ranges::max_element(particles.coordinate[0]));
+    for (const auto* name : {"mean_x", "sigma_x", "norm_emit_x", "emit90_action_x", "halo_h_x",
+                             "twiss_beta_x", "cov_x__px", "mean_delta"}) {
+        EXPECT_TRUE(std::isnan(valueOf(values, name))) << name;
+    }
+}
+
+TEST(BeamStatistics, OneParticleHasAPlaceAndNoSpread) {
+    const auto values = statisticsOf(generate(1, 1, false), 10, 1, {mass, "", 0, 0.0});
+    const auto particle = generate(1, 1, false);
+    EXPECT_EQ(valueOf(values, "mean_x"), particle.coordinate[0][0]);
+    EXPECT_EQ(valueOf(values, "sigma_x"), 0.0);
+    EXPECT_EQ(valueOf(values, "norm_emit_x"), 0.0);
+    EXPECT_TRUE(std::isnan(valueOf(values, "twiss_beta_x")));
+    EXPECT_TRUE(std::isnan(valueOf(values, "halo_h_x")));
+    EXPECT_TRUE(std::isnan(valueOf(values, "charge")));  // the unit of weights is not known
+}
+
+TEST(BeamStatistics, WhatIsNotKnownIsNotSaid) {
+    auto particles = generate(2000, 1, false);
+    for (const std::size_t c : {3U, 4U, 5U, 6U}) particles.coordinate[c].clear();
+    const auto places = statisticsOf(particles, 500, 2, {mass, "1", 0, 0.0});
+    EXPECT_GT(valueOf(places, "sigma_z"), 0.0);
+    EXPECT_GT(valueOf(places, "cov_x__z"), -1.0);
+    for (const auto* name : {"mean_t", "sigma_px", "mean_p", "mean_energy", "norm_emit_x", "emit_x",
+                             "cov_x__px", "halo_H_x", "emit90_action_x", "min_xp", "mean_gamma"}) {
+        EXPECT_TRUE(std::isnan(valueOf(places, name))) << name;
+    }
+    const auto massless = statisticsOf(generate(2000, 1, false), 500, 2, {0.0, "1", 0, 0.0});
+    EXPECT_GT(valueOf(massless, "emit_x"), 0.0);
+    for (const auto* name : {"mean_energy", "norm_emit_x", "norm_emit_4d", "mean_gamma", "emit90_action_x"}) {
+        EXPECT_TRUE(std::isnan(valueOf(massless, name))) << name;
+    }
+}
+
+/// Places and momenta of one plane, the same in all three.
+Particles ofPlane(const std::vector<std::pair<double, double>>& points) {
+    Particles particles;
+    for (const auto& [q, p] : points) {
+        // Any linear map leaves both halo parameters as they are.
+        const double place = 1e-3 * q, momentum = 1e5 * p + 3e5 * q;
+        for (const std::size_t c : {0U, 1U, 2U}) particles.coordinate[c].push_back(place + 0.5);
+        for (const std::size_t c : {4U, 5U, 6U}) particles.coordinate[c].push_back(momentum + 1e9);
+        particles.weight.push_back(1.0);
+    }
+    particles.coordinate[3].assign(points.size(), 0.0);
+    return particles;
+}
+
+TEST(BeamStatistics, AUniformEllipseHasNoHaloAndAGaussianHasOne) {
+    constexpr int side = 400;
+    std::vector<std::pair<double, double>> ellipse, gaussian;
+    for (int i = -side; i <= side; ++i) {
+        for (int j = -side; j <= side; ++j) {
+            const double q = static_cast<double>(i) / side, p = static_cast<double>(j) / side;
+            if (q * q + p * p <= 1.0) ellipse.emplace_back(q, p);
+        }
+    }
+    std::mt19937_64 random(4);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 400000; ++i) gaussian.emplace_back(normal(random), normal(random));
+    const auto uniform = statisticsOf(ofPlane(ellipse), 65536, 2, {mass, "1", 0, 0.0});
+    const auto normals = statisticsOf(ofPlane(gaussian), 65536, 2, {mass, "1", 0, 0.0});
+    for (const std::string plane : {"x", "y", "z"}) {
+        EXPECT_NEAR(valueOf(uniform, "halo_h_" + plane), 0.0, 1e-3);
+        EXPECT_NEAR(valueOf(uniform, "halo_H_" + plane), 0.0, 1e-3);
+        EXPECT_NEAR(valueOf(normals, "halo_h_" + plane), 1.0, 0.03);
+        EXPECT_NEAR(valueOf(normals, "halo_H_" + plane), 1.0, 0.03);
+        // The rms emittance of a uniform ellipse's inner part is that part of the whole.
+        EXPECT_NEAR(valueOf(uniform, "emit90_action_" + plane) / valueOf(uniform, "norm_emit_" + plane), 0.9,
+                    1e-3);
+    }
+}
+
+/// So many particles of one action that a sort of all would be none: a ring, and one far away.
+TEST(BeamStatistics, PercentilesOfEqualActionsHoldAllOfThem) {
+    std::vector<std::pair<double, double>> ring;
+    for (int i = 0; i < 1000000; ++i) {
+        constexpr std::array<std::pair<double, double>, 4> corners{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
+        ring.push_back(corners[static_cast<std::size_t>(i % 4)]);
+    }
+    auto particles = ofPlane(ring);
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+        particles.coordinate[0][i] = ring[i].first;
+        particles.coordinate[4][i] = 1e9 * ring[i].second;
+    }
+    const auto values = statisticsOf(particles, 65536, 2, {mass, "1", 0, 0.0});
+    EXPECT_NEAR(valueOf(values, "emit90_action_x"), valueOf(values, "norm_emit_x"), 1e-12);
+    EXPECT_NEAR(valueOf(values, "norm_emit_x"), 0.5 * 1e9 / mass, 1e-12);
+}
+
+TEST(BeamStatistics, NamesAreFoundOnce) {
+    std::set<std::string> names;
+    for (const auto& statistic : beamStatistics()) {
+        EXPECT_TRUE(names.insert(statistic.name).second) << statistic.name;
+        EXPECT_FALSE(statistic.unit.empty()) << statistic.name;
+    }
+    EXPECT_EQ(findBeamStatistic("cov_px__x"), findBeamStatistic("cov_x__px"));
+    for (const auto* wrong : {"", "cov_", "cov___", "cov_x__x", "mean_", "mean_w", "n_particle "}) {
+        EXPECT_FALSE(findBeamStatistic(wrong)) << wrong;
+    }
+}
+
+}  // namespace
+}  // namespace mote::storage

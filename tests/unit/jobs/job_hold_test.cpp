@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// A fault of the place makes jobs wait, not fail, and what was told is not forgotten.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <algorithm>
+
+#include "tests/unit/jobs/job_fixture.h"
+
+namespace mote::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A limit of this process, as long as it lives.
+class Limited {
+  public:
+    Limited(__rlimit_resource what, rlim_t most) : what_(what) {
+        getrlimit(what_, &before_);
+        const rlimit now{most, before_.rlim_max};
+        setrlimit(what_, &now);
+    }
+    ~Limited() { setrlimit(what_, &before_); }
+    Limited(const Limited&) = delete;
+    Limited& operator=(const Limited&) = delete;
+
+  private:
+    const __rlimit_resource what_;
+    rlimit before_{};
+};
+
+/// With so many descriptors there is none left.
+rlim_t openDescriptors() {
+    const int next = dup(0);
+    close(next);
+    return static_cast<rlim_t>(next);
+}
+
+class JobHoldTest : public JobTest {
+  protected:
+    JobHoldTest() { signal(SIGXFSZ, SIG_IGN); }
+
+    std::vector<std::string> submitSome() {
+        std::vector<std::string> ids;
+        for (int i = 0; i < 8; ++i) ids.push_back(submit("publish:", "data/run" + std::to_string(i) + ".h5"));
+        return ids;
+    }
+    void expectAllSucceed(const std::vector<std::string>& ids) {
+        for (const auto& id : ids) EXPECT_EQ(waitForState(id, State::SUCCEEDED).error(), "");
+    }
+    /// Of any of them.
+    void waitForWaiting(const std::string& why) {
+        waitUntil(queue_->list().back().id(), [&](const auto&) {
+            for (const auto& status : queue_->list()) {
+                EXPECT_NE(status.state(), State::FAILED) << status.error();
+                if (status.phase().find(why) != std::string::npos) return true;
+            }
+            return false;
+        });
+    }
+};
+
+TEST_F(JobHoldTest, WithoutDescriptorsJobsWait) {
+    startServer();
+    const auto ids = submitSome();
+    {
+        const Limited limited(RLIMIT_NOFILE, openDescriptors());
+        waitForWaiting("waiting: ");
+    }
+    expectAllSucceed(ids);
+}
+
+TEST_F(JobHoldTest, WhileARootIsAwayJobsWait) {
+    startServer();
+    const auto away = root_.string() + ".away";
+    const auto ids = submitSome();
+    std::filesystem::rename(root_, away);
+    waitForWaiting("a folder of data is away");
+    std::filesystem::rename(away, root_);
+    expectAllSucceed(ids);
+}
+
+TEST_F(JobHoldTest, WhatCannotBeStoredIsNotDone) {
+    startServer();
+    makeFifo("go");
+    const auto running = submit("pids: wait:go publish:");
+    const auto waiting = submit("publish:", "data/second.h5");
+    waitForState(running, State::RUNNING);
+    {
+        const Limited full(RLIMIT_FSIZE, 0);
+        const auto cancelled = queue_->cancel(waiting);
+        ASSERT_FALSE(cancelled.ok());
+        EXPECT_EQ(queue_->find(waiting).value().state(), State::QUEUED);
+        EXPECT_FALSE(queue_->cancel(running).ok());
+        EXPECT_FALSE(queue_->submit(request("publish:", "data/third.h5")).ok());
+    }
+    startServer();
+    EXPECT_EQ(queue_->find(running).value().state(), State::RUNNING);
+    EXPECT_EQ(queue_->find(waiting).value().state(), State::QUEUED);
+    release("go");
+    expectAllSucceed({running, waiting});
+}
+
+TEST_F(JobHoldTest, AnEndThatCannotBeStoredIsToldWhenItIs) {
+    startServer();
+    makeFifo("go");
+    const auto first = submit("wait:go publish:");
+    const auto second = submit("publish:", "data/second.h5");
+    waitForState(first, State::RUNNING);
+    const auto told = [&] {
+        return std::count_if(changes_.begin(), changes_.end(),
+                             [](const auto& status) { return status.state() == State::SUCCEEDED; });
+    };
+    {
+        const Limited full(RLIMIT_FSIZE, 0);
+        release("go");
+        waitUntil(first, [](const auto& status) { return status.state() == State::SUCCEEDED; });
+        settle();
+        EXPECT_EQ(told(), 0);
+        EXPECT_EQ(queue_->find(second).value().state(), State::QUEUED);
+    }
+    waitUntil(second, [](const auto& status) { return status.state() == State::SUCCEEDED; });
+    settle();
+    EXPECT_EQ(told(), 2);
+}
+
+}  // namespace
+}  // namespace mote::server

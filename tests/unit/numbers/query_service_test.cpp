@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/numbers/query_service.h"
+
+#include <google/protobuf/util/json_util.h>
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "tests/support/memory_run.h"
+
+namespace mote::test {
+namespace {
+
+using server::QueryAnswer;
+using server::QueryService;
+using namespace std::chrono_literals;
+
+class OneRun final : public server::RunSource {
+  public:
+    explicit OneRun(std::shared_ptr<const storage::RunSteps> run) : run_(std::move(run)) {}
+    Result<std::shared_ptr<const storage::RunSteps>> run(const std::string& dataset) override {
+        if (dataset != "data/run") return Error{ErrorCode::notFound, "dataset", "is not here"};
+        return run_;
+    }
+
+  private:
+    std::shared_ptr<const storage::RunSteps> run_;
+};
+
+proto::Query queryOf(const std::string& json) {
+    proto::Query query;
+    EXPECT_TRUE(google::protobuf::util::JsonStringToMessage(json, &query).ok());
+    return query;
+}
+
+/// Takes answers as they come.
+struct Taker {
+    QueryService::Answered answered() {
+        return [this](Result<QueryAnswer> answer) {
+            const std::lock_guard lock(mutex);
+            answers.push_back(std::move(answer));
+            came.notify_all();
+        };
+    }
+    /// The next answer, or nothing after so long.
+    std::optional<Result<QueryAnswer>> next(std::chrono::milliseconds patience = 20s) {
+        std::unique_lock lock(mutex);
+        if (!came.wait_for(lock, patience, [&] { return taken < answers.size(); })) return std::nullopt;
+        return std::move(answers[taken++]);
+    }
+
+    std::mutex mutex;
+    std::condition_variable came;
+    std::deque<Result<QueryAnswer>> answers;
+    std::size_t taken = 0;
+};
+
+class QueryServiceTest : public testing::Test {
+  protected:
+    QueryServiceTest() {
+        Random random(1, 91);
+        do {
+            run_ = anyRun(random, {.most = 400000, .steps = 2, .odd = false});
+        } while (run_->at(0).points->pointCount() < 150000 || run_->at(1).points->pointCount() < 150000);
+        runs_ = std::make_unique<OneRun>(run_);
+    }
+    std::unique_ptr<QueryService> serve(std::uint64_t memory) {
+        return std::make_unique<QueryService>(*runs_, std::make_shared<storage::BlockBudget>(memory), memory,
+                                              1);
+    }
+
+    std::shared_ptr<const MemoryRun> run_;
+    std::unique_ptr<OneRun> runs_;
+    Taker taker_;
+};
+
+TEST_F(QueryServiceTest, AnswersStepByStepWhenItIsToldTo) {
+    const auto service = serve(64 << 20);
+    const auto ticket = service->ask(
+        queryOf(R"({"dataset": "data/run", "histogram": {"axes": [{"column": "x"}]}})"), taker_.answered());
+    for (std::uint32_t step = 0; step < 2; ++step) {
+        auto answer = taker_.next();
+        ASSERT_TRUE(answer && answer->ok());
+        EXPECT_EQ((*answer)->message.step(), step);
+        EXPECT_EQ((*answer)->message.iteration(), 10 * step);
+        EXPECT_EQ((*answer)->message.last(), step == 1);
+        EXPECT_EQ((*answer)->payload.size(), 800U);
+        EXPECT_FALSE(taker_.next(20ms).has_value()) << "nothing comes unasked";
+        if (step == 0) service->proceed(ticket);
+    }
+    EXPECT_EQ(service->underWay(), 0U);
+}
+
+TEST_F(QueryServiceTest, SaysWhatIsWrong) {
+    const auto service = serve(64 << 20);
+    for (const auto& [json, where] : std::initializer_list<std::pair<const char*, const char*>>{
+             {R"({"dataset": "data/none", "statistics": {}})", "query.dataset"},
+             {R"({"dataset": "data/run"})", "query"},
+             {R"({"dataset": "data/run", "steps": "2", "statistics": {}})", "query.steps"},
+             {R"({"dataset": "data/run", "columns": {}})", "query.columns.names"},
+             {R"({"dataset": "data/run", "histogram": {"axes": [{"column": "x", "bins": 4097}]}})",
+              "query.histogram.axes[0].bins"},
+             {R"({"dataset": "data/run", "histogram": {"axes": [{"column": "x"}, {"column": "n"}]}})",
+              "axes[1].column"},
+             {R"({"dataset": "data/run", "select": {"ids": []}, "columns": {"names": ["q"]}})", "names[0]"},
+             {R"({"dataset": "data/run", "statistics": {"slices": "x", "sliceCount": 257}})",
+              "query.statistics.sliceCount"}}) {
+        service->ask(queryOf(json), taker_.answered());
+        auto answer = taker_.next();
+        ASSERT_TRUE(answer && !answer->ok()) << json;
+        EXPECT_EQ(answer->error().where, where) << json;
+    }
+}
+
+TEST_F(QueryServiceTest, StopsSoon) {
+    const auto service = serve(256 << 20);
+    // A star of 10^5 corners: each point of the run is tried against hundreds of edges.
+    proto::Query query = queryOf(
+        R"({"dataset": "data/run", "histogram": {"axes": [{"column": "x"}]}, "select": {"polygon": {"columns": ["x", "y"]}}})");
+    Random random(3, 92);
+    for (int i = 0; i < 20000; ++i) {
+        auto& point = *query.mutable_select()->mutable_polygon()->add_points();
+        for (int k = 0; k < 2; ++k) point.add_values()->set_number_value(random.between(-2e-3, 2e-3));
+    }
+    const auto ticket = service->ask(query, taker_.answered());
+    Taker later;  // one thread answers: this one waits for the first
+    const auto waiting = service->ask(query, later.answered());
+    std::this_thread::sleep_for(50ms);
+    service->cancel(waiting);
+    if (taker_.next(0ms)) GTEST_SKIP() << "this machine is too fast for it";
+    service->cancel(ticket);
+    const auto asked = std::chrono::steady_clock::now();
+    while (service->underWay() > 0 && std::chrono::steady_clock::now() - asked < 10s)
+        std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(service->underWay(), 0U);
+    RecordProperty("ms", static_cast<int>((std::chrono::steady_clock::now() - asked) / 1ms));
+    EXPECT_FALSE(later.next(0ms).has_value()) << "nothing comes of what was cancelled";
+}
+
+TEST_F(QueryServiceTest, MemoryIsBounded) {
+    const auto budget = std::make_shared<storage::BlockBudget>(64 << 20);
+    QueryService service(*runs_, budget, 4 << 20, 1);
+    service.ask(queryOf(R"({"dataset": "data/run",
+        "histogram": {"axes": [{"column": "x", "bins": 4096}, {"column": "y", "bins": 4096}]}})"),
+                taker_.answered());
+    auto refused = taker_.next();
+    ASSERT_TRUE(refused && !refused->ok());
+    EXPECT_EQ(refused->error().code, ErrorCode::resourceExhausted);
+    EXPECT_NE(refused->error().message.find("--memory"), std::string::npos);
+    // What is kept of selections stays within it, however many there are.
+    for (int i = 0; i < 200; ++i) {
+        service.ask(queryOf(R"({"dataset": "data/run", "steps": "0", "histogram": {"axes": [{"column": "x"}]},
+            "select": {"ranges": [{"column": "x", "max": )" +
+                            std::to_string(1e-5 * i) + "}]}}"),
+                    taker_.answered());
+        auto answer = taker_.next();
+        ASSERT_TRUE(answer && answer->ok()) << answer->error().toString();
+        EXPECT_LE(budget->resident(), std::uint64_t{5} << 20);
+    }
+}
+
+TEST_F(QueryServiceTest, EndsWhileItWorks) {
+    auto service = serve(256 << 20);
+    for (int i = 0; i < 50; ++i)
+        service->ask(queryOf(R"({"dataset": "data/run", "statistics": {"slices": "z"}})"), taker_.answered());
+    service = nullptr;
+    SUCCEED();
+}
+
+}  // namespace
+}  // namespace mote::test

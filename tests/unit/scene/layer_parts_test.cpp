@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// What a view says beside its styles: colours by a column, selections, highlights, paths, annotations.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "protocol/scene/json.h"
+#include "protocol/scene/view.h"
+#include "protocol/scene/view_message.h"
+#include "tests/support/view_text.h"
+
+namespace mote::test {
+namespace {
+
+std::string replaced(std::string json) {
+    std::replace(json.begin(), json.end(), '\'', '"');
+    return json;
+}
+
+/// Of a layer of a kind with more fields.
+proto::View viewWith(const std::string& kind, const std::string& fields, const std::string& rest = "") {
+    proto::View message;
+    const auto parsed = parseJson(replaced("{'width': 80, 'height': 60, 'layers': [{'dataset': 'a/b', '" +
+                                           kind + "': {}, " + fields + "}]" + rest + "}"),
+                                  message, "view");
+    EXPECT_TRUE(parsed.ok()) << parsed.error().toString();
+    return message;
+}
+
+std::string refusalOf(const proto::View& message) {
+    const auto parsed = parseView(message);
+    EXPECT_FALSE(parsed.ok()) << toJson(message);
+    return parsed.ok() ? "" : parsed.error().toString();
+}
+
+std::string refusalOf(const std::string& fields) {
+    return refusalOf(viewWith("particles", fields));
+}
+
+TEST(LayerParts, HaveTheirDefaults) {
+    const auto view = parseView(viewWith("particles",
+                                         "'colorBy': {'column': 'energy'}, 'select': {'ids': [1]},"
+                                         "'highlight': {'selection': {'density': {'max': 0.2}}},"
+                                         "'paths': {'ids': [9, 4, 9]}"))
+                          .value();
+    const auto& layer = view.layers[0];
+    EXPECT_EQ(layer.colorBy->column, "energy");
+    EXPECT_FALSE(layer.colorBy->range);
+    EXPECT_EQ(layer.colorBy->colorMap.name(), "viridis");
+    EXPECT_EQ(layer.colorBy->ofPixel, ColorBy::OfPixel::mean);
+    EXPECT_EQ(layer.select->ids, std::vector<std::uint64_t>{1});
+    EXPECT_EQ(layer.highlight->selection.density->max, 0.2);
+    EXPECT_EQ(layer.highlight->color, srgbToLinear(glm::dvec3(0.2, 1.0, 0.6)));
+    EXPECT_FALSE(layer.highlight->pointSize);
+    EXPECT_EQ(layer.highlight->opacity, ParticlesStyle::opacityLimit);
+    EXPECT_EQ(layer.paths->ids, (std::vector<std::uint64_t>{4, 9}));
+    EXPECT_FALSE(layer.paths->color);
+    EXPECT_EQ(layer.paths->width, 1.5);
+    EXPECT_FALSE(view.annotations);
+}
+
+TEST(LayerParts, AreAbsentFromAViewWithoutThem) {
+    const auto view = viewOf("{'width': 8, 'height': 8, 'layers': [{'dataset': 'a/b', 'particles': {}}]}");
+    const auto message = toProto(view);
+    const auto& layer = message.layers(0);
+    EXPECT_FALSE(layer.has_color_by() || layer.has_select() || layer.has_highlight() || layer.has_paths());
+    EXPECT_FALSE(message.has_annotations());
+    EXPECT_EQ(message.selections_size(), 0);
+}
+
+TEST(LayerParts, AreOfParticlesAlone) {
+    for (const char* const kind : {"hybrid", "stipple", "ink", "mesh"}) {
+        for (const std::string field : {"colorBy", "select", "highlight", "paths"}) {
+            EXPECT_EQ(refusalOf(viewWith(kind, "'" + field + "': {}")),
+                      "layers[0]." + field + ": only layers of \"particles\" have it");
+        }
+    }
+}
+
+TEST(LayerParts, SayWhichFieldIsWrong) {
+    EXPECT_EQ(refusalOf("'colorBy': {}"), "layers[0].colorBy.column: the name of a column is missing");
+    EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'range': [1]}"),
+              "layers[0].colorBy.range: 2 values are needed, not 1");
+    EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'range': [1, 1]}"),
+              "layers[0].colorBy.range: the second value must be the greater one");
+    EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'range': [0, 'NaN']}").substr(0, 28),
+              "layers[0].colorBy.range[1]: ");
+    EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'colorMap': 'jet'}").substr(0, 28),
+              "layers[0].colorBy.colorMap: ");
+    EXPECT_EQ(refusalOf("'colorBy': {'column': 'x', 'ofPixel': 'most'}"),
+              "layers[0].colorBy.ofPixel: there are \"mean\" and \"nearest\"");
+    EXPECT_EQ(refusalOf("'select': {'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], [1, 1], [2]]}}"),
+              "layers[0].select.polygon.points[2]: two numbers are needed");
+    EXPECT_EQ(refusalOf("'highlight': {}"),
+              "layers[0].highlight.selection: what is to be highlighted is missing");
+    EXPECT_EQ(refusalOf("'highlight': {'selection': {'named': 'a'}}"),
+              "layers[0].highlight.selection.named: there is no selection \"a\"; none has a name here");
+    EXPECT_EQ(refusalOf("'highlight': {'selection': {}, 'sizePixels': 0}"),
+              "layers[0].highlight.sizePixels: 0 is not a number from 0.1 to 64");
+    EXPECT_EQ(refusalOf("'paths': {'width': 100}"),
+              "layers[0].paths.width: 100 is not a number from 0.1 to 64");
+    auto many = viewWith("particles", "'paths': {}");
+    for (std::uint64_t i = 0; i < 1001; ++i) many.mutable_layers(0)->mutable_paths()->add_ids(i);
+    EXPECT_EQ(refusalOf(many), "layers[0].paths.ids: there may be at most 1000, not 1001");
+}
+
+TEST(LayerParts, NamesOfTheViewCanBeUsedAndStayWithIt) {
+    const auto message = viewWith("particles",
+                                  "'select': {'not': {'named': 'halo'}},"
+                                  "'highlight': {'selection': {'named': 'halo', 'step': 4}}",
+                                  ", 'selections': [{'name': 'halo', 'selection': {'density': {'max': 0.3}}},"
+                                  "{'name': 'all'}]");
+    const auto view = parseView(message).value();
+    ASSERT_EQ(view.selections.size(), 2U);
+    EXPECT_TRUE(view.layers[0].select->negated.at(0) == view.selections[0].selection);
+    EXPECT_TRUE(view.layers[0].highlight->selection.all.at(0) == view.selections[0].selection);
+    EXPECT_TRUE(view.selections[1].selection.everything());
+    EXPECT_EQ(parseView(toProto(view)).value(), view);
+    auto wrong = message;
+    wrong.mutable_selections(1)->mutable_selection()->set_named("all");
+    EXPECT_EQ(refusalOf(wrong), "selections[1].selection.named: the selection \"all\" holds itself");
+    wrong = message;
+    wrong.mutable_selections(1)->set_name("halo");
+    EXPECT_EQ(refusalOf(wrong), "selections[1].name: \"halo\" is given twice");
+    wrong = message;
+    for (int i = 0; i < 63; ++i) wrong.add_selections()->set_name(std::to_string(i));
+    EXPECT_EQ(refusalOf(wrong), "selections: a view has at most 64 of them, not 65");
+}
+
+TEST(LayerParts, OfAllLayersHoldNoMoreThanTheyMay) {
+    auto message = viewWith("particles", "'select': {'named': 'many'}", ", 'selections': [{'name': 'many'}]");
+    for (std::uint64_t i = 0; i < 300000; ++i) message.mutable_selections(0)->mutable_selection()->add_ids(i);
+    for (int i = 0; i < 3; ++i) *message.add_layers() = proto::Layer(message.layers(0));
+    EXPECT_EQ(refusalOf(message),
+              "layers[3]: the selections of all layers have more than 1048576 ids and points");
+    for (int i = 0; i < 4; ++i) {
+        *message.add_selections() = proto::NamedSelection(message.selections(0));
+        message.mutable_selections(i + 1)->set_name(std::to_string(i));
+    }
+    EXPECT_EQ(refusalOf(message),
+              "selections[3].selection: all together have more than 1048576 ids and points");
+}
+
+TEST(LayerParts, GrowWithThePicture) {
+    const auto view =
+        parseView(viewWith("particles",
+                           "'highlight': {'selection': {}, 'sizePixels': 2}, 'paths': {'ids': [1]},"
+                           "'colorBy': {'column': 'x', 'range': [0, 2]}",
+                           ", 'annotations': {'axes': true, 'fontPoints': 12}"))
+            .value();
+    const auto larger = magnified(view, 3).value();
+    EXPECT_EQ(larger.layers[0].highlight->pointSize, 6.0);
+    EXPECT_EQ(larger.layers[0].paths->width, 4.5);
+    EXPECT_EQ(larger.layers[0].colorBy, view.layers[0].colorBy);
+    EXPECT_NEAR(view.annotations->fontPixels(80), 16.0, 1e-12) << "12 points at 96 pixels an inch";
+    EXPECT_NEAR(larger.annotations->fontPixels(larger.width), 48.0, 1e-12);
+    EXPECT_NEAR(magnified(larger, 2).value().annotations->fontPixels(480), 96.0, 1e-12);
+    EXPECT_EQ(magnified(view, 1).value(), view);
+}
+
+TEST(Annotations, HaveTheirDefaultsAndComeBack) {
+    const auto annotationsOf = [](const std::string& json) {
+        return *parseView(viewWith("particles", "'step': 0", ", 'annotations': " + json)).value().annotations;
+    };
+    const auto none = annotationsOf("{}");
+    EXPECT_EQ(none, Annotations());
+    const auto all = annotationsOf(
+        "{'axes': true, 'colorBar': true, 'scaleBar': true, 'labels': true, 'title': 'a title',"
+        "'fontPoints': 7.5, 'printWidth': 85, 'color': [1, 0, 1]}");
+    EXPECT_TRUE(all.axes && all.colorBar && all.scaleBar && all.labels);
+    EXPECT_EQ(all.title, "a title");
+    EXPECT_EQ(all.color, glm::dvec3(1.0, 0.0, 1.0));
+    EXPECT_NEAR(all.fontPixels(850), 7.5 / 72.0 * 254.0, 1e-12);
+    for (const auto& annotations : {none, all}) {
+        const auto again = parseAnnotations(toProto(annotations));
+        ASSERT_TRUE(again.ok());
+        EXPECT_EQ(*again, annotations);
+    }
+}
+
+TEST(Annotations, SayWhichFieldIsWrong) {
+    const auto refusal = [](const std::string& json) {
+        return refusalOf(viewWith("particles", "'step': 0", ", 'annotations': " + json));
+    };
+    EXPECT_EQ(refusal("{'fontPoints': 0}"), "annotations.fontPoints: 0 is not a number from 1 to 200");
+    EXPECT_EQ(refusal("{'printWidth': 'NaN'}").substr(0, 24), "annotations.printWidth: ");
+    EXPECT_EQ(refusal("{'color': [1, 2, 0]}").substr(0, 22), "annotations.color[1]: ");
+    EXPECT_EQ(refusal("{'title': 'two\\nlines'}"), "annotations.title: holds a control character");
+    EXPECT_EQ(refusal("{'title': '" + std::string(257, 'a') + "'}"),
+              "annotations.title: is longer than 256 bytes");
+}
+
+TEST(Annotations, MixTheirNumbers) {
+    Annotations small, large;
+    small.title = "from";
+    small.color = glm::dvec3(0.0);
+    large.fontPoints = 17.0;
+    large.title = "to";
+    const auto mixed = mixAnnotations(small, large, 0.25);
+    EXPECT_EQ(mixed->fontPoints, 11.0);
+    EXPECT_EQ(mixed->title, "from");
+    EXPECT_EQ(mixed->color, small.color);
+    large.color = glm::dvec3(1.0);
+    EXPECT_EQ(mixAnnotations(small, large, 0.25)->color, glm::dvec3(0.25));
+    EXPECT_EQ(mixAnnotations(small, std::nullopt, 0.9), small);
+    EXPECT_EQ(mixAnnotations(std::nullopt, small, 0.9), std::nullopt);
+}
+
+}  // namespace
+}  // namespace mote::test

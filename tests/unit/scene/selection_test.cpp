@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/selection.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "protocol/scene/json.h"
+#include "tests/support/any_selection.h"
+
+namespace mote::test {
+namespace {
+
+const SelectionShape everything{
+    .columns = {{"x", -1e-3, 1e-3}, {"px", -2e5, 3e5}, {"delta", -0.1, 0.1}}, .ids = 1000, .steps = 60};
+
+proto::Selection messageOf(std::string json) {
+    std::replace(json.begin(), json.end(), '\'', '"');
+    proto::Selection message;
+    const auto parsed = parseJson(json, message, "selection");
+    EXPECT_TRUE(parsed.ok()) << parsed.error().toString();
+    return message;
+}
+
+Selection selectionOf(const std::string& json) {
+    const auto parsed = parseSelection(messageOf(json));
+    EXPECT_TRUE(parsed.ok()) << parsed.error().toString();
+    return parsed.ok() ? *parsed : Selection();
+}
+
+/// Where and why it is refused.
+std::string refusalOf(const proto::Selection& message) {
+    const auto parsed = parseSelection(message);
+    EXPECT_FALSE(parsed.ok()) << toJson(message);
+    if (parsed.ok()) return "";
+    EXPECT_EQ(parsed.error().code, ErrorCode::invalidArgument);
+    return parsed.error().toString();
+}
+
+TEST(Selection, ComesBackFromItsMessageAndFromAFile) {
+    Random random(1);
+    int lively = 0;
+    for (int i = 0; i < 3000; ++i) {
+        const auto selection = anySelection(random, everything);
+        const auto message = toProto(selection);
+        const auto parsed = parseSelection(message);
+        ASSERT_TRUE(parsed.ok()) << parsed.error().toString() << toJson(message);
+        ASSERT_TRUE(*parsed == selection) << toJson(message);
+        proto::Selection again;
+        ASSERT_TRUE(parseJson(toJson(message), again, "file").ok());
+        ASSERT_EQ(again.SerializeAsString(), message.SerializeAsString());
+        lively += !selection.everything();
+    }
+    EXPECT_GT(lively, 2000);
+}
+
+TEST(Selection, IsWrittenAsTheInterfaceSays) {
+    const auto selection = selectionOf(
+        "{'ranges': [{'column': 'x', 'min': 1e-3}], 'density': {'max': 0.4},"
+        "'polygon': {'columns': ['x', 'px'], 'points': [[0, 0], [1e-3, 0], [0, 2000.5]]},"
+        "'ids': [7, 3, '18446744073709551615', 3], 'step': 12, 'all': [{'ids': [1]}],"
+        "'any': [{'density': {}}, {}], 'not': {'outermost': {'plane': 'y', 'share': 0.01}}}");
+    ASSERT_EQ(selection.ranges.size(), 1U);
+    EXPECT_EQ(selection.ranges[0], (Selection::Range{"x", 1e-3, std::numeric_limits<double>::infinity()}));
+    EXPECT_EQ(selection.density->max, 0.4);
+    EXPECT_EQ(selection.polygon->first, "x");
+    EXPECT_EQ(selection.polygon->second, "px");
+    EXPECT_EQ(selection.polygon->points[2], glm::dvec2(0.0, 2000.5));
+    EXPECT_EQ(selection.ids, (std::vector<std::uint64_t>{3, 7, ~std::uint64_t{0}}));
+    EXPECT_EQ(selection.step, 12U);
+    EXPECT_EQ(selection.all.size(), 1U);
+    EXPECT_EQ(selection.any.size(), 2U);
+    EXPECT_TRUE(selection.any[1].everything());
+    EXPECT_EQ(selection.negated.at(0).outermost->share, 0.01);
+    EXPECT_NE(toJsonLine(toProto(selection)).find("\"not\":{\"outermost\""), std::string::npos);
+    EXPECT_TRUE(selectionOf("{}").everything());
+    EXPECT_FALSE(selectionOf("{'step': 0}").everything());
+}
+
+TEST(Selection, SaysWhichFieldIsWrong) {
+    const std::vector<std::pair<std::string, std::string>> wrong{
+        {"{'ranges': [{}]}", "ranges[0].column: the name of a column is missing"},
+        {"{'ranges': [{'column': 'x'}, {'column': 'x', 'min': 2, 'max': 1}]}",
+         "ranges[1].max: lies below the min: 1 < 2"},
+        {"{'ranges': [{'column': 'x', 'min': 'NaN'}]}",
+         "ranges[0].min: a bound is a finite number; where there is none it is left out"},
+        {"{'ranges': [{'column': 'x', 'max': 'Infinity'}]}",
+         "ranges[0].max: a bound is a finite number; where there is none it is left out"},
+        {"{'ranges': [{'column': 'x\\n'}]}", "ranges[0].column: holds a control character"},
+        {"{'density': {'min': 40}}", "density.min: 40 is not a number from 0 to 1"},
+        {"{'density': {'min': 0.5, 'max': 0.25}}", "density.max: lies below the min: 0.25 < 0.5"},
+        {"{'polygon': {'points': [[0, 0], [1, 0], [1, 1]]}}", "polygon.columns: two names are needed, not 0"},
+        {"{'polygon': {'columns': ['x', 'x'], 'points': [[0, 0], [1, 0], [1, 1]]}}",
+         "polygon.columns[1]: \"x\" is given twice"},
+        {"{'polygon': {'columns': ['x', ''], 'points': [[0, 0], [1, 0], [1, 1]]}}",
+         "polygon.columns[1]: the name of a column is missing"},
+        {"{'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], [1, 0]]}}",
+         "polygon.points: at least 3 are needed, not 2"},
+        {"{'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], [1, 0], [1, 1], [1]]}}",
+         "polygon.points[3]: two numbers are needed"},
+        {"{'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], ['NaN', 0], [1, 1]]}}",
+         "polygon.points[1]: two numbers are needed"},
+        {"{'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], [1, 1e31], [1, 1]]}}",
+         "polygon.points[1][1]: 1e+31 is not a number from -1e+30 to 1e+30"},
+        {"{'lasso': {'points': [[0, 0], [1, 0], [1, 1]]}}",
+         "lasso.camera: a lasso needs the camera of its picture"},
+        {"{'lasso': {'camera': {'eye': [0, 0, 1], 'target': [0, 0, 1]}}}",
+         "lasso.camera.target: the target must differ from the eye"},
+        {"{'lasso': {'camera': {'eye': [0, 0, 1], 'target': [0, 0, 0]}}}",
+         "lasso.aspect: 0 is not a number from 6.103515625e-05 to 16384"},
+        {"{'lasso': {'camera': {'eye': [0, 0, 1], 'target': [0, 0, 0]}, 'aspect': 1.5, 'transform': [1]}}",
+         "lasso.transform: 16 numbers are needed, not 1"},
+        {"{'outermost': {'plane': 'r', 'share': 0.5}}", "outermost.plane: there are \"x\", \"y\" and \"z\""},
+        {"{'outermost': {'plane': 'z', 'share': 1.5}}", "outermost.share: 1.5 is not a number from 0 to 1"},
+        {"{'all': [{}, {'any': [{'not': {'density': {'max': -1}}}]}]}",
+         "all[1].any[0].not.density.max: -1 is not a number from 0 to 1"},
+        {"{'named': 'halo'}", "named: there is no selection \"halo\"; none has a name here"},
+    };
+    for (const auto& [json, sentence] : wrong) EXPECT_EQ(refusalOf(messageOf(json)), sentence) << json;
+}
+
+TEST(Selection, NumbersThatAreNoneAreRefused) {
+    auto message =
+        toProto(selectionOf("{'polygon': {'columns': ['x', 'y'], 'points': [[0, 0], [1, 0], [1, 1]]}}"));
+    message.mutable_polygon()->mutable_points(2)->mutable_values(0)->set_number_value(
+        std::numeric_limits<double>::quiet_NaN());
+    EXPECT_EQ(refusalOf(message), "polygon.points[2][0]: nan is not a number from -1e+30 to 1e+30");
+}
+
+proto::Selection polygonOf(int points) {
+    proto::Selection message;
+    message.mutable_polygon()->add_columns("x");
+    message.mutable_polygon()->add_columns("y");
+    for (int i = 0; i < points; ++i) {
+        auto& point = *message.mutable_polygon()->add_points();
+        point.add_values()->set_number_value(i);
+        point.add_values()->set_number_value(i % 7);
+    }
+    return message;
+}
+
+TEST(Selection, HoldsNoMoreThanItMay) {
+    EXPECT_TRUE(parseSelection(polygonOf(100000)).ok());
+    EXPECT_EQ(refusalOf(polygonOf(100001)), "polygon.points: there may be at most 100000, not 100001");
+    EXPECT_EQ(refusalOf(polygonOf(1000000)), "polygon.points: there may be at most 100000, not 1000000");
+    proto::Selection many;
+    for (int i = 0; i < 11; ++i) *many.add_any() = polygonOf(100000);
+    EXPECT_EQ(refusalOf(many),
+              "any[10].polygon.points: a selection has at most 1048576 ids and points in all");
+    proto::Selection ids;
+    for (int i = 0; i <= 1 << 20; ++i) ids.add_ids(5);
+    EXPECT_EQ(refusalOf(ids), "ids: a selection has at most 1048576 ids and points in all");
+    ids.mutable_ids()->RemoveLast();
+    EXPECT_EQ(parseSelection(ids)->ids, std::vector<std::uint64_t>{5});
+}
+
+TEST(Selection, HasNoMoreConditionsThanItMay) {
+    proto::Selection deep;
+    for (int i = 1; i < Selection::maxDepth; ++i) {
+        proto::Selection outer;
+        *outer.mutable_negated() = deep;
+        deep = outer;
+    }
+    EXPECT_TRUE(parseSelection(deep).ok());
+    proto::Selection deeper;
+    *deeper.add_all() = deep;
+    std::string path = "all[0]";
+    for (int i = 1; i < Selection::maxDepth; ++i) path += ".not";
+    EXPECT_EQ(refusalOf(deeper), path + ": there are more than 16 selections in each other");
+    proto::Selection wide;
+    for (int i = 0; i < Selection::maxConditions; ++i) wide.add_ranges()->set_column("x");
+    EXPECT_TRUE(parseSelection(wide).ok());
+    wide.add_any();
+    EXPECT_EQ(refusalOf(wide), "any[0]: a selection has at most 256 conditions in all");
+    wide.add_ranges()->set_column("x");
+    EXPECT_EQ(refusalOf(wide), "ranges: a selection has at most 256 conditions in all");
+}
+
+/// "name=json" each.
+NamedSelectionMessages namesOf(const std::vector<std::pair<std::string, std::string>>& list) {
+    NamedSelectionMessages names;
+    for (const auto& [name, json] : list) {
+        auto& added = *names.Add();
+        added.set_name(name);
+        *added.mutable_selection() = messageOf(json);
+    }
+    return names;
+}
+
+TEST(Selection, NamesStandForWhatTheyName) {
+    const auto names = namesOf(
+        {{"halo", "{'density': {'max': 0.3}}"}, {"far", "{'named': 'halo', 'step': 3, 'ids': [1, 2]}"}});
+    EXPECT_TRUE(parseSelection(messageOf("{'named': 'halo'}"), names).value() ==
+                selectionOf("{'density': {'max': 0.3}}"));
+    EXPECT_TRUE(parseSelection(messageOf("{'not': {'named': 'far'}}"), names).value() ==
+                selectionOf("{'not': {'step': 3, 'ids': [1, 2], 'all': [{'density': {'max': 0.3}}]}}"));
+    const auto parsed = parseNamedSelections(names).value();
+    ASSERT_EQ(parsed.size(), 2U);
+    EXPECT_EQ(parsed[1].name, "far");
+    EXPECT_EQ(parsed[1].selection.all.size(), 1U);
+}
+
+std::string refusalOf(const std::string& json, const NamedSelectionMessages& names) {
+    const auto parsed = parseSelection(messageOf(json), names);
+    EXPECT_FALSE(parsed.ok());
+    return parsed.ok() ? "" : parsed.error().toString();
+}
+
+TEST(Selection, NamesThatAreWrong) {
+    const auto names = namesOf({{"self", "{'all': [{'named': 'self'}]}"},
+                                {"a", "{'named': 'b'}"},
+                                {"b", "{'named': 'a'}"},
+                                {"bad", "{'ids': [1], 'ranges': [{'column': ''}]}"}});
+    EXPECT_EQ(refusalOf("{'all': [{'named': 'nobody'}]}", names),
+              "all[0].named: there is no selection \"nobody\"; there are \"self\", \"a\", \"b\", \"bad\"");
+    EXPECT_EQ(refusalOf("{'named': 'self'}", names),
+              "named: in \"self\": all[0].named: the selection \"self\" holds itself");
+    EXPECT_EQ(refusalOf("{'named': 'a'}", names), "named: the selection \"a\" holds itself");
+    EXPECT_EQ(refusalOf("{'named': 'bad'}", names),
+              "named: in \"bad\": ranges[0].column: the name of a column is missing");
+    const auto error = parseNamedSelections(namesOf({{"a", "{}"}, {"b", "{}"}, {"a", "{}"}})).error();
+    EXPECT_EQ(error.within("selections").toString(), "selections[2].name: \"a\" is given twice");
+    EXPECT_EQ(parseNamedSelections(namesOf({{"", "{}"}})).error().where, "[0].name");
+    EXPECT_EQ(parseNamedSelections(namesOf({{"a", "{'density': {'min': 2}}"}})).error().where,
+              "[0].selection.density.min");
+}
+
+TEST(Selection, NamesDoNotGrowWithoutBound) {
+    // Each name doubles the one before: 2^15 conditions of a message of a hundred bytes.
+    std::vector<std::pair<std::string, std::string>> list{{"n0", "{'density': {'max': 0.5}}"}};
+    for (int i = 1; i < 16; ++i) {
+        const auto before = "{'named': 'n" + std::to_string(i - 1) + "'}";
+        list.emplace_back("n" + std::to_string(i), "{'any': [" + before + ", " + before + "]}");
+    }
+    const auto refusal = refusalOf("{'named': 'n15'}", namesOf(list));
+    EXPECT_NE(refusal.find("at most 256 conditions"), std::string::npos) << refusal;
+    EXPECT_LT(refusal.size(), 2000U);
+    auto names = namesOf({{"ids", "{}"}});
+    for (std::uint64_t i = 0; i < 300000; ++i) names[0].mutable_selection()->add_ids(i);
+    const auto again = refusalOf(
+        "{'any': [{'named': 'ids'}, {'named': 'ids'}, {'named': 'ids'}, {'named': "
+        "'ids'}]}",
+        names);
+    EXPECT_NE(again.find("at most 1048576 ids"), std::string::npos) << again;
+}
+
+TEST(Selection, AnyBytesAreRefusedOrComeBack) {
+    Random random(2);
+    int kept = 0;
+    for (int i = 0; i < 20000; ++i) {
+        auto bytes = toProto(anySelection(random, everything)).SerializeAsString();
+        for (auto changes = random.below(4); changes > 0 && !bytes.empty(); --changes)
+            bytes[random.below(bytes.size())] = static_cast<char>(random.below(256));
+        proto::Selection message;
+        if (!message.ParseFromString(bytes)) continue;
+        const auto parsed = parseSelection(message);
+        if (!parsed.ok()) {
+            EXPECT_FALSE(parsed.error().message.empty());
+            continue;
+        }
+        ++kept;
+        const auto again = parseSelection(toProto(*parsed));
+        ASSERT_TRUE(again.ok()) << again.error().toString();
+        ASSERT_TRUE(*again == *parsed);
+    }
+    EXPECT_GT(kept, 1000);
+}
+
+}  // namespace
+}  // namespace mote::test

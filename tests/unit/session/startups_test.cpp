@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Who has shown no token yet: how many there may be, who of them goes, and that whoever shows one gets in.
+#include "server/session/startups.h"
+
+#include <memory>
+#include <random>
+
+#include "tests/unit/session/session_fixture.h"
+
+namespace mote::test {
+namespace {
+
+using server::FailureDelay;
+using server::StartupLimits;
+using namespace std::chrono_literals;
+
+TEST(StartupLimits, DropMoreTheMoreThereAre) {
+    const StartupLimits limits{.start = 10, .full = 20, .rate = 0.3};
+    EXPECT_EQ(limits.dropped(0), 0.0);
+    EXPECT_EQ(limits.dropped(9), 0.0);
+    EXPECT_DOUBLE_EQ(limits.dropped(10), 0.3);
+    EXPECT_DOUBLE_EQ(limits.dropped(15), 0.65);
+    EXPECT_EQ(limits.dropped(20), 1.0);
+    EXPECT_EQ(limits.dropped(2000), 1.0);
+}
+
+TEST(FailureDelay, GrowsWithFailuresAndIsForgotten) {
+    FailureDelay delay;
+    const FailureDelay::Time start(std::chrono::hours(1));
+    EXPECT_EQ(delay.next(start), FailureDelay::first);
+    EXPECT_EQ(delay.next(start), 2 * FailureDelay::first);
+    EXPECT_EQ(delay.next(start), 4 * FailureDelay::first);
+    for (int i = 0; i < 1000; ++i) EXPECT_LE(delay.next(start), FailureDelay::longest);
+    EXPECT_EQ(delay.next(start), FailureDelay::longest);
+    EXPECT_EQ(delay.next(start + std::chrono::hours(1)), FailureDelay::first);
+}
+
+class Startups : public SessionFixture {
+  protected:
+    Startups() {
+        settings_.random = [generator = std::mt19937_64(20261124)]() mutable {
+            return std::uniform_real_distribution<double>(0.0, 1.0)(generator);
+        };
+    }
+};
+
+TEST_F(Startups, TakeNoPlacesOfSessions) {
+    settings_.maxSessions = 2;
+    start();
+    std::vector<std::unique_ptr<TestClient>> silent;
+    for (int i = 0; i < 20; ++i) silent.push_back(std::make_unique<TestClient>(socket()));
+    const auto one = client();
+    const auto two = client();
+    one->barrier();
+    two->barrier();
+}
+
+/// Strangers fill all places, and whenever one of theirs goes, another takes its place.
+TEST_F(Startups, WhoeverShowsATokenGetsInAmongStrangersWithoutEnd) {
+    settings_.startups = {.start = 20, .full = 60, .rate = 0.3};
+    settings_.handshakeTimeout = 60s;  // no place is free again by waiting
+    start();
+    const auto known = client();
+    std::vector<std::unique_ptr<TestClient>> strangers;
+    for (int i = 0; i < 500; ++i) strangers.push_back(std::make_unique<TestClient>(socket()));
+    int welcomed = 0;
+    for (int i = 0; i < 20; ++i) {
+        for (int k = 0; k < 5; ++k) strangers.push_back(std::make_unique<TestClient>(socket()));
+        TestClient honest(socket());
+        if (honest.connect(connection_.token()).message.has_welcome()) ++welcomed;
+    }
+    // Each of them is dropped with a chance of some 1/60 for each stranger that comes while it says hello.
+    EXPECT_GE(welcomed, 15);
+    known->barrier();
+}
+
+TEST_F(Startups, WhoIsDroppedHearsWhy) {
+    settings_.startups = {.start = 1, .full = 1, .rate = 1.0};
+    settings_.random = [] { return 0.0; };  // the first of those who are there
+    start();
+    TestClient first(socket());
+    first.greet();
+    TestClient second(socket());
+    const auto reason = first.receive();
+    ASSERT_TRUE(reason);
+    EXPECT_EQ(reason->message.failure().code(), "resource_exhausted");
+    EXPECT_EQ(reason->message.failure().where(), "server");
+    EXPECT_TRUE(first.atEnd());
+    EXPECT_TRUE(second.connect(connection_.token()).message.has_welcome());
+}
+
+TEST_F(Startups, TheNewestMayBeTheOneThatGoes) {
+    settings_.startups = {.start = 1, .full = 1, .rate = 1.0};
+    settings_.random = [] { return 0.999; };
+    start();
+    TestClient first(socket());
+    first.greet();
+    TestClient second(socket());
+    second.greet();
+    const auto reason = second.receive();
+    ASSERT_TRUE(reason);
+    EXPECT_EQ(reason->message.failure().code(), "resource_exhausted");
+    EXPECT_TRUE(second.atEnd());
+}
+
+TEST_F(Startups, TheEndOfTheServerEndsThem) {
+    start();
+    TestClient stranger(socket());
+    stranger.greet();
+    stop();
+    EXPECT_TRUE(stranger.atEnd());
+}
+
+}  // namespace
+}  // namespace mote::test
