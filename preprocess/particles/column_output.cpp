@@ -201,6 +201,7 @@ class Output {
                                               }));
             MOTE_RETURN_IF_ERROR(kept);
             MOTE_RETURN_IF_ERROR(gather<T>(store, begin, end, arrays));
+            if (end == rows_) request_.writeback->begin(request_.directory / (request_.name + ".h5"));
         }
         return success();
     }

@@ -15,6 +15,7 @@
 #include "preprocess/parallel/communicator.h"
 #include "preprocess/particles/kept_columns.h"
 #include "preprocess/readers/particle_source.h"
+#include "storage/files/writeback.h"
 #include "storage/particles/particle_columns.h"
 #include "storage/particles/step_file.h"
 
@@ -31,6 +32,7 @@ struct ColumnsRequest {
     std::uint64_t pointCount = 0;
     std::uint64_t memory = 0;  ///< bytes that this rank may take
     Communicator* ranks = nullptr;
+    storage::Writeback* writeback = nullptr;  ///< begun with what is written, while the rest is made
     const Progress* progress = nullptr;
 };
 

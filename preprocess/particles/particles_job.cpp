@@ -2,7 +2,6 @@
 #include "preprocess/particles/particles_job.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -62,6 +61,7 @@ class Job {
         manifest_ = describePlot({request_, inputs_, output_}, axes_, bounds_, stepOptions_);
         MOTE_RETURN_IF_ERROR(makeSteps());
         MOTE_RETURN_IF_ERROR(makeColumns());
+        MOTE_RETURN_IF_ERROR(agree(ranks_, writeback_.finish()));
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? finish() : success()));
         dataset_->finish();
         report(1.0, "done");
@@ -296,6 +296,7 @@ class Job {
         request.pointCount = entry.particles();
         request.memory = prep::memoryFor(resources_.memory);
         request.ranks = &ranks_;
+        request.writeback = &writeback_;
         request.progress = &progress_;
         MOTE_RETURN_IF_ERROR(columns_.write(request, particles, entry));
         if (!ranks_.first()) return success();
@@ -305,13 +306,8 @@ class Job {
 
     /// Hashes the file; the disk gets it meanwhile, so that publishing need not wait.
     Status takeFile(const std::string& name) {
-        Status added = success();
-        Status synced = success();
-        tbb::parallel_invoke(
-            [&] { synced = storage::syncPath(dataset_->directory() / name); },
-            [&] { added = dataset_->writer().add(name, [this] { return progress_.cancelled(); }); });
-        MOTE_RETURN_IF_ERROR(synced);
-        return added;
+        writeback_.begin(dataset_->directory() / name);
+        return dataset_->writer().add(name, [this] { return progress_.cancelled(); });
     }
 
     /// What is known only after the last step: the scale of densities, and with it each step's histogram,
@@ -363,6 +359,7 @@ class Job {
     std::uint64_t mayKeep_ = 0;                       ///< bytes of what is read, for its next use
     std::vector<std::optional<StepReader>> readers_;  ///< by selected step, from the pass over the bounds
     std::optional<SharedDataset> dataset_;            ///< while it is made
+    storage::Writeback writeback_;                    ///< of its files
     std::vector<storage::StepFile::Places> places_;   ///< by selected step
     std::vector<std::uint64_t> leaves_;               ///< by selected step
     std::array<Range, 3> bounds_;

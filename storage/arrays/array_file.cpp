@@ -199,7 +199,6 @@ Status ArrayFileWriter::finish() const {
         array.set_offset(places_[i].offset);
         MOTE_RETURN_IF_ERROR(hashArray(i, array));
     }
-    MOTE_RETURN_IF_ERROR(syncPath(path_));
     return writeNewFile(fs::path(path_).replace_extension(".digest"), toJson(digest));
 }
 
