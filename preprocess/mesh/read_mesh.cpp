@@ -95,7 +95,7 @@ std::string describeRepairs(const MeshCounts& counts) {
     const auto add = [&](std::uint64_t count, const char* what) {
         if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
     };
-    add(counts.notFinite, "triangles with a corner that is not finite left out");
+    add(counts.notFinite, "triangles with a corner that is not finite or beyond 1e18 left out");
     add(counts.degenerate, "triangles without area left out");
     add(counts.repeated, "repeated triangles left out");
     add(counts.duplicates, "vertices at the place of another one merged");

@@ -24,7 +24,7 @@ struct TriangleMesh {
 struct MeshCounts {
     std::uint64_t vertices = 0;    ///< in the file
     std::uint64_t triangles = 0;   ///< of all polygons of the file
-    std::uint64_t notFinite = 0;   ///< triangles left out: a corner is not finite, or beyond 32-bit floats
+    std::uint64_t notFinite = 0;   ///< triangles left out: a corner is no place (storage/places.h)
     std::uint64_t duplicates = 0;  ///< vertices at the place of another one: merged
     std::uint64_t degenerate = 0;  ///< triangles left out: no area
     std::uint64_t repeated = 0;    ///< triangles left out: another one has the same three corners

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "storage/places.h"
+
 namespace mote::prep {
 namespace {
 
@@ -15,16 +17,12 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 constexpr double leastHeight = 1e-7;   // of the longest edge
 constexpr double needleHeight = 1e-3;  // of the longest edge
 
-bool isFinite(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-/// The first vertex at each vertex's place; none where that is not finite.
+/// The first vertex at each vertex's place; none where it is no place.
 std::vector<std::uint32_t> firstAtPlace(const std::vector<glm::vec3>& positions) {
     std::vector<std::uint32_t> order;
     order.reserve(positions.size());
     for (std::uint32_t i = 0; i < positions.size(); ++i) {
-        if (isFinite(positions[i])) order.push_back(i);
+        if (storage::isPlace(positions[i])) order.push_back(i);
     }
     const auto place = [&](std::uint32_t i) {
         return std::tuple(positions[i].x, positions[i].y, positions[i].z);

@@ -121,8 +121,7 @@ StepLoader::Served StepLoader::serve(const Piece& piece) const {
     const auto& ahead = piece.ahead;
     try {
         if (!ahead.array) {
-            piece.step->follow(ahead.follows);
-            return Served::yes;
+            return piece.step->follow(ahead.follows, piece.task->generation) ? Served::yes : Served::noRoom;
         }
         const std::size_t later = ahead.first + readAhead;
         if (later < ahead.last && ahead.array->usedIn(later) == 0) ahead.array->expect(later);

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 
+#include "protocol/scene/mote_check.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"
@@ -66,17 +68,32 @@ std::uint64_t VerifiedArray::blockSize(std::size_t block) const {
     return std::min<std::uint64_t>(blockBytes, bytes_.size() - block * blockBytes);
 }
 
-std::optional<Error> VerifiedArray::checkBlock(std::size_t block) const {
-    const std::uint64_t begin = block * blockBytes;
-    file_->populate(offset_ + begin, blockSize(block));
-    const bool matches = hashBlock(bytes_.subspan(begin, blockSize(block))) == blocks_[block];
+/// What is read of a block, where it lies or in a copy.
+std::optional<Error> VerifiedArray::holdToDigest(std::size_t block, std::span<const std::byte> bytes) const {
+    const bool matches = hashBlock(bytes) == blocks_[block];
     if (file_->faulted()) return file_->damage();
     if (matches) return std::nullopt;
+    const std::uint64_t begin = block * blockBytes;
     return Error{
         ErrorCode::corrupt, where_,
         fmt::format("the block at byte {} of the array (byte {} of the file) differs from its digest; the "
                     "file is damaged: copy or make it again",
                     begin, offset_ + begin)};
+}
+
+std::optional<Error> VerifiedArray::checkBlock(std::size_t block) const {
+    const std::uint64_t begin = block * blockBytes;
+    file_->populate(offset_ + begin, blockSize(block));
+    return holdToDigest(block, bytes_.subspan(begin, blockSize(block)));
+}
+
+void VerifiedArray::copyBlock(std::size_t block, std::span<std::byte> to) const {
+    MOTE_CHECK(to.size() == blockSize(block));
+    const std::uint64_t begin = block * blockBytes;
+    file_->populate(offset_ + begin, to.size());
+    std::memcpy(to.data(), bytes_.data() + begin, to.size());
+    if (auto error = holdToDigest(block, to)) throw StorageError(*std::move(error));
+    if (usedIn(block) == 0) file_->giveUp(offset_ + begin, to.size());
 }
 
 /// Marks a block used where it is in memory.

@@ -62,11 +62,15 @@ class VerifiedArray final : public BudgetedBlocks {
     void expect(std::size_t block) const;
     /// Hashes one block, whether or not it was verified before; the Error names file, array and offset.
     std::optional<Error> checkBlock(std::size_t block) const;
+    /// Copies a block into memory of the caller's, as large as the block, and holds the copy to the digest.
+    /// The block counts as brought in no more than before. Throws StorageError (corrupt).
+    void copyBlock(std::size_t block, std::span<std::byte> to) const;
 
   private:
     VerifiedArray() = default;
     void use(std::uint64_t offset, std::uint64_t length) const;
     void bringForUse(std::size_t block) const;
+    std::optional<Error> holdToDigest(std::size_t block, std::span<const std::byte> bytes) const;
     bool touch(std::size_t block, BlockBudget::Generation generation) const;
     void load(std::size_t block, BlockBudget::Generation generation) const;
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include <zstd.h>
 
+#include <bit>
 #include <cerrno>
 #include <fstream>
 #include <string>
@@ -19,7 +20,7 @@ namespace {
 constexpr int level = 9;
 /// 16 MiB: more would find the masks of a residual's bricks, which come twice, but is a job's memory, and
 /// that of each loading.
-constexpr int windowBits = 24;
+constexpr int windowBits = std::countr_zero(unpackingBytes);
 
 class Packer {
   public:

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <streambuf>
@@ -18,6 +19,9 @@ namespace mote::storage {
 
 /// What a packed file's name ends with.
 inline constexpr std::string_view packedSuffix = ".zst";
+
+/// Of the window within which bytes refer to others: most of the memory that reading takes.
+inline constexpr std::uint64_t unpackingBytes = std::uint64_t{1} << 24;
 
 /// Puts `path` + ".zst", which is replaced, in the place of `path`. The file is not synced. Errors: notFound,
 /// resourceExhausted (it cannot be written whole), internal.

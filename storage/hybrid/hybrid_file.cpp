@@ -46,15 +46,14 @@ bool anyBeyond(std::span<const T> places, const GridSize& grid) {
     return false;
 }
 
-/// The most bytes of a step's file that holds what the manifest says.
-std::uint64_t mostBytes(const proto::HybridManifest& hybrid, const proto::HybridStepEntry& entry) {
+}  // namespace
+
+std::uint64_t mostHybridStepBytes(const proto::HybridManifest& hybrid, const proto::HybridStepEntry& entry) {
     constexpr std::uint64_t besideArrays = 1 << 20;  // HDF5's own, some kB
     return samplesOf(gridSize(hybrid.low_size())) * (hybrid.value_bits() / 8 + 1) +
            entry.points() * hybrid.point_bytes() + (brickCount(gridSize(hybrid.error_size())) + 1) * 8 +
            besideArrays;
 }
-
-}  // namespace
 
 Result<HybridStepWriter> HybridStepWriter::create(const std::filesystem::path& directory,
                                                   const std::string& name, const HybridStepShape& shape) {
@@ -99,7 +98,7 @@ Result<HybridStep> HybridStep::open(const std::filesystem::path& directory, cons
     MOTE_ASSIGN_OR_RETURN(auto file,
                           name.extension() == packedSuffix
                               ? ArrayFile::openPacked(directory, manifest, name.stem().stem().string(),
-                                                      mostBytes(hybrid, *entry))
+                                                      mostHybridStepBytes(hybrid, *entry))
                               : ArrayFile::open(directory, manifest, name.stem().string()));
     HybridStep opened(std::move(file));
     opened.lowSize_ = gridSize(hybrid.low_size());
@@ -133,7 +132,10 @@ Status HybridStep::readPoints(std::uint32_t bytes, std::uint64_t count) {
         return success();
     };
     if (bytes == 5) {
-        MOTE_RETURN_IF_ERROR(take("/bricks/begin", points_.brickBegin, {brickCount(points_.grid) + 1}));
+        std::span<const std::uint64_t> begin;
+        MOTE_RETURN_IF_ERROR(take("/bricks/begin", begin, {brickCount(points_.grid) + 1}));
+        brickBegin_.assign(begin.begin(), begin.end());
+        points_.brickBegin = brickBegin_;
         MOTE_RETURN_IF_ERROR(take("/points/advance", points_.advance, {count}));
     } else if (bytes == 6) {
         MOTE_RETURN_IF_ERROR(take("/points/place", points_.place8, {count, 3}));

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -130,6 +131,9 @@ class HybridStepWriter {
     std::uint32_t pointBytes_;
 };
 
+/// The most bytes of a step's file that holds what the manifest, which was checked, says.
+std::uint64_t mostHybridStepBytes(const proto::HybridManifest& hybrid, const proto::HybridStepEntry& entry);
+
 class HybridStep {
   public:
     /// Step `step` of a dataset whose manifest was checked: every byte held to its digest, every count and
@@ -141,7 +145,9 @@ class HybridStep {
     const GridSize& lowSize() const { return lowSize_; }
     const LowCodes& low() const { return low_; }
     std::span<const std::uint8_t> lowNormal() const { return lowNormal_; }
-    /// The points; without any where the dataset has none.
+    /// The points; without any where the dataset has none. Where the bricks' points begin is our own copy,
+    /// but codes and places are read where they lie: whoever goes by a place holds it to the grid, as the
+    /// file may be written to meanwhile.
     const HybridPoints& points() const { return points_; }
 
     /// What became of the file while it was read (mapped_file.h).
@@ -157,6 +163,7 @@ class HybridStep {
     GridSize lowSize_{};
     LowCodes low_;
     std::span<const std::uint8_t> lowNormal_;
+    std::vector<std::uint64_t> brickBegin_;
     HybridPoints points_;
 };
 

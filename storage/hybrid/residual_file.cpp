@@ -75,16 +75,16 @@ Status readResidual(const fs::path& directory, const proto::Manifest& manifest, 
         path.string());
     Values values;
     Status visited = success();
-    MOTE_RETURN_IF_ERROR(
-        reader.read([&](const GridSize& brick, std::span<const float, residualBrickSamples> leaf) {
-            if (cancelled && cancelled()) {
-                visited = Error{ErrorCode::cancelled, path.string(), "cancelled"};
-            } else if (!takeValues(leaf, entry->residual_step(), values)) {
-                visited = damaged(path, "holds a value that is not finite, or too great");
-            }
-            if (visited.ok()) visit({brick, values});
-            return visited.ok();
-        }));
+    const auto take = [&](const GridSize& brick, std::span<const float, residualBrickSamples> leaf) {
+        if (cancelled && cancelled()) {
+            visited = Error{ErrorCode::cancelled, path.string(), "cancelled"};
+        } else if (!takeValues(leaf, entry->residual_step(), values)) {
+            visited = damaged(path, "holds a value that is not finite, or too great");
+        }
+        if (visited.ok()) visit({brick, values});
+        return visited.ok();
+    };
+    MOTE_RETURN_IF_ERROR(reader.read(take, cancelled));
     return visited;
 }
 

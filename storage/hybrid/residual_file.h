@@ -28,7 +28,7 @@ struct ResidualBrick {
 };
 
 /// Reads a step's residual; `visit` gets every brick that holds any, in a fixed order. The whole file is held
-/// to the manifest's hash before OpenVDB sees it, and its counts to the manifest. Errors: notFound, corrupt,
+/// to the manifest's hash before it is read, and its counts to the manifest. Errors: notFound, corrupt,
 /// invalidArgument (there is no such step or residual), cancelled.
 Status readResidual(const std::filesystem::path& directory, const proto::Manifest& manifest,
                     std::uint32_t step, const std::function<void(const ResidualBrick&)>& visit,

@@ -99,11 +99,11 @@ Status ResidualReader::takeText(std::string& text) {
     return take(std::as_writable_bytes(std::span(text)));
 }
 
-Status ResidualReader::read(const Visit& visit) {
+Status ResidualReader::read(const Visit& visit, const Cancelled& cancelled) {
     MOTE_RETURN_IF_ERROR(readHead());
     MOTE_RETURN_IF_ERROR(readMetadata());
     MOTE_RETURN_IF_ERROR(readTransform());
-    MOTE_RETURN_IF_ERROR(readTree());
+    MOTE_RETURN_IF_ERROR(readTree(cancelled));
     return readValues(visit);
 }
 
@@ -161,7 +161,7 @@ Status ResidualReader::readTransform() {
     return damaged("holds an unknown transform");
 }
 
-Status ResidualReader::readTree() {
+Status ResidualReader::readTree(const Cancelled& cancelled) {
     std::uint32_t buffers = 0, tiles = 0, tops = 0;
     float background = 0.0F;
     MOTE_RETURN_IF_ERROR(take(buffers));
@@ -172,13 +172,14 @@ Status ResidualReader::readTree() {
     if (tiles != 0) return damaged("holds tiles, where all are single samples");
     // Each has a brick.
     if (tops > promise_.bricks) return damaged("has not as many samples as the manifest says");
-    for (std::uint32_t i = 0; i < tops; ++i) MOTE_RETURN_IF_ERROR(readTop());
+    for (std::uint32_t i = 0; i < tops; ++i) MOTE_RETURN_IF_ERROR(readTop(cancelled));
     if (bricks_.size() != promise_.bricks || at_ != valuesAt_)
         return damaged("has not as many samples as the manifest says");
     return success();
 }
 
-/// A node's masks: of its children, and of the values that it has itself, which are none.
+/// A node's masks: of its children, which are some, and of the values that it has itself, which are none. A
+/// node without children would cost a few packed bytes and as much time as one that has a brick.
 template <std::size_t Words>
 Status ResidualReader::readNodeMasks(std::span<std::uint64_t, Words> children) {
     std::array<std::uint64_t, Words> own;
@@ -186,11 +187,14 @@ Status ResidualReader::readNodeMasks(std::span<std::uint64_t, Words> children) {
     MOTE_RETURN_IF_ERROR(take(std::as_writable_bytes(children)));
     MOTE_RETURN_IF_ERROR(take(own));
     MOTE_RETURN_IF_ERROR(take(kind));
-    const bool none = std::all_of(own.begin(), own.end(), [](auto word) { return word == 0; });
-    return none && kind == 0 ? success() : Status(damaged("holds tiles, where all are single samples"));
+    const auto empty = [](std::span<const std::uint64_t> words) {
+        return std::all_of(words.begin(), words.end(), [](auto word) { return word == 0; });
+    };
+    if (!empty(own) || kind != 0) return damaged("holds tiles, where all are single samples");
+    return empty(children) ? Status(damaged("holds a node without samples")) : success();
 }
 
-Status ResidualReader::readTop() {
+Status ResidualReader::readTop(const Cancelled& cancelled) {
     GridSize origin{};
     MOTE_RETURN_IF_ERROR(take(origin));
     if (!lies(origin, promise_.size) ||
@@ -203,11 +207,13 @@ Status ResidualReader::readTop() {
     lastTop_ = number;
     std::array<std::uint64_t, kTopNodes * kTopNodes * kTopNodes / 64> children;
     MOTE_RETURN_IF_ERROR(readNodeMasks(std::span(children)));
-    return eachBit(children,
-                   [&](std::uint32_t i) { return readNode(childOf(origin, i, kTopNodes, kNodeSide)); });
+    return eachBit(children, [&](std::uint32_t i) {
+        return readNode(childOf(origin, i, kTopNodes, kNodeSide), cancelled);
+    });
 }
 
-Status ResidualReader::readNode(const GridSize& origin) {
+Status ResidualReader::readNode(const GridSize& origin, const Cancelled& cancelled) {
+    if (cancelled && cancelled()) return Error{ErrorCode::cancelled, where_, "cancelled"};
     constexpr auto side = residualNodeBricks;
     std::array<std::uint64_t, side * side * side / 64> children;
     MOTE_RETURN_IF_ERROR(readNodeMasks(std::span(children)));

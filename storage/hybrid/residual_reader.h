@@ -2,7 +2,7 @@
 //
 // ResidualReader: an OpenVDB file of just the form that residual_encoder.h makes, read front to back without
 // OpenVDB, which takes the memory that a file's bytes ask for. Here it is what was promised besides: the
-// places of the bricks. One owner, one thread.
+// places of the bricks, of which every node of the tree must have one. One owner, one thread.
 #pragma once
 
 #include <cstddef>
@@ -29,14 +29,15 @@ class ResidualReader {
     /// A brick's index along x, y, z and its values as they lie in the file, which has z fastest; 0 where
     /// there is no sample. Ends where it returns false.
     using Visit = std::function<bool(const GridSize&, std::span<const float, residualBrickSamples>)>;
+    using Cancelled = std::function<bool()>;
 
     /// `bytes` outlives this; `where` names them in errors.
     ResidualReader(std::streambuf& bytes, const ResidualPromise& promise, std::string where)
         : bytes_(bytes), promise_(promise), where_(std::move(where)) {}
 
-    /// All bricks, in the file's order. Errors: corrupt (another form, or other counts than promised; some
-    /// bricks may have been visited by then).
-    Status read(const Visit& visit);
+    /// All bricks, in the file's order. `cancelled` is asked at every node of the tree. Errors: corrupt
+    /// (another form, or other counts than promised; some bricks may have been visited by then), cancelled.
+    Status read(const Visit& visit, const Cancelled& cancelled);
 
   private:
     Error damaged(std::string message) const;
@@ -49,9 +50,9 @@ class ResidualReader {
     Status readHead();
     Status readMetadata();
     Status readTransform();
-    Status readTree();
-    Status readTop();
-    Status readNode(const GridSize& origin);
+    Status readTree(const Cancelled& cancelled);
+    Status readTop(const Cancelled& cancelled);
+    Status readNode(const GridSize& origin, const Cancelled& cancelled);
     template <std::size_t Words>
     Status readNodeMasks(std::span<std::uint64_t, Words> children);
     Status readValues(const Visit& visit);

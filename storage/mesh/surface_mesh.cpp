@@ -5,15 +5,13 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "storage/places.h"
+
 namespace mote::storage {
 namespace {
 
 Error corrupt(const char* where, const char* message) {
     return {ErrorCode::corrupt, where, message};
-}
-
-bool isFinite(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 bool edgeFits(const MeshEdge& edge, std::size_t vertices, std::size_t triangles) {
@@ -36,8 +34,8 @@ bool partsAreInOrder(const std::vector<std::uint32_t>& parts) {
 Status checkSurfaceMesh(const SurfaceMesh& mesh) {
     const auto vertices = mesh.positions.size();
     if (mesh.normals.size() != vertices) return corrupt("/mesh/normal", "has not one for each vertex");
-    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), isFinite)) {
-        return corrupt("/mesh/position", "has one that is not finite");
+    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), isPlace)) {
+        return corrupt("/mesh/position", "has one with a coordinate that is not finite or beyond 1e18");
     }
     // The length of a unit vector in three floats is off by less than 2^-22.
     if (!std::all_of(mesh.normals.begin(), mesh.normals.end(),

@@ -49,17 +49,18 @@ HWY_INLINE std::size_t guess(const float* values, std::size_t count, const Bins&
 
 void findBins(const float* values, std::size_t count, const Bins& bins, const float* begins,
               std::uint32_t* out) {
-    // A guess is off by one bin at most.
+    // A guess is off by one bin at most. Values lie in a mapped file and may have changed since the guess.
     const auto settle = [&](std::size_t from, std::size_t lanes) {
         for (std::size_t k = from; k < from + lanes; ++k) {
-            if (!(values[k] >= bins.first && values[k] <= bins.last)) continue;
+            const float value = values[k];
             const auto last = static_cast<std::int32_t>(bins.bins) - 1;
             auto bin = std::clamp(static_cast<std::int32_t>(out[k]), 0, last);
-            if (values[k] < begins[bin])
+            if (value < begins[bin])
                 --bin;
-            else if (values[k] >= begins[bin + 1])
+            else if (value >= begins[bin + 1])
                 ++bin;
-            out[k] = static_cast<std::uint32_t>(bin);
+            const bool within = value >= bins.first && value <= bins.last;
+            out[k] = within ? static_cast<std::uint32_t>(std::clamp(bin, 0, last)) : bins.bins;
         }
     };
     guess(values, count, bins, out, settle);
@@ -107,11 +108,12 @@ void FloatBins::find(std::span<const float> values, std::span<std::uint32_t> out
         (values.data(), done, guess_, begins_.data(), out.data());
     }
     for (std::size_t i = done; i < values.size(); ++i) {
-        if (!(values[i] >= guess_.first && values[i] <= guess_.last)) {
+        const float value = values[i];
+        if (!(value >= guess_.first && value <= guess_.last)) {
             out[i] = guess_.bins;
             continue;
         }
-        const auto after = std::upper_bound(begins_.begin(), begins_.end() - 1, values[i]);
+        const auto after = std::upper_bound(begins_.begin() + 1, begins_.end() - 1, value);
         out[i] = static_cast<std::uint32_t>(after - begins_.begin()) - 1;
     }
 }

@@ -20,17 +20,17 @@ bool close(std::uint64_t least, std::uint64_t greatest, std::uint64_t ids) {
     return (greatest - least) / wordBits < ids;
 }
 
+StorageError changedIds() {
+    return StorageError(Error{ErrorCode::corrupt, "/columns/id", "was changed while it was read"});
+}
+
 /// The ids of a step by their rank.
 class Ranks {
   public:
     explicit Ranks(const ParticleColumns& columns) : columns_(columns) {}
 
-    std::uint32_t point(std::uint64_t rank) const { return columns_.pointsById(rank, 1)[0]; }
-    std::uint64_t id(std::uint64_t rank) const {
-        const auto at = point(rank);
-        if (at >= columns_.pointCount()) throw damagedIndex();
-        return columns_.ids(at, 1)[0];
-    }
+    std::uint32_t point(std::uint64_t rank) const { return columns_.pointOfRank(rank); }
+    std::uint64_t id(std::uint64_t rank) const { return columns_.ids(point(rank), 1)[0]; }
 
     /// The first rank from `begin` on whose id is not below this one. Ids lie evenly, mostly one after the
     /// other: where this one would then be, and the rank beside it, are looked at first.
@@ -59,9 +59,6 @@ class Ranks {
     struct Rank {
         std::uint64_t rank, id;
     };
-    static StorageError damagedIndex() {
-        return StorageError(Error{ErrorCode::corrupt, "/ids/point", "names a point that is not there"});
-    }
     /// A rank between the two, by interpolation.
     static std::uint64_t expected(std::uint64_t wanted, const Rank& low, const Rank& high) {
         const double share = static_cast<double>(wanted - low.id) / static_cast<double>(high.id - low.id);
@@ -114,6 +111,8 @@ std::optional<IdSet> IdSet::of(const PointMask& mask, const ParticleColumns& col
         set.bits_.assign((high - low) / wordBits + 1, 0);
         whole = forBlocks(blocks, cancelled, [&](std::uint64_t block) {
             visit(block, [&](std::uint64_t id) {
+                // Read anew, where somebody may have written meanwhile.
+                if (id < low || id > high) throw changedIds();
                 std::atomic_ref word(set.bits_[(id - low) / wordBits]);
                 word.fetch_or(std::uint64_t{1} << ((id - low) % wordBits), std::memory_order_relaxed);
             });

@@ -14,7 +14,7 @@
 
 namespace mote::storage {
 
-/// Goes through leaves in the order of their points. It outlives no generation of the step's budget.
+/// Goes through leaves in the order of their points; keeps octree and leaves in memory. The step outlives it.
 class LeafWalk {
   public:
     /// Throws StorageError.

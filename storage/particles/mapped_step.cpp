@@ -2,6 +2,7 @@
 #include "storage/particles/mapped_step.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 #include "storage/arrays/array_file.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
-#include "storage/particles/octree_check.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {
@@ -77,11 +77,13 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
 MappedStep::~MappedStep() {
     if (!budget_) return;
     for (const auto& one : arrays_) budget_->leave(one);
+    if (tree_) budget_->leave(*tree_);
 }
 
 Status MappedStep::enterBudget() const {
     if (!budget_) return success();
     for (const auto& one : arrays_) budget_->enter(one);
+    budget_->enter(*tree_);
     if (bytesAtOnce() <= budget_->limit()) return success();
     return Error{ErrorCode::resourceExhausted, name_,
                  fmt::format("its octree and volume take {} MiB of memory where {} MiB are left for data; "
@@ -102,6 +104,7 @@ Status MappedStep::readArrays(const proto::Digest& digest) {
         MOTE_ASSIGN_OR_RETURN(auto made, VerifiedArray::make(file_, *found, budget_.get()));
         arrays_.push_back(std::move(made));
     }
+    tree_.emplace(arrays_, budget_.get(), StepTree::Bounds{pointCount(), maxLevel_}, name_);
     return success();
 }
 
@@ -137,66 +140,11 @@ Status MappedStep::checkShapes(const proto::ParticleStepEntry& entry) const {
     return success();
 }
 
-OctreeNodes MappedStep::rawNodes() const {
-    return {array(StepArray::octreeLevel).all<std::uint8_t>(),
-            array(StepArray::octreeMorton).all<std::uint64_t>(),
-            array(StepArray::octreeFirstChild).all<std::uint32_t>(),
-            array(StepArray::octreeChildCount).all<std::uint8_t>(),
-            array(StepArray::octreeCount).all<std::uint64_t>(),
-            array(StepArray::octreeDensity).all<float>(),
-            array(StepArray::octreeMinDensity).all<float>()};
-}
-
-Leaves MappedStep::rawLeaves() const {
-    return {array(StepArray::leafNode).all<std::uint32_t>(),
-            array(StepArray::leafPointBegin).all<std::uint64_t>(),
-            array(StepArray::leafPointCount).all<std::uint32_t>(),
-            array(StepArray::leafDensity).all<float>()};
-}
-
-Status MappedStep::checkTree() const {
-    const auto checked = checkOctree(rawNodes(), rawLeaves(), pointCount(), maxLevel_);
-    if (checked.ok()) return checked;
-    Error error = checked.error();
-    error.where = name_ + ":" + error.where;
-    return error;
-}
-
-void MappedStep::knowTree() const {
-    // No exception leaves the once: it would be checked again by everyone, and the thread sanitizer's
-    // call_once never returns after one.
-    std::call_once(treeChecked_, [this] {
-        try {
-            const auto checked = checkTree();
-            if (!checked.ok()) treeError_ = checked.error();
-        } catch (const StorageError& error) {
-            treeError_ = error.error();
-        }
-        treeKnown_.store(true, std::memory_order_release);
-    });
-}
-
-void MappedStep::requireTree() const {
-    knowTree();
-    if (treeError_) throw StorageError(*treeError_);
-}
-
-OctreeNodes MappedStep::nodes() const {
-    requireTree();
-    return rawNodes();
-}
-
-Leaves MappedStep::leaves() const {
-    requireTree();
-    return rawLeaves();
-}
-
-/// Ranges of points come from leaves, which lie in the file: they were checked, but a file that is written to
-/// while it is mapped says something else the next time.
+/// Not all ranges come from leaves that were checked: a columns file names points too.
 void MappedStep::requirePoints(std::uint64_t begin, std::uint64_t count) const {
     if (begin <= pointCount() && count <= pointCount() - begin) return;
-    throw StorageError(Error{ErrorCode::corrupt, name_ + ":/leaves/point_begin",
-                             "names points that are not there: the file was changed while it was read"});
+    throw StorageError(
+        Error{ErrorCode::corrupt, name_ + ":/points/position", "has no points where some are asked for"});
 }
 
 std::span<const PackedPosition> MappedStep::positions(std::uint64_t begin, std::uint64_t count) const {
@@ -267,11 +215,7 @@ Preview MappedStep::preview(std::uint64_t most) const {
 }
 
 bool MappedStep::octreeReady() const {
-    if (!budget_) return true;
-    if (!treeKnown_.load(std::memory_order_acquire)) return false;
-    const auto first = arrays_.begin();
-    return std::all_of(first, first + static_cast<std::ptrdiff_t>(StepArray::leafDensity) + 1,
-                       [](const VerifiedArray& one) { return one.ready(0, one.bytes()) == one.bytes(); });
+    return !budget_ || tree_->ready();
 }
 
 bool MappedStep::volumeReady() const {
@@ -307,11 +251,7 @@ void MappedStep::fail(const Error& error) const {
 }
 
 std::uint64_t MappedStep::bytesAtOnce() const {
-    std::uint64_t bytes = array(StepArray::volumeDensity).bytes();
-    for (std::size_t i = 0; i <= static_cast<std::size_t>(StepArray::leafDensity); ++i) {
-        bytes += arrays_[i].bytes();
-    }
-    return bytes;
+    return array(StepArray::volumeDensity).bytes() + tree_->bytes();
 }
 
 std::vector<MappedStep::Ahead> MappedStep::aheadOf(const StepNeed& need) const {
@@ -328,12 +268,7 @@ std::vector<MappedStep::Ahead> MappedStep::aheadOf(const StepNeed& need) const {
         bytes(StepArray::previewPoint, 0, std::min(need.preview, Preview::mostPoints) * sizeof(PreviewPoint));
     }
     if (need.volume) whole(StepArray::volumeDensity);
-    if (need.octree) {
-        for (std::size_t i = 0; i <= static_cast<std::size_t>(StepArray::leafDensity); ++i) {
-            whole(static_cast<StepArray>(i));
-        }
-        ahead.push_back({.follows = Ahead::Follows::octreeCheck});
-    }
+    if (need.octree) ahead.push_back({.follows = Ahead::Follows::tree});
     for (const auto& range : need.points) {
         const auto begin = std::min(range.begin, pointCount());
         const auto end = begin + std::min(range.count, pointCount() - begin);
@@ -342,12 +277,14 @@ std::vector<MappedStep::Ahead> MappedStep::aheadOf(const StepNeed& need) const {
     return ahead;
 }
 
-void MappedStep::follow(Ahead::Follows follows) const {
+bool MappedStep::follow(Ahead::Follows follows, BlockBudget::Generation generation) const {
     if (follows == Ahead::Follows::previewScale) {
         ownScale();
-    } else {
-        knowTree();
+        return true;
     }
+    // Threads that draw come first.
+    tbb::task_arena arena(tbb::task_arena::automatic, 1, tbb::task_arena::priority::low);
+    return arena.execute([&] { return tree_->bring(generation); });
 }
 
 std::vector<Error> MappedStep::verify(const std::function<bool()>& cancelled) const {
@@ -359,9 +296,8 @@ std::vector<Error> MappedStep::verify(const std::function<bool()>& cancelled) co
         }
     }
     if (!errors.empty()) return errors;
-    const auto checked = checkTree();
-    if (!checked.ok()) return {checked.error()};
     try {
+        tree_->get();
         preview(Preview::mostPoints);
     } catch (const StorageError& error) {
         errors.push_back(error.error());

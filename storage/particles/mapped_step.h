@@ -14,6 +14,7 @@
 #include "storage/blocks/verified_array.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_layout.h"
+#include "storage/particles/step_tree.h"
 #include "storage/step_origin.h"
 
 namespace mote::storage {
@@ -23,12 +24,12 @@ class MappedStep final : public ParticleStep {
     /// Something to do ahead of need: blocks [first, last) of an array to bring in, or, where there is no
     /// array, what follows from blocks that are there.
     struct Ahead {
-        enum class Follows { previewScale, octreeCheck };
+        enum class Follows { previewScale, tree };
 
         const VerifiedArray* array = nullptr;
         std::size_t first = 0;
         std::size_t last = 0;
-        Follows follows = Follows::octreeCheck;
+        Follows follows = Follows::tree;
     };
 
     /// As ParticleStep::open; `step` is one of the manifest's.
@@ -38,8 +39,8 @@ class MappedStep final : public ParticleStep {
     ~MappedStep() override;
 
     const StepOrigin& origin() const { return origin_; }
-    OctreeNodes nodes() const override;
-    Leaves leaves() const override;
+    OctreeNodes nodes() const override { return tree_->get().nodes; }
+    Leaves leaves() const override { return tree_->get().leaves; }
     std::uint64_t pointCount() const override { return array(StepArray::pointRow).size(); }
     std::span<const PackedPosition> positions(std::uint64_t begin, std::uint64_t count) const override;
     std::span<const std::uint64_t> rows(std::uint64_t begin, std::uint64_t count) const override;
@@ -55,8 +56,9 @@ class MappedStep final : public ParticleStep {
 
     /// What to do for a need, in this order; ranges are cut to what there is.
     std::vector<Ahead> aheadOf(const StepNeed& need) const;
-    /// Throws StorageError; of the octree, that is left to those who ask for it.
-    void follow(Ahead::Follows follows) const;
+    /// False where the budget has no room for it but for what was used since `generation`. Throws
+    /// StorageError; that the octree is wrong is left to those who ask for it.
+    bool follow(Ahead::Follows follows, BlockBudget::Generation generation) const;
     /// check() throws this from now on.
     void fail(const Error& error) const;
     /// Bytes that must be in memory at once: octree, leaves and volume.
@@ -74,28 +76,19 @@ class MappedStep final : public ParticleStep {
     Status enterBudget() const;
     Status checkShapes(const proto::ParticleStepEntry& entry) const;
     const VerifiedArray& array(StepArray which) const { return arrays_[static_cast<std::size_t>(which)]; }
-    OctreeNodes rawNodes() const;
-    Leaves rawLeaves() const;
-    Status checkTree() const;
     LogDensity ownScale() const;
     LogDensity findScale() const;
-    /// Checks the octree where that was not done yet.
-    void knowTree() const;
-    /// As knowTree(), then throws StorageError where it is wrong.
-    void requireTree() const;
     void requirePoints(std::uint64_t begin, std::uint64_t count) const;
 
     MappedFile file_;
     std::string name_;                           ///< the file's path
     const std::shared_ptr<BlockBudget> budget_;  ///< may be null
     std::vector<VerifiedArray> arrays_;          ///< by StepArray
+    std::optional<StepTree> tree_;               ///< there from readArrays() on
     StepOrigin origin_;
     std::uint32_t volumeSize_ = 0;
     std::uint32_t maxLevel_ = 0;
     LogDensity logDensity_;
-    mutable std::once_flag treeChecked_;
-    mutable std::optional<Error> treeError_;  ///< written once, behind treeChecked_
-    mutable std::atomic<bool> treeKnown_{false};
     mutable std::mutex scaleMutex_;
     mutable LogDensity scale_;  ///< under the mutex, until it is known
     mutable std::atomic<bool> scaleKnown_{false};

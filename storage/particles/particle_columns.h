@@ -21,6 +21,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/storage_error.h"
 
 namespace mote::storage {
 
@@ -52,7 +53,14 @@ class ParticleColumns {
     /// The ids of points [begin, begin + count); only where there are ids.
     virtual std::span<const std::uint64_t> ids(std::uint64_t begin, std::uint64_t count) const = 0;
     /// Ranks [begin, begin + count) of the id index: points by ascending id, of equal ids by ascending point.
+    /// The numbers are the file's: whoever goes by one reads it by pointOfRank().
     virtual std::span<const std::uint32_t> pointsById(std::uint64_t begin, std::uint64_t count) const = 0;
+    /// The point of a rank, which is one of the step's. Throws StorageError (corrupt).
+    std::uint32_t pointOfRank(std::uint64_t rank) const {
+        const std::uint32_t point = pointsById(rank, 1)[0];
+        if (point < pointCount()) return point;
+        throw StorageError(Error{ErrorCode::corrupt, "/ids/point", "names a point that is not there"});
+    }
 
     /// Throws StorageError where what was read may have been something else (the file changed).
     virtual void check() const {}

@@ -2,7 +2,9 @@
 //
 // ParticleStep: one step of a particle plot, memory-mapped: octree, leaves, points and density volume. Opened
 // from its digest, which knows where each array lies in the HDF5 file, so that no HDF5 code runs on it.
-// Immutable and safe to use from any number of threads; shared by the catalogue and the renderers.
+// Octree and leaves, whose numbers index other things, are copied; points and volume are read where they lie,
+// and whoever writes into the file meanwhile changes them under their reader until check() tells. Immutable
+// and safe to use from any number of threads; shared by the catalogue and the renderers.
 //
 // Space: the plot's box [0, 1]^3 for the octree; layer space is that box scaled to [-1, 1]^3.
 // Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
@@ -10,8 +12,8 @@
 //
 // Opened with a budget (block_budget.h), the blocks come and go: an accessor waits for what is not in memory,
 // and the functions ...Ready say what it need not wait for. Without one, all counts as ready. A span is good
-// until the generation of the budget ends in which it was asked for; one asks for no more at once than the
-// budget holds.
+// until the generation of the budget ends in which it was asked for, one of octree and leaves as long as its
+// keeper; one asks for no more at once than the budget holds.
 #pragma once
 
 #include <cstdint>
@@ -56,6 +58,7 @@ struct OctreeNodes {
     std::span<const std::uint64_t> count;       ///< particles below
     std::span<const float> density;             ///< weight below, over the cell's share of the box
     std::span<const float> minDensity;          ///< least density of a leaf below
+    std::shared_ptr<const void> keeper = {};    ///< keeps their memory, where the step may give it up
 
     std::size_t size() const { return level.size(); }
 };
@@ -66,6 +69,7 @@ struct Leaves {
     std::span<const std::uint64_t> pointBegin;  ///< ascending, without gaps
     std::span<const std::uint32_t> pointCount;  ///< at least 1
     std::span<const float> density;             ///< ascending
+    std::shared_ptr<const void> keeper = {};    ///< as OctreeNodes::keeper
 
     std::size_t size() const { return node.size(); }
 };

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "storage/arrays/array_file.h"
 #include "storage/manifest.h"
+#include "storage/places.h"
 
 namespace mote::storage {
 namespace {
@@ -34,11 +36,11 @@ Status checkSizes(const StippleHierarchy& h) {
     return same("/moves/position", h.movePosition.size(), h.moveNeighbour.size());
 }
 
-Status checkFinite(const char* array, const std::vector<glm::vec3>& values) {
+Status checkPlaces(const char* array, const std::vector<glm::vec3>& values) {
     for (std::size_t i = 0; i < values.size(); ++i) {
-        const auto& v = values[i];
-        if (std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)) continue;
-        return corrupt(array, fmt::format("entry {} is not a finite vector", i));
+        if (isPlace(values[i])) continue;
+        return corrupt(array, fmt::format("entry {} is no place: a coordinate is not finite or beyond {:g}",
+                                          i, mostCoordinate));
     }
     return success();
 }
@@ -135,9 +137,9 @@ std::uint64_t StippleHierarchy::bytes() const {
 
 Status checkHierarchy(const StippleHierarchy& hierarchy) {
     MOTE_RETURN_IF_ERROR(checkSizes(hierarchy));
-    MOTE_RETURN_IF_ERROR(checkFinite("/points/position", hierarchy.positions));
+    MOTE_RETURN_IF_ERROR(checkPlaces("/points/position", hierarchy.positions));
     MOTE_RETURN_IF_ERROR(checkNormals(hierarchy.normals));
-    MOTE_RETURN_IF_ERROR(checkFinite("/moves/position", hierarchy.movePosition));
+    MOTE_RETURN_IF_ERROR(checkPlaces("/moves/position", hierarchy.movePosition));
     MOTE_RETURN_IF_ERROR(checkPoints(hierarchy));
     return checkMoves(hierarchy);
 }

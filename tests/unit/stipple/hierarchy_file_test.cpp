@@ -93,6 +93,8 @@ TEST(HierarchyFile, RefusesContentThatContradictsItself) {
     expectRefused([](auto& h) { h.removal[1] = 4; }, "/points/rank", "no permutation");
     expectRefused([](auto& h) { h.removal[1] = 5; }, "/points/rank", "no permutation");
     expectRefused([](auto& h) { h.positions[2].y = nan; }, "/points/position", "entry 2");
+    expectRefused([](auto& h) { h.positions[3].z = 1e38F; }, "/points/position", "entry 3");
+    expectRefused([](auto& h) { h.movePosition[1].y = -2e18F; }, "/moves/position", "entry 1");
     expectRefused([](auto& h) { h.normals[4].z = infinity; }, "/points/normal", "entry 4");
     expectRefused([](auto& h) { h.normals[2].x = 1e38F; }, "/points/normal", "entry 2");
     expectRefused([](auto& h) { h.normals[0].y = std::nanf(""); }, "/points/normal", "entry 0");

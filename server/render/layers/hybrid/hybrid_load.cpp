@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/render/layers/hybrid/brick_maker.h"
+#include "storage/files/packed_file.h"
 #include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
 #include "storage/hybrid/hybrid_file.h"
@@ -51,7 +52,13 @@ Status addPoints(const storage::HybridPoints& points, BrickMaker& maker) {
     points.forEach([&](const storage::HybridPoint& point) {
         constexpr std::uint16_t codes = 65535 / 255;  // to one of a point's value
         const auto code = static_cast<std::uint16_t>(point.value * codes);
-        if (added.ok()) added = maker.addPoint(vectorOf(point.place), code, point.normal);
+        if (!added.ok()) return;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (point.place[axis] < points.grid[axis]) continue;
+            added = Error{ErrorCode::corrupt, "points", "one lies outside of the error grid"};
+            return;
+        }
+        added = maker.addPoint(vectorOf(point.place), code, point.normal);
     });
     return added;
 }
@@ -67,6 +74,20 @@ Status addResidual(const std::filesystem::path& directory, const proto::Manifest
         [&] { return !added.ok() || (cancelled && cancelled()); });
     MOTE_RETURN_IF_ERROR(added);
     return read;
+}
+
+std::uint64_t bricksOf(const proto::HybridManifest& hybrid) {
+    return storage::samplesOf(
+        storage::bricksOf(storage::gridSize(hybrid.error_size()), storage::residualBrickSide));
+}
+
+/// An estimate of how many bricks are corrected: what lies at a brick's border corrects the bricks beside it.
+std::uint64_t corrected(const proto::HybridManifest& hybrid, std::uint32_t step,
+                        HybridRepresentation representation) {
+    const auto& entry = hybrid.steps(static_cast<int>(step));
+    const auto held =
+        representation == HybridRepresentation::points ? entry.points() : entry.residual_bricks();
+    return std::min(bricksOf(hybrid), 2 * held);
 }
 
 }  // namespace
@@ -99,24 +120,26 @@ std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t ste
                           HybridRepresentation representation) {
     constexpr std::uint64_t perSample = sizeof(std::uint16_t) + sizeof(std::uint8_t);
     if (step >= static_cast<std::uint32_t>(hybrid.steps_size())) return 0;
-    const auto& entry = hybrid.steps(static_cast<int>(step));
-    std::uint64_t bytes = storage::samplesOf(storage::gridSize(hybrid.low_size())) * perSample;
+    const std::uint64_t bytes = storage::samplesOf(storage::gridSize(hybrid.low_size())) * perSample;
     if (representation == HybridRepresentation::volume) return bytes;
-    const auto bricks = storage::samplesOf(
-        storage::bricksOf(storage::gridSize(hybrid.error_size()), storage::residualBrickSide));
-    const auto held =
-        representation == HybridRepresentation::points ? entry.points() : entry.residual_bricks();
-    // What lies at a brick's border corrects the bricks beside it.
-    return bytes + bricks * sizeof(std::int32_t) +
-           std::min(bricks, 2 * held) * GridBricks::volume * perSample;
+    return bytes + bricksOf(hybrid) * sizeof(std::int32_t) +
+           corrected(hybrid, step, representation) * GridBricks::volume * perSample;
 }
 
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                                  HybridRepresentation representation) {
-    const auto index = static_cast<int>(step);
-    if (representation != HybridRepresentation::residual || index >= hybrid.steps_size()) return 0;
-    constexpr std::uint64_t leaf = 2400;  // of OpenVDB's tree of floats, with its nodes
-    return hybrid.steps(index).residual_bricks() * leaf;
+    if (step >= static_cast<std::uint32_t>(hybrid.steps_size())) return 0;
+    const auto& entry = hybrid.steps(static_cast<int>(step));
+    const auto packed = [](const std::string& file) { return file.ends_with(storage::packedSuffix); };
+    std::uint64_t bytes = packed(entry.file()) ? storage::mostHybridStepBytes(hybrid, entry) : 0;
+    if (representation == HybridRepresentation::volume) return bytes;
+    // What grows lies in memory twice when it moves.
+    constexpr std::uint64_t moved = 2;
+    bytes += corrected(hybrid, step, representation) *
+             (moved * storage::residualBrickSamples / 8 + GridBricks::volume * sizeof(std::uint16_t));
+    if (representation == HybridRepresentation::points) return bytes;
+    bytes += packed(entry.residual_file()) ? storage::unpackingBytes : 0;
+    return bytes + moved * entry.residual_bricks() * sizeof(storage::GridSize);
 }
 
 std::string hybridDigest(const proto::Manifest& manifest) {

@@ -30,7 +30,8 @@ Result<HybridRepresentation> hybridParts(const proto::HybridManifest& hybrid, Hy
 std::uint64_t hybridBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                           HybridRepresentation representation);
 
-/// The same for what loading takes besides.
+/// The same for what loading takes besides: the step's file where it is packed, what is told of each brick,
+/// the places of a residual's bricks.
 std::uint64_t hybridLoadingBytes(const proto::HybridManifest& hybrid, std::uint32_t step,
                                  HybridRepresentation representation);
 

@@ -84,9 +84,7 @@ ValueRange rangeOf(const Least& range) {
 
 /// The first point that has an id.
 std::optional<std::uint64_t> pointOf(std::uint64_t id, const storage::ParticleColumns& columns) {
-    const auto idAt = [&](std::uint64_t rank) {
-        return columns.ids(columns.pointsById(rank, 1).front(), 1).front();
-    };
+    const auto idAt = [&](std::uint64_t rank) { return columns.ids(columns.pointOfRank(rank), 1).front(); };
     std::uint64_t first = 0, end = columns.pointCount();
     while (first < end) {
         const auto middle = first + (end - first) / 2;
@@ -96,7 +94,7 @@ std::optional<std::uint64_t> pointOf(std::uint64_t id, const storage::ParticleCo
             end = middle;
     }
     if (first == columns.pointCount() || idAt(first) != id) return std::nullopt;
-    return columns.pointsById(first, 1).front();
+    return columns.pointOfRank(first);
 }
 
 std::shared_ptr<const PointValues> finished(std::shared_ptr<PointValues> values) {
