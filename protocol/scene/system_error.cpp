@@ -26,6 +26,7 @@ ErrorCode codeOf(int number) {
         case EDQUOT:
         case EFBIG:
         case ENOMEM:
+        case EAGAIN:  // of processes: too many
         case EMFILE:
         case ENFILE:
             return ErrorCode::resourceExhausted;

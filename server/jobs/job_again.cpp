@@ -104,7 +104,7 @@ Runner& JobQueue::runnerOf(const JobRecord& record) const {
     return settings_.runner == "slurm" && !isFilm(record) ? *slurm_ : *local_;
 }
 
-std::unique_ptr<Run> JobQueue::findRun(std::string_view handle) const {
+Result<std::unique_ptr<Run>> JobQueue::findRun(std::string_view handle) const {
     if (isSlurmHandle(handle)) return slurm_->find(handle);
     return local_->find(handle);
 }

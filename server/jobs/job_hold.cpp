@@ -83,6 +83,7 @@ void JobQueue::goOnAfterHold() {
     held_ = false;
     waiting_ = false;
     if (!table_) return;
+    lookAtUnsure();
     const std::vector<std::int64_t> unsaved(table_->unsaved().begin(), table_->unsaved().end());
     for (const auto number : unsaved) {
         const auto* record = table_->find(number);
@@ -99,9 +100,30 @@ void JobQueue::waitForPlace(JobRecord& record, const Error& why) {
 }
 
 /// Others go before it meanwhile.
-void JobQueue::waitForRoot(JobRecord& record, const Error& why) {
+void JobQueue::waitAlone(JobRecord& record, const Error& why) {
     tellWhyItWaits(record, why);
     lookAgainLater();
+}
+
+/// It goes on to be one that runs: nobody knows better, and it is not begun a second time.
+void JobQueue::lookWhenPossible(JobRecord& record, std::optional<RunEnd> end, const Error& why) {
+    unsure_.insert_or_assign(record.number, Unsure{isFilm(record), std::move(end)});
+    tellWhyItWaits(record, why);
+    lookAgainLater();
+}
+
+void JobQueue::lookAtUnsure() {
+    for (const auto& [number, unsure] : std::exchange(unsure_, {})) {
+        auto* record = table_->find(number);
+        if (!record) continue;
+        if (!unsure.end) {
+            goOnWith(*record);
+            continue;
+        }
+        JobFiles files(directoryOf(*record));
+        files.refresh(record->status);
+        conclude(*record, files, *unsure.end);
+    }
 }
 
 void JobQueue::tellWhyItWaits(JobRecord& record, const Error& why) {

@@ -18,6 +18,7 @@
 
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/system_error.h"
+#include "server/jobs/drafts.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/own_files.h"
 #include "server/jobs/request_digest.h"
@@ -99,6 +100,7 @@ Status JobQueue::start() {
     MOTE_RETURN_IF_ERROR(openRunners());
     rememberRoots();
     goOn();
+    removeStrayDrafts();
     scheduleSoon();
     return success();
 }
@@ -150,6 +152,7 @@ Status JobQueue::openState() {
 
 void JobQueue::stop() {
     active_.clear();
+    unsure_.clear();
     timer_.cancel();
     holdTimer_.cancel();
     listener_ = nullptr;
@@ -171,6 +174,27 @@ void JobQueue::removeStrayDirectories() {
     for (const auto& stray : strays) removeSoon(stray);
 }
 
+/// Those of jobs that the earlier server did not come to remove.
+void JobQueue::removeStrayDrafts() {
+    std::vector<std::pair<proto::JobRequest, DraftOwner>> jobs;
+    for (const auto* record : table_->all()) {
+        if (keepsFiles(*record)) continue;
+        proto::JobRequest request;
+        request.set_output(record->status.request().output());
+        jobs.push_back({request, {{}, record->status.id(), isLive(*record)}});
+    }
+    asio::post(disk_, [roots = roots_, jobs = std::move(jobs)]() mutable {
+        std::vector<DraftOwner> owners;
+        for (auto& [request, owner] : jobs) {
+            const auto output = findOutput(request, roots);
+            if (!output.ok()) continue;
+            owner.output = output->path;
+            owners.push_back(std::move(owner));
+        }
+        sweepDrafts(owners);
+    });
+}
+
 /// Takes up what an earlier server left.
 void JobQueue::goOn() {
     for (auto* record : table_->all()) {
@@ -183,7 +207,10 @@ void JobQueue::goOn() {
 }
 
 void JobQueue::goOnWith(JobRecord& record) {
-    Active active{JobFiles(directoryOf(record)), findRun(record.handle), isFilm(record)};
+    record.status.clear_waits_for();
+    auto run = findRun(record.handle);
+    if (!run.ok()) return lookWhenPossible(record, {}, run.error());
+    Active active{JobFiles(directoryOf(record)), *std::move(run), isFilm(record)};
     active.files.refresh(record.status);
     if (!active.run) return conclude(record, active.files, {});
     log::info(log::job(record.status.id()), "still runs");
@@ -329,6 +356,12 @@ void JobQueue::removeSoon(const std::filesystem::path& folder) {
         std::error_code code;
         std::filesystem::remove_all(folder, code);
     });
+}
+
+/// Nothing of the job runs any more.
+void JobQueue::discardDraft(const std::filesystem::path& output, const std::string& job) {
+    const auto aside = setDraftAside(output, job);
+    if (!aside.empty()) asio::post(disk_, [aside] { removeDraft(aside); });
 }
 
 std::filesystem::path JobQueue::directoryOf(const JobRecord& record) const {
