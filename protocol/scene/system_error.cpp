@@ -35,6 +35,21 @@ ErrorCode codeOf(int number) {
     }
 }
 
+/// Not ENOMEM: what a limit refuses, it refuses again.
+bool isPassing(int number) {
+    switch (number) {
+        case ENOSPC:
+        case EDQUOT:
+        case EFBIG:  // a job's limit is what is free
+        case EMFILE:
+        case ENFILE:
+        case EAGAIN:
+            return true;
+        default:
+            return false;
+    }
+}
+
 }  // namespace
 
 std::string systemMessage(int number) {
@@ -42,7 +57,8 @@ std::string systemMessage(int number) {
 }
 
 Error systemError(int number, std::string where, std::string_view what) {
-    return {codeOf(number), std::move(where), fmt::format("{}: {}", what, systemMessage(number))};
+    return {codeOf(number), std::move(where), fmt::format("{}: {}", what, systemMessage(number)),
+            isPassing(number)};
 }
 
 }  // namespace mote

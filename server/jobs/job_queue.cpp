@@ -153,6 +153,7 @@ Status JobQueue::openState() {
 void JobQueue::stop() {
     active_.clear();
     unsure_.clear();
+    again_.clear();
     timer_.cancel();
     holdTimer_.cancel();
     listener_ = nullptr;

@@ -163,6 +163,7 @@ class JobQueue {
     void goOnAfterHold();
     void waitAlone(JobRecord& record, const Error& why);
     void waitForPlace(JobRecord& record, const Error& why);
+    void tryLater(JobRecord& record, JobFiles& files, const std::string& why);
     void lookWhenPossible(JobRecord& record, std::optional<RunEnd> end, const Error& why);
     void lookAtUnsure();
     void tellWhyItWaits(JobRecord& record, const Error& why);
@@ -196,6 +197,13 @@ class JobQueue {
         std::optional<RunEnd> end;  ///< it has ended, like this
     };
     std::map<std::int64_t, Unsure> unsure_;  // by number
+    /// A job whose run found the place at fault.
+    struct Again {
+        int tries = 0;
+        asio::steady_timer timer;
+        bool waits = false;  ///< for the timer
+    };
+    std::map<std::int64_t, Again> again_;  // by number
     asio::steady_timer timer_;
     Listener listener_;
     /// A root's folder, and the file system that it lay in when the server began.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <string.h>
+#include <sysexits.h>
 
 #include <algorithm>
 #include <asio/post.hpp>
@@ -73,6 +74,8 @@ void JobQueue::schedule() {
         for (auto* record : table_->queued(film)) {
             if (held_ || activeCount(film) >= slots) break;
             if (starting_.contains(record->number)) continue;
+            if (const auto again = again_.find(record->number); again != again_.end() && again->second.waits)
+                continue;
             if (const auto* missing = missingRoot(*record)) {
                 waitAlone(*record, *missing);
             } else {
@@ -233,6 +236,7 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
     if (there && !(clean && outcome->number != 0)) return finish(record, State::SUCCEEDED);
     if (record.cancelRequested) return finish(record, State::CANCELLED);
     if (!outcome) return lost(record, files, end);
+    if (clean && outcome->number == EX_TEMPFAIL) return tryLater(record, files, sentenceOf(*outcome, record));
     lookForRoots();
     if (const auto* missing = missingRoot(record)) {
         // What it made is seen with the folder.
@@ -251,6 +255,8 @@ void JobQueue::concludeFilm(JobRecord& record, JobFiles& files,
     if (record.cancelRequested) return finish(record, State::CANCELLED);
     if (!outcome) return lost(record, files, end);
     if (outcome->signalled) return interrupted(record, files, endedBySignal(record, outcome->number));
+    if (!outcome->timedOut && outcome->number == EX_TEMPFAIL)
+        return tryLater(record, files, sentenceOf(*outcome, record));
     if (outcome->number != 0) return finish(record, State::FAILED, sentenceOf(*outcome, record));
     if (filmIsThere(files.directory(), record.status.request())) return finish(record, State::SUCCEEDED);
     finish(record, State::FAILED,
@@ -284,6 +290,7 @@ void JobQueue::interrupted(JobRecord& record, JobFiles& files, const std::string
 }
 
 void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::string error) {
+    again_.erase(record.number);
     record.handle.clear();
     record.status.set_state(state);
     record.status.set_error(plainText(error, 1000));

@@ -11,6 +11,7 @@
 //   noise:         bytes that are no text on stderr         touch:PATH  makes a file; its error is printed
 //   read:PATH      reads a file; its error is printed       socket:     opens a socket; its error is printed
 //   limits:        prints the core limit and the niceness   file:NAME   appends a byte to a file in ROOT
+//   full:NAME      finds the disk full while ROOT/NAME is there
 //   unix:          opens a Unix socket; its error is printed  wrong:KIND  makes an output that is a link, a
 //                  pipe, set-uid, has a second name, or holds a link (fake_attacks.h has other misdeeds)
 #include <fcntl.h>
@@ -19,6 +20,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -96,6 +98,10 @@ void act(const Fake& fake, const std::string& verb, const std::string& word) {
     if (verb == "unix") tell("unix", socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
     if (verb == "connection") tell("connection", open(fake.connection.c_str(), O_RDONLY) >= 0);
     if (verb == "file") std::ofstream(fake.root() / word, std::ios::app) << 'x';
+    if (verb == "full" && std::filesystem::exists(fake.root() / word)) {
+        fmt::print(stderr, "no space left\n");
+        _exit(EX_TEMPFAIL);
+    }
     if (verb == "die") raise(std::stoi(word));
     if (verb == "exit") _exit(std::stoi(word));
     if (verb == "wait") {

@@ -9,12 +9,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "tests/unit/jobs/job_fixture.h"
 
 namespace mote::server {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 /// A limit of this process, as long as it lives.
@@ -165,6 +167,34 @@ TEST_F(JobHoldTest, AFolderThatIsDeniedKeepsNobodyElseWaiting) {
     }
     std::filesystem::permissions(locked, std::filesystem::perms::owner_all);
     expectAllSucceed({first});
+}
+
+TEST_F(JobHoldTest, ARunThatFindsTheDiskFullIsTriedAgain) {
+    auto often = settings();
+    often.placePause = std::chrono::milliseconds(0);
+    startServer(often);
+    std::ofstream(root_ / "full") << "x";
+    makeFifo("go");
+    const auto id = submit("wait:go full:full publish:");
+    waitForState(id, State::RUNNING);
+    release("go");
+    waitUntil(id, [](const auto& status) { return status.waits_for() == "no space left"; });
+    waitForState(id, State::RUNNING);
+    std::filesystem::remove(root_ / "full");
+    release("go");
+    const auto done = waitForState(id, State::SUCCEEDED);
+    EXPECT_EQ(done.interrupted(), 0U);
+    EXPECT_THAT(done.log(), Contains("tried 1 of 12 times, again in 0 s"));
+}
+
+TEST_F(JobHoldTest, ADiskThatStaysFullFailsTheJobInTheEnd) {
+    auto often = settings();
+    often.placePause = std::chrono::milliseconds(0);
+    startServer(often);
+    std::ofstream(root_ / "full") << "x";
+    const auto failed = waitForState(submit("full:full publish:"), State::FAILED);
+    EXPECT_EQ(failed.error(), "no space left (tried 12 times)");
+    EXPECT_EQ(failed.interrupted(), 0U);
 }
 
 TEST_F(JobHoldTest, WhileARootIsAwayJobsWait) {
