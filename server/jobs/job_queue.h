@@ -113,6 +113,8 @@ class JobQueue {
 
     Status openState();
     Status openUploads();
+    void removeStrayUploads();
+    bool readsUploads(const proto::JobRequest& request) const;
     Status openRunners();
     void goOn();
     void goOnWith(JobRecord& record);
@@ -216,6 +218,7 @@ class JobQueue {
     asio::steady_timer holdTimer_;
     std::chrono::milliseconds holdFor_{0};  // how long the next hold is
     std::map<std::string, Error> away_;     // roots, by name, when they were last looked for
+    bool knowsAll_ = true;                  // jobs in the state directory, but for a broken database
     bool held_ = false;                     // nothing begins
     bool waiting_ = false;                  // the hold's timer runs
     bool scheduling_ = false;               // schedule() is posted

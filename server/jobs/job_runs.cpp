@@ -311,6 +311,7 @@ void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::str
 /// The store keeps the log's end, but no request of a film or an export, which may be tried again.
 void JobQueue::clearAway(const JobRecord& record) {
     const JobFiles files(directoryOf(record));
+    if (readsUploads(record.status.request())) removeSoon(uploads_ / record.status.id());
     if (!keepsFiles(record)) return files.remove();
     files.removeRest();
     if (!hasFiles(record)) discard(record, filmFolder(files.directory()));
