@@ -60,6 +60,8 @@ class Work:
         if self.wanted.exists() and not whole:
             wrongs.append("a dataset is visible that is not whole")
         if fault.startswith("error") and done.returncode != 0:
+            if self.wanted.exists():
+                wrongs.append("it says that it failed, and the dataset is visible")
             text = done.stderr.decode(errors="replace").strip()
             if done.returncode not in (1, 2, 75):  # 75: it may go well later
                 wrongs.append(f"it died, {done.returncode}: {text}")
