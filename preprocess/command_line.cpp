@@ -2,6 +2,7 @@
 #include "preprocess/command_line.h"
 
 #include <fmt/format.h>
+#include <sysexits.h>
 
 #include <algorithm>
 #include <chrono>
@@ -28,10 +29,15 @@ struct JobOutcome {
 
 namespace fs = std::filesystem;
 
+int exitStatus(const Error& error) {
+    if (error.passing) return EX_TEMPFAIL;
+    return error.code == ErrorCode::invalidArgument ? 2 : 1;
+}
+
 /// "FIELD (NAME): sentence", keeping what kind of error it is.
 Error inField(const Error& error, std::string_view field) {
     return {error.code, error.where.empty() ? std::string(field) : fmt::format("{} ({})", field, error.where),
-            error.message};
+            error.message, error.passing};
 }
 
 Result<fs::path> outputPath(const proto::JobRequest& request, const storage::Roots& roots,
@@ -158,7 +164,7 @@ int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const
         return runJob(request, roots, served, together, progress);
     }();
     // What all ranks know, one says.
-    if (!first) return outcome.ok() ? 0 : 1;
+    if (!first) return outcome.ok() ? 0 : exitStatus(outcome.error());
     if (!outcome.ok()) return fail(line, outcome.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     if (line.json) {
@@ -175,7 +181,7 @@ int fail(const CommandLine& line, const Error& error) {
         return 128 + line.signal.received();
     }
     complain("mote-prep", error.toString());
-    return error.code == ErrorCode::invalidArgument ? 2 : 1;
+    return exitStatus(error);
 }
 
 void addVolumeOptions(const cli::Command& command, VolumeOptions& options) {

@@ -74,7 +74,8 @@ struct ServedJob {
 int runAndPrint(const CommandLine& line, const proto::JobRequest& request, const storage::Roots& roots,
                 const JobResources& resources, const ServedJob& served = {});
 
-/// Prints the error on stderr; 2 for wrong usage, 128 + signal where one came, else 1.
+/// Prints the error on stderr; 2 for wrong usage, 75 (EX_TEMPFAIL) where the error passes, 128 + signal where
+/// one came, else 1.
 int fail(const CommandLine& line, const Error& error);
 
 }  // namespace mote::prep

@@ -33,16 +33,20 @@ class DatasetWriter {
     /// Where the dataset's files are to be made: "FOLDER/NAME.mote.partial-PID".
     const std::filesystem::path& directory() const { return partial_; }
 
-    /// Takes a complete file of directory() into the dataset: its size and hash. Errors: as hashFile.
+    /// Takes a complete file of directory(), which nobody has open any more to write, into the dataset: its
+    /// size and hash, of what is read back through a descriptor of its own. Errors: as hashFile.
     Status add(const std::string& name, const std::function<bool()>& cancelled = {});
     /// Those added so far, in their order.
     const std::vector<proto::FileEntry>& files() const { return files_; }
 
-    /// Writes the manifest with files(), puts everything on the disk and gives the dataset its name. Errors:
-    /// as writeManifest and publishByRename.
+    /// Writes the manifest with files(), puts everything on the disk, reads back what tells of it, and gives
+    /// the dataset its name. Errors: as writeManifest and publishByRename, corrupt (what was read back is not
+    /// what was written).
     Status publish(proto::Manifest manifest);
 
   private:
+    Status verify() const;
+
     DatasetWriter(std::filesystem::path output, std::filesystem::path partial)
         : output_(std::move(output)), partial_(std::move(partial)) {}
 

@@ -116,7 +116,7 @@ class Job {
     /// An error that names no place is one of the input's.
     Error inInput(std::size_t step, const Error& error) const {
         if (!error.where.empty() || error.code == ErrorCode::cancelled) return error;
-        return {error.code, inputs_[step].string(), error.message};
+        return {error.code, inputs_[step].string(), error.message, error.passing};
     }
 
     /// The plan follows from the first volume; the others must be like it.

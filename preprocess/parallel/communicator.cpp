@@ -29,18 +29,20 @@ std::unique_ptr<Communicator> singleProcess() {
 
 Status agree(Communicator& ranks, const Status& mine) {
     if (ranks.size() == 1) return mine;
-    // Code, place and sentence, with a zero between them; nothing where all is well.
+    // Code, whether it passes, place and sentence, with a zero between these; nothing where all is well.
     std::string text;
     if (!mine.ok()) {
         text += static_cast<char>(mine.error().code);
+        text += mine.error().passing ? '1' : '0';
         text += mine.error().where + '\0' + mine.error().message;
     }
     MOTE_ASSIGN_OR_RETURN(const auto all, ranks.share(std::as_bytes(std::span(text))));
     for (const auto& bytes : all) {
         if (bytes.empty()) continue;
         const auto said = textOf(bytes);
-        const auto end = said.find('\0', 1);
-        return Error{static_cast<ErrorCode>(said[0]), said.substr(1, end - 1), said.substr(end + 1)};
+        const auto end = said.find('\0', 2);
+        return Error{static_cast<ErrorCode>(said[0]), said.substr(2, end - 2), said.substr(end + 1),
+                     said[1] == '1'};
     }
     return success();
 }

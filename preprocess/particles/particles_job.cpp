@@ -212,7 +212,8 @@ class Job {
         auto built = buildFrom(index);
         readers_[index].reset();
         if (built.ok() || !built.error().where.empty()) return built;
-        return Error{built.error().code, source_.steps()[steps_[index]].file, built.error().message};
+        return Error{built.error().code, source_.steps()[steps_[index]].file, built.error().message,
+                     built.error().passing};
     }
 
     Result<BuiltStep> buildFrom(std::size_t index) {

@@ -30,8 +30,9 @@ std::string_view name(ErrorCode code);
 
 struct Error {
     ErrorCode code = ErrorCode::internal;
-    std::string where;    ///< "views[0].layers[0].step", "run.h5:/data/3/particles", ""
-    std::string message;  ///< one sentence, no full stop needed
+    std::string where;     ///< "views[0].layers[0].step", "run.h5:/data/3/particles", ""
+    std::string message;   ///< one sentence, no full stop needed
+    bool passing = false;  ///< the place is to blame, as where a disk is full: it may go well later
 
     /// "WHERE: MESSAGE", for people.
     std::string toString() const;

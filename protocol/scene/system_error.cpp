@@ -26,11 +26,27 @@ ErrorCode codeOf(int number) {
         case EDQUOT:
         case EFBIG:
         case ENOMEM:
+        case EAGAIN:  // of processes: too many
         case EMFILE:
         case ENFILE:
             return ErrorCode::resourceExhausted;
         default:
             return ErrorCode::internal;
+    }
+}
+
+/// Not ENOMEM: what a limit refuses, it refuses again.
+bool isPassing(int number) {
+    switch (number) {
+        case ENOSPC:
+        case EDQUOT:
+        case EFBIG:  // a job's limit is what is free
+        case EMFILE:
+        case ENFILE:
+        case EAGAIN:
+            return true;
+        default:
+            return false;
     }
 }
 
@@ -41,7 +57,8 @@ std::string systemMessage(int number) {
 }
 
 Error systemError(int number, std::string where, std::string_view what) {
-    return {codeOf(number), std::move(where), fmt::format("{}: {}", what, systemMessage(number))};
+    return {codeOf(number), std::move(where), fmt::format("{}: {}", what, systemMessage(number)),
+            isPassing(number)};
 }
 
 }  // namespace mote

@@ -14,6 +14,7 @@ namespace mote {
 std::string systemMessage(int number);
 
 /// notFound, permissionDenied, alreadyExists, resourceExhausted or internal; "WHERE: WHAT: No such file ...".
+/// Passing where disks, quotas, descriptors or processes are used up.
 Error systemError(int number, std::string where, std::string_view what);
 
 }  // namespace mote

@@ -65,6 +65,13 @@ Result<proto::JobStatus> JobQueue::retry(std::string_view id) {
                          fmt::format("the request of job {} is not there any more: submit it anew", id)};
         }
     }
+    if (readsUploads(request)) {
+        return Error{
+            ErrorCode::notFound, "id",
+            fmt::format("what job {} read was uploaded for it and went with it: upload it and submit "
+                        "it anew",
+                        id)};
+    }
     return submit(request, {false, record->status.time_limit_s()});
 }
 
@@ -104,7 +111,7 @@ Runner& JobQueue::runnerOf(const JobRecord& record) const {
     return settings_.runner == "slurm" && !isFilm(record) ? *slurm_ : *local_;
 }
 
-std::unique_ptr<Run> JobQueue::findRun(std::string_view handle) const {
+Result<std::unique_ptr<Run>> JobQueue::findRun(std::string_view handle) const {
     if (isSlurmHandle(handle)) return slurm_->find(handle);
     return local_->find(handle);
 }

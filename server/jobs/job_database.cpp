@@ -222,7 +222,7 @@ Result<JobDatabase> JobDatabase::open(const std::filesystem::path& file) {
     return JobDatabase(std::move(database));
 }
 
-Result<JobDatabase::Content> JobDatabase::load() const {
+JobDatabase::Content JobDatabase::load() const {
     SqlStatement rows(database_.get(), "SELECT number, " + kColumns + " FROM jobs ORDER BY number");
     Content content;
     int code = SQLITE_ROW;
@@ -235,7 +235,7 @@ Result<JobDatabase::Content> JobDatabase::load() const {
             content.unreadable.push_back(rows.integer(0));
         }
     }
-    if (code != SQLITE_DONE) return failure(database_.get());
+    if (code != SQLITE_DONE) content.broken = failure(database_.get());
     return content;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "protocol/scene/error.h"
@@ -21,14 +22,15 @@ class JobDatabase {
     struct Content {
         std::vector<JobRecord> jobs;           ///< oldest first
         std::vector<std::int64_t> unreadable;  ///< numbers of rows that make no sense
+        std::optional<Error> broken;           ///< why rows after these cannot be read
     };
 
     /// Opens or makes the file. Errors: corrupt (broken, or no database of jobs), permissionDenied,
     /// unsupported (a newer version's file), resourceExhausted, internal.
     static Result<JobDatabase> open(const std::filesystem::path& file);
 
-    /// Errors: internal, corrupt.
-    Result<Content> load() const;
+    /// As much as can be read.
+    Content load() const;
     /// Gives the record its number. Errors: internal, resourceExhausted (the disk).
     Status insert(JobRecord& record);
     /// Under its number, in the place of what was there. Errors: as insert.

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <span>
 
 #include "protocol/scene/json.h"
 #include "protocol/scene/system_error.h"
@@ -24,6 +26,7 @@ using storage::FileDescriptor;
 
 constexpr std::uint64_t kTail = 16 * 1024;        // bytes of a file that are looked at
 constexpr std::uint64_t kLargestFile = 16 << 20;  // bytes; then it begins anew
+constexpr std::size_t kLongestResult = 256;       // bytes
 constexpr std::size_t kLogLines = 50;
 constexpr std::size_t kLongestLine = 300;   // bytes
 constexpr std::size_t kLongestPhase = 200;  // bytes
@@ -77,10 +80,19 @@ Status makeFolder(const std::filesystem::path& folder) {
 
 Status writeFile(const std::filesystem::path& path, const std::string& text) {
     const FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
-    if (file.valid() && write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size())) {
-        return success();
-    }
-    return systemError(errno, path.string(), "cannot be written");
+    if (!file.valid()) return systemError(errno, path.string(), "cannot be written");
+    return storage::writeAt(file.get(), 0, std::as_bytes(std::span(text)), path);
+}
+
+/// The line that mote-supervise leaves; nothing where it is not there, or not whole.
+std::optional<JobFiles::Outcome> parseOutcome(const std::string& text) {
+    JobFiles::Outcome outcome;
+    if (std::sscanf(text.c_str(), "exit %d", &outcome.number) == 1) return outcome;
+    outcome.timedOut = std::sscanf(text.c_str(), "timeout %d", &outcome.number) == 1;
+    if (outcome.timedOut) return outcome;
+    outcome.signalled = true;
+    if (std::sscanf(text.c_str(), "signal %d", &outcome.number) == 1) return outcome;
+    return {};
 }
 
 }  // namespace
@@ -149,17 +161,13 @@ bool JobFiles::refresh(proto::JobStatus& status) {
     return changed;
 }
 
-std::optional<JobFiles::Outcome> JobFiles::outcome() const {
-    std::uint64_t size = 0;
-    const auto text = newTail(directory_ / "result", size);
-    Outcome outcome;
-    if (!text) return {};
-    if (std::sscanf(text->c_str(), "exit %d", &outcome.number) == 1) return outcome;
-    outcome.timedOut = std::sscanf(text->c_str(), "timeout %d", &outcome.number) == 1;
-    if (outcome.timedOut) return outcome;
-    outcome.signalled = true;
-    if (std::sscanf(text->c_str(), "signal %d", &outcome.number) == 1) return outcome;
-    return {};
+Result<std::optional<JobFiles::Outcome>> JobFiles::outcome() const {
+    const auto text = storage::readWhole(directory_ / "result", kLongestResult);
+    if (text.ok()) return parseOutcome(*text);
+    // Something else in its place is no result; a file that cannot be opened now may well be one.
+    if (text.error().code == ErrorCode::notFound || text.error().code == ErrorCode::corrupt)
+        return std::optional<Outcome>();
+    return text.error();
 }
 
 void JobFiles::note(const std::string& line) const {

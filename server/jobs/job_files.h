@@ -45,8 +45,9 @@ class JobFiles {
     /// Puts what the job has written into `status`; false where nothing is new since the last call.
     bool refresh(proto::JobStatus& status);
 
-    /// Nothing: it has not ended, or was interrupted.
-    std::optional<Outcome> outcome() const;
+    /// Nothing: it has not ended, or was interrupted. Errors: resourceExhausted, permissionDenied, internal
+    /// (what it has left cannot be read now).
+    Result<std::optional<Outcome>> outcome() const;
 
     /// Adds a line to the job's log.
     void note(const std::string& line) const;

@@ -23,6 +23,8 @@ namespace {
 using State = proto::JobStatus;
 
 constexpr std::chrono::milliseconds kShortHold(500), kLongHold(30000);
+constexpr std::chrono::milliseconds kLongestPause(300'000);
+constexpr int kMostTries = 12;  // a quarter of an hour, for a disk that someone must clear
 
 }  // namespace
 
@@ -83,6 +85,7 @@ void JobQueue::goOnAfterHold() {
     held_ = false;
     waiting_ = false;
     if (!table_) return;
+    lookAtUnsure();
     const std::vector<std::int64_t> unsaved(table_->unsaved().begin(), table_->unsaved().end());
     for (const auto number : unsaved) {
         const auto* record = table_->find(number);
@@ -99,9 +102,56 @@ void JobQueue::waitForPlace(JobRecord& record, const Error& why) {
 }
 
 /// Others go before it meanwhile.
-void JobQueue::waitForRoot(JobRecord& record, const Error& why) {
+void JobQueue::waitAlone(JobRecord& record, const Error& why) {
     tellWhyItWaits(record, why);
     lookAgainLater();
+}
+
+/// No attempt of its own has failed. Each time after a longer pause, but not for ever: it may be this job
+/// that needs more than there will be.
+void JobQueue::tryLater(JobRecord& record, JobFiles& files, const std::string& why) {
+    auto& again = again_.try_emplace(record.number, Again{0, asio::steady_timer(context_)}).first->second;
+    if (++again.tries == kMostTries)
+        return finish(record, State::FAILED, fmt::format("{} (tried {} times)", why, kMostTries));
+    const auto pause = std::min(settings_.placePause * (1 << (again.tries - 1)), kLongestPause);
+    files.note(fmt::format("tried {} of {} times, again in {:.0f} s", again.tries, kMostTries,
+                           std::chrono::duration<double>(pause).count()));
+    files.refresh(record.status);
+    again.waits = true;
+    again.timer.expires_after(pause);
+    again.timer.async_wait(whileAlive([this, number = record.number](const std::error_code& code) {
+        const auto entry = again_.find(number);
+        if (code || entry == again_.end()) return;
+        entry->second.waits = false;
+        scheduleSoon();
+    }));
+    --record.attempts;
+    record.handle.clear();
+    record.status.set_state(State::QUEUED);
+    record.status.set_progress(0);
+    tellWhyItWaits(record, Error{ErrorCode::resourceExhausted, "", why});
+    static_cast<void>(changed(record));
+}
+
+/// It goes on to be one that runs: nobody knows better, and it is not begun a second time.
+void JobQueue::lookWhenPossible(JobRecord& record, std::optional<RunEnd> end, const Error& why) {
+    unsure_.insert_or_assign(record.number, Unsure{isFilm(record), std::move(end)});
+    tellWhyItWaits(record, why);
+    lookAgainLater();
+}
+
+void JobQueue::lookAtUnsure() {
+    for (const auto& [number, unsure] : std::exchange(unsure_, {})) {
+        auto* record = table_->find(number);
+        if (!record) continue;
+        if (!unsure.end) {
+            goOnWith(*record);
+            continue;
+        }
+        JobFiles files(directoryOf(*record));
+        files.refresh(record->status);
+        conclude(*record, files, *unsure.end);
+    }
 }
 
 void JobQueue::tellWhyItWaits(JobRecord& record, const Error& why) {

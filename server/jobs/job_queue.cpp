@@ -18,6 +18,7 @@
 
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/system_error.h"
+#include "server/jobs/drafts.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/own_files.h"
 #include "server/jobs/request_digest.h"
@@ -99,6 +100,7 @@ Status JobQueue::start() {
     MOTE_RETURN_IF_ERROR(openRunners());
     rememberRoots();
     goOn();
+    removeStrayDrafts();
     scheduleSoon();
     return success();
 }
@@ -108,9 +110,27 @@ Status JobQueue::openUploads() {
     const auto same = [](const storage::Roots::Entry& root) { return root.name == Uploads::root; };
     if (std::ranges::any_of(roots_.entries(), same)) return success();
     MOTE_ASSIGN_OR_RETURN(uploads_, Uploads::makeFolder(settings_.stateDirectory));
+    if (knowsAll_) removeStrayUploads();
     settings_.roots.push_back(fmt::format("{}={}", Uploads::root, uploads_.string()));
     MOTE_ASSIGN_OR_RETURN(roots_, storage::Roots::parse(settings_.roots));
     return success();
+}
+
+/// Those of clients and of jobs that are no more.
+void JobQueue::removeStrayUploads() {
+    std::error_code code;
+    std::filesystem::directory_iterator entry(uploads_, code);
+    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
+        const auto* record = table_->find(entry->path().filename().string());
+        if (!record || !isLive(*record)) removeSoon(entry->path());
+    }
+}
+
+bool JobQueue::readsUploads(const proto::JobRequest& request) const {
+    const auto inputs = jobInputs(request);
+    return !uploads_.empty() && std::ranges::any_of(inputs, [](const auto& input) {
+        return input.name.starts_with(std::string(Uploads::root) + "/");
+    });
 }
 
 Status JobQueue::openState() {
@@ -139,17 +159,19 @@ Status JobQueue::openState() {
     for (const auto& file : {state / "jobs.sqlite", JobStore::copyOf(state / "jobs.sqlite")})
         storage::FileDescriptor(open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
     MOTE_ASSIGN_OR_RETURN(auto store, JobStore::open(state / "jobs.sqlite"));
-    const bool anew = !store.setAside().empty();
+    knowsAll_ = store.setAside().empty();
     JobTable table(std::move(store));
     MOTE_RETURN_IF_ERROR(table.load());
     table_.emplace(std::move(table));
-    if (!anew)
+    if (knowsAll_)
         removeStrayDirectories();  // after a broken database they may still belong to something that runs
     return success();
 }
 
 void JobQueue::stop() {
     active_.clear();
+    unsure_.clear();
+    again_.clear();
     timer_.cancel();
     holdTimer_.cancel();
     listener_ = nullptr;
@@ -171,6 +193,27 @@ void JobQueue::removeStrayDirectories() {
     for (const auto& stray : strays) removeSoon(stray);
 }
 
+/// Those of jobs that the earlier server did not come to remove.
+void JobQueue::removeStrayDrafts() {
+    std::vector<std::pair<proto::JobRequest, DraftOwner>> jobs;
+    for (const auto* record : table_->all()) {
+        if (keepsFiles(*record)) continue;
+        proto::JobRequest request;
+        request.set_output(record->status.request().output());
+        jobs.push_back({request, {{}, record->status.id(), isLive(*record)}});
+    }
+    asio::post(disk_, [roots = roots_, jobs = std::move(jobs)]() mutable {
+        std::vector<DraftOwner> owners;
+        for (auto& [request, owner] : jobs) {
+            const auto output = findOutput(request, roots);
+            if (!output.ok()) continue;
+            owner.output = output->path;
+            owners.push_back(std::move(owner));
+        }
+        sweepDrafts(owners);
+    });
+}
+
 /// Takes up what an earlier server left.
 void JobQueue::goOn() {
     for (auto* record : table_->all()) {
@@ -183,7 +226,10 @@ void JobQueue::goOn() {
 }
 
 void JobQueue::goOnWith(JobRecord& record) {
-    Active active{JobFiles(directoryOf(record)), findRun(record.handle), isFilm(record)};
+    record.status.clear_waits_for();
+    auto run = findRun(record.handle);
+    if (!run.ok()) return lookWhenPossible(record, {}, run.error());
+    Active active{JobFiles(directoryOf(record)), *std::move(run), isFilm(record)};
     active.files.refresh(record.status);
     if (!active.run) return conclude(record, active.files, {});
     log::info(log::job(record.status.id()), "still runs");
@@ -196,7 +242,8 @@ void JobQueue::goOnWith(JobRecord& record) {
 Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, const JobWish& wish) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
     const auto valid = parseJobRequest(request);
-    const auto digest = valid.ok() ? requestDigest(request, roots_) : std::string();
+    const auto* uploads = uploads_.empty() ? "" : Uploads::root;
+    const auto digest = valid.ok() ? requestDigest(request, roots_, uploads) : std::string();
     if (const auto* same = wish.again ? nullptr : sameJob(digest)) return same->status;
     MOTE_RETURN_IF_ERROR(checkJobRequest(request, roots_));
     const auto* maker = staysWithJob(request) ? nullptr : table_->maker(request.output());
@@ -210,7 +257,9 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
     }
     JobRecord record;
     record.status.set_id(newId());
-    *record.status.mutable_request() = request;
+    MOTE_ASSIGN_OR_RETURN(*record.status.mutable_request(),
+                          uploads_.empty() ? Result<proto::JobRequest>(request)
+                                           : Uploads::adopt(request, uploads_, record.status.id()));
     if (staysWithJob(request)) {
         MOTE_RETURN_IF_ERROR(JobFiles(directoryOf(record)).keepFilm(request));
         forgetBulk(*record.status.mutable_request());
@@ -220,10 +269,12 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
     record.status.set_created_ms(nowMs());
     record.status.set_time_limit_s(timeLimitOf(wish));
     record.digest = digest;
+    const auto id = record.status.id();
     const auto directory = directoryOf(record);
     const auto added = table_->add(std::move(record));
     if (!added.ok()) {
         JobFiles(directory).remove();
+        if (!uploads_.empty()) removeSoon(uploads_ / id);
         return added.error();
     }
     tell(**added);
@@ -329,6 +380,12 @@ void JobQueue::removeSoon(const std::filesystem::path& folder) {
         std::error_code code;
         std::filesystem::remove_all(folder, code);
     });
+}
+
+/// Nothing of the job runs any more.
+void JobQueue::discardDraft(const std::filesystem::path& output, const std::string& job) {
+    const auto aside = setDraftAside(output, job);
+    if (!aside.empty()) asio::post(disk_, [aside] { removeDraft(aside); });
 }
 
 std::filesystem::path JobQueue::directoryOf(const JobRecord& record) const {

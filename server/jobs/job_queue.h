@@ -113,17 +113,20 @@ class JobQueue {
 
     Status openState();
     Status openUploads();
+    void removeStrayUploads();
+    bool readsUploads(const proto::JobRequest& request) const;
     Status openRunners();
     void goOn();
     void goOnWith(JobRecord& record);
     void removeStrayDirectories();
+    void removeStrayDrafts();
 
     std::uint32_t timeLimitOf(const JobWish& wish) const;
     const JobRecord* sameJob(const std::string& digest) const;
     std::string madeBy(const JobRecord& record) const;
     bool isStillThere(const JobRecord& record) const;
     Runner& runnerOf(const JobRecord& record) const;
-    std::unique_ptr<Run> findRun(std::string_view handle) const;
+    Result<std::unique_ptr<Run>> findRun(std::string_view handle) const;
 
     void scheduleSoon();
     void schedule();
@@ -131,15 +134,17 @@ class JobQueue {
     void begin(JobRecord& record);
     void begun(std::int64_t number, Result<std::unique_ptr<Run>> run);
     void cannotBegin(JobRecord& record, const Error& error);
-    Result<RunOrder> prepare(const JobRecord& record, JobFiles& files) const;
-    Result<RunOrder> orderOf(const JobRecord& record, JobFiles& files) const;
+    Result<std::filesystem::path> placeOf(const JobRecord& record) const;
+    Result<RunOrder> prepare(const JobRecord& record, JobFiles& files,
+                             const std::filesystem::path& output) const;
     void watch(std::int64_t number, Active active);
     void watchSoon();
     void look();
 
     void end(std::int64_t number, const RunEnd& how);
     void conclude(JobRecord& record, JobFiles& files, const RunEnd& end);
-    void concludeFilm(JobRecord& record, JobFiles& files, const RunEnd& end);
+    void concludeFilm(JobRecord& record, JobFiles& files, const std::optional<JobFiles::Outcome>& outcome,
+                      const RunEnd& end);
     void lost(JobRecord& record, JobFiles& files, const RunEnd& end);
     void interrupted(JobRecord& record, JobFiles& files, const std::string& how);
     void finish(JobRecord& record, proto::JobStatus::State state, std::string error = {});
@@ -158,8 +163,11 @@ class JobQueue {
     void hold(const Error& why);
     void lookAgainLater();
     void goOnAfterHold();
-    void waitForRoot(JobRecord& record, const Error& why);
+    void waitAlone(JobRecord& record, const Error& why);
     void waitForPlace(JobRecord& record, const Error& why);
+    void tryLater(JobRecord& record, JobFiles& files, const std::string& why);
+    void lookWhenPossible(JobRecord& record, std::optional<RunEnd> end, const Error& why);
+    void lookAtUnsure();
     void tellWhyItWaits(JobRecord& record, const Error& why);
 
     /// Stores the record and then tells the listener, soon. Errors: as JobTable::save; the queue is held
@@ -173,6 +181,7 @@ class JobQueue {
     Result<JobRecord> finishedMaker(std::string_view id) const;
     void discard(const JobRecord& record, const std::filesystem::path& folder);
     void removeSoon(const std::filesystem::path& folder);
+    void discardDraft(const std::filesystem::path& output, const std::string& job);
     static std::int64_t nowMs();
 
     asio::io_context& context_;
@@ -184,6 +193,19 @@ class JobQueue {
     std::unique_ptr<Runner> local_, slurm_;  // slurm_: null where there is no such runner
     std::map<std::int64_t, Active> active_;  // by the job's number
     std::map<std::int64_t, bool> starting_;  // with their runner; by the job's number, whether it is a film
+    /// A job of which it cannot be seen now whether it runs, or what came of it.
+    struct Unsure {
+        bool film = false;
+        std::optional<RunEnd> end;  ///< it has ended, like this
+    };
+    std::map<std::int64_t, Unsure> unsure_;  // by number
+    /// A job whose run found the place at fault.
+    struct Again {
+        int tries = 0;
+        asio::steady_timer timer;
+        bool waits = false;  ///< for the timer
+    };
+    std::map<std::int64_t, Again> again_;  // by number
     asio::steady_timer timer_;
     Listener listener_;
     /// A root's folder, and the file system that it lay in when the server began.
@@ -196,6 +218,7 @@ class JobQueue {
     asio::steady_timer holdTimer_;
     std::chrono::milliseconds holdFor_{0};  // how long the next hold is
     std::map<std::string, Error> away_;     // roots, by name, when they were last looked for
+    bool knowsAll_ = true;                  // jobs in the state directory, but for a broken database
     bool held_ = false;                     // nothing begins
     bool waiting_ = false;                  // the hold's timer runs
     bool scheduling_ = false;               // schedule() is posted

@@ -34,18 +34,6 @@ Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Ro
     return output;
 }
 
-std::size_t removeDrafts(const JobOutput& output) {
-    const auto draft = output.path.filename().string() + ".partial-";  // and the process that makes it
-    std::vector<std::filesystem::path> drafts;
-    std::error_code code;
-    std::filesystem::directory_iterator entry(output.path.parent_path(), code);
-    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
-        if (entry->path().filename().string().starts_with(draft)) drafts.push_back(entry->path());
-    }
-    for (const auto& path : drafts) std::filesystem::remove_all(path, code);
-    return drafts.size();
-}
-
 Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots) {
     MOTE_ASSIGN_OR_RETURN(const auto request, parseJobRequest(message));
     for (const auto& input : request.inputs) {

@@ -24,9 +24,6 @@ struct JobOutput {
 /// Errors: invalidArgument, notFound (its root or its folder), permissionDenied.
 Result<JobOutput> findOutput(const proto::JobRequest& request, const storage::Roots& roots);
 
-/// Removes what a killed job left of it: unpublished drafts in its folder; how many there were.
-std::size_t removeDrafts(const JobOutput& output);
-
 /// Where the output is to appear; of a film or an export nowhere. Errors: invalidArgument, notFound (a root,
 /// an input), alreadyExists (the output), permissionDenied; each with the path of its field, as in JSON.
 Result<JobOutput> checkJobRequest(const proto::JobRequest& message, const storage::Roots& roots);

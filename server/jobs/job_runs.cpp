@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <string.h>
+#include <sysexits.h>
 
 #include <algorithm>
 #include <asio/post.hpp>
@@ -73,8 +74,10 @@ void JobQueue::schedule() {
         for (auto* record : table_->queued(film)) {
             if (held_ || activeCount(film) >= slots) break;
             if (starting_.contains(record->number)) continue;
+            if (const auto again = again_.find(record->number); again != again_.end() && again->second.waits)
+                continue;
             if (const auto* missing = missingRoot(*record)) {
-                waitForRoot(*record, *missing);
+                waitAlone(*record, *missing);
             } else {
                 begin(*record);
             }
@@ -87,13 +90,20 @@ std::size_t JobQueue::activeCount(bool film) const {
                                        [&](const auto& entry) { return entry.second.film == film; });
     const auto starting = std::count_if(starting_.begin(), starting_.end(),
                                         [&](const auto& entry) { return entry.second == film; });
-    return static_cast<std::size_t>(running + starting);
+    // They may run as well as not.
+    const auto unsure = std::count_if(unsure_.begin(), unsure_.end(), [&](const auto& entry) {
+        return !entry.second.end && entry.second.film == film;
+    });
+    return static_cast<std::size_t>(running + starting + unsure);
 }
 
 void JobQueue::begin(JobRecord& record) {
+    const auto output = placeOf(record);
+    if (!output.ok()) return cannotBegin(record, output.error());
     JobFiles files(directoryOf(record));
-    const auto order = prepare(record, files);
-    if (!order.ok()) return cannotBegin(record, order.error());
+    const auto order = prepare(record, files, *output);
+    // The state directory's, whatever it is.
+    if (!order.ok()) return waitForPlace(record, order.error());
     const auto number = record.number;
     starting_.emplace(number, isFilm(record));
     runnerOf(record).start(*order, [this, number, alive = std::weak_ptr(alive_)](auto run) {
@@ -107,7 +117,11 @@ void JobQueue::begun(std::int64_t number, Result<std::unique_ptr<Run>> run) {
     auto* record = table_ ? table_->find(number) : nullptr;
     if (!record) return;
     if (record->status.state() != State::QUEUED) return scheduleSoon();
-    if (!run.ok()) return cannotBegin(*record, run.error());
+    if (!run.ok()) {
+        // A log or a program that may not be opened is not this job's alone.
+        const bool denied = run.error().code == ErrorCode::permissionDenied;
+        return denied ? waitForPlace(*record, run.error()) : cannotBegin(*record, run.error());
+    }
     const JobRecord before = *record;
     ++record->attempts;
     record->handle = (*run)->handle();
@@ -131,34 +145,39 @@ void JobQueue::begun(std::int64_t number, Result<std::unique_ptr<Run>> run) {
     watch(number, {JobFiles(directoryOf(*record)), *std::move(run), isFilm(*record)});
 }
 
-/// Two kinds of errors are the place's, and no fault of the job.
+/// Two kinds of errors are the place's, and no fault of the job: what is used up no job has, and where this
+/// one may not make its output others may.
 void JobQueue::cannotBegin(JobRecord& record, const Error& error) {
-    if (error.code == ErrorCode::resourceExhausted || error.code == ErrorCode::permissionDenied)
-        return waitForPlace(record, error);
+    if (error.code == ErrorCode::resourceExhausted) return waitForPlace(record, error);
+    if (error.code == ErrorCode::permissionDenied) return waitAlone(record, error);
     ++record.attempts;
     finish(record, State::FAILED, error.toString());
 }
 
-Result<RunOrder> JobQueue::prepare(const JobRecord& record, JobFiles& files) const {
-    MOTE_ASSIGN_OR_RETURN(auto order, orderOf(record, files));
-    order.timeLimit = record.status.time_limit_s();
-    return order;
+/// Where its output is to lie; empty where it stays with the job.
+Result<std::filesystem::path> JobQueue::placeOf(const JobRecord& record) const {
+    if (keepsFiles(record)) return std::filesystem::path();
+    const auto output = findOutput(record.status.request(), roots_);
+    if (!output.ok()) return Error{output.error().code, "output", output.error().toString()};
+    return output->path;
 }
 
-Result<RunOrder> JobQueue::orderOf(const JobRecord& record, JobFiles& files) const {
+Result<RunOrder> JobQueue::prepare(const JobRecord& record, JobFiles& files,
+                                   const std::filesystem::path& output) const {
+    const auto& directory = files.directory();
+    RunOrder order;
     if (keepsFiles(record)) {
         std::error_code code;
         // An export begins anew; of a film goes on what is there.
-        if (!isFilm(record)) std::filesystem::remove_all(filmFolder(files.directory()), code);
+        if (!isFilm(record)) std::filesystem::remove_all(filmFolder(directory), code);
         MOTE_RETURN_IF_ERROR(files.prepareFilm());
-        return isFilm(record) ? filmOrder(settings_, files.directory())
-                              : exportOrder(settings_, roots_, files.directory());
+        order = isFilm(record) ? filmOrder(settings_, directory) : exportOrder(settings_, roots_, directory);
+    } else {
+        MOTE_RETURN_IF_ERROR(files.prepare(record.status.request(), output));
+        order = prepOrder(settings_, roots_, directory, ranksOf(settings_, record.status.request()));
+        if (!order.scratch.empty()) MOTE_RETURN_IF_ERROR(files.makeScratch(order.scratch));
     }
-    const auto output = findOutput(record.status.request(), roots_);
-    if (!output.ok()) return Error{output.error().code, "output", output.error().toString()};
-    MOTE_RETURN_IF_ERROR(files.prepare(record.status.request(), output.value().path));
-    auto order = prepOrder(settings_, roots_, files.directory(), ranksOf(settings_, record.status.request()));
-    if (!order.scratch.empty()) MOTE_RETURN_IF_ERROR(files.makeScratch(order.scratch));
+    order.timeLimit = record.status.time_limit_s();
     return order;
 }
 
@@ -203,17 +222,27 @@ void JobQueue::end(std::int64_t number, const RunEnd& how) {
 
 /// Nothing of the job runs any more: what came of it?
 void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
-    if (keepsFiles(record)) return concludeFilm(record, files, end);
-    const auto outcome = files.outcome();
+    const auto read = files.outcome();
+    if (!read.ok()) return lookWhenPossible(record, end, read.error());
+    if (keepsFiles(record)) return concludeFilm(record, files, *read, end);
     const auto output = findOutput(record.status.request(), roots_);
+    // Its output may well be there.
+    if (!output.ok() && output.error().code == ErrorCode::resourceExhausted)
+        return lookWhenPossible(record, end, output.error());
+    const auto& outcome = *read;
     const bool there = output.ok() && output.value().exists;
     const bool clean = outcome && !outcome->signalled && !outcome->timedOut;
-    if (!clean && output.ok()) removeDrafts(output.value());
+    if (output.ok()) discardDraft(output->path, record.status.id());
     if (there && !(clean && outcome->number != 0)) return finish(record, State::SUCCEEDED);
     if (record.cancelRequested) return finish(record, State::CANCELLED);
     if (!outcome) return lost(record, files, end);
+    if (clean && outcome->number == EX_TEMPFAIL) return tryLater(record, files, sentenceOf(*outcome, record));
     lookForRoots();
-    if (missingRoot(record)) return interrupted(record, files, "a folder of data went away");
+    if (const auto* missing = missingRoot(record)) {
+        // What it made is seen with the folder.
+        if (clean && outcome->number == 0) return lookWhenPossible(record, end, *missing);
+        return interrupted(record, files, "a folder of data went away");
+    }
     if (clean && outcome->number == 0) {
         return finish(record, State::FAILED, "mote-prep ended without an error, but its output is not there");
     }
@@ -221,11 +250,13 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
 }
 
 /// A film that was ended by a signal goes on where it was, too.
-void JobQueue::concludeFilm(JobRecord& record, JobFiles& files, const RunEnd& end) {
+void JobQueue::concludeFilm(JobRecord& record, JobFiles& files,
+                            const std::optional<JobFiles::Outcome>& outcome, const RunEnd& end) {
     if (record.cancelRequested) return finish(record, State::CANCELLED);
-    const auto outcome = files.outcome();
     if (!outcome) return lost(record, files, end);
     if (outcome->signalled) return interrupted(record, files, endedBySignal(record, outcome->number));
+    if (!outcome->timedOut && outcome->number == EX_TEMPFAIL)
+        return tryLater(record, files, sentenceOf(*outcome, record));
     if (outcome->number != 0) return finish(record, State::FAILED, sentenceOf(*outcome, record));
     if (filmIsThere(files.directory(), record.status.request())) return finish(record, State::SUCCEEDED);
     finish(record, State::FAILED,
@@ -259,6 +290,7 @@ void JobQueue::interrupted(JobRecord& record, JobFiles& files, const std::string
 }
 
 void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::string error) {
+    again_.erase(record.number);
     record.handle.clear();
     record.status.set_state(state);
     record.status.set_error(plainText(error, 1000));
@@ -279,6 +311,7 @@ void JobQueue::finish(JobRecord& record, proto::JobStatus::State state, std::str
 /// The store keeps the log's end, but no request of a film or an export, which may be tried again.
 void JobQueue::clearAway(const JobRecord& record) {
     const JobFiles files(directoryOf(record));
+    if (readsUploads(record.status.request())) removeSoon(uploads_ / record.status.id());
     if (!keepsFiles(record)) return files.remove();
     files.removeRest();
     if (!hasFiles(record)) discard(record, filmFolder(files.directory()));

@@ -28,6 +28,8 @@ struct JobSettings {
     unsigned ranks = 1;            ///< processes of a job whose kind can have several, of mpi and slurm
     std::uint32_t timeLimit = 0;   ///< s, of a run; 0: none
     std::chrono::milliseconds slurmPoll{1000};  ///< how often Slurm is asked
+    /// Before a job is tried again whose run found no place for its output; then twice as long each time.
+    std::chrono::milliseconds placePause{1000};
 };
 
 /// The connection file that film jobs read. It has a folder of its own, made by the queue: a process that may

@@ -67,31 +67,34 @@ Result<JobStore> JobStore::open(const fs::path& file) {
     return store;
 }
 
+/// The one file is believed as long as it makes sense: the copy may lack the latest change. Else what is
+/// readable in either counts.
 Result<std::vector<JobRecord>> JobStore::load() {
     auto content = database_.load();
-    auto spare = copy_.load();
-    const bool whole = spare.ok() && spare->unreadable.empty();
+    const auto spare = copy_.load();
+    if (content.broken && spare.broken) return *content.broken;
     // Both have every job: none where the copy has some was emptied or made anew.
-    const bool emptied = content.ok() && content->jobs.empty() && whole && !spare->jobs.empty();
-    const bool broken = !content.ok() || (!content->unreadable.empty() && !database_.indexAnew().ok());
-    if (whole && (emptied || broken)) {
-        log::warn("{} jobs are taken from the copy of their database", spare->jobs.size());
-        MOTE_RETURN_IF_ERROR(database_.copy(copy_));
-        return std::move(spare->jobs);
+    const bool emptied = content.jobs.empty() && content.unreadable.empty() && !spare.jobs.empty();
+    const bool broken = content.broken || (!content.unreadable.empty() && !database_.indexAnew().ok());
+    const auto wanted = [&](const JobRecord& job) {
+        return emptied || broken || std::ranges::count(content.unreadable, job.number) > 0;
+    };
+    std::vector<JobRecord> lacking;
+    for (const auto& job : spare.jobs) {
+        if (wanted(job) && !find(content.jobs, job.number)) lacking.push_back(job);
     }
-    if (!content.ok()) return content.error();
-    for (const auto number : content->unreadable) {
-        const auto* kept = spare.ok() ? find(spare->jobs, number) : nullptr;
-        if (kept == nullptr || !database_.write(*kept).ok()) {
-            log::warn("job number {} is left out: its row is damaged", number);
-        } else {
-            content->jobs.push_back(*kept);
-        }
+    // The file becomes what the copy is, and gets back what it knew; or it gets what it lacks.
+    const bool anew = (emptied || broken) && !spare.broken;
+    if (anew) MOTE_RETURN_IF_ERROR(database_.copy(copy_));
+    for (const auto& job : anew ? content.jobs : lacking) MOTE_RETURN_IF_ERROR(database_.write(job));
+    if (!lacking.empty()) log::warn("{} jobs are taken from the copy of their database", lacking.size());
+    content.jobs.insert(content.jobs.end(), lacking.begin(), lacking.end());
+    std::ranges::sort(content.jobs, {}, &JobRecord::number);
+    for (const auto number : content.unreadable) {
+        if (!find(content.jobs, number)) log::warn("job number {} is left out: its row is damaged", number);
     }
-    std::sort(content->jobs.begin(), content->jobs.end(),
-              [](const JobRecord& a, const JobRecord& b) { return a.number < b.number; });
     follow(success());
-    return std::move(content->jobs);
+    return std::move(content.jobs);
 }
 
 /// The copy has the change, or is made anew: from then on it has all.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -18,7 +17,6 @@
 #include "server/jobs/job_environment.h"
 #include "server/jobs/process_identity.h"
 #include "server/jobs/runner.h"
-#include "server/log.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -31,11 +29,17 @@ constexpr int kGate = 3;                   // the supervisor's descriptor of it
 
 class LocalRun final : public Run {
   public:
-    LocalRun(asio::io_context& context, ProcessIdentity identity, const FileDescriptor& process,
-             FileDescriptor gate)
-        : identity_(std::move(identity)),
-          process_(context, fcntl(process.get(), F_DUPFD_CLOEXEC, 0)),
-          gate_(std::move(gate)) {}
+    LocalRun(asio::io_context& context, ProcessIdentity identity, FileDescriptor gate)
+        : identity_(std::move(identity)), process_(context), gate_(std::move(gate)) {}
+
+    /// Once, before all else. Errors: resourceExhausted, internal.
+    Status watch(FileDescriptor process) {
+        std::error_code code;
+        process_.assign(process.get(), code);
+        if (code) return systemError(code.value(), "", "the job's process cannot be watched");
+        process.release();
+        return success();
+    }
 
     std::string handle() const override { return kPrefix + identity_.toString(); }
     std::string id() const override { return std::to_string(identity_.pid); }
@@ -104,15 +108,19 @@ int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_
     return error;
 }
 
-/// Null where the io_context cannot watch one more descriptor.
-std::unique_ptr<Run> watch(asio::io_context& context, const ProcessIdentity& identity,
-                           const FileDescriptor& process, FileDescriptor gate) {
-    try {
-        return std::make_unique<LocalRun>(context, identity, process, std::move(gate));
-    } catch (const std::system_error& error) {
-        log::error("process {} cannot be watched: {}", identity.pid, error.what());
-        return nullptr;
-    }
+Result<std::unique_ptr<Run>> watch(asio::io_context& context, const ProcessIdentity& identity,
+                                   FileDescriptor process, FileDescriptor gate = {}) {
+    auto run = std::make_unique<LocalRun>(context, identity, std::move(gate));
+    MOTE_RETURN_IF_ERROR(run->watch(std::move(process)));
+    return std::unique_ptr<Run>(std::move(run));
+}
+
+/// Of a child that is not waited for: nobody else gets its number meanwhile.
+Result<std::unique_ptr<Run>> watchChild(asio::io_context& context, pid_t child, FileDescriptor gate) {
+    MOTE_ASSIGN_OR_RETURN(const auto identity, ProcessIdentity::of(child));
+    FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, child, 0)));
+    if (!process.valid()) return systemError(errno, "", "the job's process cannot be watched");
+    return watch(context, identity, std::move(process), std::move(gate));
 }
 
 class LocalRunner final : public Runner {
@@ -121,7 +129,7 @@ class LocalRunner final : public Runner {
         : context_(context), supervisor_(std::move(supervisor)) {}
 
     void start(const RunOrder& order, Started started) override { started(spawned(order)); }
-    std::unique_ptr<Run> find(std::string_view handle) override;
+    Result<std::unique_ptr<Run>> find(std::string_view handle) override;
 
   private:
     Result<std::unique_ptr<Run>> spawned(const RunOrder& order);
@@ -133,38 +141,30 @@ class LocalRunner final : public Runner {
 Result<std::unique_ptr<Run>> LocalRunner::spawned(const RunOrder& order) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
-        return Error{ErrorCode::internal, "",
-                     fmt::format("the job cannot be started: {}", systemMessage(errno))};
+        return systemError(errno, "", "the job cannot be started");
     }
     FileDescriptor gate(ends[0]);
     const FileDescriptor theirs(ends[1]);
     pid_t pid = 0;
     const auto words = supervisorArguments(order, supervisor_.string());
     const int error = spawn(words, (order.directory / "log").string(), theirs.get(), pid);
-    if (error != 0) {
-        return Error{error == ENOENT ? ErrorCode::notFound : ErrorCode::internal, supervisor_.string(),
-                     fmt::format("cannot be started: {}", systemMessage(error))};
-    }
-    // A child that is not waited for keeps its number: these two cannot meet another process.
-    const auto identity = ProcessIdentity::of(pid);
-    const FileDescriptor process(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
-    if (identity && process.valid()) {
-        if (auto run = watch(context_, *identity, process, std::move(gate))) return run;
-    }
-    gate = {};  // it ends by itself
-    waitpid(pid, nullptr, 0);
-    return Error{ErrorCode::internal, "",
-                 "the job's process cannot be watched (no /proc, no pidfd_open, or no memory)"};
+    if (error != 0) return systemError(error, supervisor_.string(), "cannot be started");
+    auto run = watchChild(context_, pid, std::move(gate));
+    // Without its gate it ends by itself.
+    if (!run.ok()) waitpid(pid, nullptr, 0);
+    return run;
 }
 
-std::unique_ptr<Run> LocalRunner::find(std::string_view handle) {
-    if (!handle.starts_with(kPrefix)) return nullptr;
+Result<std::unique_ptr<Run>> LocalRunner::find(std::string_view handle) {
+    if (!handle.starts_with(kPrefix)) return std::unique_ptr<Run>();
     const auto identity = ProcessIdentity::parse(handle.substr(std::string_view(kPrefix).size()));
-    if (!identity) return nullptr;
-    const auto process = identity->open();
-    pollfd end{process.get(), POLLIN, 0};
-    if (!process.valid() || poll(&end, 1, 0) != 0) return nullptr;  // ended, and perhaps not waited for yet
-    return watch(context_, *identity, process, FileDescriptor());
+    if (!identity) return std::unique_ptr<Run>();
+    auto process = identity->open();
+    if (!process.ok() && process.error().code == ErrorCode::notFound) return std::unique_ptr<Run>();
+    MOTE_RETURN_IF_ERROR(process);
+    pollfd end{process->get(), POLLIN, 0};
+    if (poll(&end, 1, 0) == 1) return std::unique_ptr<Run>();  // ended, and not waited for yet
+    return watch(context_, *identity, *std::move(process));
 }
 
 }  // namespace

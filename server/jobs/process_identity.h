@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/scene/error.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -18,14 +19,16 @@ struct ProcessIdentity {
     std::uint64_t startTime = 0;  ///< clock ticks from boot to its start, /proc/PID/stat field 22
     std::string boot;             ///< /proc/sys/kernel/random/boot_id
 
-    /// The identity of a process that lives (or is not waited for yet); nothing where there is none.
-    static std::optional<ProcessIdentity> of(int pid);
+    /// The identity of a process that lives (or is not waited for yet). Errors: notFound (there is none),
+    /// resourceExhausted, internal (that cannot be known now).
+    static Result<ProcessIdentity> of(int pid);
     /// Reads "PID START BOOT".
     static std::optional<ProcessIdentity> parse(std::string_view text);
     std::string toString() const;
 
-    /// A pidfd of just this process; invalid where it has gone, even if another has its pid by now.
-    storage::FileDescriptor open() const;
+    /// A pidfd of just this process. Errors: notFound (it has gone, even if another has its pid by now), as
+    /// of().
+    Result<storage::FileDescriptor> open() const;
 
     bool operator==(const ProcessIdentity&) const = default;
 };

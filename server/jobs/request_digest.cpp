@@ -67,21 +67,33 @@ std::string identityOfInput(const fs::path& path) {
     return identity;
 }
 
+std::string textOf(const struct stat& status) {
+    return fmt::format("{} {} {} {}.{:09}", status.st_dev, status.st_ino, status.st_size,
+                       status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+}
+
+/// A second name, as each job gets of it, changes its ctime.
+std::string identityOfUpload(const fs::path& path) {
+    struct stat status {};
+    return ::stat(path.c_str(), &status) == 0 ? textOf(status) : std::string();
+}
+
 }  // namespace
 
 std::string identityOf(const fs::path& path) {
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0) return {};
-    return fmt::format("{} {} {} {}.{:09} {}.{:09}", status.st_dev, status.st_ino, status.st_size,
-                       status.st_mtim.tv_sec, status.st_mtim.tv_nsec, status.st_ctim.tv_sec,
-                       status.st_ctim.tv_nsec);
+    return fmt::format("{} {}.{:09}", textOf(status), status.st_ctim.tv_sec, status.st_ctim.tv_nsec);
 }
 
-std::string requestDigest(const proto::JobRequest& request, const storage::Roots& roots) {
+std::string requestDigest(const proto::JobRequest& request, const storage::Roots& roots,
+                          std::string_view uploads) {
     std::string text = canonical(request);
     for (const auto& name : readBy(request)) {
         const auto path = roots.resolveExisting(name);
-        const auto identity = path.ok() ? identityOfInput(*path) : std::string();
+        const bool uploaded = !uploads.empty() && name.starts_with(std::string(uploads) + "/");
+        std::string identity;
+        if (path.ok()) identity = uploaded ? identityOfUpload(*path) : identityOfInput(*path);
         if (identity.empty()) return {};
         text += fmt::format("\n{} {} {}", name.size(), name, identity);
     }

@@ -9,6 +9,7 @@
 #include "protocol/scene/job_request.h"
 #include "server/jobs/film_files.h"
 #include "server/jobs/find_program.h"
+#include "server/jobs/uploads.h"
 
 namespace mote::server {
 namespace {
@@ -62,7 +63,9 @@ RunOrder makeOrder(const JobSettings& settings, const storage::Roots& roots,
     words.insert(words.end(), {settings.prep.string(), "job", (directory / "request.json").string()});
     for (const auto& [name, folder] : roots.entries()) {
         words.insert(words.end(), {"--root", name + "=" + folder.string()});
-        order.readable.push_back(folder);
+        // Of the uploads its own only.
+        const bool uploads = folder == settings.stateDirectory / Uploads::root;
+        order.readable.push_back(uploads ? folder / directory.filename() : folder);
     }
     // mpirun hands on what ranks write to their output, and none of their other descriptors.
     if (ranks > 1) words.emplace_back("--quiet");

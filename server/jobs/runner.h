@@ -74,10 +74,11 @@ class Runner {
     virtual ~Runner() = default;
     /// `started` is called once, from within or later from the io_context, with a run that waits for go():
     /// destroyed before that, it never begins. Errors: internal, notFound (the program), resourceExhausted
-    /// (the place is to blame, and it may go well later).
+    /// and permissionDenied (the place is to blame, and it may go well later).
     virtual void start(const RunOrder& order, Started started) = 0;
-    /// A run of this or an earlier server; null where it has ended, or is none of this runner's.
-    virtual std::unique_ptr<Run> find(std::string_view handle) = 0;
+    /// A run of this or an earlier server; null where it has ended, or is none of this runner's. Errors:
+    /// resourceExhausted, internal (whether it has ended cannot be known now).
+    virtual Result<std::unique_ptr<Run>> find(std::string_view handle) = 0;
     /// Before anything is started: what an earlier server had prepared for these jobs (their ids), and was
     /// killed before it had stored so, never begins.
     virtual void forget(const std::vector<std::string>& /*jobs*/) {}

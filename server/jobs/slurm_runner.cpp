@@ -208,7 +208,7 @@ class SlurmRunner final : public Runner {
           script_(std::move(script)) {}
 
     void start(const RunOrder& order, Started started) override;
-    std::unique_ptr<Run> find(std::string_view handle) override;
+    Result<std::unique_ptr<Run>> find(std::string_view handle) override;
     void forget(const std::vector<std::string>& jobs) override;
 
   private:
@@ -269,11 +269,11 @@ void SlurmRunner::submit(const RunOrder& order, const Started& started) {
     });
 }
 
-std::unique_ptr<Run> SlurmRunner::find(std::string_view handle) {
-    if (!isSlurmHandle(handle)) return nullptr;
-    const auto number = parseNumber(handle.substr(kPrefix.size()));
-    if (!number) return nullptr;
-    return std::make_unique<SlurmRun>(slurm_, *number, true);
+Result<std::unique_ptr<Run>> SlurmRunner::find(std::string_view handle) {
+    std::unique_ptr<Run> run;
+    const auto number = isSlurmHandle(handle) ? parseNumber(handle.substr(kPrefix.size())) : std::nullopt;
+    if (number) run = std::make_unique<SlurmRun>(slurm_, *number, true);
+    return run;
 }
 
 }  // namespace

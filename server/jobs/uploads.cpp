@@ -3,12 +3,15 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 
 #include "protocol/scene/system_error.h"
+#include "server/jobs/own_files.h"
 #include "storage/files/file_descriptor.h"
 
 namespace mote::server {
@@ -34,21 +37,73 @@ Status checkName(const std::string& name) {
                                longestName));
 }
 
+std::string randomName() {
+    std::uint64_t bits = 0;
+    MOTE_CHECK(::getrandom(&bits, sizeof bits, 0) == static_cast<ssize_t>(sizeof bits));
+    return fmt::format("{:016x}", bits);
+}
+
+/// Calls `change(name, field)` for each input that may be an upload; the first error ends it.
+template <class Change>
+Status changeInputs(proto::JobRequest& request, Change change) {
+    const auto all = [&](auto& names, const char* field) -> Status {
+        for (int i = 0; i < names.size(); ++i)
+            MOTE_RETURN_IF_ERROR(change(names[i], fmt::format("{}[{}]", field, i)));
+        return success();
+    };
+    if (request.has_particles())
+        MOTE_RETURN_IF_ERROR(all(*request.mutable_particles()->mutable_inputs(), "particles.inputs"));
+    if (request.has_volume())
+        MOTE_RETURN_IF_ERROR(all(*request.mutable_volume()->mutable_inputs(), "volume.inputs"));
+    if (request.has_mesh())
+        MOTE_RETURN_IF_ERROR(change(*request.mutable_mesh()->mutable_input(), "mesh.input"));
+    if (request.has_image())
+        MOTE_RETURN_IF_ERROR(change(*request.mutable_image()->mutable_input(), "image.input"));
+    if (request.has_stipple())
+        MOTE_RETURN_IF_ERROR(change(*request.mutable_stipple()->mutable_mesh(), "stipple.mesh"));
+    return success();
+}
+
+bool isUpload(const std::string& name) {
+    return name.starts_with(std::string(Uploads::root) + "/");
+}
+
+/// A second name of the same file, which a new upload of the first name does not touch; a place that knows no
+/// second names gives the file away. A file that is named twice is there already.
+Status takeFile(const fs::path& from, const fs::path& to) {
+    if (::mkdir(to.parent_path().c_str(), 0700) != 0 && errno != EEXIST)
+        return systemError(errno, to.parent_path().string(), "cannot be made");
+    if (::link(from.c_str(), to.c_str()) == 0 || errno == EEXIST) return success();
+    if ((errno == EPERM || errno == EOPNOTSUPP || errno == EMLINK) && ::rename(from.c_str(), to.c_str()) == 0)
+        return success();
+    return systemError(errno, from.filename().string(), "the upload cannot be given to the job");
+}
+
 }  // namespace
 
 Result<fs::path> Uploads::makeFolder(const fs::path& state) {
-    std::error_code code;
-    const auto folder = fs::absolute(state / root, code);
-    // What a server that was killed left behind.
-    if (!code) fs::remove_all(folder, code);
-    if (!code) fs::create_directories(folder, code);
-    if (!code) fs::permissions(folder, fs::perms::owner_all, code);
-    if (code) return Error{ErrorCode::internal, folder.string(), "cannot be made: " + code.message()};
+    const auto folder = state / root;
+    MOTE_RETURN_IF_ERROR(makeOwnFolder(folder));
     return folder;
 }
 
-Uploads::Uploads(fs::path folder, const std::string& client)
-    : folder_(std::move(folder)), client_(client), own_(folder_ / client) {}
+Result<proto::JobRequest> Uploads::adopt(const proto::JobRequest& request, const fs::path& folder,
+                                         const std::string& job) {
+    auto own = request;
+    const auto taken = changeInputs(own, [&](std::string& name, const std::string& field) -> Status {
+        if (!isUpload(name)) return success();
+        const fs::path file = name.substr(name.find('/') + 1);
+        MOTE_RETURN_IF_ERROR(takeFile(folder / file, folder / job / file.filename()), field);
+        name = fmt::format("{}/{}/{}", root, job, file.filename().string());
+        return success();
+    });
+    if (taken.ok()) return own;
+    std::error_code ignored;
+    fs::remove_all(folder / job, ignored);
+    return taken.error();
+}
+
+Uploads::Uploads(fs::path folder) : folder_(std::move(folder)), own_(folder_ / randomName()) {}
 
 Uploads::~Uploads() {
     if (files_.empty()) return;
@@ -67,9 +122,8 @@ Status Uploads::begin(const proto::Upload& part) {
         return Error{ErrorCode::resourceExhausted, "upload.size",
                      fmt::format("a client's uploads have at most {} GiB together", mostBytes >> 30)};
     }
-    std::error_code code;
-    fs::create_directories(own_, code);
-    if (code) return Error{ErrorCode::internal, own_.string(), "cannot be made: " + code.message()};
+    if (::mkdir(own_.c_str(), 0700) != 0 && errno != EEXIST)
+        return systemError(errno, own_.string(), "cannot be made");
     bytes_ += part.size() - before;
     files_[part.name()] = {part.size(), 0};
     return success();
@@ -77,7 +131,9 @@ Status Uploads::begin(const proto::Upload& part) {
 
 Status Uploads::write(const proto::Upload& part) const {
     const auto path = own_ / part.name();
-    const int flags = O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | (part.begin() == 0 ? O_TRUNC : 0);
+    // Begun anew it is another file: the one that was there may be a job's by now.
+    if (part.begin() == 0) ::unlink(path.c_str());
+    const int flags = O_WRONLY | O_CLOEXEC | O_NOFOLLOW | (part.begin() == 0 ? O_CREAT | O_EXCL : 0);
     const storage::FileDescriptor file(::open(path.c_str(), flags, 0600));
     const auto failed = [&] {
         const bool full = errno == ENOSPC || errno == EDQUOT;
@@ -111,38 +167,24 @@ Result<std::uint64_t> Uploads::add(const proto::Upload& part) {
 }
 
 Status Uploads::resolveName(std::string& name, const std::string& field) const {
-    const auto prefix = std::string(root) + "/";
-    if (!name.starts_with(prefix) || folder_.empty()) return success();
-    const auto found = files_.find(name.substr(prefix.size()));
+    if (!isUpload(name) || folder_.empty()) return success();
+    const auto found = files_.find(name.substr(name.find('/') + 1));
     if (found == files_.end())
         return Error{ErrorCode::notFound, field, "no file of this name was uploaded on this connection"};
     if (found->second.written != found->second.size) {
         return invalid(field, fmt::format("{} of {} bytes were uploaded so far", found->second.written,
                                           found->second.size));
     }
-    name = prefix + client_ + "/" + found->first;
+    name = fmt::format("{}/{}/{}", root, own_.filename().string(), found->first);
     return success();
 }
 
 Result<proto::JobRequest> Uploads::resolve(const proto::JobRequest& request) const {
     auto resolved = request;
-    if (!folder_.empty() && request.output().starts_with(std::string(root) + "/"))
+    if (!folder_.empty() && isUpload(request.output()))
         return invalid("output", "lies among the uploads, which are removed when the client leaves");
-    const auto all = [&](auto& names, const char* field) -> Status {
-        for (int i = 0; i < names.size(); ++i)
-            MOTE_RETURN_IF_ERROR(resolveName(names[i], fmt::format("{}[{}]", field, i)));
-        return success();
-    };
-    if (resolved.has_particles())
-        MOTE_RETURN_IF_ERROR(all(*resolved.mutable_particles()->mutable_inputs(), "particles.inputs"));
-    if (resolved.has_volume())
-        MOTE_RETURN_IF_ERROR(all(*resolved.mutable_volume()->mutable_inputs(), "volume.inputs"));
-    if (resolved.has_mesh())
-        MOTE_RETURN_IF_ERROR(resolveName(*resolved.mutable_mesh()->mutable_input(), "mesh.input"));
-    if (resolved.has_image())
-        MOTE_RETURN_IF_ERROR(resolveName(*resolved.mutable_image()->mutable_input(), "image.input"));
-    if (resolved.has_stipple())
-        MOTE_RETURN_IF_ERROR(resolveName(*resolved.mutable_stipple()->mutable_mesh(), "stipple.mesh"));
+    MOTE_RETURN_IF_ERROR(changeInputs(
+        resolved, [this](std::string& name, const std::string& field) { return resolveName(name, field); }));
     return resolved;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Uploads: the files that one client has sent for its jobs, which read them as "uploads/NAME" until it
-// leaves. They lie in a folder of the client's own beneath STATE/uploads, which jobs know as a root of that
-// name. Owned by the client's session; one thread.
+// Uploads: the files that one client has sent for its jobs, which it names "uploads/NAME" until it leaves.
+// They lie in a folder of the client's own beneath STATE/uploads, which jobs know as a root of that name; its
+// name is drawn anew for each client, so that no job ever finds another's files there. A job that is
+// submitted takes those that it reads into a folder of its own beside that, named by its id: they live and
+// die with it. Owned by the client's session; one thread.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +23,17 @@ class Uploads {
     static constexpr std::size_t mostFiles = 4096;
     static constexpr std::uint64_t mostBytes = std::uint64_t{1} << 36;  ///< of all files together
 
-    /// Makes STATE/uploads, empty. Errors: permissionDenied, internal.
+    /// Makes STATE/uploads, or takes it as it is. Errors: permissionDenied.
     static Result<std::filesystem::path> makeFolder(const std::filesystem::path& state);
 
-    /// `folder` is what makeFolder() gave; `client` tells this one from others. Touches nothing yet.
-    Uploads(std::filesystem::path folder, const std::string& client);
+    /// Gives the job with this id the uploads that `request`, as resolve() made it, reads: the request that
+    /// names them. The client's own stay. `folder`: what makeFolder() gave. Errors: notFound,
+    /// permissionDenied, resourceExhausted, internal; nothing is left then.
+    static Result<proto::JobRequest> adopt(const proto::JobRequest& request,
+                                           const std::filesystem::path& folder, const std::string& job);
+
+    /// `folder`: what makeFolder() gave. Touches nothing yet.
+    explicit Uploads(std::filesystem::path folder);
     /// Removes all files.
     ~Uploads();
     Uploads(const Uploads&) = delete;
@@ -48,8 +56,7 @@ class Uploads {
     Status resolveName(std::string& name, const std::string& field) const;
 
     const std::filesystem::path folder_;  // of all clients
-    const std::string client_;
-    std::filesystem::path own_;
+    const std::filesystem::path own_;
     std::map<std::string, File> files_;
     std::uint64_t bytes_ = 0;  // said of all files
 };

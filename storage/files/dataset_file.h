@@ -73,7 +73,7 @@ Status readAt(int descriptor, std::uint64_t offset, std::span<std::byte> bytes,
 Status syncPath(const std::filesystem::path& path);
 
 /// Gives `from` the name `to`, which must not exist (nothing is ever replaced), and syncs the folder. Errors:
-/// alreadyExists, permissionDenied, internal.
+/// alreadyExists, permissionDenied, resourceExhausted, internal; `from` has its own name then.
 Status publishByRename(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace mote::storage

@@ -23,6 +23,8 @@ class FileDescriptor {
     }
 
     int get() const { return descriptor_; }
+    /// It is another's from now on.
+    int release() { return std::exchange(descriptor_, -1); }
     bool valid() const { return descriptor_ >= 0; }
 
   private:

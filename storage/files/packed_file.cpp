@@ -71,7 +71,7 @@ Status packFile(const std::filesystem::path& path) {
     std::error_code failed;
     if (good && out.good() && std::filesystem::remove(path, failed)) return success();
     return Error{ErrorCode::resourceExhausted, packed,
-                 "cannot be written whole: is the folder there and writable, and the disk not full?"};
+                 "cannot be written whole: is the folder there and writable, and the disk not full?", true};
 }
 
 struct PackedSource::Stream {

@@ -170,7 +170,8 @@ std::uint32_t vdbCompression(VdbValues values) {
 
 Status writeVdbFile(const fs::path& path, const std::vector<FloatGrid>& grids, VdbValues values) {
     const Error full{ErrorCode::resourceExhausted, path.string(),
-                     "cannot be written whole: is the folder there and writable, and the disk not full?"};
+                     "cannot be written whole: is the folder there and writable, and the disk not full?",
+                     true};
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
     if (!file.good()) return full;
     try {

@@ -60,8 +60,10 @@ class Work:
         if self.wanted.exists() and not whole:
             wrongs.append("a dataset is visible that is not whole")
         if fault.startswith("error") and done.returncode != 0:
+            if self.wanted.exists():
+                wrongs.append("it says that it failed, and the dataset is visible")
             text = done.stderr.decode(errors="replace").strip()
-            if done.returncode < 0 or done.returncode > 2:
+            if done.returncode not in (1, 2, 75):  # 75: it may go well later
                 wrongs.append(f"it died, {done.returncode}: {text}")
             elif not text.startswith("mote-prep: ") or "\n" in text:
                 wrongs.append(f"no clear error: {text!r}")

@@ -5,13 +5,15 @@
 // the gate (a server that was killed first sends none; in a job of Slurm there is no gate), runs the program
 // after "--" in a group of its own with few rights and the job's progress file as descriptor 3, and writes
 // "exit CODE" or "signal NUMBER" to DIRECTORY/result by one rename ("timeout SECONDS" where its time was
-// over). SIGTERM is handed on to the program; 5 s later follows SIGKILL. What the program has made beside its
-// place it puts there, once nothing of the program runs any more.
+// over); the code is 75 (EX_TEMPFAIL) where the place is to blame, and it may go well later. SIGTERM is
+// handed on to the program; 5 s later follows SIGKILL. What the program has made beside its place it puts
+// there, once nothing of the program runs any more.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/prctl.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -40,6 +42,11 @@ using storage::FileDescriptor;
 constexpr int kGate = 3;      // of this program
 constexpr int kProgress = 3;  // of the program that it runs
 constexpr int kCannotStart = 127;
+
+/// As waitpid has it: where the place is to blame, the job may be tried again.
+int failedBy(const Error& error) {
+    return (error.passing ? EX_TEMPFAIL : 1) << 8;
+}
 
 /// Adds what every program of this system needs.
 void addSystem(Rights& rights, const std::string& program, const std::string& directory) {
@@ -104,9 +111,10 @@ std::vector<std::string> programEnvironment() {
     }
     sigprocmask(SIG_UNBLOCK, &signals, nullptr);
     execve(order.program[0], order.program.data(), pointersTo(variables).data());
-    fmt::print(stderr, "{} cannot be started: {}\n", order.program[0], systemMessage(errno));
+    const auto error = systemError(errno, order.program[0], "cannot be started");
+    fmt::print(stderr, "{}\n", error.toString());
     std::fflush(stderr);
-    _exit(kCannotStart);
+    _exit(error.passing ? EX_TEMPFAIL : kCannotStart);
 }
 
 /// Where the output is to lie; empty: it cannot be known.
@@ -115,14 +123,14 @@ std::string readOutput(const std::string& directory) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Of a program that ended well what it made gets its place; its exit code is 1 where that is not so.
+/// Of a program that ended well what it made gets its place; its exit code is another where that is not so.
 int publish(std::optional<Staging>& staging, int status) {
     if (!staging || status != 0) return status;
     const auto published = staging->publish();
     if (published.ok()) return status;
     fmt::print(stderr, "{}\n", published.error().toString());
     std::fflush(stderr);
-    return 1 << 8;
+    return failedBy(published.error());
 }
 
 /// The folder that the program makes its output in, where it makes one.
@@ -172,7 +180,7 @@ int run(Order order) {
     std::optional<Staging> staging;
     if (const auto ready = prepareStaging(order, staging); !ready.ok()) {
         fmt::print(stderr, "{}\n", ready.error().toString());
-        return writeResult(order.directory, resultOf({1 << 8, false}, 0));
+        return writeResult(order.directory, resultOf({failedBy(ready.error()), false}, 0));
     }
     const auto name = order.directory + "/progress";
     const FileDescriptor progress(open(name.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
@@ -181,7 +189,7 @@ int run(Order order) {
     if (child == 0) become(order, progress.get(), supervisor, signals);
     if (child < 0) {
         fmt::print(stderr, "the job cannot be started: {}\n", systemMessage(errno));
-        return writeResult(order.directory, resultOf({kCannotStart << 8, false}, 0));
+        return writeResult(order.directory, resultOf({EX_TEMPFAIL << 8, false}, 0));
     }
     setpgid(child, child);  // as the child does: whoever is first
     auto end = waitForEnd(child, signals, order.timeLimit);

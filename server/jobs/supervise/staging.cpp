@@ -87,9 +87,11 @@ Status Staging::publish() {
         return Error{ErrorCode::alreadyExists, output_.string(), "exists already and is never replaced"};
     if (number != 0) return systemError(number, output_.string(), "cannot be put in place");
     // EINVAL: a file system that cannot sync folders has nothing to do.
-    if (::fsync(parent_.get()) != 0 && errno != EINVAL)
-        return systemError(errno, output_.string(), "cannot be written to the disk");
-    return success();
+    if (::fsync(parent_.get()) == 0 || errno == EINVAL) return success();
+    auto error = systemError(errno, output_.string(), "cannot be written to the disk");
+    // A job that is said to have failed has left nothing.
+    static_cast<void>(renameNew(parent_.get(), name.c_str(), folder.get()));
+    return error;
 }
 
 }  // namespace mote::server

@@ -11,6 +11,8 @@
 //   noise:         bytes that are no text on stderr         touch:PATH  makes a file; its error is printed
 //   read:PATH      reads a file; its error is printed       socket:     opens a socket; its error is printed
 //   limits:        prints the core limit and the niceness   file:NAME   appends a byte to a file in ROOT
+//   input:         prints the first line of its first input
+//   full:NAME      finds the disk full while ROOT/NAME is there
 //   unix:          opens a Unix socket; its error is printed  wrong:KIND  makes an output that is a link, a
 //                  pipe, set-uid, has a second name, or holds a link (fake_attacks.h has other misdeeds)
 #include <fcntl.h>
@@ -19,6 +21,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -46,9 +49,11 @@ struct Fake {
 
     const std::filesystem::path& root() const { return roots.begin()->second; }
 
+    std::filesystem::path pathOf(const std::string& name) const {
+        return roots.at(name.substr(0, name.find('/'))) / name.substr(name.find('/') + 1);
+    }
     std::filesystem::path output() const {
-        const auto& name = request.output();
-        auto path = roots.at(name.substr(0, name.find('/'))) / name.substr(name.find('/') + 1);
+        auto path = pathOf(request.output());
         const auto file = path.filename();
         return path += ".partial-" + draftId, path / file;
     }
@@ -92,10 +97,19 @@ void act(const Fake& fake, const std::string& verb, const std::string& word) {
     if (verb == "draft") std::filesystem::create_directory(fake.draft());
     if (verb == "touch") tell("touch", open(word.c_str(), O_WRONLY | O_CREAT, 0600) >= 0);
     if (verb == "read") tell("read", open(word.c_str(), O_RDONLY) >= 0);
+    if (verb == "input") {
+        std::string line;
+        std::getline(std::ifstream(fake.pathOf(fake.request.particles().inputs(0))), line);
+        fmt::print(stderr, "input: {}\n", line);
+    }
     if (verb == "socket") tell("socket", socket(AF_INET, SOCK_STREAM, 0) >= 0);
     if (verb == "unix") tell("unix", socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
     if (verb == "connection") tell("connection", open(fake.connection.c_str(), O_RDONLY) >= 0);
     if (verb == "file") std::ofstream(fake.root() / word, std::ios::app) << 'x';
+    if (verb == "full" && std::filesystem::exists(fake.root() / word)) {
+        fmt::print(stderr, "no space left\n");
+        _exit(EX_TEMPFAIL);
+    }
     if (verb == "die") raise(std::stoi(word));
     if (verb == "exit") _exit(std::stoi(word));
     if (verb == "wait") {

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <optional>
+#include <thread>
 
 namespace mote::server {
 namespace {
@@ -161,6 +162,16 @@ proto::JobStatus JobTest::waitForPhase(const std::string& id, const std::string&
 void JobTest::settle() {
     context_->restart();
     context_->poll();
+}
+
+bool JobTest::comes(const std::function<bool()>& wanted) {
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (!wanted()) {
+        if (std::chrono::steady_clock::now() >= deadline) return false;
+        settle();
+        std::this_thread::yield();
+    }
+    return true;
 }
 
 void JobTest::makeFifo(const std::string& name) {

@@ -55,6 +55,8 @@ class JobTest : public ::testing::Test {
     proto::JobStatus waitForPhase(const std::string& id, const std::string& phase);
     /// Runs what is ready now.
     void settle();
+    /// Waits for what other threads or processes do; false where that does not come within half a minute.
+    bool comes(const std::function<bool()>& wanted);
 
     /// A fifo in the root, held open: a byte written to it waits there for its reader.
     void makeFifo(const std::string& name);

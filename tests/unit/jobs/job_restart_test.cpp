@@ -105,7 +105,43 @@ TEST_F(JobRestartTest, anInterruptedJobIsQueuedAgainOnce) {
     EXPECT_THAT(failed.error(), HasSubstr("interrupted twice"));
     waitForEnd(processes.prep);
     std::filesystem::remove(root_ / "never");
-    EXPECT_TRUE(std::filesystem::is_empty(root_)) << "a draft is still there";
+    EXPECT_TRUE(comes([&] { return std::filesystem::is_empty(root_); })) << "a draft is still there";
+}
+
+TEST_F(JobRestartTest, DraftsOfOthersStay) {
+    const std::vector<std::filesystem::path> others{root_ / "run.h5.partial-1234",
+                                                    root_ / "run.h5.partial-ffffffffffffffff",
+                                                    root_ / "run.h5.partial-ffffffffffffffff.gone-1"};
+    for (const auto& other : others) std::filesystem::create_directories(other / "run.h5");
+    const auto othersAlone = [&] {
+        return std::distance(std::filesystem::directory_iterator(root_), {}) ==
+               static_cast<std::ptrdiff_t>(others.size());
+    };
+    startServer();
+    const auto id = submit("draft: die:9");
+    waitForState(id, State::FAILED);
+    EXPECT_TRUE(comes(othersAlone)) << "its own is still there";
+    // What a server that was killed did not come to remove, the next one does.
+    killServer();
+    for (const char* left : {"", ".gone-0123456789abcdef"})
+        std::filesystem::create_directories(root_ / ("run.h5.partial-" + id + left) / "run.h5");
+    startServer();
+    EXPECT_TRUE(comes(othersAlone));
+    for (const auto& other : others) EXPECT_TRUE(std::filesystem::exists(other / "run.h5")) << other;
+}
+
+TEST_F(JobRestartTest, WhatALiveJobMakesIsNotSwept) {
+    startServer();
+    makeFifo("go");
+    const auto id = submit("pids: draft: wait:go publish:");
+    processesOf(id);
+    const auto draft = root_ / ("run.h5.partial-" + id);
+    std::filesystem::create_directory(draft.string() + ".gone-1");
+    startServer();
+    EXPECT_TRUE(comes([&] { return !std::filesystem::exists(draft.string() + ".gone-1"); }));
+    EXPECT_TRUE(std::filesystem::exists(draft));
+    release("go");
+    EXPECT_EQ(waitForState(id, State::SUCCEEDED).error(), "");
 }
 
 TEST_F(JobRestartTest, aCancelIsRemembered) {
@@ -134,14 +170,14 @@ TEST_F(JobRestartTest, aReusedProcessIdIsNotTheJob) {
     // This process has the number that the job had, but it began at another time.
     auto identity = ProcessIdentity::of(getpid());
     ASSERT_TRUE(identity);
-    EXPECT_TRUE(identity->open().valid());
+    EXPECT_TRUE(identity->open().ok());
     auto stranger = *identity;
     ++stranger.startTime;
-    EXPECT_FALSE(stranger.open().valid());
+    EXPECT_EQ(stranger.open().error().code, ErrorCode::notFound);
     auto rebooted = *identity;
     rebooted.boot = "another";
-    EXPECT_FALSE(rebooted.open().valid());
-    EXPECT_EQ(ProcessIdentity::parse(identity->toString()), identity);
+    EXPECT_EQ(rebooted.open().error().code, ErrorCode::notFound);
+    EXPECT_EQ(ProcessIdentity::parse(identity->toString()), *identity);
     for (const char* text : {"", "x", "12", "12 34", "-1 2 boot", "1 2 boot", "0 2 boot"}) {
         EXPECT_FALSE(ProcessIdentity::parse(text)) << text;
     }

@@ -72,6 +72,72 @@ TEST(JobTableTest, theListIsInOrderWhateverItsJobs) {
     }
 }
 
+class DamagedStoreTest : public ::testing::Test {
+  protected:
+    static constexpr std::size_t count = 40;
+
+    DamagedStoreTest() { tableOf(file_, std::vector<State::State>(count, State::SUCCEEDED)); }
+
+    static std::string idOf(std::size_t i) { return fmt::format("{:016x}", i); }
+
+    /// The job's row makes no sense any more.
+    static void damage(const std::filesystem::path& file, std::size_t i) {
+        std::ifstream in(file, std::ios::binary);
+        std::string bytes{std::istreambuf_iterator<char>(in), {}};
+        std::size_t found = 0;
+        for (auto at = bytes.find(idOf(i)); at != std::string::npos; at = bytes.find(idOf(i), at)) {
+            bytes[at] = 'z';
+            ++found;
+        }
+        EXPECT_GT(found, 0U);
+        std::ofstream(file, std::ios::binary) << bytes;
+    }
+
+    /// Twice: what the first one has mended, the second one finds.
+    void expectAllBut(const std::vector<std::size_t>& lost) {
+        for (int turn = 0; turn < 2; ++turn) {
+            auto store = JobStore::open(file_);
+            ASSERT_TRUE(store.ok());
+            const auto jobs = store->load();
+            ASSERT_TRUE(jobs.ok()) << jobs.error().toString();
+            std::vector<std::string> ids, wanted;
+            for (const auto& job : *jobs) ids.push_back(job.status.id());
+            for (std::size_t i = 0; i < count; ++i) {
+                if (std::ranges::count(lost, i) == 0) wanted.push_back(idOf(i));
+            }
+            EXPECT_EQ(ids, wanted) << "turn " << turn;
+        }
+    }
+
+    const test::TempDir folder_;
+    const std::filesystem::path file_ = folder_ / "jobs.sqlite", copy_ = JobStore::copyOf(file_);
+};
+
+TEST_F(DamagedStoreTest, AnEmptiedDatabaseGetsWhatADamagedCopyStillKnows) {
+    damage(copy_, 5);
+    std::filesystem::resize_file(file_, 0);
+    expectAllBut({5});
+}
+
+TEST_F(DamagedStoreTest, ADatabaseThatIsGoneGetsWhatADamagedCopyStillKnows) {
+    damage(copy_, 5);
+    std::filesystem::remove(file_);
+    expectAllBut({5});
+}
+
+TEST_F(DamagedStoreTest, WhatEitherFileKnowsIsKnown) {
+    damage(file_, 3);
+    damage(copy_, 5);
+    expectAllBut({});
+}
+
+TEST_F(DamagedStoreTest, WhatNeitherKnowsTakesNoOther) {
+    damage(file_, 3);
+    damage(file_, 4);
+    damage(copy_, 3);
+    expectAllBut({3});
+}
+
 /// Any one byte of the database is changed: every job is known, as it was or as its row now says.
 TEST(JobStoreTest, NoChangedByteTakesAJob) {
     const test::TempDir dir;

@@ -81,6 +81,25 @@ TEST(DatasetWriter, DebrisOfAKilledProcessIsNoObstacle) {
     EXPECT_EQ(DatasetWriter::create(dir / ".mote").error().code, ErrorCode::invalidArgument);
 }
 
+TEST(DatasetWriter, WhatIsWrittenOnAfterItsHashIsNotPublished) {
+    const test::TempDir dir;
+    for (const bool written : {true, false}) {
+        auto writer = DatasetWriter::create(dir / "a.mote");
+        ASSERT_TRUE(writer.ok());
+        for (const auto* const name : {"step-000000.h5", "step-000000.digest"}) {
+            std::ofstream(writer->directory() / name) << "x";
+            ASSERT_TRUE(writer->add(name).ok());
+        }
+        if (written) std::ofstream(writer->directory() / "step-000000.h5", std::ios::app) << "y";
+        const auto published = writer->publish(TinyDataset().manifest());
+        EXPECT_EQ(published.ok(), !written);
+        EXPECT_EQ(fs::exists(dir / "a.mote"), !written);
+        if (written) {
+            EXPECT_EQ(published.error().code, ErrorCode::corrupt);
+        }
+    }
+}
+
 TEST(Hash, AgreesWithPublishedVectors) {
     // xxhsum -H2 and -H3 of nothing (XXH3 specification, seed 0).
     EXPECT_EQ(hash128({}), "99aa06d3014798d86001c324468d497f");
