@@ -9,7 +9,9 @@
 #include "server/jobs/job_queue.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/request_digest.h"
+#include "server/jobs/runner_check.h"
 #include "server/jobs/slurm_runner.h"
+#include "server/log.h"
 
 namespace mote::server {
 namespace {
@@ -87,20 +89,31 @@ proto::Jobs JobQueue::page(std::uint64_t first, std::uint32_t count) const {
 
 // ------------------------------------------------------------------------------------------- runners
 
-/// Runs of Slurm are found again by a server that runs its jobs otherwise now.
 Status JobQueue::openRunners() {
-    if (settings_.runner != "local" && settings_.runner != "mpi" && settings_.runner != "slurm") {
-        return Error{ErrorCode::invalidArgument, "--runner",
-                     fmt::format("\"{}\" is none of local, mpi and slurm", settings_.runner)};
-    }
+    MOTE_RETURN_IF_ERROR(checkRunner(settings_));
     local_ = makeLocalRunner(context_, settings_.supervisor);
+    return settings_.runner == "slurm" || findsRunsOfSlurm() ? openSlurm() : success();
+}
+
+/// Runs of Slurm are found again by a server that runs its jobs otherwise now; where there is no Slurm any
+/// more, they are lost, and the server is not.
+bool JobQueue::findsRunsOfSlurm() {
     const auto all = table_->all();
     const bool known =
-        std::any_of(all.begin(), all.end(), [](const auto* record) { return isSlurmHandle(record->handle); });
-    if (settings_.runner != "slurm" && !known) return success();
+        std::ranges::any_of(all, [](const auto* record) { return isSlurmHandle(record->handle); });
+    if (!known) return false;
+    auto slurm = settings_;
+    slurm.runner = "slurm";
+    slurm.ranks = 1;
+    const auto there = checkRunner(slurm);
+    if (!there.ok()) log::warn("jobs that run in Slurm are lost: {}", there.error().toString());
+    return there.ok();
+}
+
+Status JobQueue::openSlurm() {
     MOTE_ASSIGN_OR_RETURN(slurm_, makeSlurmRunner(context_, settings_));
     std::vector<std::string> waiting;
-    for (const auto* record : all) {
+    for (const auto* record : table_->all()) {
         if (record->status.state() == State::QUEUED) waiting.push_back(record->status.id());
     }
     slurm_->forget(waiting);
@@ -111,9 +124,18 @@ Runner& JobQueue::runnerOf(const JobRecord& record) const {
     return settings_.runner == "slurm" && !isFilm(record) ? *slurm_ : *local_;
 }
 
+/// Nothing where it is not found.
 Result<std::unique_ptr<Run>> JobQueue::findRun(std::string_view handle) const {
-    if (isSlurmHandle(handle)) return slurm_->find(handle);
-    return local_->find(handle);
+    if (!isSlurmHandle(handle)) return local_->find(handle);
+    if (!slurm_) return std::unique_ptr<Run>();
+    return slurm_->find(handle);
+}
+
+/// Of a run that was not found. Where nobody can be asked it may still run: it is not begun a second time.
+RunEnd JobQueue::endOfLost(std::string_view handle) const {
+    if (!isSlurmHandle(handle) || slurm_) return {};
+    return {"ran in Slurm, of which the server finds nothing any more: look there whether it still runs",
+            false};
 }
 
 }  // namespace mote::server

@@ -231,7 +231,7 @@ void JobQueue::goOnWith(JobRecord& record) {
     if (!run.ok()) return lookWhenPossible(record, {}, run.error());
     Active active{JobFiles(directoryOf(record)), *std::move(run), isFilm(record)};
     active.files.refresh(record.status);
-    if (!active.run) return conclude(record, active.files, {});
+    if (!active.run) return conclude(record, active.files, endOfLost(record.handle));
     log::info(log::job(record.status.id()), "still runs");
     if (record.cancelRequested) active.run->cancel();
     watch(record.number, std::move(active));
@@ -316,7 +316,7 @@ std::map<std::string, std::size_t> JobQueue::counts() const {
          {State::QUEUED, State::RUNNING, State::SUCCEEDED, State::FAILED, State::CANCELLED}) {
         std::string name = proto::JobStatus::State_Name(state);
         for (char& letter : name) letter = static_cast<char>(letter - 'A' + 'a');
-        counts[name] = table_->count(state);
+        counts[name] = table_ ? table_->count(state) : 0;
     }
     return counts;
 }

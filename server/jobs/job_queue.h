@@ -53,9 +53,9 @@ class JobQueue {
     JobQueue& operator=(const JobQueue&) = delete;
 
     /// Opens the state directory, goes on with the jobs that run, queues interrupted ones again (once, films
-    /// more often) and begins. Errors: invalidArgument (a root), permissionDenied (the state directory cannot
-    /// be made, is another user's or open to others), alreadyExists (another server has it), internal (the
-    /// disk). A broken database is no error: it is moved aside, said in the log.
+    /// more often) and begins. Errors: as checkRunner, invalidArgument (a root), permissionDenied (the state
+    /// directory cannot be made, is another user's or open to others), alreadyExists (another server has it),
+    /// internal (the disk). A broken database is no error: it is moved aside, said in the log.
     Status start();
 
     /// No job is started any more and nothing calls back; running jobs go on and the next server finds them.
@@ -88,7 +88,7 @@ class JobQueue {
 
     /// Errors: notFound.
     Result<proto::JobStatus> find(std::string_view id) const;
-    /// Of all that are remembered, by the state's name in lower case.
+    /// Of all that are remembered, by the state's name in lower case; none after stop().
     std::map<std::string, std::size_t> counts() const;
 
     /// Reads a piece of a film or export that is done; `done` hears of it later, unless the queue is
@@ -116,6 +116,8 @@ class JobQueue {
     void removeStrayUploads();
     bool readsUploads(const proto::JobRequest& request) const;
     Status openRunners();
+    bool findsRunsOfSlurm();
+    Status openSlurm();
     void goOn();
     void goOnWith(JobRecord& record);
     void removeStrayDirectories();
@@ -127,6 +129,7 @@ class JobQueue {
     bool isStillThere(const JobRecord& record) const;
     Runner& runnerOf(const JobRecord& record) const;
     Result<std::unique_ptr<Run>> findRun(std::string_view handle) const;
+    RunEnd endOfLost(std::string_view handle) const;
 
     void scheduleSoon();
     void schedule();

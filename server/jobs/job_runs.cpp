@@ -41,16 +41,19 @@ std::string endedBySignal(const JobRecord& record, int number) {
                        hint);
 }
 
-std::string sentenceOf(const JobFiles::Outcome& outcome, const JobRecord& record) {
+/// `ranks`: it was started by mpirun.
+std::string sentenceOf(const JobFiles::Outcome& outcome, const JobRecord& record, bool ranks = false) {
     if (outcome.timedOut) return fmt::format("ran longer than its time limit of {} s", outcome.number);
     if (outcome.signalled) return endedBySignal(record, outcome.number);
     // Its last line says why, as programs do: "mote-prep: WHERE: WHAT".
     const auto self = programOf(record) + ": ";
+    const auto isOwn = [&](const std::string& line) { return line.starts_with(self); };
     const auto& log = record.status.log();
-    if (!log.empty()) {
-        const auto& last = *log.rbegin();
-        return last.starts_with(self) ? last.substr(self.size()) : last;
-    }
+    // Of several ranks, of which none says more than its error, mpirun has the last word.
+    auto why = log.rbegin();
+    if (ranks) why = std::find_if(log.rbegin(), log.rend(), isOwn);
+    if (why == log.rend()) why = log.rbegin();
+    if (why != log.rend()) return isOwn(*why) ? why->substr(self.size()) : *why;
     return fmt::format("{} ended with exit code {} and no message", programOf(record), outcome.number);
 }
 
@@ -246,7 +249,8 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
     if (clean && outcome->number == 0) {
         return finish(record, State::FAILED, "mote-prep ended without an error, but its output is not there");
     }
-    finish(record, State::FAILED, sentenceOf(*outcome, record));
+    const bool ranks = ranksOf(settings_, record.status.request()) > 1;
+    finish(record, State::FAILED, sentenceOf(*outcome, record, ranks));
 }
 
 /// A film that was ended by a signal goes on where it was, too.

@@ -15,9 +15,9 @@
 
 namespace mote::server {
 
-/// The programs of Slurm are those in PATH; STATE and the roots must lie where its nodes see them. The
-/// context outlives the runner and its runs. Errors: permissionDenied, resourceExhausted, internal (the
-/// script cannot be written).
+/// The programs of Slurm are those in PATH (checkRunner); STATE and the roots must lie where its nodes see
+/// them. The context outlives the runner and its runs. Errors: permissionDenied, resourceExhausted, internal
+/// (the script cannot be written).
 Result<std::unique_ptr<Runner>> makeSlurmRunner(asio::io_context& context, const JobSettings& settings);
 
 /// Whether a run of such a runner has this handle.

@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 
+#include "server/jobs/runner_check.h"
 #include "tests/unit/jobs/job_fixture.h"
 
 namespace mote::server {
@@ -14,11 +17,13 @@ using ::testing::HasSubstr;
 
 class JobPrepTest : public JobTest {
   protected:
-    JobPrepTest() {
+    JobPrepTest() { startServer(realSettings()); }
+
+    JobSettings realSettings() const {
         auto real = settings();
         real.prep = MOTE_BIN "/mote-prep";
         real.threads = 1;
-        startServer(real);
+        return real;
     }
 
     std::string submitRun(std::uint64_t particles, std::uint32_t steps = 2) {
@@ -83,6 +88,46 @@ TEST_F(JobPrepTest, aCancelledRunLeavesNothing) {
     const auto cancelled = waitForTheEnd(id);
     EXPECT_EQ(cancelled.state(), State::CANCELLED) << cancelled.ShortDebugString();
     EXPECT_EQ(rootNames(), std::vector<std::string>{});
+}
+
+/// Two ranks under the real mpirun, which the job's limits must let work.
+class JobRanksTest : public JobPrepTest {
+  protected:
+    void SetUp() override {
+        auto ranks = realSettings();
+        ranks.runner = "mpi";
+        ranks.ranks = 2;
+        if (!checkRunner(ranks).ok()) GTEST_SKIP() << "there is no mpirun";
+        ASSERT_EQ(waitForTheEnd(submitRun(2000)).state(), State::SUCCEEDED);
+        ASSERT_EQ(waitForTheEnd(submitPlot("data/alone.mote")).state(), State::SUCCEEDED);
+        startServer(ranks);
+    }
+    static std::string bytesOf(const std::filesystem::path& file) {
+        std::ifstream stream(file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(stream), {}};
+    }
+};
+
+TEST_F(JobRanksTest, theyMakeTheSameBytesAsOneProcess) {
+    const auto plot = waitForTheEnd(submitPlot("data/ranks.mote"));
+    ASSERT_EQ(plot.state(), State::SUCCEEDED) << plot.ShortDebugString();
+    EXPECT_EQ(plot.runner(), "mpi");
+    EXPECT_EQ(rootNames(), (std::vector<std::string>{"alone.mote", "ranks.mote", "run.h5"}));
+    int files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(root_ / "alone.mote")) {
+        ++files;
+        EXPECT_TRUE(bytesOf(entry.path()) == bytesOf(root_ / "ranks.mote" / entry.path().filename()))
+            << entry.path().filename();
+    }
+    EXPECT_GT(files, 0);
+}
+
+TEST_F(JobRanksTest, whatOneOfThemSaysIsTheJobsError) {
+    std::filesystem::resize_file(root_ / "run.h5", std::filesystem::file_size(root_ / "run.h5") / 3);
+    const auto plot = waitForTheEnd(submitPlot("data/ranks.mote"));
+    EXPECT_EQ(plot.state(), State::FAILED);
+    EXPECT_THAT(plot.error(), HasSubstr("run.h5")) << "and no word of mpirun's";
+    EXPECT_EQ(rootNames(), (std::vector<std::string>{"alone.mote", "run.h5"}));
 }
 
 }  // namespace

@@ -5,8 +5,7 @@ script, with their files in a folder of its own.
 
     slurm_cluster.py COMMAND [ARGUMENT]...
 
-The command finds it by SLURM_CONF; MOTE_SLURMD_PID is slurmd's. Exits as the command does, with 77 where this machine
-has no Slurm.
+The command finds it by SLURM_CONF. Exits as the command does, with 77 where this machine has no Slurm.
 """
 import os
 import pathlib
@@ -87,8 +86,7 @@ class Cluster:
         self.wait_for(lambda: (self.folder / "munge.socket").exists())
         conf = str(self.folder / "slurm.conf")
         self.start("slurmctld", "-D", "-f", conf)
-        slurmd = self.start("slurmd", "-D", "-f", conf)
-        self.environment["MOTE_SLURMD_PID"] = str(slurmd.pid)
+        self.start("slurmd", "-D", "-f", conf)
         self.wait_for(lambda: self.ask("sinfo", "--noheader", "--format=%T") == "idle")
 
     def start(self, program, *words):

@@ -40,6 +40,15 @@ class SlurmJobTest : public JobTest {
     static std::map<std::uint64_t, SlurmState> jobs() {
         return parseQueue(ask("squeue --noheader --states=all '--format=%i|%T|%r'"));
     }
+    /// All jobs that Slurm was ever given for this one, by their numbers.
+    static std::map<std::uint64_t, SlurmState> runsOf(const std::string& id) {
+        const auto names = parseNames(ask("squeue --noheader --states=all '--format=%i|%j'"));
+        auto states = jobs();
+        std::map<std::uint64_t, SlurmState> runs;
+        const auto [begin, end] = names.equal_range("mote-" + id);
+        for (auto name = begin; name != end; ++name) runs[name->second] = states[name->second];
+        return runs;
+    }
     static std::vector<std::string> logOf(const proto::JobStatus& status) {
         return {status.log().begin(), status.log().end()};
     }
@@ -55,20 +64,20 @@ TEST_F(SlurmJobTest, AJobRunsWithFewRightsAndSucceeds) {
     EXPECT_THAT(ask("squeue --noheader --format=%j"), HasSubstr("mote-" + id));
     release("go");
     const auto done = waitForState(id, State::SUCCEEDED);
-    EXPECT_THAT(logOf(done), Contains("socket: Operation not permitted"));
+    EXPECT_THAT(logOf(done), Contains("socket: Function not implemented"));
     EXPECT_TRUE(std::filesystem::exists(root_ / "run.h5"));
 }
 
 TEST_F(SlurmJobTest, AnotherServerFindsItByItsNumber) {
     start();
     makeFifo("go");
-    const auto id = submit("file:begun phase:on wait:go publish:");
+    const auto id = submit("phase:on wait:go publish:");
     const auto number = waitForPhase(id, "on").runner_id();
     start();
     EXPECT_EQ(queue_->find(id)->state(), State::RUNNING);
     release("go");
     EXPECT_EQ(waitForState(id, State::SUCCEEDED).runner_id(), number);
-    EXPECT_EQ(std::filesystem::file_size(root_ / "begun"), 1U) << "it ran twice";
+    EXPECT_EQ(runsOf(id).size(), 1U) << "it ran twice";
 }
 
 TEST_F(SlurmJobTest, AJobThatEndsBetweenTwoServersIsKnown) {
@@ -109,35 +118,41 @@ TEST_F(SlurmJobTest, ARunEndsWithItsTime) {
 
 TEST_F(SlurmJobTest, WhatAKilledServerHadOnlyPreparedNeverRuns) {
     start();
-    const auto id = submit("file:begun publish:");
-    killServer();
+    const auto id = submit("publish:");
+    killServer();  // before it came to begin anything
     const auto mark = directory_ / "mark";
     const auto held = parseNumber(ask("sbatch --parsable --hold --output=/dev/null --job-name=mote-" + id +
                                       " --wrap 'touch " + mark.string() + "'"));
     ASSERT_TRUE(held.has_value());
     start();
-    waitForState(id, State::SUCCEEDED);
+    const auto done = waitForState(id, State::SUCCEEDED);
     waitUntil(id, [&](const auto&) {
-        const auto state = jobs()[*held].state;
-        if (!hasEnded(state)) settle();
-        return hasEnded(state);
+        const bool ended = hasEnded(jobs()[*held].state);
+        if (!ended) settle();
+        return ended;
     });
     EXPECT_FALSE(std::filesystem::exists(mark));
-    EXPECT_EQ(std::filesystem::file_size(root_ / "begun"), 1U);
+    const auto runs = runsOf(id);
+    EXPECT_EQ(runs.size(), 2U) << "the one that was held, and one more";
+    EXPECT_TRUE(runs.contains(std::stoull(done.runner_id())));
 }
 
 TEST_F(SlurmJobTest, ANodeThatGoesDownInterruptsOnce) {
     start();
     makeFifo("never");
-    const auto id = submit("file:begun phase:on wait:never publish:");
-    waitForPhase(id, "on");
+    const auto id = submit("phase:on wait:never publish:");
+    const auto first = std::stoull(waitForPhase(id, "on").runner_id());
     ask("scontrol update NodeName=$(hostname -s) State=DOWN Reason=test");
     waitUntil(id, [](const auto& status) { return status.interrupted() == 1; });
     ask("scontrol update NodeName=$(hostname -s) State=RESUME");
     release("never");
     const auto done = waitForState(id, State::SUCCEEDED);
     EXPECT_EQ(done.interrupted(), 1U);
-    EXPECT_EQ(std::filesystem::file_size(root_ / "begun"), 2U);
+    const auto runs = runsOf(id);
+    EXPECT_EQ(runs.size(), 2U) << "it ran once more, and no oftener";
+    ASSERT_TRUE(runs.contains(first));
+    EXPECT_EQ(runs.at(first).state, "NODE_FAIL");
+    EXPECT_TRUE(runs.contains(std::stoull(done.runner_id())));
 }
 
 /// They stand in the request's file, and there alone.
