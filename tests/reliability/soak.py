@@ -88,13 +88,13 @@ def main():
                 samples.append((time.monotonic() - begin, server.memory() / 1024, descriptors, threads))
             if server.is_hurt():
                 errors.append("the server died")
+    for error in errors[:20]:
+        print(error)
     late = [sample for sample in samples if sample[0] > 12 * options.minutes]
     if len(late) < 10:
         print(f"only {len(late)} rounds after the warm-up: give it more time")
         return 1
     slope, uncertain = line_through([(seconds / 3600, memory) for seconds, memory, _, _ in late])
-    for error in errors[:20]:
-        print(error)
     print(f"{rounds} rounds of {options.sessions} sessions in {options.minutes:g} minutes, {len(errors)} errors")
     print(f"memory: {late[0][1]:.1f} MiB to {late[-1][1]:.1f} MiB, slope {slope:+.2f} +- {uncertain:.2f} MiB an hour")
     constant = True
