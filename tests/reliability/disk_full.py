@@ -13,6 +13,7 @@ import argparse
 import os
 import pathlib
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -48,7 +49,8 @@ def mount(folder):
 
 
 def unmount(folder):
-    subprocess.run(["umount", folder], check=True)
+    # What jobs that live on still hold goes with them.
+    subprocess.run(["umount", "--lazy", folder], check=True)
 
 
 def leave(folder, room):
@@ -149,7 +151,7 @@ def use_full_state(server, told):
     return refused
 
 
-def judge_state(build, here, told):
+def judge_state(build, here, told, may_fail=False):
     """Room again, and a server that is started anew: what was told is there and still holds."""
     wrongs = []
     with own_server.OwnServer(build / "bin" / "mote-server", here) as server, server.session() as session:
@@ -159,6 +161,12 @@ def judge_state(build, here, told):
                 wrongs.append(f"job {identity} is lost")
             elif state > 2 and known[identity].status.state != state:
                 wrongs.append(f"job {identity} was told another end")
+        for job in known.values():
+            wait(job)
+            if job.state == "failed" and not (may_fail and is_sentence(job.error)):
+                wrongs.append(f"job {job.id} failed for a fault of the place: {job.error}")
+    for output in (here / "data").glob("job-*"):
+        shutil.rmtree(output)
     return wrongs
 
 
@@ -198,7 +206,8 @@ def limit_sizes(build, here, verdict):
             refused = 1
             if b"mote-server: " not in (here / "server.log").read_bytes():
                 wrongs.append("it does not start and does not say why")
-        wrongs += judge_state(build, here, told)
+        # A job has the limit of the server that began it: what does not fit has failed.
+        wrongs += judge_state(build, here, told, may_fail=True)
         verdict.add(f"files of {limit} bytes at most", wrongs, refused > 0)
 
 

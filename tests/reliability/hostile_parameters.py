@@ -19,8 +19,10 @@ import shutil
 import sys
 import tempfile
 
+from google.protobuf import json_format
+
 import own_server
-import mote.messages  # noqa: E402 - own_server says where it lies
+import mote.messages  # own_server says where it lies
 from own_server import mote
 
 BATCH = 200
@@ -123,23 +125,38 @@ def hides(text, words):
     return len(text) > 8 and any(text in word for word in words)
 
 
-def judge(place, job, name, text, plain):
+def request_of(name, text, number):
+    """With an output of its own, as no two jobs may make the same."""
+    request = PARAMETERS[name](text)
+    if name != "output" and "output" in request:
+        request["output"] = f"data/made-{number}.mote"
+    return mote.messages.to_message("JobRequest", request)
+
+
+def judge(place, job, name, wanted, text, plain):
     """What is wrong with a job that was let in."""
     run = place.run(job.id)
     if run is None:
         return f"job {job.id} was never run: {job.error}"
-    wanted, kept = mote.messages.to_message("JobRequest", PARAMETERS[name](text)), json.loads(run["request"])
-    arrived = mote.messages.to_message("JobRequest", kept)
-    if "film" in kept:
-        wanted, arrived = wanted.film.video + wanted.film.format, arrived.film.video + arrived.film.format
+    arrived = json_format.Parse(run["request"], mote.messages.new("JobRequest"))
+    if wanted.HasField("film"):
+        wanted, arrived = (wanted.film.video, wanted.film.format), (arrived.film.video, arrived.film.format)
     if arrived != wanted:
         return f"it arrived changed: {run['request'][:200]!r}"
     if hides(text, run["words"]):
         return "it became a word of the command line"
-    shape = [word for word in run["words"] if job.id not in word]
+    shape = [word for word in run["words"] if job.id not in word and str(place.data) not in word]
     if plain.setdefault(name.split(".")[0] if "." in name else "particles", shape) != shape:
         return f"it changed the command line: {run['words']}"
     return ""
+
+
+def submit(session, request):
+    message = mote.messages.new("ClientMessage")
+    message.submit_job.job.CopyFrom(request)
+    message.submit_job.again = True
+    session.connection.watch_jobs()
+    return mote.Job(session, session.connection.ask(message, "job").message.job.id)
 
 
 def try_parameter(place, session, name, texts, plain):
@@ -148,20 +165,21 @@ def try_parameter(place, session, name, texts, plain):
 
     def settle():
         nonlocal arrived
-        for job, text in jobs:
+        for job, wanted, text in jobs:
             try:
                 job.wait(timeout=120, progress=False)
             except mote.Error:
                 pass
-            wrong = judge(place, job, name, text, plain)
+            wrong = judge(place, job, name, wanted, text, plain)
             arrived += not wrong
             if wrong:
                 wrongs.append(f"{name} {text[:80]!r}: {wrong}")
         jobs.clear()
 
-    for text in texts:
+    for number, text in enumerate(texts):
         try:
-            jobs.append((session.submit(PARAMETERS[name](text), again=True), text))
+            wanted = request_of(name, text, number)
+            jobs.append((submit(session, wanted), wanted, text))
         except mote.Error as error:
             if session.connection.lost is not None:
                 raise
