@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <ostream>
 #include <random>
 #include <string>
 #include <string_view>
@@ -22,6 +23,8 @@ struct Fuzzed {
     const char* name;  ///< of the corpus' folder
     std::string (*read)(std::string_view);
     int altered;  ///< forms of each file
+
+    friend void PrintTo(const Fuzzed& fuzzed, std::ostream* out) { *out << fuzzed.name; }
 };
 
 constexpr std::size_t longest = 8192;  // bytes of a file that is altered

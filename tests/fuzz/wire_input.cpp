@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <google/protobuf/stubs/logging.h>
+
 #include <algorithm>
 #include <array>
 #include <span>
@@ -97,6 +99,8 @@ std::string readStream(Stream stream, wire::FrameLimits first, wire::FrameLimits
 }  // namespace
 
 std::string wireInput(std::string_view input) {
+    // What is no text becomes an Error, as in the server, and no line on stderr.
+    google::protobuf::SetLogHandler(nullptr);
     const auto [whose, bytes] = firstLine(input);
     if (whose == "server") {
         return readStream<proto::ServerMessage>(Stream(bytes), wire::serverLimits, wire::serverLimits);

@@ -81,8 +81,8 @@ PARAMETERS = {
     "volume.source.type": lambda s: in_volume(type=s),
     "volume.source.field": lambda s: in_volume(field=s),
     "export.dataset": lambda s: {"export": {"dataset": f"data/{s}.mote"}},
-    "export.steps": lambda s: {"export": {"dataset": "data/beam", "steps": s}},
-    "export.columns": lambda s: {"export": {"dataset": "data/beam", "columns": [s]}},
+    "export.steps": lambda s: {"export": {"dataset": "data/beam.mote", "steps": s}},
+    "export.columns": lambda s: {"export": {"dataset": "data/beam.mote", "columns": [s]}},
     "film.format": lambda s: {"film": {"script": {"views": [{"width": 8, "height": 8}]}, "format": s}},
     "film.video": lambda s: {"film": {"script": {"views": [{"width": 8, "height": 8}]}, "video": s}},
 }

@@ -93,13 +93,13 @@ class OwnServer:
         self.kill()
 
     def _own(self):
-        """Its processes that run the server's program: the supervisor, then the one that serves."""
+        """Its processes that run the server's program: the supervisor, the one that serves, and what that just forks."""
         numbers = [self.process.pid, *descendants(self.process.pid)]
         return [number for number in numbers if is_program(number, self.program)]
 
     def _serving(self):
         own = self._own()
-        return own[-1] if own else 0
+        return own[1] if len(own) > 1 else 0
 
     def is_hurt(self):
         """Whether the process that served at first is gone."""
