@@ -27,7 +27,7 @@ struct Fuzzed {
     friend void PrintTo(const Fuzzed& fuzzed, std::ostream* out) { *out << fuzzed.name; }
 };
 
-constexpr std::size_t longest = 8192;  // bytes of a file that is altered
+constexpr std::size_t longest = 32768;  // bytes of a file that is altered
 
 std::vector<std::pair<std::string, std::string>> corpus(const Fuzzed& fuzzed) {
     std::vector<std::pair<std::string, std::string>> files;
@@ -72,9 +72,9 @@ TEST_P(Corpus, SurvivesBeingCutAndAltered) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Corpus,
-                         testing::Values(Fuzzed{"dataset", datasetInput, 10}, Fuzzed{"mesh", meshInput, 150},
-                                         Fuzzed{"scene", sceneInput, 150}, Fuzzed{"table", tableInput, 150},
-                                         Fuzzed{"volume", volumeInput, 150}, Fuzzed{"wire", wireInput, 150}),
+                         testing::Values(Fuzzed{"dataset", datasetInput, 60}, Fuzzed{"mesh", meshInput, 150},
+                                         Fuzzed{"scene", sceneInput, 400}, Fuzzed{"table", tableInput, 150},
+                                         Fuzzed{"volume", volumeInput, 150}, Fuzzed{"wire", wireInput, 1000}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
