@@ -1,22 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/fuzz/table_input.h"
-
 #include <algorithm>
-#include <cstdlib>
 #include <vector>
 
 #include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/particle_source.h"
+#include "tests/fuzz/inputs.h"
 #include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/require.h"
 
 namespace mote::test {
 namespace {
 
 constexpr std::uint64_t mostRows = 10'000;
-
-void require(bool condition) {
-    if (!condition) std::abort();
-}
 
 void checkChunk(const prep::ParticleChunk& chunk, const std::vector<prep::Column>& wanted, std::size_t rows) {
     require(chunk.size == rows && chunk.lost.size() == rows);
@@ -56,10 +51,10 @@ std::string readSource(const std::string& format, const std::filesystem::path& p
 
 }  // namespace
 
-std::string readTable(std::string_view input) {
-    const std::size_t end = std::min(input.find('\n'), input.size());
-    const std::string format(input.substr(0, end));
-    const MemoryFile file(input.substr(std::min(end + 1, input.size())));
+std::string tableInput(std::string_view input) {
+    const auto [line, bytes] = firstLine(input);
+    const std::string format(line);
+    const MemoryFile file(bytes);
     if (format == "deck") {
         for (const auto code : {prep::ImpactDeck::Code::impactZ, prep::ImpactDeck::Code::impactT}) {
             const auto deck = prep::ImpactDeck::read(file.path(), code);
@@ -74,7 +69,9 @@ std::string readTable(std::string_view input) {
         return "";
     }
     // HDF5 is not what is looked at here, and it is not instrumented.
-    if (format == "openpmd" || format == "h5part") return "another reader";
+    const bool hdf5 =
+        format == "openpmd" || format == "h5part" || format == "genesis4" || format == "elegant";
+    if (hdf5 || bytes.starts_with("\x89HDF")) return "another reader";
     return readSource(format, file.path());
 }
 

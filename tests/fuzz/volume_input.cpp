@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/fuzz/volume_input.h"
-
-#include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <vector>
 
 #include "preprocess/volume/volume_source.h"
+#include "tests/fuzz/inputs.h"
 #include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/require.h"
 
 namespace mote::test {
 namespace {
 
 constexpr std::uint64_t mostVoxels = 1u << 16;  // of a slice that is read
-
-void require(bool condition) {
-    if (!condition) std::abort();
-}
 
 bool withinBounds(std::uint32_t n) {
     return n >= 1 && n <= prep::VolumeShape::maxDimension;
@@ -38,17 +32,16 @@ std::string readSlices(prep::VolumeSource& source) {
 
 }  // namespace
 
-std::string readVolumeInput(std::string_view input) {
-    const std::size_t end = std::min(input.find('\n'), input.size());
+std::string volumeInput(std::string_view input) {
+    const auto [line, bytes] = firstLine(input);
     proto::VolumeSourceOptions options;
-    options.set_format(std::string(input.substr(0, end)));
+    options.set_format(std::string(line));
     // OpenVDB and OpenImageIO are not what is looked at here, and they are not instrumented.
     if (options.format() == "vdb" || options.format() == "pictures") return "another reader";
     if (options.format() == "raw") {
         for (const std::uint32_t n : {3u, 4u, 5u}) options.add_dimensions(n);
         options.set_type("i16");
     }
-    const auto bytes = input.substr(std::min(end + 1, input.size()));
     if (options.format() == "auto" && (bytes.starts_with(" BDV") || bytes.starts_with("\x89PNG") ||
                                        bytes.starts_with("II") || bytes.starts_with("MM"))) {
         return "another reader";

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <span>
+
+#include "protocol/scene/dataset.h"
+#include "protocol/scene/json.h"
+#include "storage/hash.h"
+#include "storage/manifest.h"
+#include "storage/verify.h"
+#include "tests/fuzz/inputs.h"
+#include "tests/fuzz/require.h"
+
+namespace mote::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t mostFiles = 32;
+
+using Files = std::map<std::string, std::string>;
+
+/// In memory, where the machine has such a place: readers map files by their names.
+class Folder {
+  public:
+    Folder() {
+        std::error_code code;
+        const bool memory = fs::is_directory("/dev/shm", code);
+        std::string name = (memory ? fs::path("/dev/shm") : fs::temp_directory_path()) / "mote-fuzz-XXXXXX";
+        require(mkdtemp(name.data()) != nullptr);
+        path_ = name;
+    }
+    ~Folder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+
+    void write(const std::string& name, std::string_view bytes) const {
+        std::ofstream(path_ / name, std::ios::binary) << bytes;
+    }
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
+/// Names that are none of a file in the folder are left out; a size beyond the end means up to it.
+Files filesOf(std::string_view input) {
+    Files files;
+    while (!input.empty() && files.size() < mostFiles) {
+        const auto [line, rest] = firstLine(input);
+        const auto blank = std::min(line.find(' '), line.size());
+        const std::string name(line.substr(0, blank));
+        const auto digits = line.substr(std::min(blank + 1, line.size()));
+        std::size_t size = 0;
+        std::from_chars(digits.data(), digits.data() + digits.size(), size);
+        size = std::min(size, rest.size());
+        const bool plain = !name.empty() && name.size() < 100 && name.front() != '.' &&
+                           name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+        if (plain) files[name] = rest.substr(0, size);
+        input = rest.substr(size);
+    }
+    return files;
+}
+
+std::span<const std::byte> bytesOf(std::string_view text) {
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+/// The hashes of what lies in the file where the digest says that arrays do.
+void forgeBlocks(proto::Digest& digest, std::string_view file) {
+    for (auto& array : *digest.mutable_arrays()) {
+        std::uint64_t at = array.offset();
+        for (auto& block : *array.mutable_blocks()) {
+            if (at >= file.size()) break;
+            // Of the last one the digest does not say how long it is: the shape does.
+            std::uint64_t left = array.type() == "u8"    ? 1
+                                 : array.type() == "u16" ? 2
+                                 : array.type() == "u64" ? 8
+                                                         : 4;
+            for (const auto extent : array.shape()) left = extent > file.size() ? file.size() : left * extent;
+            left = std::min<std::uint64_t>(left, file.size()) - std::min(left, at - array.offset());
+            const auto size = std::min({left, storage::blockBytes, file.size() - at});
+            block = storage::hashBlock(bytesOf(file.substr(at, size)));
+            at += storage::blockBytes;
+        }
+    }
+}
+
+/// Makes all hashes anew where there is something that can hold them.
+void forge(Files& files) {
+    for (auto& [name, text] : files) {
+        const fs::path path = name;
+        const auto file = files.find(path.stem().string() + ".h5");
+        proto::Digest digest;
+        if (path.extension() != ".digest" || file == files.end()) continue;
+        if (!parseJson(text, digest, name).ok()) continue;
+        forgeBlocks(digest, file->second);
+        text = toJson(digest);
+    }
+    const auto found = files.find(storage::manifestName);
+    proto::Manifest manifest;
+    if (found == files.end()) return;
+    if (parseJson(found->second, manifest, found->first).ok()) {
+        for (auto& entry : *manifest.mutable_files()) {
+            const auto file = files.find(entry.name());
+            if (file == files.end()) continue;
+            entry.set_size(file->second.size());
+            entry.set_xxh3_128(storage::hash128(bytesOf(file->second)));
+        }
+        found->second = toJson(manifest);
+    }
+    files[storage::manifestDigestName] = storage::manifestDigest(found->second);
+}
+
+}  // namespace
+
+std::string datasetInput(std::string_view input) {
+    auto files = filesOf(input);
+    forge(files);
+    const Folder folder;
+    for (const auto& [name, bytes] : files) folder.write(name, bytes);
+    const auto errors = storage::verifyDataset(folder.path());
+    if (!errors.empty()) return errors.front().toString();
+    const auto manifest = storage::readManifest(folder.path());
+    require(manifest.ok());
+    const auto box = datasetBounds(*manifest);
+    for (int axis = 0; axis < 3; ++axis)
+        require(std::isfinite(box.min[axis]) && std::isfinite(box.max[axis]));
+    return "";
+}
+
+}  // namespace mote::test
