@@ -32,6 +32,7 @@
 #include "server/numbers/query_service.h"
 #include "server/session/flow_control.h"
 #include "server/session/outbox.h"
+#include "server/session/parked_sessions.h"
 #include "server/session/session_queries.h"
 
 namespace mote::server {
@@ -64,6 +65,7 @@ struct SessionContext {
     QueryService* queries = nullptr;       ///< null: none are answered
     std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
+    ParkedSessions* parked = nullptr;      ///< outlives the sessions
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;            ///< once, as the last thing
@@ -76,8 +78,9 @@ class Session : public std::enable_shared_from_this<Session> {
   public:
     Session(SessionId id, wire::MessageStream stream, SessionContext& context);
 
-    /// `hello`: the first message, whose token is good.
-    void start(const proto::ClientMessage& hello);
+    /// `hello`: the first message, whose token is good. A session that goes on draws its view and tells its
+    /// jobs at once.
+    void start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
     /// The datasets are not the same as before.
@@ -88,7 +91,8 @@ class Session : public std::enable_shared_from_this<Session> {
     static constexpr std::size_t maxCommands = 8;
 
     asio::awaitable<void> read();
-    void welcome(const proto::ClientMessage& message);
+    void welcome(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
+    asio::awaitable<void> goOn();
     asio::awaitable<void> handle(proto::ClientMessage message);
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
     Status beware(ViewTask& task) const;
@@ -142,6 +146,7 @@ class Session : public std::enable_shared_from_this<Session> {
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool watchesJobs_ = false;
+    std::optional<proto::ClientMessage> resumedView_;  // as the client would ask for it
     bool leaving_ = false;
     bool closed_ = false;
 };
