@@ -169,6 +169,8 @@ class Server::Impl {
         context_.uploads = jobs_->uploads();
         context_.crashes = settings_.render.crashes;
         context_.parked = &parked_;
+        context_.silence = settings_.silence;
+        context_.idle = settings_.idle;
         context_.closed = [this](SessionId id) {
             parked_.left(id, Clock::now());
             // Later: the session that says so is in the midst of its own function.

@@ -48,7 +48,9 @@ struct ServerSettings {
     StartupLimits startups;                  ///< of connections that have shown no token yet
     StartupRandom random = uniformRandom();  ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
-    std::chrono::milliseconds rescanInterval{2000};  ///< while clients are connected
+    std::chrono::milliseconds silence{30'000};         ///< of a client's, that ends its session; 0: none
+    std::chrono::milliseconds idle{12 * 3600 * 1000};  ///< without a wish, that ends a session; 0: none
+    std::chrono::milliseconds rescanInterval{2000};    ///< while clients are connected
 };
 
 class Server {

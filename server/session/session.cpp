@@ -26,6 +26,7 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       stream_(std::move(stream)),
       deadline_(executor_),
       pace_(executor_),
+      life_(executor_),
       readerWake_(executor_),
       workerWake_(executor_),
       writerWake_(executor_),
@@ -61,6 +62,7 @@ asio::awaitable<void> Session::read() {
         const auto status = co_await stream_.read(message, payload, wire::clientLimits);
         if (!status.ok()) co_return leave(status.error());
         context_.parked->confirm(id_);  // it answers a welcome
+        noteWish(message);
         co_await handle(std::move(message));
     }
 }
@@ -70,6 +72,7 @@ void Session::welcome(const proto::ClientMessage& message, const ParkedSessions:
     log::info(log::session(id_), "\"{}\" connected{}", toLogText(message.hello().client()),
               admission.resumed ? fmt::format(" and goes on from session {}", admission.before) : "");
     begin(message.hello());
+    beginLife(message.hello());
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
     welcome.set_server(context_.server);
@@ -79,6 +82,7 @@ void Session::welcome(const proto::ClientMessage& message, const ParkedSessions:
     welcome.set_resume(admission.secret);
     welcome.set_resumed(admission.resumed);
     welcome.set_session(id_);
+    welcome.set_silence_ms(static_cast<std::uint32_t>(context_.silence.count()));
     if (const auto& view = admission.state.view) {
         *welcome.mutable_view() = *view;
         resumedView_.emplace();
@@ -112,6 +116,8 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
             reply(request, std::move(pong));
             break;
         }
+        case Body::kPong:
+            break;  // its bytes were all that was asked for
         case Body::kQuery:
             co_await query(std::move(message));
             break;
@@ -152,6 +158,7 @@ asio::awaitable<void> Session::write() {
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
         const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
         if (status.ok()) context_.metrics->countSent(item->message, payload.size());
+        noteNews(item->message);
         if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
             // Nothing of it went out: the client hears why instead.
             outbox_.reply(failureMessage(item->message.reply_to(), status.error(), false));
@@ -223,6 +230,7 @@ void Session::close() {
     stream_.close();
     deadline_.cancel();
     pace_.cancel();
+    life_.cancel();
     readerWake_.notify();
     workerWake_.notify();
     writerWake_.notify();

@@ -23,6 +23,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/wire/message_stream.h"
+#include "protocol/wire/silence.h"
 #include "server/data/dataset_service.h"
 #include "server/frames/crash_record.h"
 #include "server/frames/render_service.h"
@@ -67,6 +68,8 @@ struct SessionContext {
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
     ParkedSessions* parked = nullptr;      ///< outlives the sessions
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
+    std::chrono::milliseconds silence{30'000};        ///< of a client's, that ends its session; 0: none
+    std::chrono::milliseconds idle{0};                ///< without a wish, that ends a session; 0: none
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;            ///< once, as the last thing
 };
@@ -93,6 +96,11 @@ class Session : public std::enable_shared_from_this<Session> {
     asio::awaitable<void> read();
     void welcome(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     asio::awaitable<void> goOn();
+    void beginLife(const proto::Hello& hello);
+    void lookLater();
+    void look();
+    void noteWish(const proto::ClientMessage& message);
+    void noteNews(const proto::ServerMessage& message);
     asio::awaitable<void> handle(proto::ClientMessage message);
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
     Status beware(ViewTask& task) const;
@@ -135,6 +143,10 @@ class Session : public std::enable_shared_from_this<Session> {
     wire::MessageStream stream_;
     asio::steady_timer deadline_;  // of the farewell
     asio::steady_timer pace_;      // when the link is ready for more
+    asio::steady_timer life_;      // when to look whether the client is still there
+    wire::Silence silence_{std::chrono::milliseconds(0), {}};
+    std::chrono::milliseconds idle_{0};
+    Clock::time_point lastWish_;  // or what the client was told that it waits for
 
     Wakeup readerWake_, workerWake_, writerWake_, answersWake_;
     Outbox outbox_;
