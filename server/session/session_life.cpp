@@ -53,7 +53,7 @@ void Session::look() {
     const auto now = Clock::now();
     const auto verdict = silence_.at(now, stream_.progress());
     if (verdict == wire::Silence::Verdict::gone) {
-        return leave({ErrorCode::cancelled, "session",
+        return leave({ErrorCode::cancelled, "silence",
                       fmt::format("nothing was heard of the client for {}", durationText(context_.silence))});
     }
     if (idle_.count() > 0 && now - lastWish_ >= idle_) {

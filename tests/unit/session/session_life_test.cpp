@@ -34,7 +34,7 @@ TEST_F(SessionLife, ASilentClientIsAskedAndThenToldThatItIsOver) {
     EXPECT_EQ(welcome_.silence_ms(), 20u);
     silent->receive(isPing);
     const auto farewell = silent->receive(isFailure).message.failure();
-    EXPECT_EQ(farewell.where(), "session");
+    EXPECT_EQ(farewell.where(), "silence");
     EXPECT_TRUE(farewell.fatal());
     EXPECT_NE(farewell.message().find("20 ms"), std::string::npos) << farewell.message();
     EXPECT_TRUE(silent->atEnd());
