@@ -52,6 +52,11 @@ std::optional<Error> Connection::lostReason() const {
     return impl_->lostReason_;
 }
 
+std::optional<Error> Connection::brokenBy() const {
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->brokenBy_;
+}
+
 proto::Welcome Connection::welcome() const {
     const std::lock_guard lock(impl_->mutex_);
     return impl_->welcome_;

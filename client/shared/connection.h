@@ -34,6 +34,8 @@ struct ConnectionSettings {
     std::chrono::milliseconds connectTimeout{10000};  ///< from the socket to the server's welcome
     /// A line that broke is opened again for so long: a server whose process died is there again in a moment.
     std::chrono::milliseconds returnPatience{5000};
+    /// A server that said farewell as it ended is waited for like one whose process died.
+    bool outlastsFarewells = false;
     bool background = false;  ///< pictures are made only while nobody else waits for one
 };
 
@@ -78,9 +80,10 @@ struct QueryAnswer {
 
 class Connection {
   public:
-    /// A line that broke without a word of the server's is "connecting" while it is opened again. The latest
-    /// view and all questions are then asked again, but not jobs that may have been submitted and queries
-    /// that were answered in part.
+    /// A line that broke without a word of the server's is "connecting" while it is opened again, and so is
+    /// one for which the server has no place at the moment. The session goes on: the latest view and all
+    /// questions are asked again where the server has not kept them, but not jobs that may have been
+    /// submitted and queries that were answered in part.
     enum class State { connecting, connected, lost };
     template <class T>
     using Reply = std::function<void(Result<T>)>;
@@ -95,12 +98,14 @@ class Connection {
     State state() const;
     /// Why the connection is lost; empty while it is not.
     std::optional<Error> lostReason() const;
+    /// Why the line broke that is being opened again; empty while none is.
+    std::optional<Error> brokenBy() const;
     /// What the server said of itself; default values before it is connected.
     proto::Welcome welcome() const;
     ConnectionStatistics statistics() const;
 
     /// Drops the present connection if there is one, reads the connection file again (a restarted server has
-    /// a new token) and connects. The latest view is asked for again; jobs are watched again only on request.
+    /// a new token) and connects; the session goes on. Jobs are watched again only on request.
     void reconnect();
 
     /// Runs the callbacks that are due, on the caller's thread: replies and the listeners below. Returns how

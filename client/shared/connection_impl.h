@@ -28,6 +28,7 @@
 #include "protocol/scene/error.h"
 #include "protocol/wire/address.h"
 #include "protocol/wire/message_stream.h"
+#include "protocol/wire/silence.h"
 
 namespace mote::client {
 
@@ -52,6 +53,8 @@ class Line : public std::enable_shared_from_this<Line> {
     void open(const wire::Address& address, std::string fingerprint);
     /// next() has something.
     void wakeWriter();
+    /// As MessageStream::progress().
+    std::uint64_t progress() const { return stream_.progress(); }
     void close();
 
   private:
@@ -113,6 +116,8 @@ struct Connection::Impl {
     void connect();
     void prepareLine();
     void lost(const Error& reason);
+    void heardFarewell(const Error& reason);
+    void returnFrom(Error reason);
     void comeBack();
     void openLine(const proto::ConnectionFile& server);
     void drop(Error reason);
@@ -124,11 +129,14 @@ struct Connection::Impl {
     void frameFailed(std::uint64_t viewId, const Error& error);
     void receivedFailure(const proto::ServerMessage& message);
     void answered(proto::ServerMessage message, std::vector<std::uint8_t> payload);
+    void receivedPing(const proto::Ping& ping);
     void watchTime(std::chrono::milliseconds wait);
+    void watchLife();
     void tick();
 
     // With mutex_ held.
     void setState(State state);
+    void goOnWithView(std::uint64_t hello);
     void push(std::string key, Inbox::Callback callback);
     void giveBackFrame();
     std::optional<proto::ClientMessage> nextCredit();
@@ -153,6 +161,7 @@ struct Connection::Impl {
     std::condition_variable changed_;
     State state_ = State::connecting;
     std::optional<Error> lostReason_;
+    std::optional<Error> brokenBy_;  // while the line is opened again
     proto::Welcome welcome_;
     Inbox inbox_;
     std::optional<ReceivedFrame> frame_;      // of the present view, the newest
@@ -167,6 +176,7 @@ struct Connection::Impl {
     std::map<std::uint64_t, std::weak_ptr<std::atomic<bool>>> queriesWanted_;
     proto::Credit credit_;  // to give back, and to say
     bool creditDue_ = false;
+    std::optional<proto::ClientMessage> pong_;  // that the server waits for
     std::deque<proto::ClientMessage> outbox_;
     std::map<std::uint64_t, Question> questions_;                    // asked and not answered, by request
     std::deque<std::pair<std::uint64_t, std::uint64_t>> sentViews_;  // request, view id; the latest ones
@@ -179,7 +189,9 @@ struct Connection::Impl {
     bool welcomed_ = false;
     bool ending_ = false;
     std::optional<Returning> returning_;  // until a line has held for a while
-    std::chrono::steady_clock::time_point welcomedAt_;
+    std::chrono::steady_clock::time_point welcomedAt_, pingedAt_;
+    std::string resume_;  // takes the session up again, once
+    wire::Silence silence_{std::chrono::milliseconds(0), {}};
     bool saysReceipts_ = false;        // to a server that understands them
     std::uint64_t receivedBytes_ = 0;  // of payloads of frames, on this line
     FrameAssembly assembly_;

@@ -9,8 +9,6 @@
 #include "client/shared/connection_impl.h"
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "protocol/wire/address.h"
-#include "protocol/wire/connection_file.h"
 #include "protocol/wire/framing.h"
 
 namespace mote::client {
@@ -18,14 +16,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Milliseconds = std::chrono::duration<double, std::milli>;
-
-/// The pause between two attempts to open a line that broke: at first, and after a long time.
-constexpr std::chrono::milliseconds returnPause{20}, longReturnPause{1000};
-/// In between it is this share of the time that the line is broken.
-constexpr int returnPauseShare = 20;
-/// A line that broke sooner than this after it was opened again counts as not opened: some end takes us on
-/// and drops us again and again.
-constexpr std::chrono::seconds holdsAfter{1};
 
 /// Requests whose view is remembered: a failure answers one of the latest.
 constexpr std::size_t rememberedViews = 64;
@@ -36,145 +26,7 @@ double msSince(std::int64_t ns, Clock::time_point now) {
     return then > now ? 0.0 : Milliseconds(now - then).count();
 }
 
-/// A code that is not known here becomes internal; an empty sentence is filled.
-Error toError(const proto::Failure& failure) {
-    Error error{ErrorCode::internal, failure.where(), failure.message()};
-    for (int i = 0; i <= static_cast<int>(ErrorCode::internal); ++i) {
-        const auto code = static_cast<ErrorCode>(i);
-        if (name(code) == failure.code()) error.code = code;
-    }
-    if (error.message.empty()) error.message = "the server failed and gave no reason";
-    return error;
-}
-
 }  // namespace
-
-void Connection::Impl::connect() {
-    prepareLine();
-    const auto server = wire::readConnectionFile(connectionFile_);
-    if (!server.ok()) return lost(server.error());
-    openLine(*server);
-}
-
-void Connection::Impl::prepareLine() {
-    if (line_) line_->close();
-    line_.reset();
-    welcomed_ = false;
-    saysReceipts_ = false;
-    receivedBytes_ = 0;
-    assembly_ = {};
-    decoder_.emplace();
-    {
-        const std::lock_guard lock(mutex_);
-        if (state_ != State::connecting) setState(State::connecting);
-        if (returning_) {
-            askAgain(returning_->reason);
-        } else {
-            // What was not sent yet waits for this connection; what an earlier one was asked is lost with it.
-            failSent({ErrorCode::internal, "", "the connection was given up for a new one"});
-            welcome_.Clear();
-        }
-        frame_.reset();
-        staleFrames_ = queuedFrames_.size();
-        credit_.Clear();
-        creditDue_ = false;
-        sentViews_.clear();
-        cancelledQueries_.clear();
-        pingSince_.reset();
-        if (view_) view_->sent = false;
-        for (auto& view : queuedViews_) view.sent = false;
-    }
-}
-
-/// A line broke, or was not opened.
-void Connection::Impl::lost(const Error& reason) {
-    const bool mayReturn = reason.code == ErrorCode::internal || reason.code == ErrorCode::notFound;
-    const auto now = Clock::now();
-    if (welcomed_ && now - welcomedAt_ > holdsAfter) returning_.reset();
-    if (welcomed_ && mayReturn && !returning_)
-        returning_ = Returning{reason, now, now + settings_.returnPatience};
-    if (!returning_) return drop(reason);
-    if (!mayReturn || now >= returning_->until) return drop(returning_->reason);
-    comeBack();
-}
-
-void Connection::Impl::comeBack() {
-    if (line_) line_->close();
-    line_.reset();
-    welcomed_ = false;
-    {
-        const std::lock_guard lock(mutex_);
-        if (state_ != State::connecting) setState(State::connecting);
-    }
-    notify();
-    const auto share = (Clock::now() - returning_->since) / returnPauseShare;
-    timer_.expires_after(std::clamp<Clock::duration>(share, returnPause, longReturnPause));
-    timer_.async_wait([this](const asio::error_code& code) {
-        if (!code && !ending_ && !line_) connect();
-    });
-}
-
-void Connection::Impl::openLine(const proto::ConnectionFile& server) {
-    const auto address = wire::parseAddress(server.address());
-    if (!address.ok()) return lost(address.error());
-    hello_.emplace();
-    auto& hello = *hello_->mutable_hello();
-    hello.set_token(server.token());
-    hello.set_client(settings_.client);
-    hello.set_minor(wire::ownVersion.minor);
-    hello.set_receipts(true);
-    hello.set_background(settings_.background);
-    if (H264Decoder::available()) hello.add_decodes(proto::Frame::H264);
-    LineHandlers handlers;
-    handlers.next = [this] { return next(); };
-    handlers.received = [this](proto::ServerMessage message, std::vector<std::uint8_t> payload) {
-        received(std::move(message), std::move(payload));
-    };
-    handlers.lost = [this](const Error& reason) { lost(reason); };
-    line_ = std::make_shared<Line>(context_.get_executor(), std::move(handlers));
-    line_->open(*address, server.certificate_fingerprint());
-    watchTime(settings_.connectTimeout);
-}
-
-/// Takes the reason by value: it may be the one that goes here.
-void Connection::Impl::drop(Error reason) {
-    if (line_) line_->close();
-    line_.reset();
-    timer_.cancel();
-    returning_.reset();
-    {
-        const std::lock_guard lock(mutex_);
-        lostReason_ = reason;
-        setState(State::lost);
-        failAll(reason);
-        pingSince_.reset();
-    }
-    notify();
-}
-
-void Connection::Impl::watchTime(std::chrono::milliseconds wait) {
-    timer_.expires_after(wait);
-    timer_.async_wait([this, line = std::weak_ptr(line_)](const asio::error_code& code) {
-        // A timer of an earlier line may already be on its way here.
-        if (!code && line_ && line.lock() == line_) tick();
-    });
-}
-
-void Connection::Impl::tick() {
-    if (!welcomed_) return lost({ErrorCode::internal, "", "the server did not answer in time"});
-    {
-        const std::lock_guard lock(mutex_);
-        if (!pingSince_) {
-            pingSince_ = Clock::now();
-            proto::ClientMessage ping;
-            ping.mutable_ping();
-            ping.set_request(++lastRequest_);
-            outbox_.push_back(std::move(ping));
-        }
-    }
-    if (line_) line_->wakeWriter();
-    watchTime(settings_.pingInterval);
-}
 
 std::optional<proto::ClientMessage> Connection::Impl::next() {
     const std::lock_guard lock(mutex_);
@@ -183,6 +35,7 @@ std::optional<proto::ClientMessage> Connection::Impl::next() {
         return std::exchange(hello_, std::nullopt);
     }
     if (!welcomed_) return std::nullopt;
+    if (pong_) return std::exchange(pong_, std::nullopt);
     if (creditDue_) return nextCredit();
     return outbox_.empty() ? nextView() : nextQuestion();
 }
@@ -245,32 +98,6 @@ void Connection::Impl::received(proto::ServerMessage message, std::vector<std::u
     }
 }
 
-void Connection::Impl::welcomed(const proto::ServerMessage& message) {
-    if (message.has_failure()) {
-        const Error error = toError(message.failure());
-        // A server that is started anew listens a moment before its connection file holds its token.
-        const bool early =
-            error.code == ErrorCode::permissionDenied && returning_ && Clock::now() < returning_->until;
-        return early ? comeBack() : drop(error);
-    }
-    if (!message.has_welcome()) return;
-    welcomed_ = true;
-    welcomedAt_ = Clock::now();
-    saysReceipts_ = message.welcome().minor() >= 1;
-    {
-        const std::lock_guard lock(mutex_);
-        welcome_ = message.welcome();
-        setState(State::connected);
-    }
-    if (settings_.pingInterval.count() > 0) {
-        watchTime(settings_.pingInterval);
-    } else {
-        timer_.cancel();
-    }
-    line_->wakeWriter();
-    notify();
-}
-
 /// The receipt goes out before the picture is decoded, so that the server measures the link and not us.
 void Connection::Impl::receivedPiece(proto::Frame message, std::vector<std::uint8_t> payload) {
     receivedBytes_ += payload.size();
@@ -328,7 +155,7 @@ void Connection::Impl::frameFailed(std::uint64_t viewId, const Error& error) {
 
 void Connection::Impl::receivedFailure(const proto::ServerMessage& message) {
     const Error error = toError(message.failure());
-    if (message.failure().fatal()) return drop(error);
+    if (message.failure().fatal()) return heardFarewell(error);
     {
         const std::lock_guard lock(mutex_);
         const auto question = questions_.find(message.reply_to());
@@ -345,6 +172,7 @@ void Connection::Impl::receivedFailure(const proto::ServerMessage& message) {
 }
 
 void Connection::Impl::answered(proto::ServerMessage message, std::vector<std::uint8_t> payload) {
+    if (message.has_ping()) return receivedPing(message.ping());
     if (message.has_pong()) {
         const std::lock_guard lock(mutex_);
         totals_.roundTripMs = msSince(message.pong().sent_ns(), Clock::now());
@@ -367,6 +195,16 @@ void Connection::Impl::answered(proto::ServerMessage message, std::vector<std::u
     notify();
 }
 
+void Connection::Impl::receivedPing(const proto::Ping& ping) {
+    {
+        const std::lock_guard lock(mutex_);
+        pong_.emplace();
+        pong_->set_request(++lastRequest_);
+        pong_->mutable_pong()->set_sent_ns(ping.sent_ns());
+    }
+    line_->wakeWriter();
+}
+
 void Connection::Impl::answerQuestion(std::uint64_t request, Result<ServerAnswer> result) {
     auto& question = questions_.at(request);
     const bool more = result.ok() && result->message.has_answer() && !result->message.answer().last();
@@ -383,6 +221,12 @@ void Connection::Impl::receivedNews(proto::ServerMessage message) {
     }
     if (message.has_job()) {
         push("job " + message.job().id(), [this, job = std::move(*message.mutable_job())] {
+            if (jobListener) jobListener(job);
+        });
+    }
+    if (!message.has_jobs()) return;
+    for (auto& changed : *message.mutable_jobs()->mutable_jobs()) {
+        push("job " + changed.id(), [this, job = std::move(changed)] {
             if (jobListener) jobListener(job);
         });
     }

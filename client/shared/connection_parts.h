@@ -74,6 +74,9 @@ class SlidingRate {
     std::deque<std::pair<Time, double>> entries_;
 };
 
+/// A code that is not known here becomes internal; an empty sentence is filled.
+Error toError(const proto::Failure& failure);
+
 /// A frame with all of its payload.
 struct WholeFrame {
     proto::Frame message;

@@ -52,7 +52,7 @@ std::string linkName(double bytesPerSecond) {
 void drawConnection(const ServerState& server, PanelActions& actions) {
     dim(server.connection);
     if (!server.connected) {
-        actions.reconnect = ImGui::Button("Reconnect");
+        actions.reconnect = ImGui::Button("Connect now");
     } else {
         text(fmt::format("{:.1f} frames/s   {:.1f} ms   {}", server.framesPerSecond, server.roundTripMs,
                          metric(server.bytesPerSecond, "B/s")));

@@ -18,10 +18,17 @@ constexpr double idleSeconds =
     0.25;  // how long to sleep where nothing happens; input and frames wake at once
 constexpr double activeSeconds = 0.005;  // between looks while a gesture or a refinement is under way
 
-ConnectionSettings connectionSettings() {
+/// A server of a node that is down for the night is still waited for.
+constexpr std::chrono::hours untiringPatience{24 * 30};
+
+ConnectionSettings connectionSettings(const ViewOptions& options) {
     ConnectionSettings settings;
     settings.client = "mote-view " MOTE_VERSION;
     settings.wake = [] { Window::wake(); };
+    if (!options.exitAfterStill) {
+        settings.returnPatience = untiringPatience;
+        settings.outlastsFarewells = true;
+    }
     return settings;
 }
 
@@ -31,7 +38,7 @@ Viewer::Viewer(const ViewOptions& options)
     : options_(options),
       window_(options.width, options.height, "Mote"),
       film_(connection_, [this](const proto::JobStatus& job) { replaceJob(job); }),
-      connection_(options.connection, connectionSettings()),
+      connection_(options.connection, connectionSettings(options)),
       numbers_({[this](const proto::Query& query, QueryLine::Reply reply) {
                     return connection_.query(query, std::move(reply));
                 },
@@ -202,6 +209,8 @@ void Viewer::refreshStatistics() {
         server_.connection = fmt::format("{}, {}", welcome.server(), welcome.device());
     } else if (const auto reason = connection_.lostReason()) {
         server_.connection = "Not connected: " + reason->toString();
+    } else if (const auto broken = connection_.brokenBy()) {
+        server_.connection = "Connecting again: " + broken->toString();
     } else {
         server_.connection = "Connecting ...";
     }

@@ -30,12 +30,13 @@ asio::awaitable<Status> ByteStream::shakeHands() {
 }
 
 asio::awaitable<asio::error_code> ByteStream::read(ToRead parts) {
-    const auto [code, count] = co_await asio::async_read(socket_, parts, awaitTuple);
+    const auto [code, count] = co_await asio::async_read(socket_, parts, countRead(), awaitTuple);
     co_return code;
 }
 
 asio::awaitable<asio::error_code> ByteStream::write(ToWrite parts) {
-    const auto [code, count] = co_await asio::async_write(socket_, parts, awaitTuple);
+    const auto [code, count] =
+        co_await asio::async_write(socket_, parts, countWritten(asio::buffer_size(parts)), awaitTuple);
     co_return code;
 }
 

@@ -43,8 +43,34 @@ class ByteStream {
     /// As much of it as goes out at once; no write is under way.
     virtual void tryWrite(std::span<const std::uint8_t> bytes);
 
+    /// Grows with each byte that comes, and with those that go while others of the same write wait for them:
+    /// the signs that the other side is there. What goes at once says nothing, as the system takes it from
+    /// us.
+    std::uint64_t progress() const { return progress_; }
+
+  protected:
+    /// asio::transfer_all that counts progress; of one read.
+    auto countRead() {
+        return [this, done = std::size_t{0}](const asio::error_code& code, std::size_t now) mutable {
+            progress_ += now - done;
+            done = now;
+            return code ? std::size_t{0} : mostAtOnce;
+        };
+    }
+    /// Of one write of so many bytes.
+    auto countWritten(std::size_t size) {
+        return [this, size, done = std::size_t{0}](const asio::error_code& code, std::size_t now) mutable {
+            if (now < size) progress_ += now - done;
+            done = now;
+            return code ? std::size_t{0} : mostAtOnce;
+        };
+    }
+
   private:
+    static constexpr std::size_t mostAtOnce = 65536;  ///< as asio::transfer_all has it
+
     Socket socket_;
+    std::uint64_t progress_ = 0;
 };
 
 }  // namespace mote::wire

@@ -53,6 +53,8 @@ struct Version {
 
 /// What this build speaks.
 inline constexpr Version ownVersion{1, 3};
+/// Clients of this minor version and above answer a server's pings.
+inline constexpr std::uint32_t pingsFromMinor = 3;
 
 using Greeting = std::array<std::uint8_t, 8>;
 using Header = std::array<std::uint8_t, 8>;

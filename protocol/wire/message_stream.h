@@ -40,6 +40,9 @@ class MessageStream {
     /// Whether our greeting is out: a message can follow.
     bool hasGreeted() const { return greeted_; }
 
+    /// As ByteStream::progress().
+    std::uint64_t progress() const { return bytes_->progress(); }
+
     /// Reads one frame. `payload` keeps its capacity; it is empty where the frame has none.
     asio::awaitable<Status> read(google::protobuf::MessageLite& message, std::vector<std::uint8_t>& payload,
                                  FrameLimits limits);

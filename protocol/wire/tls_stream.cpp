@@ -32,12 +32,13 @@ class TlsStream : public ByteStream {
     using ByteStream::ByteStream;
 
     asio::awaitable<asio::error_code> read(ToRead parts) override {
-        const auto [code, count] = co_await asio::async_read(*tls_, parts, awaitTuple);
+        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(), awaitTuple);
         co_return withoutTruncation(code);
     }
 
     asio::awaitable<asio::error_code> write(ToWrite parts) override {
-        const auto [code, count] = co_await asio::async_write(*tls_, parts, awaitTuple);
+        const auto [code, count] =
+            co_await asio::async_write(*tls_, parts, countWritten(asio::buffer_size(parts)), awaitTuple);
         co_return withoutTruncation(code);
     }
 

@@ -168,7 +168,11 @@ class Server::Impl {
         context_.queries = queries_.get();
         context_.uploads = jobs_->uploads();
         context_.crashes = settings_.render.crashes;
+        context_.parked = &parked_;
+        context_.silence = settings_.silence;
+        context_.idle = settings_.idle;
         context_.closed = [this](SessionId id) {
+            parked_.left(id, Clock::now());
             // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {
                 sessions_.erase(id);
@@ -213,7 +217,7 @@ class Server::Impl {
         terms.timeout = settings_.handshakeTimeout;
         terms.farewellTimeout = context_.farewellTimeout;
         terms.knows = [this](const std::string& token) { return sameToken(context_.token, token); };
-        terms.room = [this] { return room(); };
+        terms.room = [this](const proto::Hello& hello) { return room(hello); };
         terms.passed = [this](wire::MessageStream stream, const proto::ClientMessage& hello) {
             begin(std::move(stream), hello);
         };
@@ -233,7 +237,10 @@ class Server::Impl {
         return wire::writeConnectionFile(settings_.connectionFile, file);
     }
 
-    Status room() const {
+    /// Who comes back takes the place of the connection before, which may be dead without anybody knowing.
+    Status room(const proto::Hello& hello) const {
+        const auto before = parked_.sessionOf(hello.resume());
+        if (before && sessions_.contains(*before)) return success();
         if (sessions_.size() < settings_.maxSessions) return success();
         context_.metrics->refusedFull.add();
         log::warn("a client was turned away: {} are connected", sessions_.size());
@@ -243,15 +250,24 @@ class Server::Impl {
 
     void begin(wire::MessageStream stream, const proto::ClientMessage& hello) {
         const SessionId id = ++lastSession_;
+        const auto admission = parked_.admit(hello.hello().resume(), id, Clock::now());
+        replace(admission.before);
         auto session = std::make_shared<Session>(id, std::move(stream), context_);
         sessions_.emplace(id, session);
         try {
-            session->start(hello);
+            session->start(hello, admission);
         } catch (...) {
             sessions_.erase(id);  // memory is short, say: it keeps no place
+            parked_.left(id, Clock::now());
             throw;
         }
         datasets_->rescan();
+    }
+
+    void replace(SessionId before) {
+        const auto old = sessions_.extract(before);
+        if (old.empty()) return;
+        old.mapped()->leave({ErrorCode::cancelled, "session", "its client goes on by another connection"});
     }
 
     void rescanLater() {
@@ -299,6 +315,7 @@ class Server::Impl {
     std::unique_ptr<DatasetService> datasets_;
     std::unique_ptr<QueryService> queries_;
     std::unique_ptr<RenderService> render_;
+    ParkedSessions parked_{settings_.parking};
     SessionContext context_;
     std::unique_ptr<HttpListener> http_;
     std::map<SessionId, std::shared_ptr<Session>> sessions_;

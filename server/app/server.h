@@ -17,6 +17,7 @@
 #include "protocol/wire/address.h"
 #include "server/frames/render_service.h"
 #include "server/render/device.h"
+#include "server/session/parked_sessions.h"
 #include "server/session/startup_limits.h"
 
 namespace mote::server {
@@ -43,10 +44,13 @@ struct ServerSettings {
     bool stopOnSignals = false;  ///< SIGTERM, SIGINT and SIGHUP end run()
     RenderSettings render;
     std::size_t maxSessions = 64;
+    ParkingLimits parking;                   ///< of what outlives a session's connection
     StartupLimits startups;                  ///< of connections that have shown no token yet
     StartupRandom random = uniformRandom();  ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
-    std::chrono::milliseconds rescanInterval{2000};  ///< while clients are connected
+    std::chrono::milliseconds silence{30'000};         ///< of a client's, that ends its session; 0: none
+    std::chrono::milliseconds idle{12 * 3600 * 1000};  ///< without a wish, that ends a session; 0: none
+    std::chrono::milliseconds rescanInterval{2000};    ///< while clients are connected
 };
 
 class Server {

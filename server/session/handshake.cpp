@@ -36,7 +36,7 @@ asio::awaitable<void> Handshake::run() {
                               {ErrorCode::permissionDenied, "hello.token",
                                "the token is not this server's; read its present connection file"});
     }
-    const auto room = terms_.room();
+    const auto room = terms_.room(message.hello());
     if (!room.ok()) co_return co_await refuse(room.error());
     pass(std::move(message));
 }

@@ -25,8 +25,8 @@ struct HandshakeTerms {
     std::chrono::milliseconds timeout{5000};          ///< from the connection to a good token
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
     std::function<bool(const std::string& token)> knows;
-    /// Whether there is a place for one more client that is known.
-    std::function<Status()> room;
+    /// Whether there is a place for a client that is known.
+    std::function<Status(const proto::Hello& hello)> room;
     /// How long the answer to a wrong token waits.
     std::function<std::chrono::milliseconds()> wrongToken;
     /// Once, as the last thing: either the client is known, and the stream and its hello are handed on, or it

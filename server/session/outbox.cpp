@@ -33,7 +33,10 @@ void Outbox::reply(Reply reply) {
 void Outbox::jobChanged(const std::string& id) {
     if (allJobs_) return;
     jobs_.insert(id);
-    if (jobs_.size() <= maxChangedJobs) return;
+    if (jobs_.size() > maxChangedJobs) allJobsChanged();
+}
+
+void Outbox::allJobsChanged() {
     jobs_.clear();
     allJobs_ = true;
 }

@@ -57,6 +57,7 @@ class Outbox {
     void reply(Reply reply);
     void viewFailed(proto::ServerMessage message) { viewFailure_ = std::move(message); }
     void jobChanged(const std::string& id);
+    void allJobsChanged();
     void catalogueChanged() { catalogue_ = true; }
     void frame(RenderedFrame frame) {
         frames_.push_back({std::make_shared<const RenderedFrame>(std::move(frame)), 0});

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/session/session.h"
 
+#include <fmt/format.h>
+
 #include <asio/co_spawn.hpp>
 #include <asio/detached.hpp>
 #include <asio/post.hpp>
@@ -24,6 +26,7 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       stream_(std::move(stream)),
       deadline_(executor_),
       pace_(executor_),
+      life_(executor_),
       readerWake_(executor_),
       workerWake_(executor_),
       writerWake_(executor_),
@@ -31,8 +34,8 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       queries_(context.queries, executor_),
       uploads_(context.uploads) {}
 
-void Session::start(const proto::ClientMessage& hello) {
-    welcome(hello);
+void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
+    welcome(hello, admission);
     const auto spawn = [this](asio::awaitable<void> (Session::*coroutine)()) {
         asio::co_spawn(
             executor_, [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
@@ -49,6 +52,7 @@ void Session::start(const proto::ClientMessage& hello) {
 // --------------------------------------------------------------------------------------------- reading
 
 asio::awaitable<void> Session::read() {
+    co_await goOn();
     std::vector<std::uint8_t> payload;
     while (!leaving_ && !closed_) {
         // A client that does not take its replies is not asked for more.
@@ -57,21 +61,43 @@ asio::awaitable<void> Session::read() {
         proto::ClientMessage message;
         const auto status = co_await stream_.read(message, payload, wire::clientLimits);
         if (!status.ok()) co_return leave(status.error());
+        context_.parked->confirm(id_);  // it answers a welcome
+        noteWish(message);
         co_await handle(std::move(message));
     }
 }
 
-void Session::welcome(const proto::ClientMessage& message) {
+void Session::welcome(const proto::ClientMessage& message, const ParkedSessions::Admission& admission) {
     context_.metrics->sessions.add();
-    log::info(log::session(id_), "\"{}\" connected", toLogText(message.hello().client()));
+    log::info(log::session(id_), "\"{}\" connected{}", toLogText(message.hello().client()),
+              admission.resumed ? fmt::format(" and goes on from session {}", admission.before) : "");
     begin(message.hello());
+    beginLife(message.hello());
     proto::ServerMessage reply;
     auto& welcome = *reply.mutable_welcome();
     welcome.set_server(context_.server);
     welcome.set_minor(wire::ownVersion.minor);
     welcome.set_device(toUtf8(context_.device));
     welcome.set_frame_credits(frameCredits(message.hello()));
+    welcome.set_resume(admission.secret);
+    welcome.set_resumed(admission.resumed);
+    welcome.set_session(id_);
+    welcome.set_silence_ms(static_cast<std::uint32_t>(context_.silence.count()));
+    if (const auto& view = admission.state.view) {
+        *welcome.mutable_view() = *view;
+        resumedView_.emplace();
+        resumedView_->set_request(message.request());
+        *resumedView_->mutable_set_view() = *view;
+    }
     this->reply(message.request(), std::move(reply));
+    watchesJobs_ = admission.state.watchesJobs;
+    if (watchesJobs_) outbox_.allJobsChanged();
+}
+
+/// With what the session was about when its line broke.
+asio::awaitable<void> Session::goOn() {
+    const auto view = std::exchange(resumedView_, std::nullopt);
+    if (view) co_await setView(view->request(), view->set_view());
 }
 
 asio::awaitable<void> Session::handle(proto::ClientMessage message) {
@@ -90,6 +116,8 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
             reply(request, std::move(pong));
             break;
         }
+        case Body::kPong:
+            break;  // its bytes were all that was asked for
         case Body::kQuery:
             co_await query(std::move(message));
             break;
@@ -130,6 +158,7 @@ asio::awaitable<void> Session::write() {
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
         const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
         if (status.ok()) context_.metrics->countSent(item->message, payload.size());
+        noteNews(item->message);
         if (!status.ok() && status.error().code == ErrorCode::resourceExhausted) {
             // Nothing of it went out: the client hears why instead.
             outbox_.reply(failureMessage(item->message.reply_to(), status.error(), false));
@@ -201,6 +230,7 @@ void Session::close() {
     stream_.close();
     deadline_.cancel();
     pace_.cancel();
+    life_.cancel();
     readerWake_.notify();
     workerWake_.notify();
     writerWake_.notify();
@@ -244,6 +274,7 @@ asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
             co_return cancelJob(command.cancel_job().id());
         case Body::kWatchJobs:
             watchesJobs_ = true;
+            context_.parked->watchJobs(id_);
             co_return watchJobs();
         case Body::kFetchFilm:
             co_return co_await fetchFilm(command.fetch_film());

@@ -23,6 +23,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/wire/message_stream.h"
+#include "protocol/wire/silence.h"
 #include "server/data/dataset_service.h"
 #include "server/frames/crash_record.h"
 #include "server/frames/render_service.h"
@@ -32,6 +33,7 @@
 #include "server/numbers/query_service.h"
 #include "server/session/flow_control.h"
 #include "server/session/outbox.h"
+#include "server/session/parked_sessions.h"
 #include "server/session/session_queries.h"
 
 namespace mote::server {
@@ -64,7 +66,10 @@ struct SessionContext {
     QueryService* queries = nullptr;       ///< null: none are answered
     std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
+    ParkedSessions* parked = nullptr;      ///< outlives the sessions
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
+    std::chrono::milliseconds silence{30'000};        ///< of a client's, that ends its session; 0: none
+    std::chrono::milliseconds idle{0};                ///< without a wish, that ends a session; 0: none
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;            ///< once, as the last thing
 };
@@ -76,8 +81,9 @@ class Session : public std::enable_shared_from_this<Session> {
   public:
     Session(SessionId id, wire::MessageStream stream, SessionContext& context);
 
-    /// `hello`: the first message, whose token is good.
-    void start(const proto::ClientMessage& hello);
+    /// `hello`: the first message, whose token is good. A session that goes on draws its view and tells its
+    /// jobs at once.
+    void start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
     /// The datasets are not the same as before.
@@ -88,7 +94,13 @@ class Session : public std::enable_shared_from_this<Session> {
     static constexpr std::size_t maxCommands = 8;
 
     asio::awaitable<void> read();
-    void welcome(const proto::ClientMessage& message);
+    void welcome(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
+    asio::awaitable<void> goOn();
+    void beginLife(const proto::Hello& hello);
+    void lookLater();
+    void look();
+    void noteWish(const proto::ClientMessage& message);
+    void noteNews(const proto::ServerMessage& message);
     asio::awaitable<void> handle(proto::ClientMessage message);
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
     Status beware(ViewTask& task) const;
@@ -131,6 +143,10 @@ class Session : public std::enable_shared_from_this<Session> {
     wire::MessageStream stream_;
     asio::steady_timer deadline_;  // of the farewell
     asio::steady_timer pace_;      // when the link is ready for more
+    asio::steady_timer life_;      // when to look whether the client is still there
+    wire::Silence silence_{std::chrono::milliseconds(0), {}};
+    std::chrono::milliseconds idle_{0};
+    Clock::time_point lastWish_;  // or what the client was told that it waits for
 
     Wakeup readerWake_, workerWake_, writerWake_, answersWake_;
     Outbox outbox_;
@@ -142,6 +158,7 @@ class Session : public std::enable_shared_from_this<Session> {
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool watchesJobs_ = false;
+    std::optional<proto::ClientMessage> resumedView_;  // as the client would ask for it
     bool leaving_ = false;
     bool closed_ = false;
 };

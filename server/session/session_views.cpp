@@ -57,6 +57,7 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
         reply(request, failureMessage(request, task.error(), false));
         co_return;
     }
+    if (!message.queued()) context_.parked->setView(id_, message);
     (*task)->arrived = arrived;
     const auto safe = beware(**task);
     if (!safe.ok()) {

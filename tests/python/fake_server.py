@@ -67,8 +67,9 @@ class FakeServer:
     """As a context manager; ``file`` is its connection file."""
 
     def __init__(self, answer=lambda peer, message: None, greeting=struct.pack("<4sHH", b"MOTE", 1, 2), welcome=True,
-                 minor=2):
-        self.answer, self.greeting, self.welcome, self.minor = answer, greeting, welcome, minor
+                 minor=2, more=lambda hello: {}):
+        """``more``: what else a welcome says, by the hello that it answers; a tuple: the failure that it is instead."""
+        self.answer, self.greeting, self.welcome, self.minor, self.more = answer, greeting, welcome, minor, more
         self.folder = tempfile.mkdtemp(prefix="mote-fake-")
         self.file = os.path.join(self.folder, "connection.json")
         self.socket_path = os.path.join(self.folder, "s")
@@ -115,7 +116,11 @@ class FakeServer:
             if hello.hello.token != TOKEN:
                 peer.fail(hello, "permission_denied", "hello.token", "the token is not this server's", fatal=True)
                 return
-            peer.reply(hello, "welcome", server="fake", minor=self.minor, device="paper", frame_credits=2)
+            more = self.more(hello.hello)
+            if isinstance(more, tuple):
+                peer.fail(hello, *more, fatal=True)
+                return
+            peer.reply(hello, "welcome", server="fake", minor=self.minor, device="paper", frame_credits=2, **more)
             while True:
                 message = peer.hear()
                 self.said.append(message)

@@ -2,8 +2,8 @@
 """Connection: a client's line to its server, by one thread that reads and writes.
 
 Whoever asks waits for its answer; any thread may ask, and a KeyboardInterrupt of the one that waits leaves the line as
-it was. A line that breaks without a word of the server's is opened again for a few seconds, and what was not answered
-is asked again (docs/PROTOCOL.md, "When a server dies").
+it was. A line that breaks without a word of the server's is opened again for a few seconds, the session goes on, and
+what was not answered is asked again (docs/PROTOCOL.md, "When a line breaks").
 """
 from __future__ import annotations
 
@@ -19,12 +19,32 @@ from .errors import Error
 from .line import Line
 from .messages import Message, new
 from .question import Answer, Farewell, Question, copy_of, error_of
+from .silence import ASK, GONE, Silence
 
 PATIENCE = 5.0
 """Seconds for which a line that broke is opened again."""
+ENTRY_PATIENCE = 2.0
+"""Seconds for which a server that has no place is asked for one by who was not there before."""
 CONNECT_TIMEOUT = 10.0
 _HOLDS_AFTER = 1.0  # a line that broke sooner after its welcome counts as not opened
 _PAUSE, _LONG_PAUSE, _PAUSE_SHARE = 0.02, 1.0, 0.05
+
+
+def _no_place(failure: Error) -> bool:
+    """The server takes nobody on at the moment."""
+    return (failure.code, failure.where) == ("resource_exhausted", "server")
+
+
+def _slept(failure: Error) -> bool:
+    """The server has heard nothing of us: this machine slept, or the network."""
+    return (failure.code, failure.where) == ("cancelled", "silence")
+
+
+def _may_return(failure: Error, returning: bool) -> bool:
+    """Whether a line that ended for this reason may be opened again."""
+    if failure.code == "permission_denied":
+        return returning  # a server that is started anew listens a moment before its file holds its token
+    return failure.code in ("internal", "not_found") or _slept(failure) or _no_place(failure)
 
 
 class Connection:
@@ -51,6 +71,8 @@ class Connection:
         self.welcome: Optional[Message] = None
         # The thread's own.
         self._welcomed_at = 0.0
+        self._resume = ""  # takes the session up again, once
+        self._silence = Silence(0.0, 0.0)
         self._wake_reader, self._wake_writer = os.pipe()
         os.set_blocking(self._wake_writer, False)
         self._thread = threading.Thread(target=self._run, name="mote connection", daemon=True)
@@ -205,26 +227,30 @@ class Connection:
     def _keep_line(self) -> Error:
         """Opens the line as often as it is worth it; why it is not any more."""
         broken: Optional[Error] = None
-        since = 0.0
+        since, patience = 0.0, PATIENCE
         while not self._closing:
             try:
                 self._one_line()
             except Farewell as farewell:
-                return farewell.error
-            except Error as failure:
-                now = time.monotonic()
-                if self._welcomed_at and now - self._welcomed_at > _HOLDS_AFTER:
-                    broken = None
-                may_return = failure.code in ("internal", "not_found") or (
-                    broken is not None and failure.code == "permission_denied")
-                if self._welcomed_at and broken is None and may_return:
-                    broken, since = failure, now
-                self._welcomed_at = 0.0
-                if broken is None or not may_return:
-                    return failure
-                if now - since > PATIENCE or self._gone():
-                    return self._gone() or broken
-                self._pause(min(max((now - since) * _PAUSE_SHARE, _PAUSE), _LONG_PAUSE))
+                if not _slept(farewell.error):
+                    return farewell.error
+                failure = farewell.error
+            except Error as error:
+                failure = error
+            else:
+                break
+            now = time.monotonic()
+            held = self._welcomed_at and now - self._welcomed_at > _HOLDS_AFTER
+            if held:
+                broken = None
+            if broken is None and (self._welcomed_at or _no_place(failure)):
+                broken, since, patience = failure, now, PATIENCE if self._welcomed_at else min(ENTRY_PATIENCE, PATIENCE)
+            self._welcomed_at = 0.0
+            if broken is None or not _may_return(failure, broken is not failure):
+                return failure
+            if now - since > patience or self._gone():
+                return self._gone() or broken
+            self._pause(min(max((now - since) * _PAUSE_SHARE, _PAUSE), _LONG_PAUSE))
         return Error("cancelled", "", "the connection was closed")
 
     def _gone(self) -> Optional[Error]:
@@ -245,6 +271,7 @@ class Connection:
         hello.hello.client = self._client
         hello.hello.minor = wire.MINOR
         hello.hello.background = self._background
+        hello.hello.resume = self._resume
         with Line(place, self._wake_reader) as line:
             line.send(wire.encode(hello.SerializeToString()))
             welcomed = False
@@ -252,13 +279,33 @@ class Connection:
             while not self._closing:
                 if not welcomed and time.monotonic() > deadline:
                     raise Error("internal", place.address, "the server did not answer in time")
-                for message, payload in line.turn(None if welcomed else deadline - time.monotonic()):
+                for message, payload in line.turn(self._silence.interval if welcomed else deadline - time.monotonic()):
                     if not welcomed:
                         welcomed = self._greeted(message)
+                    elif message.WhichOneof("body") == "ping":
+                        self._send_own(line, "pong")
                     else:
                         self._received(message, payload)
                 if welcomed:
                     self._send_what_is_due(line)
+                    self._listen_for_life(line)
+
+    def _listen_for_life(self, line: Line) -> None:
+        """Raises Error where the server was silent for too long."""
+        verdict = self._silence.at(time.monotonic(), line.progress)
+        if verdict == GONE:
+            raise Error("internal", "", f"nothing was heard of the server for {self._silence.limit:.3g} s")
+        if verdict == ASK:
+            self._send_own(line, "ping")
+
+    def _send_own(self, line: Line, body: str) -> None:
+        """A message that nobody asked us for."""
+        message = new("ClientMessage")
+        with self._changed:
+            self._last_request += 1
+            message.request = self._last_request
+        getattr(message, body).SetInParent()
+        line.send(wire.encode(message.SerializeToString()))
 
     def _greeted(self, message: Message) -> bool:
         body = message.WhichOneof("body")
@@ -267,6 +314,8 @@ class Connection:
         if body != "welcome":
             return False
         self._welcomed_at = time.monotonic()
+        self._resume = message.welcome.resume
+        self._silence = Silence(message.welcome.silence_ms / 1000, self._welcomed_at)
         with self._changed:
             self.welcome = message.welcome
             self._credits = 0

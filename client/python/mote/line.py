@@ -26,6 +26,8 @@ class Line:
         self._reader = wire.Reader()
         self._out: Deque[memoryview] = deque([memoryview(wire.GREETING)])
         self._waiting = len(wire.GREETING)
+        self.progress = 0
+        """Grows with each byte that comes, and with those that go while others wait for them."""
         self._poll = select.poll()
         self._poll.register(wake, select.POLLIN)
 
@@ -77,6 +79,7 @@ class Line:
                 self._waiting = 0
                 return
             self._waiting -= count
+            self.progress += count if self._waiting else 0
             if count == len(self._out[0]):
                 self._out.popleft()
             else:
@@ -91,4 +94,5 @@ class Line:
             raise Error("internal", "", f"the server's line broke: {failure.strerror}") from None
         if count == 0:
             raise Error("internal", "", "the server closed the connection")
+        self.progress += count
         self._reader.took(count)

@@ -91,7 +91,7 @@ def open_socket(place: Place) -> AnySocket:
         raise Error("permission_denied", place.address, "this server is another user's") from None
     except ssl.SSLError as failure:
         if failure.reason == _NO_PLACE:
-            raise Error("resource_exhausted", place.address, "too many connections that have shown no token are there; "
+            raise Error("resource_exhausted", "server", "too many connections that have shown no token are there; "
                         "try again") from None
         raise Error("unsupported", place.address, f"no TLS 1.3 with this server: {failure.reason}") from None
     except OSError as failure:

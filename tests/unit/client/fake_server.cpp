@@ -80,16 +80,23 @@ void FakeServer::accept() {
 }
 
 void FakeServer::welcome(std::uint32_t minor) {
+    proto::Welcome welcome;
+    welcome.set_minor(minor);
+    this->welcome(std::move(welcome));
+}
+
+proto::Hello FakeServer::welcome(proto::Welcome welcome) {
     accept();
     const auto hello = read(proto::ClientMessage::kHello);
     require(hello.hello().token() == token, "the token is another");
     proto::ServerMessage message;
     message.set_reply_to(hello.request());
-    message.mutable_welcome()->set_server("fake 1");
-    message.mutable_welcome()->set_device("paper");
-    message.mutable_welcome()->set_frame_credits(wire::frameCredits);
-    message.mutable_welcome()->set_minor(minor);
+    welcome.set_server("fake 1");
+    welcome.set_device("paper");
+    welcome.set_frame_credits(wire::frameCredits);
+    *message.mutable_welcome() = std::move(welcome);
     send(message);
+    return hello.hello();
 }
 
 std::string FakeServer::receive(std::size_t size) {

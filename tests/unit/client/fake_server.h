@@ -31,6 +31,8 @@ class FakeServer {
     /// accept(), Hello and Welcome.
     /// `minor`: of the protocol that it speaks.
     void welcome(std::uint32_t minor = 0);
+    /// The same with whatever else the welcome is to say. Returns the hello.
+    proto::Hello welcome(proto::Welcome welcome);
     /// Accepts a connection, sends greeting and `reason` at once and closes, without having read a byte.
     void turnAway(const proto::ServerMessage& reason);
     proto::ClientMessage read();

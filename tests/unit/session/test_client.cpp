@@ -85,13 +85,19 @@ void TestClient::greet(wire::Version version) {
 }
 
 Received TestClient::connect(const std::string& token, bool background) {
+    proto::Hello hello;
+    hello.set_token(token);
+    hello.set_client("test");
+    hello.set_background(background);
+    return connect(hello);
+}
+
+Received TestClient::connect(const proto::Hello& hello) {
     greet();
-    proto::ClientMessage hello;
-    hello.set_request(++request_);
-    hello.mutable_hello()->set_token(token);
-    hello.mutable_hello()->set_client("test");
-    hello.mutable_hello()->set_background(background);
-    send(hello);
+    proto::ClientMessage message;
+    message.set_request(++request_);
+    *message.mutable_hello() = hello;
+    send(message);
     auto first = receive();
     if (!first) throw std::runtime_error("no answer to hello");
     return *std::move(first);

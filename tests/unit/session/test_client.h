@@ -39,6 +39,7 @@ class TestClient {
     void greet(wire::Version version = wire::ownVersion);
     /// Greets and says hello; returns the first message.
     Received connect(const std::string& token, bool background = false);
+    Received connect(const proto::Hello& hello);
 
     /// The next message; nothing where the server has closed.
     std::optional<Received> receive();
