@@ -176,7 +176,9 @@ class RenderService::Impl {
     }
 
     void serve(RenderJob job, std::shared_ptr<Client> client, std::uint64_t arrivals) {
+        const auto begun = Clock::now();
         auto made = make(job, *client);
+        charge(job, Clock::now() - begun);
         deviceFails_ = !made.ok() && made.error().where == "device";
         if (!made.ok()) return fail(job, *client, made.error());
         if (made->waits) return waiting(job, arrivals);
@@ -204,6 +206,11 @@ class RenderService::Impl {
             maker_.emplace(factory_, steps_, costs);
             return Error{ErrorCode::internal, "view", broken.what()};
         }
+    }
+
+    void charge(const RenderJob& job, Clock::duration took) {
+        const std::lock_guard lock(mutex_);
+        schedule_.charge(job, took);
     }
 
     /// `arrivals`: before it was tried. What has arrived since may be what it waits for.
