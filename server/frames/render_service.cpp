@@ -37,6 +37,14 @@ struct Drawn {
     std::shared_ptr<Client> client;
 };
 
+/// Large ones take seconds: more than a screen shows, so that no screen waits for the next.
+EncodePool::Pace paceOf(const Drawn& drawn) {
+    constexpr std::size_t largest = std::size_t{3840} * 2400;
+    const auto& picture = drawn.made.picture;
+    const bool large = std::size_t{picture.width} * picture.height > largest;
+    return large || drawn.client->background ? EncodePool::Pace::slow : EncodePool::Pace::quick;
+}
+
 PictureHistory historyOf(const RenderSettings& settings) {
     return {QualityController(settings.budgetMs)};
 }
@@ -248,9 +256,9 @@ class RenderService::Impl {
             schedule_.finishDrawn(drawn->job, drawn->made.next);
         }
         const SessionId session = drawn->job.session;
-        const bool background = drawn->client->background;
+        const auto pace = paceOf(*drawn);
         encoders_->post(
-            session, [this, drawn = std::move(drawn)] { encode(*drawn); }, background);
+            session, [this, drawn = std::move(drawn)] { encode(*drawn); }, pace);
     }
 
     Result<EncodedPicture> encodedOf(Drawn& drawn) {
