@@ -168,6 +168,7 @@ class Server::Impl {
         context_.queries = queries_.get();
         context_.uploads = jobs_->uploads();
         context_.crashes = settings_.render.crashes;
+        context_.staleAfter = settings_.staleAfter;
         context_.closed = [this](SessionId id) {
             // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {

@@ -46,6 +46,7 @@ struct ServerSettings {
     StartupLimits startups;                  ///< of connections that have shown no token yet
     StartupRandom random = uniformRandom();  ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
+    std::chrono::milliseconds staleAfter{250};       ///< a frame in motion that waited so long is old
     std::chrono::milliseconds rescanInterval{2000};  ///< while clients are connected
 };
 

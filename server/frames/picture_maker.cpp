@@ -164,14 +164,15 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
             MOTE_ASSIGN_OR_RETURN(draft, newDraft(job, history, made));
         }
         if (draft == nullptr) return made;
-        const bool done = draw(job, *draft);
+        const bool lost = history.lost.lock() == job.task;
+        const bool done = draw(job, *draft, lost ? job.stop : job.pause);
         failures_ = 0;
         if (done) {
             made.picture = finished(job, *draft, history);
             attempt.succeeded();
         } else if (draft->picture != nullptr) {
             attempt.paused(*draft);
-            history.draft = std::move(draft);
+            keep(std::move(draft), history);
         }
         return made;
     } catch (const BrokenInvariant&) {
@@ -329,16 +330,30 @@ std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene
 }
 
 /// Whether the picture is done.
-bool PictureMaker::draw(const RenderJob& job, Draft& draft) {
+bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_token& pause) {
     const auto begun = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
     if (draft.picture == nullptr) draft.picture = device_->begin(draft.plan, format, job.stop);
-    const bool done = draft.picture != nullptr && draft.picture->advance(job.pause);
+    const bool done = draft.picture != nullptr && draft.picture->advance(pause);
     check(draft.scene);
     // Not before: what is read for this picture goes first.
     want(draft.plan);
     draft.renderMs += milliseconds(Clock::now() - begun);
     return done;
+}
+
+void PictureMaker::keep(std::unique_ptr<Draft> draft, PictureHistory& history) {
+    std::uint64_t bytes = draft->picture->bytes();
+    for (const auto& fragments : draft->plan.fragments)
+        bytes += fragments->capacity() * sizeof(render::Fragment);
+    draft->held = {};  // of what it kept before
+    auto held = HeldMemory::whereThereIsRoom(steps_.budget(), bytes);
+    if (!held) {
+        history.lost = draft->task;
+        return;
+    }
+    draft->held = *std::move(held);
+    history.draft = std::move(draft);
 }
 
 MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHistory& history) {

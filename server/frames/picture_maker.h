@@ -12,6 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/data/held_memory.h"
 #include "server/data/step_source.h"
 #include "server/figures/marks.h"
 #include "server/frames/dot_maker.h"
@@ -43,6 +44,7 @@ struct Draft {
     double learnMs = 0.0;                                     ///< of planMs: apart from data
     std::unique_ptr<render::UnfinishedPicture> picture = {};  ///< refers to the plan; null: not begun
     std::optional<DotHistory> after = {};                     ///< as its scene left the history's dots
+    HeldMemory held = {};                                     ///< of what it keeps
 };
 
 /// What is remembered of one session's pictures, to choose the quality of the next.
@@ -52,7 +54,8 @@ struct PictureHistory {
     std::vector<const render::GridField*> hybrids = {};  ///< likewise; not held, only told apart
     double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
     DotHistory dots = {};
-    std::unique_ptr<Draft> draft = {};  ///< of the latest job, where it gave way
+    std::unique_ptr<Draft> draft = {};        ///< of the latest job, where it gave way
+    std::weak_ptr<const ViewTask> lost = {};  ///< whose draft found no room: it gives way no more
 };
 
 /// A picture, and the message that goes with it as far as it is known now.
@@ -83,7 +86,8 @@ class PictureMaker {
 
     /// A view in motion is drawn from what is in memory; the exact picture waits until all of its data is
     /// there, unless there is no room for it, when it is read as it is drawn. What is paused leaves a draft,
-    /// which the same job goes on with, to the same bytes. Of a final-only view that comes to no picture the
+    /// which the same job goes on with, to the same bytes; where there is no room for that, the job is not
+    /// paused again. Of a final-only view that comes to no picture the
     /// history's dots are as they were. Errors: notFound, corrupt and so on of the data;
     /// internal of the device, which is made anew where it fails again and again; resourceExhausted (memory).
     /// Throws BrokenInvariant: then neither it nor the history is good for more.
@@ -97,7 +101,8 @@ class PictureMaker {
     Result<std::unique_ptr<Draft>> newDraft(const RenderJob& job, PictureHistory& history, Making& why);
     std::unique_ptr<Draft> planned(const RenderJob& job, render::Scene scene, Clock::time_point begun,
                                    PictureHistory& history);
-    bool draw(const RenderJob& job, Draft& draft);
+    bool draw(const RenderJob& job, Draft& draft, const std::stop_token& pause);
+    void keep(std::unique_ptr<Draft> draft, PictureHistory& history);
     MadePicture finished(const RenderJob& job, Draft& draft, PictureHistory& history);
     std::optional<render::FramePlan> planFor(const RenderJob& job, const render::Scene& scene,
                                              const render::Quality& quality);

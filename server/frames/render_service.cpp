@@ -35,6 +35,7 @@ struct Drawn {
     MadePicture made;
     RenderJob job;
     std::shared_ptr<Client> client;
+    HeldMemory held;
 };
 
 /// Large ones take seconds: more than a screen shows, so that no screen waits for the next.
@@ -68,6 +69,7 @@ class RenderService::Impl {
     Impl(DeviceFactory factory, StepSource& steps, RenderSettings settings)
         : factory_(std::move(factory)),
           steps_(steps),
+          budget_(steps.budget()),
           settings_(settings),
           schedule_(settings.schedule),
           encoders_(std::make_unique<EncodePool>(std::max(1u, settings.encodeThreads))) {}
@@ -191,7 +193,9 @@ class RenderService::Impl {
         if (!made.ok()) return fail(job, *client, made.error());
         if (made->waits) return waiting(job, arrivals);
         if (!made->picture) return stopped(job);
-        send(std::make_shared<Drawn>(Drawn{*std::move(made->picture), std::move(job), std::move(client)}));
+        auto held = hold(made->picture->picture.pixels.capacity());
+        send(std::make_shared<Drawn>(
+            Drawn{*std::move(made->picture), std::move(job), std::move(client), std::move(held)}));
     }
 
     /// What is loaded for a picture that waits may still be the end of us.
@@ -276,6 +280,12 @@ class RenderService::Impl {
         }
     }
 
+    /// Smaller pictures are part of what the program may take; of large ones a few would be too many.
+    HeldMemory hold(std::size_t bytes) const {
+        constexpr std::size_t large = std::size_t{16} << 20;
+        return bytes < large ? HeldMemory() : HeldMemory::of(budget_, bytes);
+    }
+
     void encode(Drawn& drawn) {
         const auto begun = Clock::now();
         const auto& task = *drawn.job.task;
@@ -295,6 +305,7 @@ class RenderService::Impl {
         frame.quick = drawn.job.stage == Stage::quick || task.queued;
         frame.canWait = exact;  // nothing after it needs it
         frame.wanted = task.finalOnly;
+        frame.held = hold(frame.payload.capacity());
         drawn.client->events.frame(std::move(frame));
     }
 
@@ -305,6 +316,7 @@ class RenderService::Impl {
 
     const DeviceFactory factory_;
     StepSource& steps_;
+    const std::shared_ptr<storage::BlockBudget> budget_;
     const RenderSettings settings_;
     // The rendering thread's own.
     std::optional<PictureMaker> maker_;

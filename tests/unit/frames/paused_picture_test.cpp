@@ -29,6 +29,9 @@ class VolumeSource final : public StepSource {
         return storage::Catalogue::Entry{name, "/nowhere", manifest_};
     }
     Result<Resident> resident(const AnyLoadable&) override { return Resident{volume_}; }
+    std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
+
+    std::shared_ptr<storage::BlockBudget> budget_;  ///< null: nobody counts
 
   private:
     std::shared_ptr<const proto::Manifest> manifest_;
@@ -155,6 +158,28 @@ TEST_F(PausedPicture, IsBegunAnewOnANewDevice) {
     EXPECT_EQ(made->picture->picture.pixels[0], 3);
     EXPECT_EQ(counts_.devices, 2);
     EXPECT_EQ(counts_.begun, 4);
+}
+
+TEST_F(PausedPicture, IsCountedWhileItWaits) {
+    source_.budget_ = std::make_shared<storage::BlockBudget>(1 << 20);
+    const auto large = taskOf(16);
+    ASSERT_FALSE(maker_.make(jobOf(large, true), history_)->picture);
+    EXPECT_EQ(source_.budget_->resident(), 16u * 8 * 4);
+    ASSERT_FALSE(maker_.make(jobOf(large, true), history_)->picture);
+    EXPECT_EQ(source_.budget_->resident(), 16u * 8 * 4);
+    ASSERT_TRUE(maker_.make(jobOf(large, true), history_)->picture);
+    EXPECT_EQ(source_.budget_->resident(), 0u);
+}
+
+TEST_F(PausedPicture, GivesWayNoMoreWhereThereIsNoRoomToKeepIt) {
+    source_.budget_ = std::make_shared<storage::BlockBudget>(100);
+    const auto large = taskOf(16);
+    ASSERT_FALSE(maker_.make(jobOf(large, true), history_)->picture);
+    EXPECT_EQ(history_.draft, nullptr);
+    EXPECT_EQ(source_.budget_->resident(), 0u);
+    const auto made = maker_.make(jobOf(large, true), history_);
+    ASSERT_TRUE(made.ok() && made->picture) << "or it would never be done";
+    EXPECT_EQ(counts_.begun, 2);
 }
 
 TEST_F(PausedPicture, ThatIsStoppedBeforeItBeganLeavesNothing) {
