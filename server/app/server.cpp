@@ -171,6 +171,7 @@ class Server::Impl {
         context_.parked = &parked_;
         context_.silence = settings_.silence;
         context_.idle = settings_.idle;
+        context_.staleAfter = settings_.staleAfter;
         context_.closed = [this](SessionId id) {
             parked_.left(id, Clock::now());
             // Later: the session that says so is in the midst of its own function.

@@ -50,6 +50,7 @@ struct ServerSettings {
     std::chrono::milliseconds handshakeTimeout{5000};
     std::chrono::milliseconds silence{30'000};         ///< of a client's, that ends its session; 0: none
     std::chrono::milliseconds idle{12 * 3600 * 1000};  ///< without a wish, that ends a session; 0: none
+    std::chrono::milliseconds staleAfter{250};         ///< a frame in motion that waited so long is old
     std::chrono::milliseconds rescanInterval{2000};    ///< while clients are connected
 };
 

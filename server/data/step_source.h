@@ -10,6 +10,7 @@
 
 #include "protocol/scene/error.h"
 #include "server/data/loadable.h"
+#include "storage/blocks/block_budget.h"
 #include "storage/catalogue.h"
 #include "storage/particles/particle_step.h"
 
@@ -47,6 +48,8 @@ class StepSource {
         static_cast<void>(need);
         return false;
     }
+    /// What pictures that wait are counted to; null: nobody counts.
+    virtual std::shared_ptr<storage::BlockBudget> budget() const { return nullptr; }
     /// Before a picture's first step: what the one before it held may leave memory.
     virtual void beginPicture() {}
 };

@@ -18,19 +18,39 @@ namespace {
 // would wait for a thread that holds one and is never let run.
 constexpr int niceness = 5;
 
-/// The work of some sessions, and the threads that share it. Its members are guarded by the pool's mutex.
+struct Work {
+    std::function<void()> run;
+    EncodePool::Pace pace;
+};
+
+/// Threads, and what they share: sessions whose next work is theirs. Its members are guarded by the pool's
+/// mutex.
 struct Lane {
     std::condition_variable wake;
-    std::map<SessionId, std::deque<std::function<void()>>> waiting;  // of sessions with work, at least one
-    std::deque<SessionId> ready;  // sessions with work that no thread is on
+    std::deque<SessionId> ready;  // that no thread is on
     std::vector<std::thread> threads;
+};
 
-    void post(SessionId session, std::function<void()> work) {
+}  // namespace
+
+struct EncodePool::Impl {
+    std::mutex mutex;
+    bool stopping = false;
+    std::map<SessionId, std::deque<Work>> waiting;  // of sessions with work, at least one
+    Lane quick, slow;
+
+    Lane& laneOf(const Work& work) { return work.pace == Pace::slow ? slow : quick; }
+
+    void post(SessionId session, Work work) {
         auto& queue = waiting[session];
         queue.push_back(std::move(work));
-        if (queue.size() > 1) return;
-        ready.push_back(session);
-        wake.notify_one();
+        if (queue.size() == 1) makeReady(session, queue);
+    }
+
+    void makeReady(SessionId session, const std::deque<Work>& queue) {
+        Lane& lane = laneOf(queue.front());
+        lane.ready.push_back(session);
+        lane.wake.notify_one();
     }
 
     /// A session stays in `waiting` while a thread is on it, so that nobody else takes its next piece.
@@ -40,18 +60,9 @@ struct Lane {
         if (queue.empty()) {
             waiting.erase(session);
         } else {
-            ready.push_back(session);
-            wake.notify_one();
+            makeReady(session, queue);
         }
     }
-};
-
-}  // namespace
-
-struct EncodePool::Impl {
-    std::mutex mutex;
-    bool stopping = false;
-    Lane foreground, background;
 
     void work(Lane& lane) {
         std::unique_lock lock(mutex);
@@ -60,25 +71,25 @@ struct EncodePool::Impl {
             if (stopping) return;
             const SessionId session = lane.ready.front();
             lane.ready.pop_front();
-            auto task = std::move(lane.waiting[session].front());
+            auto task = std::move(waiting[session].front().run);
             lock.unlock();
             task();
             task = nullptr;  // its picture goes before we wait
             lock.lock();
-            lane.finished(session);
+            finished(session);
         }
     }
 
     /// On Linux a priority is a thread's own.
     void workNicely() {
         ::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0) + niceness);
-        work(background);
+        work(slow);
     }
 };
 
 EncodePool::EncodePool(unsigned threads) : impl_(std::make_unique<Impl>()) {
     for (unsigned i = 0; i < threads; ++i) {
-        impl_->foreground.threads.emplace_back([this] { impl_->work(impl_->foreground); });
+        impl_->quick.threads.emplace_back([this] { impl_->work(impl_->quick); });
     }
 }
 
@@ -87,17 +98,17 @@ EncodePool::~EncodePool() {
         const std::lock_guard lock(impl_->mutex);
         impl_->stopping = true;
     }
-    for (auto* lane : {&impl_->foreground, &impl_->background}) {
+    for (auto* lane : {&impl_->quick, &impl_->slow}) {
         lane->wake.notify_all();
         for (auto& thread : lane->threads) thread.join();
     }
 }
 
-void EncodePool::post(SessionId session, std::function<void()> work, bool background) {
+void EncodePool::post(SessionId session, std::function<void()> work, Pace pace) {
     const std::lock_guard lock(impl_->mutex);
-    auto& lane = background ? impl_->background : impl_->foreground;
-    if (background && lane.threads.empty()) lane.threads.emplace_back([this] { impl_->workNicely(); });
-    lane.post(session, std::move(work));
+    if (pace == Pace::slow && impl_->slow.threads.empty())
+        impl_->slow.threads.emplace_back([this] { impl_->workNicely(); });
+    impl_->post(session, {std::move(work), pace});
 }
 
 }  // namespace mote::server

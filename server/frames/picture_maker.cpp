@@ -129,6 +129,10 @@ class Attempt {
     Attempt& operator=(const Attempt&) = delete;
 
     void succeeded() { before_.reset(); }
+    /// What it made of the history is kept for when it goes on.
+    void paused(Draft& draft) {
+        if (before_) draft.after = std::move(history_);
+    }
 
   private:
     DotHistory& history_;
@@ -149,17 +153,27 @@ void PictureMaker::trim() {
 }
 
 Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
-    const auto begun = Clock::now();
     try {
         Attempt attempt(*job.task, history.dots);
         if (!device_) device_ = factory_();
         history.quality.startFrom(costs_);
         steps_.beginPicture();
         Making made;
-        MOTE_ASSIGN_OR_RETURN(const auto scene, sceneOf(job, history, made));
-        if (scene) made = draw(job, *scene, begun, history);
+        auto draft = draftOf(job, history);
+        if (draft == nullptr) {
+            MOTE_ASSIGN_OR_RETURN(draft, newDraft(job, history, made));
+        }
+        if (draft == nullptr) return made;
+        const bool lost = history.lost.lock() == job.task;
+        const bool done = draw(job, *draft, lost ? job.stop : job.pause);
         failures_ = 0;
-        if (made.picture) attempt.succeeded();
+        if (done) {
+            made.picture = finished(job, *draft, history);
+            attempt.succeeded();
+        } else if (draft->picture != nullptr) {
+            attempt.paused(*draft);
+            keep(std::move(draft), history);
+        }
         return made;
     } catch (const BrokenInvariant&) {
         throw;
@@ -272,42 +286,99 @@ std::optional<render::FramePlan> PictureMaker::planFor(const RenderJob& job, con
     return plan(render::Reading::all);
 }
 
-Making PictureMaker::draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
-                          PictureHistory& history) {
+/// The draft of the same job; null: there is none that is any good.
+std::unique_ptr<Draft> PictureMaker::draftOf(const RenderJob& job, PictureHistory& history) const {
+    auto draft = std::move(history.draft);
+    if (draft == nullptr || draft->task != job.task || draft->stage != job.stage) return nullptr;
+    if (draft->device.lock() != device_) return nullptr;
+    if (draft->after) history.dots = *std::exchange(draft->after, std::nullopt);
+    return draft;
+}
+
+/// Null where `why` says that the picture waits, or it was stopped.
+Result<std::unique_ptr<Draft>> PictureMaker::newDraft(const RenderJob& job, PictureHistory& history,
+                                                      Making& why) {
+    const auto begun = Clock::now();
+    MOTE_ASSIGN_OR_RETURN(auto scene, sceneOf(job, history, why));
+    if (!scene) return std::unique_ptr<Draft>();
+    auto draft = planned(job, *std::move(scene), begun, history);
+    why.waits = draft == nullptr;
+    return draft;
+}
+
+/// Null where the picture waits for data.
+std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene scene,
+                                             Clock::time_point begun, PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
     const auto planning = Clock::now();
     auto plan = planFor(job, scene, quality);
-    if (!plan) return {.waits = true};
+    if (!plan) return nullptr;
+    auto draft = std::make_unique<Draft>(Draft{.task = job.task,
+                                               .stage = job.stage,
+                                               .device = device_,
+                                               .scene = std::move(scene),
+                                               .quality = quality,
+                                               .plan = *std::move(plan)});
     // On a page they stay shapes.
-    const auto dots = job.task->page ? std::exchange(plan->dots, nullptr) : nullptr;
-    auto strokes = job.task->page ? std::exchange(plan->strokes, {}) : decltype(plan->strokes){};
-    const auto planned = Clock::now();
+    if (job.task->page) {
+        draft->dots = std::exchange(draft->plan.dots, nullptr);
+        draft->strokes = std::exchange(draft->plan.strokes, {});
+    }
+    draft->planMs = milliseconds(Clock::now() - begun);
+    draft->learnMs = milliseconds(Clock::now() - planning);
+    return draft;
+}
+
+/// Whether the picture is done.
+bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_token& pause) {
+    const auto begun = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
-    auto picture = device_->render(*plan, format, job.stop);
-    check(scene);
+    if (draft.picture == nullptr) draft.picture = device_->begin(draft.plan, format, job.stop);
+    const bool done = draft.picture != nullptr && draft.picture->advance(pause);
+    check(draft.scene);
     // Not before: what is read for this picture goes first.
-    want(*plan);
-    if (!picture) return {};
-    const double renderMs = milliseconds(Clock::now() - planned);
-    const double share = shareOf(*plan, quality);
+    want(draft.plan);
+    draft.renderMs += milliseconds(Clock::now() - begun);
+    return done;
+}
+
+void PictureMaker::keep(std::unique_ptr<Draft> draft, PictureHistory& history) {
+    std::uint64_t bytes = draft->picture->bytes();
+    for (const auto& fragments : draft->plan.fragments)
+        bytes += fragments->capacity() * sizeof(render::Fragment);
+    draft->held = {};  // of what it kept before
+    auto held = HeldMemory::whereThereIsRoom(steps_.budget(), bytes);
+    if (!held) {
+        history.lost = draft->task;
+        return;
+    }
+    draft->held = *std::move(held);
+    history.draft = std::move(draft);
+}
+
+MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHistory& history) {
+    const auto& plan = draft.plan;
+    const double share = shareOf(plan, draft.quality);
+    auto picture = draft.picture->take();
     // What surfaces take is taken by their plan.
-    if (anything(scene.view))
-        learn(history, scene, *picture, quality, share, milliseconds(Clock::now() - planning));
-    MadePicture made{*std::move(picture),
+    if (anything(draft.scene.view))
+        learn(history, draft.scene, picture, draft.quality, share, draft.learnMs + draft.renderMs);
+    MadePicture made{std::move(picture),
                      {},
-                     stageAfter(job.stage, scene, history),
-                     dots,
-                     std::move(strokes),
-                     annotationsOf(scene, *plan, steps_),
-                     plan->points.empty() && plan->fields.empty() && plan->fragments.empty()};
+                     stageAfter(job.stage, draft.scene, history),
+                     draft.dots,
+                     std::move(draft.strokes),
+                     annotationsOf(draft.scene, plan, steps_),
+                     plan.points.empty() && plan.fields.empty() && plan.fragments.empty()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
-    const auto& shown = dots ? dots : plan->dots;
+    const auto& shown = draft.dots ? draft.dots : plan.dots;
     if (shown) made.message.set_points_drawn(made.message.points_drawn() + shown->size());
-    made.message.set_queued_ms(milliseconds(begun - job.task->arrived));
-    made.message.set_plan_ms(milliseconds(planned - begun));
-    made.message.set_render_ms(renderMs);
-    return {.picture = std::move(made)};
+    made.message.set_queued_ms(
+        std::max(0.0, milliseconds(Clock::now() - job.task->arrived) - draft.planMs - draft.renderMs));
+    made.message.set_plan_ms(draft.planMs);
+    made.message.set_render_ms(draft.renderMs);
+    return made;
 }
 
 }  // namespace mote::server

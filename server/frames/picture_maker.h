@@ -12,6 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/data/held_memory.h"
 #include "server/data/step_source.h"
 #include "server/figures/marks.h"
 #include "server/frames/dot_maker.h"
@@ -19,12 +20,32 @@
 #include "server/frames/render_schedule.h"
 #include "server/render/device.h"
 #include "server/render/layers/scene.h"
+#include "server/render/plan/frame_plan.h"
+#include "server/render/plan/quality.h"
 #include "server/render/plan/selection_cache.h"
+#include "server/render/plan/unfinished_picture.h"
 
 namespace mote::server {
 
 /// Makes a device. May throw render::DeviceError.
 using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
+
+/// A picture that gave way to others, with all that it needs to go on. It is of one job.
+struct Draft {
+    std::shared_ptr<const ViewTask> task;
+    Stage stage = Stage::quick;
+    std::weak_ptr<render::Device> device;  ///< that began it
+    render::Scene scene;
+    render::Quality quality;
+    render::FramePlan plan;
+    std::shared_ptr<const render::Dots> dots = {};  ///< as MadePicture's, and so are strokes
+    std::vector<std::shared_ptr<const render::Strokes>> strokes = {};
+    double planMs = 0.0, renderMs = 0.0;                      ///< that it took so far
+    double learnMs = 0.0;                                     ///< of planMs: apart from data
+    std::unique_ptr<render::UnfinishedPicture> picture = {};  ///< refers to the plan; null: not begun
+    std::optional<DotHistory> after = {};                     ///< as its scene left the history's dots
+    HeldMemory held = {};                                     ///< of what it keeps
+};
 
 /// What is remembered of one session's pictures, to choose the quality of the next.
 struct PictureHistory {
@@ -33,6 +54,8 @@ struct PictureHistory {
     std::vector<const render::GridField*> hybrids = {};  ///< likewise; not held, only told apart
     double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
     DotHistory dots = {};
+    std::unique_ptr<Draft> draft = {};        ///< of the latest job, where it gave way
+    std::weak_ptr<const ViewTask> lost = {};  ///< whose draft found no room: it gives way no more
 };
 
 /// A picture, and the message that goes with it as far as it is known now.
@@ -62,8 +85,10 @@ class PictureMaker {
     const render::DeviceCosts& costs() const { return costs_; }
 
     /// A view in motion is drawn from what is in memory; the exact picture waits until all of its data is
-    /// there, unless there is no room for it, when it is read as it is drawn. Of a final-only view that comes
-    /// to no picture the history's dots are as they were. Errors: notFound, corrupt and so on of the data;
+    /// there, unless there is no room for it, when it is read as it is drawn. What is paused leaves a draft,
+    /// which the same job goes on with, to the same bytes; where there is no room for that, the job is not
+    /// paused again. Of a final-only view that comes to no picture the
+    /// history's dots are as they were. Errors: notFound, corrupt and so on of the data;
     /// internal of the device, which is made anew where it fails again and again; resourceExhausted (memory).
     /// Throws BrokenInvariant: then neither it nor the history is good for more.
     Result<Making> make(const RenderJob& job, PictureHistory& history);
@@ -72,8 +97,13 @@ class PictureMaker {
     void trim();
 
   private:
-    Making draw(const RenderJob& job, const render::Scene& scene, Clock::time_point begun,
-                PictureHistory& history);
+    std::unique_ptr<Draft> draftOf(const RenderJob& job, PictureHistory& history) const;
+    Result<std::unique_ptr<Draft>> newDraft(const RenderJob& job, PictureHistory& history, Making& why);
+    std::unique_ptr<Draft> planned(const RenderJob& job, render::Scene scene, Clock::time_point begun,
+                                   PictureHistory& history);
+    bool draw(const RenderJob& job, Draft& draft, const std::stop_token& pause);
+    void keep(std::unique_ptr<Draft> draft, PictureHistory& history);
+    MadePicture finished(const RenderJob& job, Draft& draft, PictureHistory& history);
     std::optional<render::FramePlan> planFor(const RenderJob& job, const render::Scene& scene,
                                              const render::Quality& quality);
     bool want(const render::FramePlan& plan);
@@ -91,7 +121,7 @@ class PictureMaker {
     StepSource& steps_;
     DrawnPhotographs photographs_;
     render::SelectionCache selections_;
-    std::unique_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
+    std::shared_ptr<render::Device> device_;  // empty after it failed twice, until the next picture
     std::string name_;
     render::DeviceCosts costs_;
     int failures_ = 0;  // of the device, in a row

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "protocol/scene/mote_check.h"
@@ -49,6 +50,7 @@ void RenderSchedule::addCredits(SessionId session, std::uint32_t count) {
 }
 
 void RenderSchedule::begin(Client& client, std::shared_ptr<const ViewTask> task) {
+    client.used = std::max(client.used, usedLeast_);
     client.task = std::move(task);
     enter(client, client.task->finalOnly ? Stage::exact : Stage::quick);
 }
@@ -79,12 +81,14 @@ bool RenderSchedule::foregroundOpen() const {
                        [](const auto& entry) { return !entry.second.background && entry.second.open(); });
 }
 
-/// Urgent ones first, and among equals the one that was served longest ago; null: nothing is due.
+/// Urgent ones first, and among equals the one that used least, then the one that was served longest ago;
+/// null: nothing is due.
 RenderSchedule::Clients::value_type* RenderSchedule::choose(Clock::time_point now, bool background) {
     Clients::value_type* best = nullptr;
     const auto better = [&](const Client& a, const Client& b) {
         const bool urgentA = urgent(a, now), urgentB = urgent(b, now);
-        return urgentA != urgentB ? urgentA : a.served < b.served;
+        if (urgentA != urgentB) return urgentA;
+        return std::tie(a.used, a.served) < std::tie(b.used, b.served);
     };
     for (auto& entry : clients_) {
         const Client& client = entry.second;
@@ -94,8 +98,15 @@ RenderSchedule::Clients::value_type* RenderSchedule::choose(Clock::time_point no
     return best;
 }
 
+/// Whether it was a matter of time alone that `chosen` goes before it. Others save nothing up.
+bool RenderSchedule::contends(const Client& client, const Client& chosen, Clock::time_point now) const {
+    return client.background == chosen.background && client.open() && client.due <= now &&
+           (urgent(client, now) || !urgent(chosen, now));
+}
+
 std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
     MOTE_CHECK(!running_);
+    now_ = now;
     for (auto& [session, client] : clients_) {
         if (std::exchange(client.fresh, false)) client.due = std::max(client.due, now);
     }
@@ -108,9 +119,17 @@ std::optional<RenderJob> RenderSchedule::next(Clock::time_point now) {
     --client.credits;
     client.served = ++turn_;
     busy_ = foreground;
-    const bool preemptible = client.background || (client.stage != Stage::quick && !urgent(client, now));
-    running_ = Running{best->first, client.task, client.stage, preemptible, client.background, {}};
-    return RenderJob{best->first, client.task, client.stage, running_->stop.get_token()};
+    usedLeast_ = std::max(usedLeast_, client.used);
+    for (auto& [session, other] : clients_) {
+        if (!contends(other, client, now)) other.used = std::max(other.used, usedLeast_);
+    }
+    const bool patient = client.stage == Stage::quick || urgent(client, now);
+    running_ = Running{best->first, client.task, client.stage, client.background, patient, {}, {}};
+    RenderJob job{best->first, client.task, client.stage, running_->stop.get_token(),
+                  running_->pause.get_token()};
+    // Who waits already has it give way as soon as it can.
+    reconsider();
+    return job;
 }
 
 std::optional<Clock::time_point> RenderSchedule::nextDue() const {
@@ -139,6 +158,11 @@ void RenderSchedule::finish(const RenderJob& job, bool returnCredit, std::option
     if (stage && client.task == job.task) enter(client, *stage);
 }
 
+void RenderSchedule::charge(const RenderJob& job, Clock::duration took) {
+    const auto found = clients_.find(job.session);
+    if (found != clients_.end()) found->second.used += took;
+}
+
 void RenderSchedule::finishDrawn(const RenderJob& job, Stage next) {
     finish(job, false, next);
 }
@@ -154,6 +178,7 @@ void RenderSchedule::finishWaiting(const RenderJob& job) {
 }
 
 void RenderSchedule::dataArrived(Clock::time_point now) {
+    now_ = now;
     for (auto& [session, client] : clients_) {
         if (std::exchange(client.waits, false)) client.due = now;
     }
@@ -166,8 +191,16 @@ void RenderSchedule::finishFailed(const RenderJob& job) {
 
 /// A background picture gives way to whatever others want drawn, a refinement to quick pictures.
 bool RenderSchedule::overtakesRunning(const Client& client) const {
-    if (client.background || !running_->preemptible) return false;
-    return running_->background ? client.open() : client.stage == Stage::quick && client.credits > 0;
+    if (client.background || !client.open()) return false;
+    if (running_->background) return true;
+    // A view is due when it arrives, but for one that others go before.
+    const bool due = client.due <= std::max(now_, client.task->arrived);
+    return running_->stage != Stage::quick && client.stage == Stage::quick && due;
+}
+
+void RenderSchedule::stopRunning() {
+    running_->stop.request_stop();
+    running_->pause.request_stop();
 }
 
 void RenderSchedule::reconsider() {
@@ -177,7 +210,8 @@ void RenderSchedule::reconsider() {
     const bool outdated = !gone && found->second.task != running_->task && running_->stage != Stage::quick;
     const bool overtaken = std::any_of(clients_.begin(), clients_.end(),
                                        [this](const auto& entry) { return overtakesRunning(entry.second); });
-    if (gone || outdated || overtaken) running_->stop.request_stop();
+    if (gone || outdated || (overtaken && !running_->patient)) return stopRunning();
+    if (overtaken) running_->pause.request_stop();
 }
 
 }  // namespace mote::server

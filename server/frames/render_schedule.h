@@ -6,15 +6,17 @@
 // - A session has one view, the latest; a newer one replaces it. A queued one lets those before it stay and
 //   is drawn when they are done with: views of a film.
 // - A frame takes a credit; without one, nothing is rendered for that session.
-// - Sessions take turns. Quick pictures go before refinements, and a quick picture that becomes possible
-//   stops a refinement under way, unless that refinement has waited longer than `patience`: then it takes its
+// - Sessions take turns, by the time that their pictures took: whoever had least of it goes first. Quick
+//   pictures go before refinements, until a refinement has waited longer than `patience`: then it takes its
 //   turn among the quick ones.
+// - A quick picture that becomes possible has the refinement under way give way, whoever's turn it was: it is
+//   paused, and goes on from there at its next turn. One that has not waited long is stopped even where that
+//   loses what was done for it.
 // - A newer view stops the refinement of the older one. A quick picture is never stopped: a hand that moves
 //   faster than pictures are rendered would see none.
 // - Background sessions are served while nobody else has a picture to be drawn, and has had none for a
-// moment;
-//   whatever others want drawn stops theirs. They take turns among themselves, and no waiting makes them
-//   urgent.
+//   moment; whatever others want drawn stops theirs. They take turns among themselves, and no waiting makes
+//   them urgent.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +45,8 @@ struct RenderJob {
     SessionId session = 0;
     std::shared_ptr<const ViewTask> task;
     Stage stage = Stage::quick;
-    std::stop_token stop;
+    std::stop_token stop = {};   ///< it is to end, whatever is lost
+    std::stop_token pause = {};  ///< it is to give way and keep what is done; requested wherever `stop` is
 };
 
 class RenderSchedule {
@@ -66,9 +69,11 @@ class RenderSchedule {
     /// Whether the job's view is still the one that its session wants.
     bool current(const RenderJob& job) const;
 
+    /// What the device worked for the picture under way: before it is finished.
+    void charge(const RenderJob& job, Clock::duration took);
     /// The job's picture goes out; its view, if still wanted, is at `next` now.
     void finishDrawn(const RenderJob& job, Stage next);
-    /// It was stopped or nobody wants it: the credit comes back, the stage stays.
+    /// It was stopped or paused, or nobody wants it: the credit comes back, the stage stays.
     void finishStopped(const RenderJob& job);
     /// It waits for data: the credit comes back, and it is tried again when some arrived.
     void finishWaiting(const RenderJob& job);
@@ -85,6 +90,7 @@ class RenderSchedule {
         std::uint32_t credits = 0;
         bool background = false;
         std::uint64_t served = 0;  ///< the turn in which it was served last
+        Clock::duration used{0};   ///< of the device's time; who was idle has used what others had then
         Clock::time_point due;     ///< the stage may begin
         bool waits = false;        ///< for data: it may not
         bool fresh = false;        ///< its turn came since the latest next(): due then at the earliest
@@ -96,26 +102,30 @@ class RenderSchedule {
         SessionId session;
         std::shared_ptr<const ViewTask> task;
         Stage stage;
-        bool preemptible;
         bool background;
-        std::stop_source stop;
+        bool patient;  ///< nothing of it may be lost to others' quick pictures
+        std::stop_source stop, pause;
     };
 
     bool urgent(const Client& client, Clock::time_point now) const;
     /// Somebody who is no background session has a picture to be drawn, now or soon.
     bool foregroundOpen() const;
     Clients::value_type* choose(Clock::time_point now, bool background);
+    bool contends(const Client& client, const Client& chosen, Clock::time_point now) const;
     void enter(Client& client, Stage stage);
     void begin(Client& client, std::shared_ptr<const ViewTask> task);
     void finish(const RenderJob& job, bool returnCredit, std::optional<Stage> stage);
-    /// Stops what runs where something better came up.
+    /// Stops or pauses what runs where something better came up.
     void reconsider();
     bool overtakesRunning(const Client& client) const;
+    void stopRunning();
 
     ScheduleSettings settings_;
     Clients clients_;
     std::optional<Running> running_;
     std::uint64_t turn_ = 0;
+    Clock::duration usedLeast_{0};  // by whoever had its turn latest, before it
+    Clock::time_point now_;         // as it was told latest
     bool busy_ = false;             // with others than background sessions
     Clock::time_point quietSince_;  // when that was seen to have ended
 };

@@ -35,7 +35,16 @@ struct Drawn {
     MadePicture made;
     RenderJob job;
     std::shared_ptr<Client> client;
+    HeldMemory held;
 };
+
+/// Large ones take seconds: more than a screen shows, so that no screen waits for the next.
+EncodePool::Pace paceOf(const Drawn& drawn) {
+    constexpr std::size_t largest = std::size_t{3840} * 2400;
+    const auto& picture = drawn.made.picture;
+    const bool large = std::size_t{picture.width} * picture.height > largest;
+    return large || drawn.client->background ? EncodePool::Pace::slow : EncodePool::Pace::quick;
+}
 
 PictureHistory historyOf(const RenderSettings& settings) {
     return {QualityController(settings.budgetMs)};
@@ -60,6 +69,7 @@ class RenderService::Impl {
     Impl(DeviceFactory factory, StepSource& steps, RenderSettings settings)
         : factory_(std::move(factory)),
           steps_(steps),
+          budget_(steps.budget()),
           settings_(settings),
           schedule_(settings.schedule),
           encoders_(std::make_unique<EncodePool>(std::max(1u, settings.encodeThreads))) {}
@@ -176,12 +186,16 @@ class RenderService::Impl {
     }
 
     void serve(RenderJob job, std::shared_ptr<Client> client, std::uint64_t arrivals) {
+        const auto begun = Clock::now();
         auto made = make(job, *client);
+        charge(job, Clock::now() - begun);
         deviceFails_ = !made.ok() && made.error().where == "device";
         if (!made.ok()) return fail(job, *client, made.error());
         if (made->waits) return waiting(job, arrivals);
         if (!made->picture) return stopped(job);
-        send(std::make_shared<Drawn>(Drawn{*std::move(made->picture), std::move(job), std::move(client)}));
+        auto held = hold(made->picture->picture.pixels.capacity());
+        send(std::make_shared<Drawn>(
+            Drawn{*std::move(made->picture), std::move(job), std::move(client), std::move(held)}));
     }
 
     /// What is loaded for a picture that waits may still be the end of us.
@@ -204,6 +218,11 @@ class RenderService::Impl {
             maker_.emplace(factory_, steps_, costs);
             return Error{ErrorCode::internal, "view", broken.what()};
         }
+    }
+
+    void charge(const RenderJob& job, Clock::duration took) {
+        const std::lock_guard lock(mutex_);
+        schedule_.charge(job, took);
     }
 
     /// `arrivals`: before it was tried. What has arrived since may be what it waits for.
@@ -241,9 +260,9 @@ class RenderService::Impl {
             schedule_.finishDrawn(drawn->job, drawn->made.next);
         }
         const SessionId session = drawn->job.session;
-        const bool background = drawn->client->background;
+        const auto pace = paceOf(*drawn);
         encoders_->post(
-            session, [this, drawn = std::move(drawn)] { encode(*drawn); }, background);
+            session, [this, drawn = std::move(drawn)] { encode(*drawn); }, pace);
     }
 
     Result<EncodedPicture> encodedOf(Drawn& drawn) {
@@ -259,6 +278,12 @@ class RenderService::Impl {
         } catch (const std::exception& failure) {
             return Error{ErrorCode::internal, "view", failure.what()};
         }
+    }
+
+    /// Smaller pictures are part of what the program may take; of large ones a few would be too many.
+    HeldMemory hold(std::size_t bytes) const {
+        constexpr std::size_t large = std::size_t{16} << 20;
+        return bytes < large ? HeldMemory() : HeldMemory::of(budget_, bytes);
     }
 
     void encode(Drawn& drawn) {
@@ -280,6 +305,7 @@ class RenderService::Impl {
         frame.quick = drawn.job.stage == Stage::quick || task.queued;
         frame.canWait = exact;  // nothing after it needs it
         frame.wanted = task.finalOnly;
+        frame.held = hold(frame.payload.capacity());
         drawn.client->events.frame(std::move(frame));
     }
 
@@ -290,6 +316,7 @@ class RenderService::Impl {
 
     const DeviceFactory factory_;
     StepSource& steps_;
+    const std::shared_ptr<storage::BlockBudget> budget_;
     const RenderSettings settings_;
     // The rendering thread's own.
     std::optional<PictureMaker> maker_;

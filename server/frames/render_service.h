@@ -12,6 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/data/held_memory.h"
 #include "server/data/step_source.h"
 #include "server/encode/frame_encoder.h"
 #include "server/frames/crash_record.h"
@@ -30,6 +31,7 @@ struct RenderedFrame {
     bool quick = true;          ///< of a hand in motion, or of a film: others like it follow
     bool canWait = false;       ///< a refinement: whatever is newer may overtake it between two pieces
     bool wanted = false;        ///< nevertheless it is sent to its end: a script waits for it
+    HeldMemory held = {};       ///< of the payload, where it is large
 };
 
 /// Called on the service's threads, also shortly after close(); must not block. At most as many frames come

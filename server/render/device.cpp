@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/egl/egl_device.h"
@@ -29,6 +30,12 @@ std::unique_ptr<Device> bestDevice(unsigned threads) {
 }
 
 }  // namespace
+
+std::unique_ptr<UnfinishedPicture> Device::begin(const FramePlan& plan, PixelFormat format,
+                                                 std::stop_token stop) {
+    auto picture = render(plan, format, std::move(stop));
+    return picture ? finishedPicture(*std::move(picture)) : nullptr;
+}
 
 Result<DeviceKind> parseDeviceKind(std::string_view name) {
     if (name == "auto") return DeviceKind::automatic;

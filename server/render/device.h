@@ -15,6 +15,7 @@
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/picture.h"
 #include "server/render/plan/quality.h"
+#include "server/render/plan/unfinished_picture.h"
 
 namespace mote::render {
 
@@ -43,6 +44,11 @@ class Device {
     /// view need not wait for an older one. Throws DeviceError, storage::StorageError.
     virtual std::optional<Picture> render(const FramePlan& plan, PixelFormat format,
                                           std::stop_token stop) = 0;
+    /// The same picture, to the byte, as one that may wait while others are drawn. Null where `stop` was
+    /// requested before it could. This one draws all of it at once, for devices that keep nothing of a
+    /// picture that is stopped. Throws as render().
+    virtual std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
+                                                     std::stop_token stop);
     /// Frees what it keeps of steps that nobody else holds any more.
     virtual void trim() = 0;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/session/outbox.h"
 
+#include <algorithm>
+
 #include "protocol/scene/utf8.h"
 
 namespace mote::server {
@@ -45,12 +47,42 @@ void Outbox::farewell(proto::ServerMessage message) {
     if (!farewell_) farewell_ = std::move(message);
 }
 
-void Outbox::dropOutdated(const std::function<void(bool partlySent)>& dropped) {
+template <class Condition>
+void Outbox::drop(Condition condition, const Dropped& dropped) {
     std::erase_if(frames_, [&](const Waiting& waiting) {
-        if (!waiting.frame->canWait || waiting.frame->wanted) return false;
-        dropped(waiting.begin > 0);
+        if (!condition(waiting)) return false;
+        dropped(waiting.begin > 0, waiting.ofStream());
         return true;
     });
+}
+
+/// What is told by those before it cannot do without them.
+void Outbox::frame(RenderedFrame frame, Clock::time_point now, const Dropped& dropped) {
+    Waiting added{std::make_shared<const RenderedFrame>(std::move(frame)), now};
+    if (added.replaceable() && !added.ofStream())
+        drop([](const Waiting& waiting) { return waiting.replaceable(); }, dropped);
+    frames_.push_back(std::move(added));
+}
+
+bool Outbox::anyReplaceable() const {
+    return std::any_of(frames_.begin(), frames_.end(),
+                       [](const Waiting& waiting) { return waiting.replaceable(); });
+}
+
+void Outbox::dropOutdated(const Dropped& dropped) {
+    drop([](const Waiting& waiting) { return waiting.frame->canWait && !waiting.frame->wanted; }, dropped);
+}
+
+void Outbox::dropStale(Clock::time_point since, std::uint64_t latest, const Dropped& dropped) {
+    bool stream = false;  // one of it is gone, and with it those that it told
+    drop(
+        [&](const Waiting& waiting) {
+            const bool stale = waiting.since < since && waiting.frame->message.view_id() != latest;
+            const bool goes = waiting.replaceable() && (stale || (stream && waiting.ofStream()));
+            stream = stream || (goes && waiting.ofStream());
+            return goes;
+        },
+        dropped);
 }
 
 std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
@@ -73,7 +105,7 @@ std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
 /// Frames keep their order: a newer one takes the place of an older one only where that is dropped.
 std::optional<Outbox::Item> Outbox::nextPiece(const Piece& piece) {
     if (frames_.empty()) return std::nullopt;
-    auto& [frame, begin] = frames_.front();
+    auto& [frame, since, begin] = frames_.front();
     const std::size_t left = frame->payload.size() - begin;
     const std::size_t size = piece(*frame, begin, left);
     if (size == 0 && left > 0) return std::nullopt;

@@ -3,7 +3,8 @@
 // Outbox: what waits to be sent to one client, of bounded size whatever the client does: replies (whoever
 // fills them waits for room()), among them the failures of queued views, which are few; the failure of the
 // latest view, the jobs and the catalogue that changed (once each, however often), and as many frames as flow
-// control allows. One owner, one thread.
+// control allows. Of frames that nobody waits for, one that was not begun to be sent goes where a newer one
+// is there, and where it grew old behind a client that did not read. One owner, one thread; knows no clock.
 #pragma once
 
 #include <deque>
@@ -59,24 +60,36 @@ class Outbox {
     void jobChanged(const std::string& id);
     void allJobsChanged();
     void catalogueChanged() { catalogue_ = true; }
-    void frame(RenderedFrame frame) {
-        frames_.push_back({std::make_shared<const RenderedFrame>(std::move(frame)), 0});
-    }
-    /// Frames that a newer view makes worthless; calls `dropped` for each, with whether a part of it was
-    /// sent.
-    void dropOutdated(const std::function<void(bool partlySent)>& dropped);
+    /// A frame was dropped: whether a part of it was sent, and whether others after it need it.
+    using Dropped = std::function<void(bool partlySent, bool ofStream)>;
+    /// `dropped`: of those that it takes the place of.
+    void frame(RenderedFrame frame, Clock::time_point now, const Dropped& dropped);
+    /// Frames that a newer view makes worthless.
+    void dropOutdated(const Dropped& dropped);
+    /// Frames in motion that wait since before `since` and are not of view `latest`.
+    void dropStale(Clock::time_point since, std::uint64_t latest, const Dropped& dropped);
     /// The last thing that is sent, before all that waits.
     void farewell(proto::ServerMessage message);
 
     std::size_t frames() const { return frames_.size(); }
+    /// Whether a frame waits that a newer one would take the place of.
+    bool anyReplaceable() const;
     std::optional<Item> next(const Piece& piece);
 
   private:
     /// A frame, and how much of its payload was handed out.
     struct Waiting {
         std::shared_ptr<const RenderedFrame> frame;
+        Clock::time_point since;
         std::size_t begin = 0;
+
+        /// Of a hand in motion, nothing of it sent: another may take its place.
+        bool replaceable() const { return begin == 0 && frame->quick && !frame->wanted; }
+        /// Of pictures that are told by those before them.
+        bool ofStream() const { return frame->message.encoding() == proto::Frame::H264; }
     };
+    template <class Condition>
+    void drop(Condition condition, const Dropped& dropped);
     std::optional<Item> nextPiece(const Piece& piece);
 
     std::deque<Reply> replies_;

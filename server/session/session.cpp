@@ -134,7 +134,8 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
                                request, {ErrorCode::unsupported, "message", "it is not known here"}, false));
             break;
         default:
-            while (commands_.size() >= maxCommands && !closed_) co_await readerWake_.wait();
+            while (!commandsHaveRoom() && !closed_) co_await readerWake_.wait();
+            commandBytes_ += message.SpaceUsedLong();
             commands_.push_back(std::move(message));
             workerWake_.notify();
     }
@@ -147,6 +148,7 @@ asio::awaitable<void> Session::write() {
         return piece(frame, begin, left);
     };
     while (!closed_) {
+        dropStaleFrames();
         auto item = outbox_.next(pieces);
         if (!item) {
             co_await writerWake_.wait();
@@ -247,6 +249,7 @@ asio::awaitable<void> Session::work() {
         }
         const proto::ClientMessage command = std::move(commands_.front());
         commands_.pop_front();
+        commandBytes_ -= command.SpaceUsedLong();
         readerWake_.notify();
         auto answered = co_await answer(command);
         // The writer wakes readers and workers alike when there is room again.

@@ -70,6 +70,7 @@ struct SessionContext {
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
     std::chrono::milliseconds silence{30'000};        ///< of a client's, that ends its session; 0: none
     std::chrono::milliseconds idle{0};                ///< without a wish, that ends a session; 0: none
+    std::chrono::milliseconds staleAfter{250};        ///< a frame in motion that waited so long is old
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;            ///< once, as the last thing
 };
@@ -92,6 +93,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   private:
     static constexpr std::size_t maxCommands = 8;
+    static constexpr std::size_t maxCommandBytes = 2 << 20;  ///< in memory, from which on there is no room
 
     asio::awaitable<void> read();
     void welcome(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
@@ -112,8 +114,13 @@ class Session : public std::enable_shared_from_this<Session> {
     void beginFrames();
     RenderEvents renderEvents();
     void frameReady(RenderedFrame frame);
+    Outbox::Dropped dropped();
+    void dropStaleFrames();
     void viewFailed(std::uint64_t request, bool queued, const Error& error);
 
+    bool commandsHaveRoom() const {
+        return commands_.size() < maxCommands && commandBytes_ < maxCommandBytes;
+    }
     asio::awaitable<void> work();
     asio::awaitable<Reply> answer(const proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
@@ -151,6 +158,7 @@ class Session : public std::enable_shared_from_this<Session> {
     Wakeup readerWake_, workerWake_, writerWake_, answersWake_;
     Outbox outbox_;
     std::deque<proto::ClientMessage> commands_;
+    std::size_t commandBytes_ = 0;  // in memory
     SessionQueries queries_;
     Uploads uploads_;
     std::uint64_t sequence_ = 0;       // of the latest frame

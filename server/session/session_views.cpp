@@ -68,7 +68,7 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
     if (closed_) co_return;
     if (!message.queued()) {
         viewId_ = message.view_id();
-        outbox_.dropOutdated([this](bool partlySent) { flow_->dropped(partlySent); });
+        outbox_.dropOutdated(dropped());
     }
     const auto taken = context_.render->setView(id_, *std::move(task));
     if (!taken.ok()) reply(request, failureMessage(request, taken.error(), false));
@@ -112,7 +112,8 @@ void Session::begin(const proto::Hello& hello) {
 
 /// Lets the renderer make as many frames as the link is ready for; comes back when it is ready for more.
 void Session::beginFrames() {
-    if (closed_ || leaving_) return;
+    // While one waits that a newer one would replace, nobody would see what is made.
+    if (closed_ || leaving_ || outbox_.anyReplaceable()) return;
     const auto now = Clock::now();
     if (const auto count = flow_->begin(now); count > 0) context_.render->addCredits(id_, count);
     const auto due = flow_->due(now);
@@ -185,8 +186,23 @@ void Session::frameReady(RenderedFrame frame) {
         flow_->dropped(false);
         return beginFrames();
     }
-    outbox_.frame(std::move(frame));
+    outbox_.frame(std::move(frame), Clock::now(), dropped());
     writerWake_.notify();
+}
+
+Outbox::Dropped Session::dropped() {
+    return [this](bool partlySent, bool ofStream) {
+        flow_->dropped(partlySent);
+        // Those that follow are told by what the client never got.
+        if (ofStream) context_.render->wantKey(id_);
+    };
+}
+
+/// A client that reads again after a while sees the newest, not what it asked for when it stopped.
+void Session::dropStaleFrames() {
+    const auto before = outbox_.frames();
+    outbox_.dropStale(Clock::now() - context_.staleAfter, viewId_, dropped());
+    if (outbox_.frames() < before) beginFrames();
 }
 
 /// Of queued views each is waited for; as long as failures find no room, no more views are read.

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
+#include <stop_token>
+#include <string>
 
 #include "protocol/scene/srgb.h"
 #include "tests/golden/comparison.h"
@@ -114,6 +116,44 @@ TEST_P(DeviceBehaviourTest, AStoppedPictureIsEmpty) {
     EXPECT_FALSE(device_->render(plan, render::PixelFormat::srgb8, source.get_token()).has_value());
     // And the next one is whole again.
     EXPECT_TRUE(device_->render(plan, render::PixelFormat::srgb8, std::stop_token()).has_value());
+}
+
+TEST_P(DeviceBehaviourTest, APictureThatGivesWayToOthersComesToTheSameBytes) {
+    std::stop_source others;
+    others.request_stop();
+    for (const char* name : {"twoLayers", "discs"}) {
+        auto scene = makeScene(name);
+        scene.view.width = 640;
+        scene.view.height = 480;
+        const auto plan = render::makeFramePlan(scene, Quality::exact());
+        const auto expected = device_->render(plan, render::PixelFormat::srgb8, std::stop_token());
+        ASSERT_TRUE(expected);
+        const auto between = makeScene("oddSize");
+        const auto quick = picture(*device_, between, Quality::exact());
+        const auto large = device_->begin(plan, render::PixelFormat::srgb8, std::stop_token());
+        ASSERT_NE(large, nullptr);
+        int turns = 1;
+        for (; !large->advance(others.get_token()); ++turns) {
+            EXPECT_GT(large->bytes(), expected->pixels.size() - 1);
+            EXPECT_EQ(picture(*device_, between, Quality::exact()), quick) << name;
+            device_->trim();
+        }
+        const auto drawn = large->take();
+        EXPECT_EQ(drawn.pixels, expected->pixels) << name << " in " << turns << " turns";
+        EXPECT_EQ(drawn.pointsDrawn, expected->pointsDrawn) << name;
+        if (GetParam() == "cpu" && std::string(name) == "twoLayers") {
+            EXPECT_GT(turns, 1) << "it has far more tiles than a turn must draw";
+        }
+    }
+}
+
+TEST_P(DeviceBehaviourTest, APictureThatGaveWayMayBeForgottenAndOutliveItsDevice) {
+    std::stop_source others;
+    others.request_stop();
+    const auto plan = render::makeFramePlan(makeScene("twoLayers"), Quality::exact());
+    const auto left = device_->begin(plan, render::PixelFormat::srgb8, std::stop_token());
+    left->advance(others.get_token());
+    device_ = nullptr;
 }
 
 TEST_P(DeviceBehaviourTest, APictureWithoutLayersIsItsBackground) {

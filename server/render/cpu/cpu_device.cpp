@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/cpu_device.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <stop_token>
+#include <utility>
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
 #include "server/render/cpu/cpu_parts.h"
+#include "server/render/cpu/cpu_picture.h"
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/value_sums.h"
 #include "server/render/cpu/vectors.h"
@@ -18,35 +18,26 @@ namespace mote::render {
 struct CpuDevice::State : CpuParts {
     using CpuParts::CpuParts;
 
-    std::optional<Picture> draw(const FramePlan& plan, PixelFormat format, const std::stop_token& stop);
+    std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
+                                             const std::stop_token& stop);
     std::optional<Picture> drawFlat(const FramePlan& plan, const PointsPlan& only, const PixelColors* colors,
                                     PixelFormat format, const std::stop_token& stop);
 };
 
-std::optional<Picture> CpuDevice::State::draw(const FramePlan& plan, PixelFormat format,
-                                              const std::stop_token& stop) {
+/// Null where it was stopped.
+std::unique_ptr<UnfinishedPicture> CpuDevice::State::begin(const FramePlan& plan, PixelFormat format,
+                                                           const std::stop_token& stop) {
     const auto visible = fields.of(plan);
-    const auto colors = frameColors(plan, leaves, stop);
-    if (!colors) return std::nullopt;
-    if (const auto only = flatPoints(plan, visible))
-        return drawFlat(plan, plan.points[*only], (*colors)[*only].get(), format, stop);
-    if (!points.sort(plan, leaves, *colors, stop)) return std::nullopt;
+    auto colors = frameColors(plan, leaves, stop);
+    if (!colors) return nullptr;
+    if (const auto only = flatPoints(plan, visible)) {
+        auto picture = drawFlat(plan, plan.points[*only], (*colors)[*only].get(), format, stop);
+        return picture ? finishedPicture(*std::move(picture)) : nullptr;
+    }
+    if (!points.sort(plan, leaves, *colors, stop)) return nullptr;
     dots.sort(plan, stop);
-    if (stop.stop_requested()) return std::nullopt;
-    const CompositeFrame frame(plan, format, visible, *colors);
-    Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
-    picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
-    picture.pointsDrawn = points.pointsDrawn();
-    const std::uint32_t columns = tilesAcross(plan.width);
-    oneapi::tbb::parallel_for(0U, columns * tilesAcross(plan.height), [&](std::uint32_t number) {
-        if (stop.stop_requested()) return;
-        const Tile tile{number % columns, number / columns};
-        const bool any = points.any(tile);
-        compositeTile(frame, tile, any ? points.gather(tile) : std::span<TileCells>(), dots.of(tile, points),
-                      picture.pixels.data());
-    });
-    if (stop.stop_requested()) return std::nullopt;
-    return picture;
+    if (stop.stop_requested()) return nullptr;
+    return std::make_unique<CpuPicture>(*this, plan, format, *std::move(colors));
 }
 
 std::optional<Picture> CpuDevice::State::drawFlat(const FramePlan& plan, const PointsPlan& only,
@@ -81,11 +72,18 @@ DeviceCosts CpuDevice::costs() {
 }
 
 std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
+    const auto picture = begin(plan, format, stop);
+    if (picture == nullptr || !picture->advance(stop)) return std::nullopt;
+    return picture->take();
+}
+
+std::unique_ptr<UnfinishedPicture> CpuDevice::begin(const FramePlan& plan, PixelFormat format,
+                                                    std::stop_token stop) {
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.fields.size() <= Packet::mostFields);
     MOTE_CHECK(plan.slabs <= mostSlabs);
-    if (stop.stop_requested()) return std::nullopt;
-    if (plan.blank()) return blankPicture(plan, format);
-    return state_->arena.execute([&] { return state_->draw(plan, format, stop); });
+    if (stop.stop_requested()) return nullptr;
+    if (plan.blank()) return finishedPicture(blankPicture(plan, format));
+    return state_->arena.execute([&] { return state_->begin(plan, format, stop); });
 }
 
 void CpuDevice::trim() {

@@ -27,6 +27,8 @@ class CpuDevice final : public Device {
     DeviceAbilities abilities() const override { return {.preview = true}; }
     DeviceCosts costs() override;
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
+    std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
+                                             std::stop_token stop) override;
     void trim() override;
 
   private:

@@ -26,6 +26,9 @@ class FrameDots {
     /// thread until it asks again.
     const TileDots* of(Tile tile, const FramePoints& points);
 
+    /// In memory, about.
+    std::uint64_t bytes() const { return dots_.capacity() * sizeof(ScreenDot) + tiles_.bytes(); }
+
   private:
     struct Local {
         std::vector<LonePoint> points;

@@ -21,6 +21,10 @@ class TileLists {
         return {items_.data() + begin_[tile], begin_[tile + 1] - begin_[tile]};
     }
 
+    std::uint64_t bytes() const {
+        return items_.capacity() * sizeof(Item) + begin_.capacity() * sizeof(std::size_t);
+    }
+
     void clear(std::size_t tiles) {
         items_.clear();
         begin_.assign(tiles + 1, 0);

@@ -18,10 +18,12 @@ constexpr std::size_t chunkBlocks = 16;  // of the preview
 /// The leaves of a layer that are drawn, chunk by chunk, with the tiles that they can touch.
 class LeafTiles {
   public:
-    /// `boxes`: room for those of the leaves.
-    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells, std::vector<TileBox>& boxes)
-        : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), boxes_(boxes) {
+    /// `boxes`: room for those of the leaves. `verified`: for the points of each chunk.
+    LeafTiles(const PointsPlan& layer, std::span<const LeafCell> cells, std::vector<TileBox>& boxes,
+              std::vector<PointRun>& verified)
+        : layer_(layer), leaves_(layer.step->leaves()), cells_(cells), boxes_(boxes), verified_(verified) {
         boxes_.resize(cells.size());
+        verified_.assign(chunks(), {});
     }
 
     std::size_t chunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
@@ -34,7 +36,7 @@ class LeafTiles {
         std::fill(boxes_.begin() + static_cast<std::ptrdiff_t>(begin),
                   boxes_.begin() + static_cast<std::ptrdiff_t>(end), TileBox{});
         if (!any) return 0;
-        verify(begin, end);
+        verified_[chunk] = verify(begin, end);
         leafTiles(map, cells_.data() + begin, end - begin, margin, boxes_.data() + begin);
         std::uint64_t drawn = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -61,10 +63,11 @@ class LeafTiles {
 
   private:
     /// Checks that the bytes of the leaves' points are right.
-    void verify(std::size_t firstLeaf, std::size_t endLeaf) const {
+    PointRun verify(std::size_t firstLeaf, std::size_t endLeaf) const {
         const std::uint64_t begin = leaves_.pointBegin[firstLeaf];
         const std::uint64_t end = leaves_.pointBegin[endLeaf - 1] + leaves_.pointCount[endLeaf - 1];
         layer_.step->positions(begin, end - begin);
+        return {begin, end - begin};
     }
 
     template <class Visit>
@@ -82,6 +85,7 @@ class LeafTiles {
     const storage::Leaves leaves_;
     const std::span<const LeafCell> cells_;
     std::vector<TileBox>& boxes_;
+    std::vector<PointRun>& verified_;
 };
 
 }  // namespace
@@ -113,9 +117,10 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
 
 void TilePoints::sortLeaves(const PointsPlan& layer, std::span<const LeafCell> cells,
                             const std::stop_token& stop) {
+    verified_.clear();
     // Without leaves to draw, the octree need not even be there.
     if (cells.empty()) return leaves_.clear(tiles_);
-    const LeafTiles leafTiles(layer, cells, boxes_);
+    const LeafTiles leafTiles(layer, cells, boxes_, verified_);
     std::atomic<std::uint64_t> drawn{0};
     leaves_.fill(
         tiles_, leafTiles.chunks(), stop,
@@ -239,6 +244,16 @@ void TilePoints::addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) 
                    });
 }
 
+void TilePoints::verify(const PointsPlan& layer) const {
+    for (const PointRun& run : verified_) layer.step->positions(run.begin, run.count);
+}
+
+std::uint64_t TilePoints::bytes() const {
+    return leaves_.bytes() + discPoints_.bytes() + pixelPoints_.bytes() +
+           boxes_.capacity() * sizeof(TileBox) + pointTiles_.capacity() * sizeof(std::uint32_t) +
+           unsorted_.capacity() * sizeof(TilePoint);
+}
+
 bool FramePoints::sort(const FramePlan& plan, ResidentLeaves& leaves, const FrameColors& colors,
                        const std::stop_token& stop) {
     layers_.resize(plan.points.size());
@@ -277,6 +292,16 @@ std::uint64_t FramePoints::pointsDrawn(bool alone) const {
     std::uint64_t points = 0;
     for (const auto& layer : layers_) points += layer.alone() && !alone ? 0 : layer.pointsDrawn();
     return points;
+}
+
+void FramePoints::verify(const FramePlan& plan) const {
+    for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i].verify(plan.points[i]);
+}
+
+std::uint64_t FramePoints::bytes() const {
+    std::uint64_t bytes = 0;
+    for (const auto& layer : layers_) bytes += layer.bytes();
+    return bytes;
 }
 
 }  // namespace mote::render

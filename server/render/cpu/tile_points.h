@@ -32,6 +32,11 @@ struct LonePoint {
     const PixelColors* colors;  ///< in place of the dot's, by pixel; null: none
 };
 
+/// Points that follow each other in the file.
+struct PointRun {
+    std::uint64_t begin = 0, count = 0;
+};
+
 class TilePoints {
   public:
     /// Sorts what the plan selects; uses all threads of the calling arena. False where `stop` was requested
@@ -55,6 +60,11 @@ class TilePoints {
     std::uint32_t firstSlab() const { return map_->bends.first.firstSlab; }
     std::uint32_t slabs() const { return slabs_; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
+    /// Checks again that the bytes of the points are right, where they may have left memory since they were
+    /// sorted. `layer`: as in sort(). Throws storage::StorageError.
+    void verify(const PointsPlan& layer) const;
+    /// In memory, about.
+    std::uint64_t bytes() const;
 
   private:
     std::size_t index(Tile tile) const { return std::size_t{tile.row} * columns_ + tile.column; }
@@ -79,6 +89,7 @@ class TilePoints {
     TileLists<LeafPoints> leaves_;
     TileLists<ScreenPoint> discPoints_;
     TileLists<TilePoint> pixelPoints_;
+    std::vector<PointRun> verified_;  // of the leaves that are drawn
     // While they are sorted.
     std::vector<TileBox> boxes_;
     std::vector<std::uint32_t> pointTiles_;
@@ -108,6 +119,9 @@ class FramePoints {
     void appendAlone(Tile tile, std::vector<LonePoint>& out) const;
     /// `alone`: also those that stand alone.
     std::uint64_t pointsDrawn(bool alone = true) const;
+    /// As those of TilePoints, of all layers.
+    void verify(const FramePlan& plan) const;
+    std::uint64_t bytes() const;
 
   private:
     std::vector<TilePoints> layers_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/egl/egl_device.h"
 
+#include <utility>
+
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/calibration.h"
@@ -19,6 +21,11 @@ static_assert(mostLayers >= View::maxLayers);
 /// The layers as the shaders count them.
 std::size_t layerCount(const FramePlan& plan) {
     return layerSlots(plan).size() + plan.fields.size() - plan.densities();
+}
+
+void check(const FramePlan& plan) {
+    MOTE_CHECK(plan.width > 0 && plan.height > 0 && layerCount(plan) <= mostLayers);
+    MOTE_CHECK(plan.slabs <= mostSlabs);
 }
 
 /// Mesa's software rasteriser compiles a program for the samplers' states that it finds, also for texel
@@ -59,6 +66,40 @@ struct EglDevice::State {
         setSamplerStates(shaders, noVolume);
         buffers.noVolume = std::move(noVolume);
     }
+
+    /// As FrameRun::draw().
+    bool draw(const EglContext& context, const FramePlan& plan, const FrameColors& found, Picture& picture,
+              std::uint32_t& next, bool patient, std::stop_token stop) {
+        const EglContext::Current current(context);
+        shaders.reloadChanged();
+        if (!buffers.noVolume) begin();
+        FrameRun run(plan, found, picture.format, options, shaders, steps, residentGrids, tables, buffers,
+                     std::move(stop));
+        const bool done = run.draw(picture, next, patient);
+        times = run.times();
+        return done;
+    }
+};
+
+/// A picture between two of its bands.
+class EglDevice::Unfinished final : public UnfinishedPicture {
+  public:
+    Unfinished(EglDevice& device, const FramePlan& plan, FrameColors colors, PixelFormat format)
+        : device_(device), plan_(plan), colors_(std::move(colors)), picture_(newPicture(plan, format)) {}
+
+    bool advance(const std::stop_token& pause) override { return draw(true, pause); }
+    bool draw(bool patient, const std::stop_token& stop) {
+        return device_.state_->draw(device_.context_, plan_, colors_, picture_, next_, patient, stop);
+    }
+    Picture take() override { return std::move(picture_); }
+    std::uint64_t bytes() const override { return picture_.pixels.capacity(); }
+
+  private:
+    EglDevice& device_;
+    const FramePlan& plan_;
+    const FrameColors colors_;
+    Picture picture_;
+    std::uint32_t next_ = 0;  // row of tiles
 };
 
 EglDevice::EglDevice(EglOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -82,20 +123,24 @@ DeviceCosts EglDevice::costs() {
 }
 
 std::optional<Picture> EglDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
-    MOTE_CHECK(plan.width > 0 && plan.height > 0 && layerCount(plan) <= mostLayers);
-    MOTE_CHECK(plan.slabs <= mostSlabs);
+    check(plan);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
-    const auto colors = state_->colors.find(plan, stop);
+    auto colors = state_->colors.find(plan, stop);
     if (!colors) return std::nullopt;
-    const EglContext::Current current(context_);
-    state_->shaders.reloadChanged();
-    if (!state_->buffers.noVolume) state_->begin();
-    FrameRun run(plan, *colors, format, state_->options, state_->shaders, state_->steps,
-                 state_->residentGrids, state_->tables, state_->buffers, std::move(stop));
-    auto picture = run.draw();
-    state_->times = run.times();
-    return picture;
+    Unfinished picture(*this, plan, *std::move(colors), format);
+    if (!picture.draw(false, stop)) return std::nullopt;
+    return picture.take();
+}
+
+std::unique_ptr<UnfinishedPicture> EglDevice::begin(const FramePlan& plan, PixelFormat format,
+                                                    std::stop_token stop) {
+    check(plan);
+    if (stop.stop_requested()) return nullptr;
+    if (plan.blank()) return finishedPicture(blankPicture(plan, format));
+    auto colors = state_->colors.find(plan, stop);
+    if (!colors) return nullptr;
+    return std::make_unique<Unfinished>(*this, plan, *std::move(colors), format);
 }
 
 void EglDevice::trim() {

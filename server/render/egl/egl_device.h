@@ -48,12 +48,16 @@ class EglDevice final : public Device {
     std::string name() const override;
     DeviceCosts costs() override;
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
+    /// One that is paused keeps its finished bands.
+    std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
+                                             std::stop_token stop) override;
     void trim() override;
 
     const StageTimes& lastTimes() const;
 
   private:
     struct State;
+    class Unfinished;
     EglContext context_;
     std::unique_ptr<State> state_;
 };

@@ -42,16 +42,36 @@ FrameRun::FrameRun(const FramePlan& plan, const FrameColors& colors, PixelFormat
       residentGrids_(residentGrids),
       tables_(tables),
       buffers_(buffers),
-      pacer_(std::move(stop)),
+      stop_(std::move(stop)),
+      pacer_({}),
       words_(groups(std::max(plan.slabs, 1U), 32)),
       tilesAcross_(groups(plan.width, 8)),
       tilesDown_(groups(plan.height, 8)) {}
 
-std::optional<Picture> FrameRun::draw() {
-    if (!prepare()) return std::nullopt;
-    Picture picture{.width = plan_.width, .height = plan_.height, .format = format_, .pixels = {}};
-    picture.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(format_));
-    for (const auto& points : plan_.points) picture.pointsDrawn += points.pointsDrawn;
+Picture newPicture(const FramePlan& plan, PixelFormat format) {
+    Picture picture{.width = plan.width, .height = plan.height, .format = format, .pixels = {}};
+    picture.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
+    for (const auto& points : plan.points) picture.pointsDrawn += points.pointsDrawn;
+    return picture;
+}
+
+bool FrameRun::draw(Picture& picture, std::uint32_t& next, bool patient) {
+    if (!patient) pacer_.heed(stop_);
+    if (!prepare()) return false;
+    const std::uint32_t rows = rowsOfABand();
+    while (next < tilesDown_) {
+        const std::uint32_t count = std::min(rows, tilesDown_ - next);
+        if (!drawBand({next, count, count * tilesAcross_}, picture)) return false;
+        ++times_.bands;
+        next += count;
+        pacer_.heed(stop_);
+        if (next < tilesDown_ && pacer_.stopped()) return false;
+    }
+    checkGl("a picture");
+    return true;
+}
+
+std::uint32_t FrameRun::rowsOfABand() const {
     // A pixel: its sum of weights, or for each layer pairs of slab bits and first cell.
     const std::uint64_t pixelBytes = (flat_ ? 1 : 2 * layerCount() * words_) * sizeof(std::uint32_t);
     const std::uint64_t rowBytes = std::uint64_t{tilesAcross_} * 64 * pixelBytes;
@@ -60,13 +80,11 @@ std::optional<Picture> FrameRun::draw() {
     const std::uint64_t colorBytes =
         std::uint64_t{plan_.width} * 8 * 8 * std::max<std::size_t>(colors_.size(), 1);
     rows = std::clamp<std::uint64_t>(pairLimit(options_.maskBytes) / colorBytes, 1, rows);
-    for (std::uint32_t row = 0; row < tilesDown_; row += static_cast<std::uint32_t>(rows)) {
-        const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(rows, tilesDown_ - row));
-        if (!drawBand({row, count, count * tilesAcross_}, picture)) return std::nullopt;
-        ++times_.bands;
-    }
-    checkGl("a picture");
-    return picture;
+    // What has no points is not made dearer by more bands, between which others' pictures may be drawn.
+    constexpr std::uint64_t mostPixels = std::uint64_t{1} << 21;
+    if (!anyPoints_)
+        rows = std::clamp<std::uint64_t>(mostPixels / (std::uint64_t{tilesAcross_} * 64), 1, rows);
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(rows, tilesDown_));
 }
 
 bool FrameRun::prepare() {

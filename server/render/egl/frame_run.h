@@ -97,6 +97,9 @@ struct FrameBuffers {
     GlTexture masksTexture, cellsTexture, volumeMasksTexture, dotsTexture, dotListsTexture, colorsTexture;
 };
 
+/// Without anything in it but its count of points.
+Picture newPicture(const FramePlan& plan, PixelFormat format);
+
 class FrameRun {
   public:
     /// `colors`: of each of the plan's points.
@@ -104,8 +107,9 @@ class FrameRun {
              ShaderLibrary& shaders, ResidentSteps& steps, ResidentGrids& residentGrids,
              DensityTables& tables, FrameBuffers& buffers, std::stop_token stop);
 
-    /// Empty where it was stopped. Throws DeviceError, storage::StorageError.
-    std::optional<Picture> draw();
+    /// Draws bands of a picture that newPicture() made, from tile row `next` on, which is left where it got.
+    /// `patient`: at least one. Whether the picture is done. Throws DeviceError, storage::StorageError.
+    bool draw(Picture& picture, std::uint32_t& next, bool patient);
     const StageTimes& times() const { return times_; }
 
   private:
@@ -149,6 +153,7 @@ class FrameRun {
     enum class Selection { whole, byLeaf, listed };
     class Stage;
 
+    std::uint32_t rowsOfABand() const;
     bool prepare();
     bool prepareVolume(LayerWork& work);
     void gatherTables();
@@ -187,6 +192,7 @@ class FrameRun {
     ResidentGrids& residentGrids_;
     DensityTables& tables_;
     FrameBuffers& buffers_;
+    std::stop_token stop_;
     Pacer pacer_;
     StageTimes times_;
     std::vector<LayerWork> layers_;

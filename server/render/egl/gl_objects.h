@@ -108,6 +108,8 @@ class Pacer {
         return !stop_.stop_requested();
     }
     bool stopped() const { return stop_.stop_requested(); }
+    /// Whose requests are heeded from now on.
+    void heed(std::stop_token stop) { stop_ = std::move(stop); }
 
   private:
     std::stop_token stop_;

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <map>
+
 #include "tests/unit/frames/schedule_fixture.h"
 
 namespace mote::server {
@@ -128,7 +131,46 @@ TEST_F(RenderScheduleTest, QuickPicturesGoBeforeRefinementsAndStopThem) {
     EXPECT_FALSE(again->stop.stop_requested());
 }
 
-TEST_F(RenderScheduleTest, RefinementThatWaitedTooLongTakesItsTurnUnstopped) {
+TEST_F(RenderScheduleTest, SessionsTakeTurnsByTheTimeOfTheirPictures) {
+    std::vector<SessionId> order;
+    view(1, true);
+    view(2, true);
+    for (int i = 0; i < 8; ++i) {
+        const auto job = next();
+        ASSERT_TRUE(job);
+        order.push_back(job->session);
+        schedule_.charge(*job, job->session == 1 ? 30ms : 10ms);
+        schedule_.finishDrawn(*job, Stage::done);
+        schedule_.addCredits(job->session, 1);
+        view(job->session, true);
+    }
+    EXPECT_EQ(order, (std::vector<SessionId>{1, 2, 2, 2, 1, 2, 2, 2}));
+}
+
+TEST_F(RenderScheduleTest, WhoWasIdleHasNoTimeToMakeUpFor) {
+    schedule_.addCredits(1, 100);
+    schedule_.addCredits(2, 100);
+    for (int i = 0; i < 50; ++i) {
+        view(1, true);
+        const auto job = next();
+        schedule_.charge(*job, 10ms);
+        schedule_.finishDrawn(*job, Stage::done);
+    }
+    std::map<SessionId, int> turns;
+    view(1, true);
+    view(2, true);
+    for (int i = 0; i < 20; ++i) {
+        const auto job = next();
+        ASSERT_TRUE(job);
+        ++turns[job->session];
+        schedule_.charge(*job, 10ms);
+        schedule_.finishDrawn(*job, Stage::done);
+        view(job->session, true);
+    }
+    EXPECT_GE(turns[1], 9);
+}
+
+TEST_F(RenderScheduleTest, RefinementThatWaitedTooLongTakesItsTurnAndGivesWay) {
     view(1, false, true);
     view(2, true);
     const auto quick = next();
@@ -140,8 +182,60 @@ TEST_F(RenderScheduleTest, RefinementThatWaitedTooLongTakesItsTurnUnstopped) {
     const auto exact = next();
     ASSERT_TRUE(exact);
     EXPECT_EQ(exact->session, 1u);  // served longest ago
+    EXPECT_TRUE(exact->pause.stop_requested()) << "somebody waits for a quick picture already";
+    EXPECT_FALSE(exact->stop.stop_requested()) << "or it would never be done";
+    schedule_.finishStopped(*exact);
+    EXPECT_EQ(next()->session, 2u);
+}
+
+TEST_F(RenderScheduleTest, RefinementIsPausedByAQuickPictureThatComesDuringItsTurn) {
+    view(1, false, true);
+    now_ += 3s;
+    const auto exact = next();
+    ASSERT_TRUE(exact);
+    EXPECT_FALSE(exact->pause.stop_requested());
     view(2, true);
+    EXPECT_TRUE(exact->pause.stop_requested());
     EXPECT_FALSE(exact->stop.stop_requested());
+    view(1, false, true);
+    EXPECT_TRUE(exact->stop.stop_requested()) << "nobody wants it any more";
+}
+
+TEST_F(RenderScheduleTest, ALargePictureIsDoneBesideAHandThatNeverRests) {
+    // Ten milliseconds of each turn, of half a second in all; every quick picture takes twenty.
+    schedule_.addCredits(2, 1000);
+    view(1, false, true);
+    view(2, true);
+    int quick = 0, inARow = 0, mostInARow = 0;
+    for (Clock::duration left = 500ms; left > 0ms; now_ += 20ms) {
+        const auto job = next();
+        ASSERT_TRUE(job);
+        if (job->session == 2) {
+            schedule_.charge(*job, 20ms);
+            schedule_.finishDrawn(*job, Stage::done);
+            view(2, true);
+            inARow = 0;
+            ASSERT_LT(++quick, 1000);
+        } else {
+            EXPECT_TRUE(job->pause.stop_requested());
+            schedule_.charge(*job, 10ms);
+            left -= 10ms;
+            mostInARow = std::max(mostInARow, ++inARow);
+            schedule_.finishStopped(*job);
+        }
+    }
+    EXPECT_LE(mostInARow, 3) << "a hand waits for its share and no longer";
+}
+
+TEST_F(RenderScheduleTest, AViewThatMayNotBeDrawnYetPausesNobody) {
+    ViewTask suspect;
+    suspect.moving = true;
+    suspect.arrived = now_;
+    suspect.notBefore = now_ + 1s;
+    view(1, false, true);
+    const auto exact = next();
+    ASSERT_TRUE(schedule_.setView(2, std::make_shared<const ViewTask>(std::move(suspect))).ok());
+    EXPECT_FALSE(exact->pause.stop_requested());
 }
 
 TEST_F(RenderScheduleTest, QuickPictureWithoutACreditStopsNobody) {

@@ -82,6 +82,26 @@ TEST(EglDevice, ThePictureIsTheSameInBandsAndPasses) {
     }
 }
 
+TEST(EglDevice, APictureThatGivesWayGoesOnFromItsNextBand) {
+    const auto scene = sceneOf(std::string(hybrid) + ',' + pointsAlone);
+    EglOptions small;
+    small.maskBytes = 1;
+    EglDevice device(small);
+    const auto expected = picture(device, scene);
+    const auto plan = makeFramePlan(scene, Quality::exact());
+    std::stop_source others;
+    others.request_stop();
+    const auto begun = device.begin(plan, PixelFormat::srgb8, {});
+    std::uint32_t turns = 1;
+    for (; !begun->advance(others.get_token()); ++turns) {
+        EXPECT_EQ(device.lastTimes().bands, 1U);
+        picture(device, sceneOf(discs));
+    }
+    EXPECT_EQ(turns, (scene.view.height + 7) / 8);
+    EXPECT_EQ(begun->take().pixels, expected.pixels);
+    EXPECT_FALSE(device.begin(plan, PixelFormat::srgb8, others.get_token()));
+}
+
 TEST(EglDevice, PointsAloneNeedNoSlabs) {
     // The second layer's volume is too thin to be seen, but it forces the points into slabs.
     const auto flat = sceneOf(pointsAlone);

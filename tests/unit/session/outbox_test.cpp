@@ -21,6 +21,94 @@ std::size_t whole(const RenderedFrame&, std::size_t, std::size_t left) {
     return left;
 }
 
+void nobody(bool, bool) {
+    ADD_FAILURE() << "a frame was dropped";
+}
+
+RenderedFrame frameOf(std::uint64_t view, proto::Frame::Encoding encoding = proto::Frame::JPEG) {
+    RenderedFrame frame;
+    frame.message.set_view_id(view);
+    frame.message.set_encoding(encoding);
+    frame.payload.resize(100);
+    return frame;
+}
+
+/// The views of the frames that are sent.
+std::vector<std::uint64_t> sentBy(Outbox& outbox) {
+    std::vector<std::uint64_t> views;
+    while (const auto item = outbox.next(whole)) views.push_back(item->frame->message.view_id());
+    return views;
+}
+
+struct Drops {
+    int whole = 0, partly = 0, ofStream = 0;
+    Outbox::Dropped counter() {
+        return [this](bool partlySent, bool stream) {
+            ++(partlySent ? partly : whole);
+            ofStream += stream;
+        };
+    }
+};
+
+using Views = std::vector<std::uint64_t>;
+const Clock::time_point start{std::chrono::seconds(1000)};
+
+TEST(Outbox, ANewerFrameTakesThePlaceOfOneThatWaits) {
+    Outbox outbox;
+    Drops drops;
+    outbox.frame(frameOf(1), start, drops.counter());
+    // A part of the first is sent; of a hundred more the newest stays.
+    EXPECT_TRUE(outbox.next([](const RenderedFrame&, std::size_t, std::size_t) { return 40; }));
+    for (std::uint64_t view = 2; view <= 101; ++view) {
+        outbox.frame(frameOf(view), start, drops.counter());
+        EXPECT_EQ(outbox.frames(), 2u);
+    }
+    EXPECT_EQ(drops.whole, 99);
+    EXPECT_EQ(drops.partly, 0);
+    EXPECT_EQ(sentBy(outbox), (Views{1, 101}));
+}
+
+TEST(Outbox, FramesThatSomebodyWaitsForStay) {
+    Outbox outbox;
+    for (std::uint64_t view = 1; view <= 2; ++view) {
+        auto frame = frameOf(view);
+        frame.wanted = true;
+        outbox.frame(std::move(frame), start, nobody);
+    }
+    auto exact = frameOf(3);
+    exact.quick = false;
+    exact.canWait = true;
+    outbox.frame(std::move(exact), start, nobody);
+    outbox.frame(frameOf(4), start, nobody);
+    outbox.dropStale(start + std::chrono::hours(1), 4, nobody);
+    EXPECT_EQ(sentBy(outbox), (Views{1, 2, 3, 4}));
+}
+
+TEST(Outbox, FramesOfAStreamAreReplacedByWhatNeedsNone) {
+    Outbox outbox;
+    Drops drops;
+    outbox.frame(frameOf(1, proto::Frame::H264), start, nobody);
+    outbox.frame(frameOf(2, proto::Frame::H264), start, nobody);
+    outbox.frame(frameOf(3, proto::Frame::ZSTD), start, drops.counter());
+    EXPECT_EQ(drops.ofStream, 2);
+    EXPECT_EQ(sentBy(outbox), (Views{3}));
+}
+
+TEST(Outbox, WhatGrewOldBehindAClientThatDidNotReadIsNotSent) {
+    Outbox outbox;
+    Drops drops;
+    outbox.frame(frameOf(1, proto::Frame::H264), start, nobody);
+    outbox.frame(frameOf(2, proto::Frame::H264), start + std::chrono::seconds(9), nobody);
+    outbox.dropStale(start, 2, nobody);
+    // The first is old, and without it the second tells nothing.
+    outbox.dropStale(start + std::chrono::seconds(1), 2, drops.counter());
+    EXPECT_EQ(drops.whole, 2);
+    EXPECT_EQ(drops.ofStream, 2);
+    outbox.frame(frameOf(7), start, nobody);
+    outbox.dropStale(start + std::chrono::hours(1), 7, nobody);
+    EXPECT_EQ(sentBy(outbox), (Views{7})) << "it is of the latest view, however old";
+}
+
 TEST(Outbox, RepliesKeepTheirOrderAndTheirNumber) {
     Outbox outbox;
     EXPECT_FALSE(outbox.next(whole));
@@ -90,7 +178,7 @@ TEST(Outbox, TooManyChangedJobsBecomeTheWholeList) {
 TEST(Outbox, FarewellGoesBeforeAllAndIsTheFirstReason) {
     Outbox outbox;
     outbox.reply(pong(1));
-    outbox.frame({});
+    outbox.frame({}, {}, nobody);
     outbox.farewell(failureMessage(0, {ErrorCode::corrupt, "a", "first"}, true));
     outbox.farewell(failureMessage(0, {ErrorCode::corrupt, "b", "second"}, true));
     EXPECT_EQ(outbox.next(whole)->message.failure().message(), "first");

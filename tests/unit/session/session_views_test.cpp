@@ -176,6 +176,25 @@ TEST_F(SessionViews, StalledClientQueuesTwoFramesAndSlowsNobody) {
     stalled->receive([](const auto& message) { return message.frame().view_id() == 77; });
 }
 
+TEST_F(SessionViews, AClientThatReadsAgainSeesTheNewestOnly) {
+    settings_.staleAfter = {};
+    settings_.render.encodeThreads = 1;  // what others receive was encoded after what was drawn before it
+    start();
+    const auto stalled = client(), other = client();
+    // Far more than a socket's buffer: the first is being written, the second waits, and no credit is left.
+    for (std::uint64_t id = 1; id <= 4; ++id) {
+        stalled->setView(id, 1000);
+        other->setView(id, 40);
+        other->receiveFrame();
+        other->credit(1);
+        other->barrier();
+    }
+    EXPECT_EQ(control_->renders().size(), 4u + 2u);
+    EXPECT_EQ(stalled->receiveFrame().message.frame().view_id(), 1u);
+    EXPECT_EQ(stalled->receiveFrame().message.frame().view_id(), 4u);
+    EXPECT_EQ(control_->renders().size(), 4u + 3u);
+}
+
 TEST_F(SessionViews, TooManyCreditsAreAnError) {
     start();
     const auto one = client();
