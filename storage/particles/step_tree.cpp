@@ -108,12 +108,17 @@ StepTree::Tree StepTree::copy() const {
             blocks.push_back({&arrays_[i], block, begin_[i] + block * blockBytes});
         }
     }
-    // In isolation: who waits here for others must not take up work that waits for loading_.
+    // In isolation: who waits here for others must not take up work that waits for loading_. In a context of
+    // its own: what ends the work around it early must not leave parts out.
+    tbb::task_group_context context(tbb::task_group_context::isolated);
     tbb::this_task_arena::isolate([&] {
-        tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t i) {
-            const auto& [array, block, begin] = blocks[i];
-            array->copyBlock(block, {memory.get() + begin, array->blockSize(block)});
-        });
+        tbb::parallel_for(
+            std::size_t{0}, blocks.size(),
+            [&](std::size_t i) {
+                const auto& [array, block, begin] = blocks[i];
+                array->copyBlock(block, {memory.get() + begin, array->blockSize(block)});
+            },
+            context);
     });
     auto tree = over(memory);
     const auto checked = checkOctree(tree.nodes, tree.leaves, bounds_.points, bounds_.maxLevel);

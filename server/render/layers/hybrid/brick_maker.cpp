@@ -10,6 +10,8 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "storage/hybrid/normal_table.h"
+
 namespace mote::render {
 namespace {
 
@@ -187,7 +189,8 @@ std::uint8_t BrickMaker::normalAt(const Surroundings& around, const glm::uvec3& 
         if (told_[n][ownPlace(inside % edge)])
             return bricks_.normals[n * GridBricks::volume + placeIn(inside % edge)];
     }
-    return normals_.code(-gradient(around, inBrick));
+    static const storage::NormalTable normals;  // made of a million distances
+    return normals.code(-gradient(around, inBrick));
 }
 
 /// The samples that a brick shares with those behind it, and the normals of all.

@@ -15,7 +15,6 @@
 #include "protocol/scene/error.h"
 #include "server/render/plan/grid_field.h"
 #include "storage/hybrid/hybrid_limits.h"
-#include "storage/hybrid/normal_table.h"
 
 namespace mote::render {
 
@@ -60,7 +59,6 @@ class BrickMaker {
     /// The samples of each corrected brick that were told, x fastest; points told their normals too.
     std::vector<std::bitset<storage::residualBrickSamples>> told_;
     bool ownNormals_ = false;
-    storage::NormalTable normals_;
 };
 
 }  // namespace mote::render
