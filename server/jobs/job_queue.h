@@ -38,6 +38,7 @@ namespace mote::server {
 struct JobWish {
     bool again = false;           ///< although the same request waits, runs or has its output there
     std::uint32_t timeLimit = 0;  ///< s, of a run; 0: the server's, which is never exceeded
+    std::string client = {};      ///< who takes turns with others, and half of the queue's places at most
 };
 
 class JobQueue {
@@ -70,7 +71,7 @@ class JobQueue {
 
     /// Submits what failed or was cancelled anew, as another job. Errors: notFound, invalidArgument (it has
     /// not ended, or succeeded), as submit.
-    Result<proto::JobStatus> retry(std::string_view id);
+    Result<proto::JobStatus> retry(std::string_view id, const std::string& client = {});
 
     /// A waiting job is cancelled at once, a running one told to end (SIGTERM, 5 s later SIGKILL): its last
     /// change says so. Cancelling a finished job is success and does nothing, but for a film or export that
@@ -121,6 +122,7 @@ class JobQueue {
     void removeStrayDirectories();
     void removeStrayDrafts();
 
+    Status checkRoom(const std::string& client) const;
     std::uint32_t timeLimitOf(const JobWish& wish) const;
     const JobRecord* sameJob(const std::string& digest) const;
     std::string madeBy(const JobRecord& record) const;
