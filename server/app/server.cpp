@@ -167,6 +167,7 @@ class Server::Impl {
         context_.jobs = &*jobs_;
         context_.queries = queries_.get();
         context_.uploads = jobs_->uploads();
+        context_.removeUploads = jobs_->remover();
         context_.crashes = settings_.render.crashes;
         context_.closed = [this](SessionId id) {
             // Later: the session that says so is in the midst of its own function.

@@ -385,6 +385,10 @@ void JobQueue::discard(const JobRecord& record, const std::filesystem::path& fol
     removeSoon(code ? folder : gone);
 }
 
+std::function<void(const std::filesystem::path&)> JobQueue::remover() {
+    return whileAlive([this](const std::filesystem::path& folder) { removeSoon(folder); });
+}
+
 void JobQueue::removeSoon(const std::filesystem::path& folder) {
     asio::post(disk_, [folder] {
         std::error_code code;

@@ -99,6 +99,9 @@ class JobQueue {
 
     /// The folder of clients' uploads; empty where there are none.
     const std::filesystem::path& uploads() const { return uploads_; }
+    /// Removes a folder of the state directory that nobody uses any more, on a thread of the queue's; called
+    /// on the queue's own, and after its end does nothing. What it does not come to, the next start removes.
+    std::function<void(const std::filesystem::path& folder)> remover();
 
     /// Called after every change of state and, at most five times a second for each job, of progress. Never
     /// from within submit() or cancel(). One listener.

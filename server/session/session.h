@@ -63,6 +63,7 @@ struct SessionContext {
     JobQueue* jobs = nullptr;
     QueryService* queries = nullptr;       ///< null: none are answered
     std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
+    Uploads::Remove removeUploads = {};    ///< a client's, when it leaves; empty: at once
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
