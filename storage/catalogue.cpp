@@ -95,25 +95,32 @@ void Catalogue::walkRoot(const Roots::Entry& root, Walk& walk) {
     walkFolders(root.folder, folders);
 }
 
-void Catalogue::addDataset(const fs::path& directory, std::string name, Walk& walk) {
+/// False, and errno, where there is none: its stamp is that of nothing then.
+bool Catalogue::look(const fs::path& file, Stamp& stamp) {
     struct stat status {};
-    if (::stat((directory / manifestName).c_str(), &status) != 0) {
+    if (::lstat(file.c_str(), &status) != 0) return false;
+    stamp = {status.st_dev,         status.st_ino,          static_cast<std::uint64_t>(status.st_size),
+             status.st_mtim.tv_sec, status.st_mtim.tv_nsec, status.st_ctim.tv_sec,
+             status.st_ctim.tv_nsec};
+    return true;
+}
+
+void Catalogue::addDataset(const fs::path& directory, std::string name, Walk& walk) {
+    Stamp stamp, digest;
+    look(directory / manifestDigestName, digest);  // a dataset may have none
+    if (!look(directory / manifestName, stamp)) {
         const int error = errno;
         std::error_code code;
         if (error == ENOENT && !fs::exists(directory, code)) return;  // it went while it was looked at
         return walk.fail(systemError(error, name, "its manifest.json cannot be read"));
     }
-    const Stamp stamp{
-        status.st_dev,         status.st_ino,          static_cast<std::uint64_t>(status.st_size),
-        status.st_mtim.tv_sec, status.st_mtim.tv_nsec, status.st_ctim.tv_sec,
-        status.st_ctim.tv_nsec};
     auto known = cache_.find(directory);
-    if (known == cache_.end() || !(known->second.stamp == stamp)) {
+    if (known == cache_.end() || !(known->second.stamp == stamp && known->second.digest == digest)) {
         auto read = readManifest(directory);
         using Shared = std::shared_ptr<const proto::Manifest>;
         auto shared = read.ok() ? Result<Shared>(std::make_shared<const proto::Manifest>(*std::move(read)))
                                 : Result<Shared>(read.error());
-        known = cache_.insert_or_assign(directory, Cached{stamp, std::move(shared)}).first;
+        known = cache_.insert_or_assign(directory, Cached{stamp, digest, std::move(shared)}).first;
     }
     const auto& cached = walk.cache.insert_or_assign(directory, known->second).first->second;
     if (!cached.manifest.ok()) return walk.fail(cached.manifest.error());

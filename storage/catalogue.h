@@ -51,19 +51,21 @@ class Catalogue {
     proto::Catalogue summary() const;
 
   private:
-    /// Tells one version of a manifest from the next.
+    /// Tells one version of a manifest, or of its digest, from the next.
     struct Stamp {
-        std::uint64_t device, inode, size;
-        std::int64_t seconds, nanoseconds;                ///< when it was written last
-        std::int64_t changedSeconds, changedNanoseconds;  ///< or changed in any way, by the kernel's word
+        std::uint64_t device = 0, inode = 0, size = 0;
+        std::int64_t seconds = 0, nanoseconds = 0;  ///< when it was written last
+        std::int64_t changedSeconds = 0,
+                     changedNanoseconds = 0;  ///< or changed in any way, by the kernel's word
         bool operator==(const Stamp&) const = default;
     };
     struct Cached {
-        Stamp stamp;
+        Stamp stamp, digest;
         Result<std::shared_ptr<const proto::Manifest>> manifest;
     };
     struct Walk;
 
+    static bool look(const std::filesystem::path& file, Stamp& stamp);
     void walkRoot(const Roots::Entry& root, Walk& walk);
     void addDataset(const std::filesystem::path& directory, std::string name, Walk& walk);
 

@@ -14,6 +14,7 @@
 
 #include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/files/real_path.h"
 
 namespace mote::storage {
 namespace {
@@ -84,12 +85,11 @@ Result<FileDescriptor> openBeneath(const Place& place, std::string_view name, st
         if (opened >= 0) return FileDescriptor(static_cast<int>(opened));
         if (errno != EAGAIN && errno != EINTR) break;
     }
-    const int number = errno;
-    if (number == ENOSYS) {
-        return Error{
-            ErrorCode::unsupported, std::string(name),
-            "this kernel has no openat2 (Linux 5.6), without which nothing beneath a root is opened"};
+    if (errno == ENOSYS) {
+        auto walked = walkRealAt(folder.get(), path, static_cast<int>(how.flags));
+        if (walked.valid()) return walked;
     }
+    const int number = errno;
     if (number == EXDEV) return invalid(name, "leads out of its root by a link");
     if (number == ELOOP) return invalid(name, "leads through too many or forbidden links");
     return systemError(number, std::string(name), "cannot be found beneath its root");

@@ -4,9 +4,9 @@
 // what lies beneath them. An immutable value, safe to use from any thread.
 //
 // The kernel itself looks names up beneath their root (openat2), so neither ".." nor a symbolic link leads
-// out; a link that stays inside is followed. What is then opened by the returned path is opened in a second
-// step: roots belong to the user whose rights the program has, so this is a fence against mistakes of clients
-// and not against that user.
+// out; a link that stays inside is followed (on a kernel without openat2, before Linux 5.6, none is). What is
+// then opened by the returned path is opened in a second step: roots belong to the user whose rights the
+// program has, so this is a fence against mistakes of clients and not against that user.
 #pragma once
 
 #include <filesystem>
@@ -31,8 +31,7 @@ class Roots {
     static Result<Roots> parse(const std::vector<std::string>& texts);
 
     /// The real path of "ROOT/PATH" (or of "ROOT"), which exists. Errors: invalidArgument (form, "..", or it
-    /// would lead out of the root), notFound (the root or the path), permissionDenied, unsupported (a kernel
-    /// without openat2).
+    /// would lead out of the root), notFound (the root or the path), permissionDenied.
     Result<std::filesystem::path> resolveExisting(std::string_view name) const;
 
     /// The path where "ROOT/PATH" may be made: its parent exists beneath the root, it does not. Errors: as

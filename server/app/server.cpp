@@ -167,6 +167,7 @@ class Server::Impl {
         context_.jobs = &*jobs_;
         context_.queries = queries_.get();
         context_.uploads = jobs_->uploads();
+        context_.removeUploads = jobs_->remover();
         context_.crashes = settings_.render.crashes;
         context_.parked = &parked_;
         context_.silence = settings_.silence;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <new>
 #include <optional>
 
 #include "protocol/mote.pb.h"
@@ -13,6 +14,7 @@
 #include "server/log.h"
 #include "storage/manifest.h"
 #include "storage/roots.h"
+#include "storage/storage_error.h"
 
 namespace mote::server {
 namespace {
@@ -59,6 +61,20 @@ std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry
     return replot;
 }
 
+/// What is asked for may be more than there is memory for now: who asked hears so.
+template <class Ask>
+auto answerOf(Ask ask) -> decltype(ask()) {
+    try {
+        return ask();
+    } catch (const storage::StorageError& failure) {
+        return failure.error();
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::resourceExhausted, "dataset", "there is not enough memory to look at it now"};
+    } catch (const std::exception& failure) {
+        return Error{ErrorCode::internal, "dataset", failure.what()};
+    }
+}
+
 }  // namespace
 
 DatasetService::DatasetService(storage::Roots roots, std::function<void()> changed, std::uint64_t memory,
@@ -90,7 +106,12 @@ void DatasetService::run() {
         const auto work = std::move(work_.front());
         work_.pop_front();
         lock.unlock();
-        work();
+        try {
+            work();
+        } catch (const std::exception& failure) {
+            // A look at the disk that memory did not suffice for: the next one sees what it did not.
+            log::error("the datasets could not be looked at: {}", toLogText(failure.what()));
+        }
         lock.lock();
     }
 }
@@ -105,9 +126,9 @@ void DatasetService::enqueue(std::function<void()> work) {
 
 void DatasetService::look() {
     const auto begun = std::chrono::steady_clock::now();
-    const bool changed = catalogue_.refresh();
+    behind_ |= catalogue_.refresh();
     lookTime_ = std::chrono::steady_clock::now() - begun;
-    if (!changed) return;
+    if (!behind_) return;
     auto known = std::make_shared<Known>();
     const auto summary = catalogue_.summary();
     for (const auto& entry : summary.datasets()) {
@@ -119,6 +140,7 @@ void DatasetService::look() {
         const std::lock_guard lock(mutex_);
         known_ = std::move(known);
     }
+    behind_ = false;
     changed_();
 }
 
@@ -168,7 +190,9 @@ bool DatasetService::contains(const std::string& dataset) const {
 
 void DatasetService::describe(std::string dataset, std::function<void(Result<proto::Description>)> done) {
     if (!contains(dataset)) rescan();
-    enqueue([this, dataset = std::move(dataset), done = std::move(done)] { done(describeKnown(dataset)); });
+    enqueue([this, dataset = std::move(dataset), done = std::move(done)] {
+        done(answerOf([&] { return describeKnown(dataset); }));
+    });
 }
 
 Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& name) {

@@ -88,6 +88,7 @@ class DatasetService final : public StepSource, public RunSource {
     // The thread's own.
     storage::Catalogue catalogue_;
     std::set<std::string> reported_;  // what the last look left out
+    bool behind_ = false;             // known_ lacks what the catalogue has seen
     const std::function<void()> changed_;
     std::atomic<std::chrono::steady_clock::duration> lookTime_{std::chrono::steady_clock::duration::zero()};
 

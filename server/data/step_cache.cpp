@@ -129,6 +129,11 @@ StepLoader::Served StepLoader::serve(const Piece& piece) const {
     } catch (const storage::StorageError& error) {
         piece.step->fail(error.error());
         return Served::failed;
+    } catch (const std::bad_alloc&) {
+        return Served::noRoom;
+    } catch (const std::exception& error) {
+        piece.step->fail({ErrorCode::internal, "", error.what()});
+        return Served::failed;
     }
 }
 

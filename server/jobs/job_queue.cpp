@@ -239,6 +239,18 @@ void JobQueue::goOnWith(JobRecord& record) {
 
 // ------------------------------------------------------------------------------------------- requests
 
+/// Nobody fills the queue alone.
+Status JobQueue::checkRoom(const std::string& client) const {
+    const auto full = [](std::size_t places, const char* whose) {
+        return Error{ErrorCode::resourceExhausted, "",
+                     fmt::format("{} jobs{} wait already: submit again when one has ended", places, whose)};
+    };
+    if (table_->count(State::QUEUED) >= settings_.queued) return full(settings_.queued, "");
+    const auto share = std::max<std::size_t>(settings_.queued / 2, 1);
+    if (!client.empty() && table_->waiting(client) >= share) return full(share, " of this client");
+    return success();
+}
+
 Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, const JobWish& wish) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
     const auto valid = parseJobRequest(request);
@@ -251,10 +263,7 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
         return Error{ErrorCode::alreadyExists, "output",
                      fmt::format("job {} makes it already", maker->status.id())};
     }
-    if (table_->count(State::QUEUED) >= settings_.queued) {
-        return Error{ErrorCode::resourceExhausted, "",
-                     fmt::format("{} jobs wait already: submit again when one has ended", settings_.queued)};
-    }
+    MOTE_RETURN_IF_ERROR(checkRoom(wish.client));
     JobRecord record;
     record.status.set_id(newId());
     MOTE_ASSIGN_OR_RETURN(*record.status.mutable_request(),
@@ -269,6 +278,7 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
     record.status.set_created_ms(nowMs());
     record.status.set_time_limit_s(timeLimitOf(wish));
     record.digest = digest;
+    record.client = wish.client;
     const auto id = record.status.id();
     const auto directory = directoryOf(record);
     const auto added = table_->add(std::move(record));
@@ -373,6 +383,10 @@ void JobQueue::discard(const JobRecord& record, const std::filesystem::path& fol
     std::error_code code;
     std::filesystem::rename(folder, gone, code);
     removeSoon(code ? folder : gone);
+}
+
+std::function<void(const std::filesystem::path&)> JobQueue::remover() {
+    return whileAlive([this](const std::filesystem::path& folder) { removeSoon(folder); });
 }
 
 void JobQueue::removeSoon(const std::filesystem::path& folder) {

@@ -38,6 +38,7 @@ namespace mote::server {
 struct JobWish {
     bool again = false;           ///< although the same request waits, runs or has its output there
     std::uint32_t timeLimit = 0;  ///< s, of a run; 0: the server's, which is never exceeded
+    std::string client = {};      ///< who takes turns with others, and half of the queue's places at most
 };
 
 class JobQueue {
@@ -70,7 +71,7 @@ class JobQueue {
 
     /// Submits what failed or was cancelled anew, as another job. Errors: notFound, invalidArgument (it has
     /// not ended, or succeeded), as submit.
-    Result<proto::JobStatus> retry(std::string_view id);
+    Result<proto::JobStatus> retry(std::string_view id, const std::string& client = {});
 
     /// A waiting job is cancelled at once, a running one told to end (SIGTERM, 5 s later SIGKILL): its last
     /// change says so. Cancelling a finished job is success and does nothing, but for a film or export that
@@ -98,6 +99,9 @@ class JobQueue {
 
     /// The folder of clients' uploads; empty where there are none.
     const std::filesystem::path& uploads() const { return uploads_; }
+    /// Removes a folder of the state directory that nobody uses any more, on a thread of the queue's; called
+    /// on the queue's own, and after its end does nothing. What it does not come to, the next start removes.
+    std::function<void(const std::filesystem::path& folder)> remover();
 
     /// Called after every change of state and, at most five times a second for each job, of progress. Never
     /// from within submit() or cancel(). One listener.
@@ -123,6 +127,7 @@ class JobQueue {
     void removeStrayDirectories();
     void removeStrayDrafts();
 
+    Status checkRoom(const std::string& client) const;
     std::uint32_t timeLimitOf(const JobWish& wish) const;
     const JobRecord* sameJob(const std::string& digest) const;
     std::string madeBy(const JobRecord& record) const;

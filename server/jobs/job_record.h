@@ -19,6 +19,7 @@ struct JobRecord {
     bool cancelRequested = false;  ///< its end, whatever it is, means cancelled (but for a published output)
     std::string handle;            ///< what its runner finds the running job by; empty: it never began
     std::string digest;            ///< of the request and what it reads (requestDigest); empty: not known
+    std::string client;            ///< who submitted it, to this server; not stored
     std::string made;              ///< which file or folder it made (outputIdentity); empty: none
 };
 

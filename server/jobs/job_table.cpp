@@ -86,12 +86,38 @@ JobRecord* JobTable::find(std::int64_t number) {
 }
 
 std::vector<JobRecord*> JobTable::queued(bool film) {
-    std::vector<JobRecord*> records;
-    for (auto& [number, record] : records_) {
-        if (record.status.state() == proto::JobStatus::QUEUED && isFilm(record) == film)
-            records.push_back(&record);
+    struct Client {
+        std::size_t before = 0;   // jobs that run, or wait before the next one
+        std::int64_t lastMs = 0;  // when one began last
+    };
+    struct Turn {
+        std::size_t before;
+        std::int64_t lastMs;
+        JobRecord* record;
+    };
+    std::map<std::string_view, Client> clients;
+    for (const auto& [number, record] : records_) {
+        if (isFilm(record) != film) continue;
+        auto& client = clients[record.client];
+        client.lastMs = std::max(client.lastMs, record.status.started_ms());
+        if (record.status.state() == proto::JobStatus::RUNNING) ++client.before;
     }
+    std::vector<Turn> turns;
+    for (auto& [number, record] : records_) {
+        if (record.status.state() != proto::JobStatus::QUEUED || isFilm(record) != film) continue;
+        auto& client = clients[record.client];
+        turns.push_back({client.before++, client.lastMs, &record});
+    }
+    std::ranges::stable_sort(turns, {}, [](const Turn& turn) { return std::pair(turn.before, turn.lastMs); });
+    std::vector<JobRecord*> records;
+    for (const auto& turn : turns) records.push_back(turn.record);
     return records;
+}
+
+std::size_t JobTable::waiting(const std::string& client) const {
+    return static_cast<std::size_t>(std::count_if(records_.begin(), records_.end(), [&](const auto& entry) {
+        return entry.second.status.state() == proto::JobStatus::QUEUED && entry.second.client == client;
+    }));
 }
 
 std::size_t JobTable::count(proto::JobStatus::State state) const {

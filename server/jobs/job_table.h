@@ -36,9 +36,12 @@ class JobTable {
     JobRecord* find(std::string_view id);
     const JobRecord* find(std::string_view id) const;
     JobRecord* find(std::int64_t number);
-    /// The films, or the other jobs, that wait, in the order of submission.
+    /// The films, or the other jobs, that wait, as they are to begin: clients take turns, each with its jobs
+    /// in the order of submission. First comes who has the fewest that run, then whose last one began first.
     std::vector<JobRecord*> queued(bool film);
     std::size_t count(proto::JobStatus::State state) const;
+    /// How many of a client's jobs wait.
+    std::size_t waiting(const std::string& client) const;
     /// All jobs, in the order of submission.
     std::vector<JobRecord*> all();
     /// A live job with this output; null: none.

@@ -103,12 +103,17 @@ Result<proto::JobRequest> Uploads::adopt(const proto::JobRequest& request, const
     return taken.error();
 }
 
-Uploads::Uploads(fs::path folder) : folder_(std::move(folder)), own_(folder_ / randomName()) {}
+Uploads::Uploads(fs::path folder, Remove remove)
+    : folder_(std::move(folder)), own_(folder_ / randomName()), remove_(std::move(remove)) {}
 
 Uploads::~Uploads() {
     if (files_.empty()) return;
     std::error_code ignored;
-    fs::remove_all(own_, ignored);
+    if (remove_) {
+        remove_(own_);
+    } else {
+        fs::remove_all(own_, ignored);
+    }
 }
 
 Status Uploads::begin(const proto::Upload& part) {

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -32,9 +33,13 @@ class Uploads {
     static Result<proto::JobRequest> adopt(const proto::JobRequest& request,
                                            const std::filesystem::path& folder, const std::string& job);
 
-    /// `folder`: what makeFolder() gave. Touches nothing yet.
-    explicit Uploads(std::filesystem::path folder);
-    /// Removes all files.
+    /// Removes a folder, at once or later.
+    using Remove = std::function<void(const std::filesystem::path& folder)>;
+
+    /// `folder`: what makeFolder() gave; `remove`: who takes the client's files away in the end, for
+    /// gigabytes take a while; none: the destructor. Touches nothing yet.
+    explicit Uploads(std::filesystem::path folder, Remove remove = {});
+    /// All files go.
     ~Uploads();
     Uploads(const Uploads&) = delete;
     Uploads& operator=(const Uploads&) = delete;
@@ -57,6 +62,7 @@ class Uploads {
 
     const std::filesystem::path folder_;  // of all clients
     const std::filesystem::path own_;
+    const Remove remove_;
     std::map<std::string, File> files_;
     std::uint64_t bytes_ = 0;  // said of all files
 };

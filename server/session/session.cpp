@@ -32,7 +32,7 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       writerWake_(executor_),
       answersWake_(executor_),
       queries_(context.queries, executor_),
-      uploads_(context.uploads) {}
+      uploads_(context.uploads, context.removeUploads) {}
 
 void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
     welcome(hello, admission);

@@ -65,6 +65,7 @@ struct SessionContext {
     JobQueue* jobs = nullptr;
     QueryService* queries = nullptr;       ///< null: none are answered
     std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
+    Uploads::Remove removeUploads = {};    ///< a client's, when it leaves; empty: at once
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
     ParkedSessions* parked = nullptr;      ///< outlives the sessions
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();

@@ -15,11 +15,13 @@ proto::ServerMessage failure(const Error& error) {
 proto::ServerMessage Session::submitJob(const proto::SubmitJob& message) {
     const auto resolved = uploads_.resolve(message.job());
     if (!resolved.ok()) return failure(resolved.error().within("job"));
-    return told(context_.jobs->submit(*resolved, {message.again(), message.time_limit_s()}), "job");
+    return told(
+        context_.jobs->submit(*resolved, {message.again(), message.time_limit_s(), std::to_string(id_)}),
+        "job");
 }
 
 proto::ServerMessage Session::retryJob(const std::string& id) {
-    return told(context_.jobs->retry(id), "");
+    return told(context_.jobs->retry(id, std::to_string(id_)), "");
 }
 
 proto::ServerMessage Session::told(Result<proto::JobStatus> job, std::string_view field) {

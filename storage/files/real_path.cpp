@@ -35,19 +35,41 @@ Result<FileDescriptor> openReal(const std::filesystem::path& path, int flags) {
 }
 
 Result<FileDescriptor> walkReal(const std::filesystem::path& path, int flags) {
-    FileDescriptor folder(::open("/", O_PATH | O_DIRECTORY | O_CLOEXEC));
-    const auto parts = path.relative_path();
-    for (auto part = parts.begin(); folder.valid() && part != parts.end(); ++part) {
-        const bool last = std::next(part) == parts.end();
+    const FileDescriptor top(::open("/", O_PATH | O_DIRECTORY | O_CLOEXEC));
+    if (!top.valid()) return failure(errno, path);
+    auto opened = walkRealAt(top.get(), path.relative_path(), flags);
+    if (!opened.valid()) return failure(errno, path);
+    return opened;
+}
+
+FileDescriptor openRealAt(int folder, const std::filesystem::path& path, int flags) {
+    open_how how{};
+    how.flags = static_cast<__u64>(flags | O_CLOEXEC);
+    how.resolve = RESOLVE_NO_SYMLINKS | RESOLVE_BENEATH;
+    while (true) {
+        const long opened = ::syscall(SYS_openat2, folder, path.c_str(), &how, sizeof how);
+        if (opened >= 0) return FileDescriptor(static_cast<int>(opened));
+        if (errno == ENOSYS) return walkRealAt(folder, path, flags);
+        // EAGAIN: something was renamed meanwhile and the kernel cannot be sure.
+        if (errno != EINTR && errno != EAGAIN) return {};
+    }
+}
+
+FileDescriptor walkRealAt(int folder, const std::filesystem::path& path, int flags) {
+    FileDescriptor opened;
+    for (auto part = path.begin(); part != path.end(); ++part) {
+        const bool last = std::next(part) == path.end();
         // Of a link O_PATH | O_NOFOLLOW alone opens the link itself.
         const int how = last ? flags | O_NOFOLLOW : O_PATH | O_DIRECTORY | O_NOFOLLOW;
-        folder = FileDescriptor(::openat(folder.get(), part->c_str(), how | O_CLOEXEC));
+        const int parent = opened.valid() ? opened.get() : folder;
+        opened = FileDescriptor(::openat(parent, part->c_str(), how | O_CLOEXEC));
+        if (!opened.valid()) return {};
     }
-    if (!folder.valid()) return failure(errno, path);
     struct stat status {};
-    if (::fstat(folder.get(), &status) != 0) return failure(errno, path);
-    if (S_ISLNK(status.st_mode)) return failure(ELOOP, path);
-    return folder;
+    if (!opened.valid() || ::fstat(opened.get(), &status) != 0) return {};
+    if (!S_ISLNK(status.st_mode)) return opened;
+    errno = ELOOP;
+    return {};
 }
 
 }  // namespace mote::storage

@@ -18,4 +18,11 @@ Result<FileDescriptor> openReal(const std::filesystem::path& path, int flags);
 /// The same part by part, for kernels without openat2 (before Linux 5.6).
 Result<FileDescriptor> walkReal(const std::filesystem::path& path, int flags);
 
+/// Opens what lies beneath an open folder, by a relative path without "..", no part of which is a link. An
+/// invalid one, and errno, where that fails: ELOOP or ENOTDIR where a part is a link.
+FileDescriptor openRealAt(int folder, const std::filesystem::path& path, int flags);
+
+/// The same part by part.
+FileDescriptor walkRealAt(int folder, const std::filesystem::path& path, int flags);
+
 }  // namespace mote::storage

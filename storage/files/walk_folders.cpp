@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "storage/files/file_descriptor.h"
+#include "storage/files/real_path.h"
 
 namespace mote::storage {
 namespace {
@@ -23,13 +24,12 @@ struct CloseFolder {
 };
 using Folder = std::unique_ptr<DIR, CloseFolder>;
 
-/// The last part of the path is not followed where it is a link: a folder may have been put in place of one
-/// since it was listed.
-Folder openFolder(const fs::path& path, bool followed) {
-    const int file = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | (followed ? 0 : O_NOFOLLOW));
-    if (file < 0) return nullptr;
-    Folder folder(::fdopendir(file));
-    if (!folder) ::close(file);
+/// No part of the path is followed where it is a link: one may have been put in a folder's place since that
+/// was listed.
+Folder openFolder(int top, const fs::path& path) {
+    FileDescriptor file = openRealAt(top, path.empty() ? "." : path, O_RDONLY | O_DIRECTORY);
+    Folder folder(file.valid() ? ::fdopendir(file.get()) : nullptr);
+    if (folder) file.release();
     return folder;
 }
 
@@ -46,7 +46,14 @@ bool isPassedOver(int error) {
 
 class Walker {
   public:
-    Walker(const fs::path& top, const FolderWalk& walk) : top_(top), walk_(walk) { enter({{}, 0}); }
+    Walker(const fs::path& top, const FolderWalk& walk)
+        : top_(::open(top.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), walk_(walk) {
+        if (top_.valid()) {
+            enter({{}, 0});
+        } else {
+            walk_.unreadable({}, errno);
+        }
+    }
 
     void run() {
         while (!waiting_.empty() && !stopped_) {
@@ -63,7 +70,7 @@ class Walker {
     };
 
     void enter(const Place& place) {
-        const auto folder = openFolder(top_ / place.relative, place.relative.empty());
+        const auto folder = openFolder(top_.get(), place.relative);
         if (!folder) {
             // Of the first one nobody knows that it is gone.
             if (place.relative.empty() || !isPassedOver(errno)) walk_.unreadable(place.relative, errno);
@@ -90,7 +97,7 @@ class Walker {
         waiting_.push_back(std::move(place));
     }
 
-    const fs::path& top_;
+    const FileDescriptor top_;
     const FolderWalk& walk_;
     std::vector<Place> waiting_;
     bool stopped_ = false;

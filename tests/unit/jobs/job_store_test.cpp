@@ -72,6 +72,39 @@ TEST(JobTableTest, theListIsInOrderWhateverItsJobs) {
     }
 }
 
+TEST(JobTableTest, ClientsTakeTurns) {
+    const test::TempDir folder;
+    auto store = JobStore::open(folder / "jobs.sqlite");
+    ASSERT_TRUE(store.ok());
+    JobTable table(*std::move(store));
+    std::size_t n = 0;
+    for (const char* client : {"a", "a", "a", "b", "b", ""}) {
+        JobRecord record;
+        record.status.set_id(fmt::format("{:016x}", n++));
+        record.status.set_state(State::QUEUED);
+        record.client = client;
+        ASSERT_TRUE(table.add(std::move(record)).ok());
+    }
+    const auto order = [&] {
+        std::string text;
+        for (const auto* record : table.queued(false)) text += record->status.id().back();
+        return text;
+    };
+    EXPECT_EQ(order(), "035142");
+    // Whose turn it was, waits for the others'.
+    auto* first = table.queued(false).front();
+    first->status.set_state(State::SUCCEEDED);
+    first->status.set_started_ms(1000);
+    EXPECT_EQ(order(), "35142");
+    // Who has one that runs comes after those who have none.
+    auto* second = table.queued(false).front();
+    second->status.set_state(State::RUNNING);
+    second->status.set_started_ms(1001);
+    EXPECT_EQ(order(), "5124");
+    EXPECT_EQ(table.waiting("a"), 2U);
+    EXPECT_EQ(table.waiting("b"), 1U);
+}
+
 class DamagedStoreTest : public ::testing::Test {
   protected:
     static constexpr std::size_t count = 40;

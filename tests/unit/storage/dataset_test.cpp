@@ -233,6 +233,28 @@ TEST(Catalogue, AManifestIsReadAgainThoughItsTimeAndSizeArePutBack) {
     EXPECT_EQ(catalogue.summary().datasets(0).title(), "TINY");
 }
 
+TEST(Catalogue, AManifestIsReadAgainWhenItsDigestChanges) {
+    const test::TempDir dir;
+    TinyDataset().write(dir / "a.mote");
+    auto catalogue = catalogueOf(dir.path());
+    ASSERT_TRUE(catalogue.refresh());
+    const auto file = dir / "a.mote" / manifestDigestName;
+    std::string digest;
+    std::getline(std::ifstream(file), digest, char(0));
+    auto other = digest;
+    other[0] = other[0] == '0' ? '1' : '0';
+    test::awaitNextTime(file);
+    std::ofstream(file) << other;
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_TRUE(catalogue.entries().empty());
+    EXPECT_EQ(catalogue.errors().size(), 1U);
+    test::awaitNextTime(file);
+    std::ofstream(file) << digest;
+    EXPECT_TRUE(catalogue.refresh());
+    EXPECT_EQ(catalogue.entries().size(), 1U);
+    EXPECT_TRUE(catalogue.errors().empty());
+}
+
 TEST(Catalogue, FoldersThatComeAndGoHideNoOther) {
     constexpr int datasets = 60;
     const test::TempDir dir;

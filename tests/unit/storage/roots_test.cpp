@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/roots.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstddef>
 #include <fstream>
+#include <thread>
 
+#include "storage/files/real_path.h"
+#include "storage/files/walk_folders.h"
 #include "tests/support/temp_dir.h"
 
 namespace mote::storage {
@@ -92,6 +105,104 @@ TEST_F(RootsTest, NewPathsNeedAParentAndNothingThere) {
     EXPECT_EQ(fresh("data/dangling"), ErrorCode::alreadyExists);
     EXPECT_EQ(fresh("data/way-out/new.mote"), ErrorCode::invalidArgument);
     EXPECT_EQ(fresh("data"), ErrorCode::invalidArgument);
+}
+
+/// For this thread the kernel is one before Linux 5.6.
+bool forgetOpenat2() {
+    std::array<sock_filter, 4> rules{{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                                      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_openat2, 0, 1),
+                                      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
+                                      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)}};
+    const sock_fprog program{rules.size(), rules.data()};
+    return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+           ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+TEST_F(RootsTest, WithoutOpenat2NoLinkIsFollowed) {
+    std::thread old([this] {
+        ASSERT_TRUE(forgetOpenat2());
+        EXPECT_EQ(*roots.resolveExisting("data"), real / "data");
+        EXPECT_EQ(*roots.resolveExisting("data/run.h5"), real / "data" / "run.h5");
+        EXPECT_EQ(*roots.resolveExisting("data/sub/deep"), real / "data" / "sub" / "deep");
+        EXPECT_EQ(*roots.resolveNew("data/sub/new.mote"), real / "data" / "sub" / "new.mote");
+        EXPECT_EQ(existing("data/none"), ErrorCode::notFound);
+        for (const char* name :
+             {"data/way-out/secret", "data/absolute-way-out/secret", "data/magic/etc/passwd",
+              "data/inside-link/deep", "data/way-out", "data/dangling"})
+            EXPECT_FALSE(roots.resolveExisting(name).ok()) << name;
+        EXPECT_FALSE(roots.resolveNew("data/way-out/new.mote").ok());
+    });
+    old.join();
+}
+
+/// A folder and a link that leads out take each other's place 10^4 times, beside whoever looks and opens.
+class SwappedLinkTest : public RootsTest {
+  protected:
+    void SetUp() override {
+        RootsTest::SetUp();
+        fs::create_directories(dir / "data" / "swap" / "within");
+        fs::create_directories(dir / "outside" / "escaped");
+        std::ofstream(dir / "data" / "swap" / "file") << "own";
+        std::ofstream(dir / "outside" / "file") << "secret";
+        fs::create_directory_symlink(dir / "outside", dir / "data" / "link");
+    }
+
+    void swap() {
+        for (int i = 0; i < 10'000; ++i) {
+            fs::rename(dir / "data" / "swap", dir / "data" / "third");
+            fs::rename(dir / "data" / "link", dir / "data" / "swap");
+            fs::rename(dir / "data" / "third", dir / "data" / "link");
+        }
+        done_ = true;
+    }
+
+    void look() {
+        while (!done_) {
+            open();
+            walk();
+        }
+    }
+
+    std::atomic<bool> done_{false};
+
+  private:
+    void open() const {
+        const auto path = roots.resolveExisting("data/swap/file");
+        if (!path.ok()) return;
+        ASSERT_THAT(path->string(), testing::StartsWith((real / "data").string()));
+        const auto file = openReal(*path, O_RDONLY);
+        if (!file.ok()) return;
+        std::array<char, 16> text{};
+        ASSERT_EQ(::read(file->get(), text.data(), text.size()), 3);
+        ASSERT_EQ(std::string(text.data()), "own");
+    }
+    void walk() const {
+        FolderWalk folders;
+        folders.maxDepth = 3;
+        folders.count = [] { return true; };
+        folders.unreadable = [](const auto&, int) {};
+        folders.visit = [](const fs::path& folder) {
+            EXPECT_NE(folder.filename(), "escaped") << folder;
+            return FolderWalk::Next::enter;
+        };
+        walkFolders(real / "data", folders);
+    }
+};
+
+TEST_F(SwappedLinkTest, LeadsNowhere) {
+    std::thread swapper([this] { swap(); });
+    look();
+    swapper.join();
+}
+
+TEST_F(SwappedLinkTest, LeadsNowhereWithoutOpenat2) {
+    std::thread swapper([this] { swap(); });
+    std::thread old([this] {
+        ASSERT_TRUE(forgetOpenat2());
+        look();
+    });
+    swapper.join();
+    old.join();
 }
 
 TEST_F(RootsTest, NamesOfPaths) {
