@@ -76,7 +76,8 @@ class Session : public std::enable_shared_from_this<Session> {
   public:
     Session(SessionId id, wire::MessageStream stream, SessionContext& context);
 
-    /// `hello`: the first message, whose token is good.
+    /// `hello`: the first message, whose token is good. Throws where memory is short; the session is closed
+    /// then.
     void start(const proto::ClientMessage& hello);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
@@ -87,6 +88,7 @@ class Session : public std::enable_shared_from_this<Session> {
   private:
     static constexpr std::size_t maxCommands = 8;
 
+    void spawnAll();
     asio::awaitable<void> read();
     void welcome(const proto::ClientMessage& message);
     asio::awaitable<void> handle(proto::ClientMessage message);
