@@ -188,12 +188,8 @@ def main(arguments):
         page = manual(command, version, [c.name() for c in commands])
         (out / "man" / f"{command.name()}.1").write_text(page, encoding="utf-8")
     names = [pathlib.Path(program).name for program in programs]
-    first = out / "completions" / names[0]
-    first.write_text(completion(commands, names), encoding="utf-8")
-    for name in names[1:]:
-        link = first.with_name(name)
-        link.unlink(missing_ok=True)
-        link.symlink_to(first.name)
+    for name in names:
+        (out / "completions" / name).write_text(completion(commands, names), encoding="utf-8")
     return 0
 
 

@@ -13,8 +13,6 @@
 #include <chrono>
 #include <cstring>
 
-#include "protocol/wire/address.h"
-
 namespace mote::server {
 namespace {
 
@@ -79,11 +77,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::string head_, answer_;
 };
 
-Error wrongAddress(const std::string& address) {
-    return {ErrorCode::invalidArgument, "--metrics",
-            fmt::format("\"{}\" is neither unix:PATH nor 127.0.0.1:PORT", address)};
-}
-
 /// A socket that a server left behind goes; one that somebody listens at stays.
 Status removeStale(asio::io_context& context, const std::string& path) {
     struct stat status {};
@@ -118,26 +111,32 @@ HttpListener::~HttpListener() {
     if (!socket_.empty()) ::unlink(socket_.c_str());
 }
 
-Status HttpListener::listen(const std::string& address) {
+Result<wire::Address> HttpListener::parse(const std::string& address) {
     const auto parsed = wire::parseAddress(address.starts_with("unix:") ? address : "tcp:" + address);
-    if (!parsed.ok()) return wrongAddress(address);
-    if (parsed->kind == wire::Address::Kind::unixSocket) {
-        MOTE_RETURN_IF_ERROR(removeStale(context_, parsed->path));
-        MOTE_RETURN_IF_ERROR(listenAt(asio::local::stream_protocol::endpoint(parsed->path), AF_UNIX));
-        socket_ = parsed->path;
+    if (parsed.ok() && parsed->kind == wire::Address::Kind::unixSocket) return parsed;
+    asio::error_code code;
+    if (parsed.ok() && asio::ip::make_address(parsed->host, code).is_loopback()) return parsed;
+    return Error{ErrorCode::invalidArgument, "--metrics",
+                 fmt::format("\"{}\" is neither unix:PATH nor 127.0.0.1:PORT", address)};
+}
+
+Status HttpListener::listen(const std::string& address) {
+    MOTE_ASSIGN_OR_RETURN(const auto place, parse(address));
+    if (place.kind == wire::Address::Kind::unixSocket) {
+        MOTE_RETURN_IF_ERROR(removeStale(context_, place.path));
+        MOTE_RETURN_IF_ERROR(listenAt(asio::local::stream_protocol::endpoint(place.path), AF_UNIX));
+        socket_ = place.path;
         address_ = address;
         return success();
     }
-    asio::error_code code;
-    const auto host = asio::ip::make_address(parsed->host, code);
-    if (code || !host.is_loopback()) return wrongAddress(address);
-    const asio::ip::tcp::endpoint wanted(host, parsed->port);
+    const asio::ip::tcp::endpoint wanted(asio::ip::make_address(place.host), place.port);
     MOTE_RETURN_IF_ERROR(listenAt(wanted, wanted.protocol().family()));
     asio::ip::tcp::endpoint found;
+    asio::error_code code;
     const auto taken = acceptor_.local_endpoint(code);
     std::memcpy(found.data(), taken.data(), std::min(taken.size(), found.capacity()));
-    address_ =
-        fmt::format("{}:{}", host.is_v6() ? fmt::format("[{}]", parsed->host) : parsed->host, found.port());
+    address_ = fmt::format("{}:{}", wanted.address().is_v6() ? fmt::format("[{}]", place.host) : place.host,
+                           found.port());
     return success();
 }
 

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "protocol/scene/error.h"
+#include "protocol/wire/address.h"
 #include "server/metrics/http_answer.h"
 
 namespace mote::server {
@@ -24,6 +25,8 @@ class HttpListener {
     /// (anything else), alreadyExists (somebody listens there), internal.
     static Result<std::unique_ptr<HttpListener>> open(asio::io_context& context, const std::string& address,
                                                       HttpPages pages);
+    /// Errors: invalidArgument (it is no such address).
+    static Result<wire::Address> parse(const std::string& address);
     /// Removes its socket. Connections that are open end with the io_context.
     ~HttpListener();
     HttpListener(const HttpListener&) = delete;

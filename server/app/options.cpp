@@ -9,8 +9,10 @@
 #include "protocol/scene/complain.h"
 #include "protocol/scene/utf8.h"
 #include "server/app/config_file.h"
+#include "server/app/place_check.h"
 #include "server/app/server_option.h"
 #include "server/data/data_memory.h"
+#include "server/jobs/runner_check.h"
 #include "storage/roots.h"
 
 namespace mote::server {
@@ -75,6 +77,10 @@ ConfigValue given(const ServerOption& option, const Words& words,
 /// What rows of the table do not say.
 Status checkTogether(const ServerSettings& settings) {
     MOTE_RETURN_IF_ERROR(dataMemory(settings.memory), "--memory");
+    if (settings.runner == "local" && settings.jobRanks > 1)
+        return Error{ErrorCode::invalidArgument, "--job-ranks", "needs --runner mpi or slurm"};
+    if (settings.runner == "mpi" && settings.jobRanks == 1)
+        return Error{ErrorCode::invalidArgument, "--runner", "\"mpi\" needs --job-ranks of 2 or more"};
     return success();
 }
 
@@ -101,12 +107,20 @@ int fail(const Error& error, int code) {
     return code;
 }
 
-/// What only the place knows: the roots are there and may be read.
+/// What only the place knows: the roots are there and may be read, what the server keeps can be kept, and its
+/// runner has its programs. How many roots there are.
+Result<std::size_t> checkSystem(const ServerSettings& settings) {
+    MOTE_ASSIGN_OR_RETURN(const auto roots, storage::Roots::parse(settings.roots));
+    MOTE_RETURN_IF_ERROR(checkPlaces(settings));
+    MOTE_RETURN_IF_ERROR(checkRunner(settings.runner, settings.jobRanks));
+    return roots.entries().size();
+}
+
 int reportCheck(const ServerSettings& settings) {
-    const auto roots = storage::Roots::parse(settings.roots);
+    const auto roots = checkSystem(settings);
     if (!roots.ok()) return fail(roots.error(), 1);
-    fmt::print("mote-server: the configuration is right: {} roots, state {}, connection {}\n",
-               roots->entries().size(), toTerminalText(settings.stateDirectory.string()),
+    fmt::print("mote-server: the configuration is right: {} roots, state {}, connection {}\n", *roots,
+               toTerminalText(settings.stateDirectory.string()),
                toTerminalText(settings.connectionFile.string()));
     return 0;
 }

@@ -45,6 +45,13 @@ JobSettings jobSettings(const ServerSettings& settings) {
     jobs.roots = settings.roots;
     jobs.memory = settings.memory;
     jobs.threads = settings.threads;
+    jobs.runner = settings.runner;
+    jobs.ranks = settings.jobRanks;
+    jobs.running = settings.jobs;
+    jobs.queued = settings.jobsWaiting;
+    jobs.kept = settings.jobsKept;
+    jobs.timeLimit = settings.jobTime;
+    jobs.allowUnconfined = settings.allowUnconfinedJobs;
     return jobs;
 }
 
@@ -192,10 +199,13 @@ class Server::Impl {
         return success();
     }
 
-    /// Why no client should be sent here.
+    /// Why no client should be sent here. Whether a device that failed draws again only a view can tell: it
+    /// gets the next one after a while, so that an idle server does not stay ill for ever.
     std::optional<std::string> trouble() const {
         if (stopping_) return "the server ends";
-        if (render_->deviceFails()) return "the device failed at the latest picture";
+        const auto failed = render_->deviceFailed();
+        if (failed && Clock::now() - *failed < settings_.deviceFailureTold)
+            return "the device failed at the latest picture";
         return std::nullopt;
     }
 
@@ -297,6 +307,7 @@ class Server::Impl {
         if (std::exchange(stopping_, true)) return;
         asio::error_code ignored;
         entrance_->close();
+        http_.reset();
         if (signals_) signals_->cancel(ignored);
         rescan_.cancel();
         jobs_->stop();

@@ -35,6 +35,14 @@ struct ServerSettings {
     std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
     unsigned threads = 0;      ///< of a job, and of the cpu device; 0: their own choice
 
+    std::string runner = "local";      ///< of jobs that make datasets and exports: or "mpi", "slurm"
+    unsigned jobRanks = 1;             ///< processes of a job whose kind can have several, of mpi and slurm
+    unsigned jobs = 1;                 ///< that run at once, and a film besides
+    unsigned jobsWaiting = 1000;       ///< at most
+    unsigned jobsKept = 1000;          ///< of those that have ended
+    unsigned jobTime = 0;              ///< s, of a run of a job or film; 0: no limit
+    bool allowUnconfinedJobs = false;  ///< they run even where the kernel cannot confine them
+
     std::filesystem::path logFile;     ///< empty: stderr
     std::string logFormat = "text";    ///< or "json"
     std::uint64_t logSize = 16 << 20;  ///< bytes of a file
@@ -48,10 +56,11 @@ struct ServerSettings {
     StartupLimits startups;                  ///< of connections that have shown no token yet
     StartupRandom random = uniformRandom();  ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
-    std::chrono::milliseconds silence{30'000};         ///< of a client's, that ends its session; 0: none
-    std::chrono::milliseconds idle{12 * 3600 * 1000};  ///< without a wish, that ends a session; 0: none
-    std::chrono::milliseconds staleAfter{250};         ///< a frame in motion that waited so long is old
-    std::chrono::milliseconds rescanInterval{2000};    ///< while clients are connected
+    std::chrono::milliseconds silence{30'000};            ///< of a client's, that ends its session; 0: none
+    std::chrono::milliseconds idle{12 * 3600 * 1000};     ///< without a wish, that ends a session; 0: none
+    std::chrono::milliseconds staleAfter{250};            ///< a frame in motion that waited so long is old
+    std::chrono::milliseconds rescanInterval{2000};       ///< while clients are connected
+    std::chrono::milliseconds deviceFailureTold{60'000};  ///< by /healthz, unless a picture is drawn before
 };
 
 class Server {

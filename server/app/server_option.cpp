@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/app/http_listener.h"
 #include "server/app/parse_size.h"
 
 namespace mote::server {
@@ -28,13 +29,27 @@ const ServerOption table[] = {
      "for data, no limit for jobs"},
     {"threads", WholeNumber{&Settings::threads, 0, 4096}, "N",
      "of a job, and of the device cpu; default all"},
+    {"runner", Choice{&Settings::runner, {"local", "mpi", "slurm"}}, "local|mpi|slurm",
+     "what runs jobs that make datasets and exports: this machine, mpirun on it, or sbatch; default local"},
+    {"job-ranks", WholeNumber{&Settings::jobRanks, 1, 4096}, "N",
+     "processes of a job whose kind can have several, with mpi and slurm; default 1"},
+    {"jobs", WholeNumber{&Settings::jobs, 1, 1000}, "N", "that run at once, and one film besides; default 1"},
+    {"jobs-waiting", WholeNumber{&Settings::jobsWaiting, 1, 100000}, "N",
+     "at most: one more is refused; default 1000"},
+    {"jobs-kept", WholeNumber{&Settings::jobsKept, 1, 100000}, "N",
+     "of those that have ended; the oldest are forgotten, and the films and exports that they made; default "
+     "1000"},
+    {"job-time", WholeNumber{&Settings::jobTime, 0, 30 * 86400}, "SECONDS",
+     "a run of a job or film is ended then; 0: no limit, which is the default"},
+    {"allow-unconfined-jobs", &Settings::allowUnconfinedJobs, "",
+     "run jobs even where the kernel cannot take rights away from them (Landlock, seccomp)"},
     {"log", &Settings::logFile, "FILE", "where the log goes; default stderr"},
     {"log-format", Choice{&Settings::logFormat, {"text", "json"}}, "text|json",
      "lines for people, or an object of JSON each; default text"},
     {"log-size", Size{&Settings::logSize}, "SIZE", "of the log's file, which is then put aside; default 16M"},
     {"log-files", WholeNumber{&Settings::logFiles, 1, 100}, "N",
      "that were put aside and are kept; default 4"},
-    {"metrics", &Settings::metrics, "ADDRESS",
+    {"metrics", HttpAddress{&Settings::metrics}, "ADDRESS",
      "where /metrics and /healthz are answered by HTTP: unix:PATH or 127.0.0.1:PORT; default nowhere"},
 };
 
@@ -81,6 +96,11 @@ struct Setter {
                          fmt::format("\"{}\" is none of {}", text(), fmt::join(choice.words, ", "))};
         }
         settings.*choice.value = text();
+        return success();
+    }
+    Status operator()(const HttpAddress& address) const {
+        MOTE_RETURN_IF_ERROR(HttpListener::parse(text()));
+        settings.*address.value = text();
         return success();
     }
     Status operator()(Size size) const {

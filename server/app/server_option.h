@@ -36,11 +36,16 @@ struct Choice {
     std::vector<std::string_view> words;
 };
 
+/// Where HTTP is answered: "unix:PATH" or "127.0.0.1:PORT".
+struct HttpAddress {
+    std::string ServerSettings::*value;
+};
+
 /// Where a value goes, which says what is read as one: a text, unless it is a list, a flag or a number.
 using OptionTarget =
     std::variant<std::vector<std::string> ServerSettings::*, std::filesystem::path ServerSettings::*,
                  std::string ServerSettings::*, render::DeviceKind ServerSettings::*, bool ServerSettings::*,
-                 std::optional<wire::Address> ServerSettings::*, WholeNumber, Size, Choice>;
+                 std::optional<wire::Address> ServerSettings::*, WholeNumber, Size, Choice, HttpAddress>;
 
 struct ServerOption {
     const char* name;

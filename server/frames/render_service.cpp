@@ -143,7 +143,10 @@ class RenderService::Impl {
         wake_.notify_one();
     }
 
-    bool deviceFails() const { return deviceFails_; }
+    std::optional<Clock::time_point> deviceFailed() const {
+        const Clock::time_point at{Clock::duration(deviceFailed_)};
+        return at == Clock::time_point() ? std::nullopt : std::optional(at);
+    }
 
   private:
     void begin(std::promise<Result<std::string>>& ready) {
@@ -189,13 +192,21 @@ class RenderService::Impl {
         const auto begun = Clock::now();
         auto made = make(job, *client);
         charge(job, Clock::now() - begun);
-        deviceFails_ = !made.ok() && made.error().where == "device";
+        noteDevice(made);
         if (!made.ok()) return fail(job, *client, made.error());
         if (made->waits) return waiting(job, arrivals);
         if (!made->picture) return stopped(job);
         auto held = hold(made->picture->picture.pixels.capacity());
         send(std::make_shared<Drawn>(
             Drawn{*std::move(made->picture), std::move(job), std::move(client), std::move(held)}));
+    }
+
+    /// Views that wait, or whose data is at fault, tell nothing of the device.
+    void noteDevice(const Result<Making>& made) {
+        if (made.ok() && made->picture) deviceFailed_ = 0;
+        if (!made.ok() && made.error().where == "device") {
+            deviceFailed_ = Clock::now().time_since_epoch().count();
+        }
     }
 
     /// What is loaded for a picture that waits may still be the end of us.
@@ -244,7 +255,7 @@ class RenderService::Impl {
         }
         // A moving hand fails with every view: once is enough for the log.
         if (auto text = error.toString(); text != lastFailure_) {
-            log::warn("a view cannot be drawn: {}", toLogText(text));
+            log::warn(log::session(job.session), "a view cannot be drawn: {}", toLogText(text));
             lastFailure_ = std::move(text);
         }
         client.events.failed(*job.task, std::move(error));
@@ -322,7 +333,7 @@ class RenderService::Impl {
     std::optional<PictureMaker> maker_;
     std::string lastFailure_;
 
-    std::atomic<bool> deviceFails_{false};
+    std::atomic<Clock::rep> deviceFailed_{0};  // the clock's count; 0: it draws
 
     std::mutex mutex_;
     std::condition_variable wake_;
@@ -340,8 +351,8 @@ RenderService::RenderService(DeviceFactory factory, StepSource& steps, RenderSet
     : impl_(std::make_unique<Impl>(std::move(factory), steps, settings)) {}
 RenderService::~RenderService() = default;
 
-bool RenderService::deviceFails() const {
-    return impl_->deviceFails();
+std::optional<Clock::time_point> RenderService::deviceFailed() const {
+    return impl_->deviceFailed();
 }
 Result<std::string> RenderService::start() {
     return impl_->start();

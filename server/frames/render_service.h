@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,8 +76,8 @@ class RenderService {
     void addCredits(SessionId session, std::uint32_t count);
     /// More of the data is in memory, or never will be: pictures that wait for it are tried again.
     void dataArrived();
-    /// The device failed at the latest picture. From any thread.
-    bool deviceFails() const;
+    /// When the device failed, if it has drawn no picture since. From any thread.
+    std::optional<Clock::time_point> deviceFailed() const;
 
   private:
     class Impl;

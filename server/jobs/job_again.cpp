@@ -90,7 +90,7 @@ proto::Jobs JobQueue::page(std::uint64_t first, std::uint32_t count) const {
 // ------------------------------------------------------------------------------------------- runners
 
 Status JobQueue::openRunners() {
-    MOTE_RETURN_IF_ERROR(checkRunner(settings_));
+    MOTE_RETURN_IF_ERROR(checkRunner(settings_.runner, settings_.ranks));
     local_ = makeLocalRunner(context_, settings_.supervisor);
     return settings_.runner == "slurm" || findsRunsOfSlurm() ? openSlurm() : success();
 }
@@ -102,10 +102,7 @@ bool JobQueue::findsRunsOfSlurm() {
     const bool known =
         std::ranges::any_of(all, [](const auto* record) { return isSlurmHandle(record->handle); });
     if (!known) return false;
-    auto slurm = settings_;
-    slurm.runner = "slurm";
-    slurm.ranks = 1;
-    const auto there = checkRunner(slurm);
+    const auto there = checkRunner("slurm", 1);
     if (!there.ok()) log::warn("jobs that run in Slurm are lost: {}", there.error().toString());
     return there.ok();
 }

@@ -35,6 +35,10 @@ Status checkOwner(const std::filesystem::path& path, const struct stat& status) 
 Status makeOwnFolder(const std::filesystem::path& folder) {
     if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
         return refused(folder, fmt::format("cannot be made: {}", systemMessage(errno)));
+    return checkOwnFolder(folder);
+}
+
+Status checkOwnFolder(const std::filesystem::path& folder) {
     struct stat status {};
     if (::lstat(folder.c_str(), &status) != 0) return refused(folder, systemMessage(errno));
     MOTE_RETURN_IF_ERROR(checkOwner(folder, status));

@@ -14,6 +14,9 @@ namespace mote::server {
 /// Errors: permissionDenied, saying what is wrong with it.
 Status makeOwnFolder(const std::filesystem::path& folder);
 
+/// One that is there, likewise.
+Status checkOwnFolder(const std::filesystem::path& folder);
+
 /// A file that is there must be a regular one, of this user and for nobody else to write to; none is well.
 /// Errors: permissionDenied.
 Status checkOwnFile(const std::filesystem::path& file);

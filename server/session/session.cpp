@@ -35,7 +35,16 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       uploads_(context.uploads, context.removeUploads) {}
 
 void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
-    welcome(hello, admission);
+    try {
+        welcome(hello, admission);
+        spawnAll();
+    } catch (...) {
+        close();  // memory is short, say: nobody goes on drawing for it
+        throw;
+    }
+}
+
+void Session::spawnAll() {
     const auto spawn = [this](asio::awaitable<void> (Session::*coroutine)()) {
         asio::co_spawn(
             executor_, [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
@@ -209,9 +218,9 @@ void Session::jobChanged(const proto::JobStatus& job) {
 
 void Session::leave(const Error& reason) {
     if (leaving_ || closed_) return;
-    leaving_ = true;
     const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
     if (gone) return close();
+    leaving_ = true;
     log::info(log::session(id_), "closed: {}", toLogText(reason.toString()));
     context_.render->close(id_);  // nothing more is drawn or counted for it
     queries_.close();
@@ -227,7 +236,8 @@ void Session::leave(const Error& reason) {
 
 void Session::close() {
     if (std::exchange(closed_, true)) return;
-    leaving_ = true;
+    // Who was told why it ends has its line in the log.
+    if (!std::exchange(leaving_, true)) log::info(log::session(id_), "left");
     context_.render->close(id_);
     stream_.close();
     deadline_.cancel();

@@ -84,7 +84,7 @@ class Session : public std::enable_shared_from_this<Session> {
     Session(SessionId id, wire::MessageStream stream, SessionContext& context);
 
     /// `hello`: the first message, whose token is good. A session that goes on draws its view and tells its
-    /// jobs at once.
+    /// jobs at once. Throws where memory is short; the session is closed then.
     void start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
@@ -96,6 +96,7 @@ class Session : public std::enable_shared_from_this<Session> {
     static constexpr std::size_t maxCommands = 8;
     static constexpr std::size_t maxCommandBytes = 2 << 20;  ///< in memory, from which on there is no room
 
+    void spawnAll();
     asio::awaitable<void> read();
     void welcome(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     asio::awaitable<void> goOn();

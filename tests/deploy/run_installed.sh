@@ -31,8 +31,12 @@ cat >view.json <<'END'
 END
 mote-frames view.json --connect connection.json --out pictures --quiet
 test -s pictures/frame-000000.png
-mote-stats data/beam --connect connection.json --json | head -c 200
-echo
+mote-stats data/beam --connect connection.json --json >numbers.json
+test -s numbers.json
+# A job, under all its limits: mote-supervise and mote-prep, from the server that is installed.
+mote-stats data/beam --connect connection.json --export beam.h5
+test -s beam.h5
+grep '"job"' server.log | grep -q 'ended: succeeded'
 # mote-view has no screen here; that its libraries are there is what can be seen.
 mote-view --help >/dev/null
 kill -TERM "$pid"

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -60,6 +62,27 @@ TEST(Options, HelpIsSuccessAndWrongUsageIsTwo) {
         const auto parsed = parse(words);
         ASSERT_TRUE(std::holds_alternative<int>(parsed)) << testing::PrintToString(words);
         EXPECT_EQ(std::get<int>(parsed), 2);
+    }
+}
+
+TEST(Options, OfJobsAreTaken) {
+    const auto unset = std::get<ServerSettings>(parse(needed));
+    EXPECT_EQ(unset.runner, "local");
+    EXPECT_FALSE(unset.allowUnconfinedJobs);
+    const auto settings = std::get<ServerSettings>(
+        parse(with({"--runner", "mpi", "--job-ranks", "4", "--jobs", "3", "--jobs-waiting", "20",
+                    "--jobs-kept", "50", "--job-time", "3600", "--allow-unconfined-jobs"})));
+    EXPECT_EQ(settings.runner, "mpi");
+    EXPECT_EQ(settings.jobRanks, 4u);
+    EXPECT_EQ(settings.jobs, 3u);
+    EXPECT_EQ(settings.jobsWaiting, 20u);
+    EXPECT_EQ(settings.jobsKept, 50u);
+    EXPECT_EQ(settings.jobTime, 3600u);
+    EXPECT_TRUE(settings.allowUnconfinedJobs);
+    for (const Words& words :
+         {with({"--runner", "pbs"}), with({"--runner", "mpi"}), with({"--job-ranks", "2"}),
+          with({"--jobs", "0"}), with({"--job-time", "1h"})}) {
+        EXPECT_EQ(std::get<int>(parse(words)), 2) << testing::PrintToString(words);
     }
 }
 
@@ -143,6 +166,7 @@ std::string lineOf(const ServerOption& option) {
     }
     if (name == "device") return name + " = \"cpu\"\n";
     if (name == "listen") return name + " = \"unix\"\n";
+    if (std::holds_alternative<HttpAddress>(option.target)) return name + " = \"unix:/file\"\n";
     return name + " = \"/file\"\n";
 }
 
@@ -156,8 +180,66 @@ TEST_F(ConfigFile, HasAKeyForEachOption) {
     EXPECT_TRUE(std::holds_alternative<ServerSettings>(parsed));
 }
 
+/// What a configuration needs, of folders that are there.
+std::string wellIn(const std::filesystem::path& folder) {
+    return fmt::format("root = [\"data={0}/data\"]\nstate = \"{0}/state\"\nconnection = \"{0}/c.json\"\n",
+                       folder.string());
+}
+
+/// What --check-config says on stderr.
+std::string complaintOf(const std::string& path) {
+    const char* words[] = {"mote-server", "--check-config", "--config", path.c_str()};
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    const auto parsed = parseOptions(4, words);
+    testing::internal::GetCapturedStdout();
+    auto text = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(std::get<int>(parsed), text.empty() ? 0 : 1);
+    return text;
+}
+
+TEST_F(ConfigFile, WhatOnlyThePlaceKnowsIsCheckedInASentenceEach) {
+    std::filesystem::create_directory(folder_ / "data");
+    const auto well = wellIn(folder_ / "");
+    EXPECT_EQ(complaintOf(write(well)), "");
+    std::ofstream(folder_ / "file") << "x";
+    const auto file = (folder_ / "file").string(), data = (folder_ / "data").string();
+    const auto stateAt = [&](const std::string& place) {
+        return fmt::format("root = [\"data={}\"]\nstate = \"{}\"\nconnection = \"{}/c.json\"\n", data, place,
+                           data);
+    };
+    const std::pair<std::string, const char*> cases[] = {
+        {well + "metrics = \"0.0.0.0:80\"\n", "\"0.0.0.0:80\" is neither unix:PATH nor 127.0.0.1:PORT"},
+        {well + "metrics = \"/socket\"\n", "server.toml:4"},
+        {well + "log = \"" + data + "\"\n", "--log: "},
+        {well + "log = \"" + file + "/log\"\n", "is no folder"},
+        {stateAt(file), "is no directory"},
+        {stateAt(file + "/state"), "--state: "},
+        {stateAt(data) + "job-ranks = 2\n", "--job-ranks: needs --runner mpi or slurm"},
+        {stateAt(data) + "runner = \"mpi\"\n", "--job-ranks of 2 or more"},
+    };
+    for (const auto& [text, words] : cases) {
+        const auto complaint = complaintOf(write(text));
+        EXPECT_NE(complaint.find(words), std::string::npos) << text << complaint;
+        EXPECT_EQ(std::ranges::count(complaint, '\n'), 1) << complaint;
+    }
+    std::filesystem::permissions(folder_ / "data", std::filesystem::perms::all);
+    EXPECT_NE(complaintOf(write(stateAt(data))).find("others may write to it"), std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "state")) << "nothing is made";
+}
+
+TEST_F(ConfigFile, ARunnerWithoutItsProgramIsSaid) {
+    std::filesystem::create_directory(folder_ / "data");
+    const std::string before = std::getenv("PATH");
+    setenv("PATH", folder_.path().c_str(), 1);
+    const auto complaint = complaintOf(write(wellIn(folder_ / "") + "runner = \"slurm\"\n"));
+    setenv("PATH", before.c_str(), 1);
+    EXPECT_NE(complaint.find("--runner: \"slurm\" needs sbatch"), std::string::npos) << complaint;
+}
+
 TEST_F(ConfigFile, IsChecked) {
-    const auto state = "state = \"/s\"\nconnection = \"/c.json\"\n";
+    const auto state =
+        fmt::format("state = \"{0}/s\"\nconnection = \"{0}/c.json\"\n", folder_.path().string());
     std::filesystem::create_directory(folder_ / "data");
     const auto root = fmt::format("root = [\"data={}\"]\n", (folder_ / "data").string());
     EXPECT_EQ(std::get<int>(parse({"--check-config", "--config", write(root + state)})), 0);

@@ -97,7 +97,7 @@ class JobRanksTest : public JobPrepTest {
         auto ranks = realSettings();
         ranks.runner = "mpi";
         ranks.ranks = 2;
-        if (!checkRunner(ranks).ok()) GTEST_SKIP() << "there is no mpirun";
+        if (!checkRunner("mpi", 2).ok()) GTEST_SKIP() << "there is no mpirun";
         ASSERT_EQ(waitForTheEnd(submitRun(2000)).state(), State::SUCCEEDED);
         ASSERT_EQ(waitForTheEnd(submitPlot("data/alone.mote")).state(), State::SUCCEEDED);
         startServer(ranks);

@@ -204,6 +204,7 @@ TEST_F(JobQueueTest, aStoppedQueueTakesNothingAndCallsNobody) {
     settle();
     EXPECT_EQ(changes_.size(), before);
     EXPECT_FALSE(queue_->submit(request("publish:", "data/other.h5")).ok());
+    for (const auto& [state, count] : queue_->counts()) EXPECT_EQ(count, 0U) << state;
 }
 
 TEST_F(JobQueueTest, rootsThatAreNoneAreRefused) {

@@ -62,19 +62,19 @@ class JobRunnerTest : public JobTest {
 
 TEST_F(JobRunnerTest, ItsProgramsMustBeThere) {
     const OnlyPath path(directory_);
-    EXPECT_TRUE(checkRunner(with("local")).ok());
-    EXPECT_EQ(checkRunner(with("pbs")).error().code, ErrorCode::invalidArgument);
-    EXPECT_EQ(checkRunner(with("mpi", 2)).error().toString(),
+    EXPECT_TRUE(checkRunner("local", 1).ok());
+    EXPECT_EQ(checkRunner("pbs", 1).error().code, ErrorCode::invalidArgument);
+    EXPECT_EQ(checkRunner("mpi", 2).error().toString(),
               "--runner: \"mpi\" needs mpirun, which is not in PATH");
     for (const char* name : {"sbatch", "squeue", "scontrol", "scancel"}) {
-        EXPECT_THAT(checkRunner(with("slurm")).error().message, HasSubstr(std::string("needs ") + name));
+        EXPECT_THAT(checkRunner("slurm", 1).error().message, HasSubstr(std::string("needs ") + name));
         addProgram(name);
     }
-    EXPECT_TRUE(checkRunner(with("slurm")).ok());
-    EXPECT_THAT(checkRunner(with("slurm", 2)).error().message, HasSubstr("needs mpirun"));
+    EXPECT_TRUE(checkRunner("slurm", 1).ok());
+    EXPECT_THAT(checkRunner("slurm", 2).error().message, HasSubstr("needs mpirun"));
     addProgram("mpirun");
-    EXPECT_TRUE(checkRunner(with("slurm", 2)).ok());
-    EXPECT_TRUE(checkRunner(with("mpi", 2)).ok());
+    EXPECT_TRUE(checkRunner("slurm", 2).ok());
+    EXPECT_TRUE(checkRunner("mpi", 2).ok());
 }
 
 TEST_F(JobRunnerTest, AServerDoesNotBeginWithoutThem) {
