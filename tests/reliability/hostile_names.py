@@ -62,7 +62,8 @@ class Place:
                         "--out", self.outside / "beam.mote"], check=True)
         os.link(self.data / "run.h5", self.outside / "run.h5")
         links = {"link": "../outside", "chain": "link", "loop": "loop", "proc": "/proc", "root": "/", "fd": "/dev/fd",
-                 "dangling": "../outside/new", "into.mote": "../outside/into.mote", "beam-out.mote": str(self.outside / "beam.mote")}
+                 "dangling": "../outside/new", "into.mote": "../outside/into.mote",
+                 "beam-out.mote": str(self.outside / "beam.mote")}
         for name, target in links.items():
             os.symlink(target, self.data / name)
         self.digest = digest(self.outside)
@@ -229,7 +230,8 @@ def open_beside(server, place, count):
                     pass
                 if opens.value % 40 < 3:  # jobs are slower than swaps
                     try:
-                        jobs.append(session.prepare(f"{way}/run.h5", axes=["x", "px", "y"], output=f"{way}/new-{opens.value}.mote"))
+                        output = f"{way}/new-{opens.value}.mote"
+                        jobs.append(session.prepare(f"{way}/run.h5", axes=["x", "px", "y"], output=output))
                     except mote.Error:
                         pass
             opens.value += 1

@@ -27,6 +27,7 @@ import strace_faults
 mote = own_server.mote
 
 DATABASES = [name + suffix for name in ("jobs.sqlite", "jobs.copy.sqlite") for suffix in ("", "-wal", "-shm", "-journal")]
+STATES = ("unknown", "queued", "running", "succeeded", "failed", "cancelled")
 RESTART_S = 5.0
 PATIENCE_S = 60.0
 # Of a disk; the server's other writes go to sockets and pipes, which are never full.
@@ -81,8 +82,8 @@ def follow(server, job):
     while not job.finished and not server.is_hurt() and time.monotonic() < end:
         try:
             job.wait(timeout=0.5, progress=False)
-        except mote.Error:
-            if job._session.connection.lost is not None:
+        except mote.Error as error:
+            if not job.finished and error.where != job.id:  # that was no end of patience
                 raise
 
 
@@ -96,13 +97,13 @@ def use(server, told):
         for job in jobs[:2]:
             follow(server, job)
         if not server.is_hurt():
-            follow(server, submit(session, "e"))
+            running = submit(session, "e")
+            session.connection.wait_for(lambda: running.state != "queued", PATIENCE_S)
+            running.cancel()
+            follow(server, running)
     finally:
         told.update(session.connection.jobs)
         session.close()
-
-
-STATES = ("unknown", "queued", "running", "succeeded", "failed", "cancelled")
 
 
 class Verdict:
