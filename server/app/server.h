@@ -27,13 +27,15 @@ struct ServerSettings {
     std::vector<std::string> roots;        ///< "NAME=DIR"
     std::filesystem::path stateDirectory;  ///< jobs and the socket; made where absent
     std::filesystem::path connectionFile;  ///< written when the server accepts, removed when it ends
+    std::filesystem::path followerFile;    ///< the same for those who only follow; empty: there are none
     std::filesystem::path prep;            ///< the program mote-prep, for jobs
     std::filesystem::path frames;          ///< the program mote-frames, for films
     std::optional<wire::Address> tcp;      ///< where it listens beside its Unix socket, with TLS
     render::DeviceKind device = render::DeviceKind::automatic;
-    std::string token;         ///< what clients must know; empty: a fresh one
-    std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
-    unsigned threads = 0;      ///< of a job, and of the cpu device; 0: their own choice
+    std::string token;          ///< what clients must know; empty: a fresh one
+    std::string followerToken;  ///< the same of those who only follow
+    std::uint64_t memory = 0;   ///< bytes that the server may use, and a job besides; 0: no limit
+    unsigned threads = 0;       ///< of a job, and of the cpu device; 0: their own choice
 
     std::filesystem::path logFile;     ///< empty: stderr
     std::string logFormat = "text";    ///< or "json"
@@ -84,8 +86,9 @@ class Server {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Removes a server's connection files, of clients and of films, if they hold this token, which is not empty
-/// then.
-void removeConnectionFiles(const ServerSettings& settings, const std::string& token);
+/// Removes a server's connection files, of clients, of films and of followers, if they hold its tokens, which
+/// are not empty then.
+void removeConnectionFiles(const ServerSettings& settings, const std::string& token,
+                           const std::string& followerToken);
 
 }  // namespace mote::server
