@@ -24,6 +24,7 @@
 #include "protocol/wire/connection_file.h"
 #include "server/app/entrance.h"
 #include "server/app/http_listener.h"
+#include "server/app/parked_file.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
 #include "server/metrics/exposition.h"
@@ -101,6 +102,7 @@ class Server::Impl {
         MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.followerFile));
         jobs_.emplace(io_, jobSettings(settings_));
         MOTE_RETURN_IF_ERROR(jobs_->start());
+        parkedFile_.emplace(io_, settings_.stateDirectory, settings_.parkingPause, parked_);
         jobs_->onChange([this](const proto::JobStatus& job) { jobChanged(job); });
         const auto memory = dataMemory(settings_.memory);
         if (!memory.ok()) return memory.error().within("memory");
@@ -342,7 +344,8 @@ class Server::Impl {
     std::unique_ptr<DatasetService> datasets_;
     std::unique_ptr<QueryService> queries_;
     std::unique_ptr<RenderService> render_;
-    ParkedSessions parked_{settings_.parking};
+    ParkedSessions parked_{settings_.parking, [this] { parkedFile_->changed(); }};
+    std::optional<ParkedFile> parkedFile_;
     Following following_;
     SessionContext context_;
     std::unique_ptr<HttpListener> http_;

@@ -46,9 +46,10 @@ struct ServerSettings {
     bool stopOnSignals = false;  ///< SIGTERM, SIGINT and SIGHUP end run()
     RenderSettings render;
     std::size_t maxSessions = 64;
-    ParkingLimits parking;                   ///< of what outlives a session's connection
-    StartupLimits startups;                  ///< of connections that have shown no token yet
-    StartupRandom random = uniformRandom();  ///< which of them go where there are too many
+    ParkingLimits parking;                         ///< of what outlives a session's connection
+    std::chrono::milliseconds parkingPause{1000};  ///< from a change of that to its being written
+    StartupLimits startups;                        ///< of connections that have shown no token yet
+    StartupRandom random = uniformRandom();        ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
     std::chrono::milliseconds silence{30'000};         ///< of a client's, that ends its session; 0: none
     std::chrono::milliseconds idle{12 * 3600 * 1000};  ///< without a wish, that ends a session; 0: none
