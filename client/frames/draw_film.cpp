@@ -40,10 +40,11 @@ std::string withoutThreads(const std::string& device) {
 Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const Interrupt& interrupt) {
     Servers servers;
     const bool job = options.task == FramesTask::job;
+    // In the background it waits as long as others look.
+    const auto patience = job ? std::chrono::seconds(0) : options.patience;
     for (const auto& file : options.connect) {
-        MOTE_ASSIGN_OR_RETURN(
-            auto server, PictureServer::open({file, {}, job, job ? options.script : std::filesystem::path()},
-                                             wakeup, interrupt));
+        const ServerChoice choice{file, {}, job, job ? options.script : std::filesystem::path()};
+        MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open(choice, patience, wakeup, interrupt));
         servers.push_back(std::move(server));
     }
     if (!servers.empty()) return servers;
@@ -52,7 +53,7 @@ Result<Servers> openServers(const FramesOptions& options, Wakeup& wakeup, const 
     ServerCommand command{serverBesideUs(), options.roots, options.device, 0};
     if (options.jobs > 1 || options.threads > 0) command.threads = std::max(1U, cores / options.jobs);
     for (unsigned i = 0; i < options.jobs; ++i) {
-        MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open({{}, command}, wakeup, interrupt));
+        MOTE_ASSIGN_OR_RETURN(auto server, PictureServer::open({{}, command}, patience, wakeup, interrupt));
         servers.push_back(std::move(server));
     }
     return servers;

@@ -31,7 +31,7 @@ struct RawOptions {
     std::string page;
     double margin = 0.0, dot = 0.0;  // mm
     double fps = 30.0;
-    int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1;
+    int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1, patience = 3600;
     bool plotter = false, detach = false;
 };
 
@@ -47,6 +47,10 @@ void declareServers(const cli::Command& app, RawOptions& raw) {
     app.option("--device", raw.device, "Device of the private servers: auto, egl or cpu");
     app.option("--threads", raw.threads, "Of all private servers together; default all").range(0, 4096);
     app.option("--jobs", raw.jobs, "Private servers that share the frames").range(1, 64).showDefault();
+    app.option("--patience", raw.patience,
+               "Seconds without a byte of a picture after which a server is given up; 0: never")
+        .range(0, 1'000'000)
+        .showDefault();
 }
 
 void declareSheet(const cli::Command& app, RawOptions& raw) {
@@ -229,6 +233,7 @@ FramesOptions toOptions(RawOptions raw, const cli::Command& app) {
     if (!raw.device.empty()) options.device = raw.device;
     options.threads = static_cast<unsigned>(raw.threads);
     options.jobs = static_cast<unsigned>(raw.jobs);
+    options.patience = std::chrono::seconds(raw.patience);
     options.out = raw.out;
     options.video = raw.video;
     options.chroma = raw.chroma == "full" ? VideoChroma::full : VideoChroma::halved;

@@ -3,6 +3,7 @@
 // The command line of mote-frames. A value.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,6 +33,7 @@ struct FramesOptions {
     std::optional<std::string> device;           ///< of the private servers
     unsigned threads = 0;                        ///< of all private servers together; 0: all cores
     unsigned jobs = 1;                           ///< private servers
+    std::chrono::seconds patience{0};            ///< with a server that sends no pictures; 0: without end
     std::filesystem::path out;                   ///< folder of the pictures; empty: there are none
     PictureFormat format = PictureFormat::png;
     proto::Page page;  ///< of documents

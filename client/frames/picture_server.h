@@ -4,6 +4,7 @@
 // while earlier frames travel and are written. Main thread.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -22,8 +23,10 @@ struct Answer {
 
 class PictureServer {
   public:
-    /// Starts it, or begins to connect. Errors: PrivateServer's.
-    static Result<std::unique_ptr<PictureServer>> open(const ServerChoice& choice, Wakeup& wakeup,
+    /// Starts it, or begins to connect. A server that sends nothing of what it was asked for as long as
+    /// `patience` counts as lost, though it answers all else; 0: it is waited for. Errors: PrivateServer's.
+    static Result<std::unique_ptr<PictureServer>> open(const ServerChoice& choice,
+                                                       std::chrono::milliseconds patience, Wakeup& wakeup,
                                                        const Interrupt& interrupt);
 
     Connection& line() { return server_->line(); }
@@ -50,11 +53,17 @@ class PictureServer {
         std::uint32_t width = 0, height = 0;  ///< pixels; 0 of a document
     };
 
-    explicit PictureServer(std::unique_ptr<ServerLine> server) : server_(std::move(server)) {}
+    PictureServer(std::unique_ptr<ServerLine> server, std::chrono::milliseconds patience)
+        : server_(std::move(server)), patience_(patience) {}
     void listen();
+    Answer toAnswer(std::uint64_t view, ReceivedFrame frame);
+    void watchProgress(bool answered);
     Result<ReceivedFrame> checked(const Asked& asked, ReceivedFrame frame) const;
 
     std::unique_ptr<ServerLine> server_;
+    const std::chrono::milliseconds patience_;
+    std::chrono::steady_clock::time_point progressAt_;
+    std::uint64_t pictureBytes_ = 0;
     std::map<std::uint64_t, Asked> asked_;
     std::vector<Answer> failures_;
     bool connected_ = false;

@@ -62,7 +62,8 @@ struct ConnectionStatistics {
     double bytesPerSecond = 0.0;      ///< received, over the last two seconds
     double linkBytesPerSecond = 0.0;  ///< that the link carries, as the server measures it; 0: not known
     double roundTripMs = 0.0;         ///< of the latest ping; 0 before the first answer
-    std::uint64_t frames = 0;         ///< received since the connection object was made
+    std::uint64_t pictureBytes = 0;  ///< of frames, unfinished ones too, since the connection object was made
+    std::uint64_t frames = 0;        ///< received since the connection object was made
     std::uint64_t bytes = 0;
 };
 

@@ -101,6 +101,10 @@ void Connection::Impl::received(proto::ServerMessage message, std::vector<std::u
 /// The receipt goes out before the picture is decoded, so that the server measures the link and not us.
 void Connection::Impl::receivedPiece(proto::Frame message, std::vector<std::uint8_t> payload) {
     receivedBytes_ += payload.size();
+    {
+        const std::lock_guard lock(mutex_);
+        totals_.pictureBytes += payload.size();
+    }
     if (saysReceipts_) {
         const std::lock_guard lock(mutex_);
         credit_.set_received_bytes(receivedBytes_);

@@ -13,8 +13,6 @@
 namespace mote::wire {
 namespace {
 
-constexpr std::size_t maxFileSize = std::size_t{64} << 10;
-
 /// Closes the descriptor of a file at the end of a scope.
 class OpenFile {
   public:
@@ -61,7 +59,7 @@ Status writePrivateFile(const std::filesystem::path& path, const std::string& te
     return status;
 }
 
-Result<std::string> readPrivateFile(const std::filesystem::path& path) {
+Result<std::string> readPrivateFile(const std::filesystem::path& path, std::size_t mostBytes) {
     const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     if (file.descriptor() < 0) return systemError(errno, path.string(), "cannot be read");
     struct stat status {};
@@ -75,7 +73,7 @@ Result<std::string> readPrivateFile(const std::filesystem::path& path) {
                                  "server if they may have",
                                  status.st_mode & 07777)};
     }
-    std::string text(maxFileSize + 1, '\0');
+    std::string text(mostBytes + 1, '\0');
     std::size_t done = 0;
     while (done < text.size()) {
         const ssize_t count = ::read(file.descriptor(), text.data() + done, text.size() - done);
@@ -84,7 +82,7 @@ Result<std::string> readPrivateFile(const std::filesystem::path& path) {
         if (count == 0) break;
         done += static_cast<std::size_t>(count);
     }
-    if (done > maxFileSize) {
+    if (done > mostBytes) {
         return Error{ErrorCode::invalidArgument, path.string(), "is too large"};
     }
     text.resize(done);

@@ -3,6 +3,7 @@
 // Small files that hold a secret: only their owner may read them. Any thread.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -14,7 +15,8 @@ namespace mote::wire {
 Status writePrivateFile(const std::filesystem::path& path, const std::string& text);
 
 /// Errors: notFound; permissionDenied (not ours, or others may read it too); invalidArgument (no plain file,
-/// or more than 64 KiB).
-Result<std::string> readPrivateFile(const std::filesystem::path& path);
+/// or more than so many bytes).
+Result<std::string> readPrivateFile(const std::filesystem::path& path,
+                                    std::size_t mostBytes = std::size_t{64} << 10);
 
 }  // namespace mote::wire

@@ -24,6 +24,7 @@
 #include "protocol/wire/connection_file.h"
 #include "server/app/entrance.h"
 #include "server/app/http_listener.h"
+#include "server/app/parked_file.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
 #include "server/metrics/exposition.h"
@@ -105,8 +106,10 @@ class Server::Impl {
     Status start() {
         MOTE_ASSIGN_OR_RETURN(auto roots, storage::Roots::parse(settings_.roots));
         MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.connectionFile));
+        MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.followerFile));
         jobs_.emplace(io_, jobSettings(settings_));
         MOTE_RETURN_IF_ERROR(jobs_->start());
+        parkedFile_.emplace(io_, settings_.stateDirectory, settings_.parkingPause, parked_);
         jobs_->onChange([this](const proto::JobStatus& job) { jobChanged(job); });
         const auto memory = dataMemory(settings_.memory);
         if (!memory.ok()) return memory.error().within("memory");
@@ -144,7 +147,7 @@ class Server::Impl {
     }
 
     void withdraw() {
-        removeConnectionFiles(settings_, context_.token);
+        removeConnectionFiles(settings_, context_.token, context_.followerToken);
         if (entrance_) entrance_->withdraw();
     }
 
@@ -167,6 +170,9 @@ class Server::Impl {
 
     void fillContext(const std::string& deviceName) {
         context_.token = settings_.token.empty() ? makeToken() : settings_.token;
+        if (!settings_.followerFile.empty()) {
+            context_.followerToken = settings_.followerToken.empty() ? makeToken() : settings_.followerToken;
+        }
         context_.server = "mote-server " MOTE_VERSION;
         context_.device = deviceName;
         context_.render = render_.get();
@@ -177,11 +183,13 @@ class Server::Impl {
         context_.removeUploads = jobs_->remover();
         context_.crashes = settings_.render.crashes;
         context_.parked = &parked_;
+        context_.following = &following_;
         context_.silence = settings_.silence;
         context_.idle = settings_.idle;
         context_.staleAfter = settings_.staleAfter;
         context_.closed = [this](SessionId id) {
             parked_.left(id, Clock::now());
+            following_.leave(id);
             // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {
                 sessions_.erase(id);
@@ -228,13 +236,21 @@ class Server::Impl {
         HandshakeTerms terms;
         terms.timeout = settings_.handshakeTimeout;
         terms.farewellTimeout = context_.farewellTimeout;
-        terms.knows = [this](const std::string& token) { return sameToken(context_.token, token); };
+        terms.knows = [this](const std::string& token) { return roleOf(token); };
         terms.room = [this](const proto::Hello& hello) { return room(hello); };
-        terms.passed = [this](wire::MessageStream stream, const proto::ClientMessage& hello) {
-            begin(std::move(stream), hello);
+        terms.passed = [this](wire::MessageStream stream, const proto::ClientMessage& hello, Role role) {
+            begin(std::move(stream), hello, role);
         };
         entrance_.emplace(io_, settings_, std::move(terms), *context_.metrics);
         return entrance_->open(context_.token);
+    }
+
+    /// Both are compared, whichever it is.
+    std::optional<Role> roleOf(const std::string& token) const {
+        const bool owns = sameToken(context_.token, token);
+        const bool follows = sameToken(context_.followerToken, token);
+        if (owns) return Role::owner;
+        return follows ? std::optional(Role::follower) : std::nullopt;
     }
 
     Status writeFile() {
@@ -246,7 +262,10 @@ class Server::Impl {
         entrance_->tellFilms(file);
         MOTE_RETURN_IF_ERROR(wire::writeConnectionFile(filmConnectionFile(settings_.stateDirectory), file));
         entrance_->tellClients(file);
-        return wire::writeConnectionFile(settings_.connectionFile, file);
+        MOTE_RETURN_IF_ERROR(wire::writeConnectionFile(settings_.connectionFile, file));
+        if (settings_.followerFile.empty()) return success();
+        file.set_token(context_.followerToken);
+        return wire::writeConnectionFile(settings_.followerFile, file);
     }
 
     /// Who comes back takes the place of the connection before, which may be dead without anybody knowing.
@@ -260,20 +279,30 @@ class Server::Impl {
                      "it has as many clients as it takes; close one of them"};
     }
 
-    void begin(wire::MessageStream stream, const proto::ClientMessage& hello) {
+    void begin(wire::MessageStream stream, const proto::ClientMessage& hello, Role role) {
         const SessionId id = ++lastSession_;
-        const auto admission = parked_.admit(hello.hello().resume(), id, Clock::now());
-        replace(admission.before);
-        auto session = std::make_shared<Session>(id, std::move(stream), context_);
+        const auto admission = admit(hello.hello(), id, role);
+        auto session = std::make_shared<Session>(id, std::move(stream), context_, role);
         sessions_.emplace(id, session);
         try {
             session->start(hello, admission);
         } catch (...) {
             sessions_.erase(id);  // memory is short, say: it keeps no place
             parked_.left(id, Clock::now());
+            following_.leave(id);
             throw;
         }
         datasets_->rescan();
+    }
+
+    /// Of those who follow nothing outlives the connection, and nobody follows them.
+    ParkedSessions::Admission admit(const proto::Hello& hello, SessionId id, Role role) {
+        if (role == Role::follower) return {};
+        auto admission = parked_.admit(hello.resume(), id, Clock::now());
+        replace(admission.before);
+        if (!hello.background()) following_.enter(id, hello.client());
+        following_.goOn(admission.before, id);
+        return admission;
     }
 
     void replace(SessionId before) {
@@ -328,7 +357,9 @@ class Server::Impl {
     std::unique_ptr<DatasetService> datasets_;
     std::unique_ptr<QueryService> queries_;
     std::unique_ptr<RenderService> render_;
-    ParkedSessions parked_{settings_.parking};
+    ParkedSessions parked_{settings_.parking, [this] { parkedFile_->changed(); }};
+    std::optional<ParkedFile> parkedFile_;
+    Following following_;
     SessionContext context_;
     std::unique_ptr<HttpListener> http_;
     std::map<SessionId, std::shared_ptr<Session>> sessions_;
@@ -357,13 +388,17 @@ std::string Server::deviceName() const {
     return impl_->deviceName();
 }
 
-void removeConnectionFiles(const ServerSettings& settings, const std::string& token) {
-    for (const auto& file : {settings.connectionFile, filmConnectionFile(settings.stateDirectory)}) {
+void removeConnectionFiles(const ServerSettings& settings, const std::string& token,
+                           const std::string& followerToken) {
+    const auto removeWith = [](const std::filesystem::path& file, const std::string& expected) {
         const auto content = wire::readConnectionFile(file);
-        if (token.empty() || !content.ok() || content->token() != token) continue;
+        if (expected.empty() || !content.ok() || content->token() != expected) return;
         std::error_code ignored;
         std::filesystem::remove(file, ignored);
-    }
+    };
+    removeWith(settings.connectionFile, token);
+    removeWith(filmConnectionFile(settings.stateDirectory), token);
+    removeWith(settings.followerFile, followerToken);
 }
 
 }  // namespace mote::server

@@ -27,13 +27,15 @@ struct ServerSettings {
     std::vector<std::string> roots;        ///< "NAME=DIR"
     std::filesystem::path stateDirectory;  ///< jobs and the socket; made where absent
     std::filesystem::path connectionFile;  ///< written when the server accepts, removed when it ends
+    std::filesystem::path followerFile;    ///< the same for those who only follow; empty: there are none
     std::filesystem::path prep;            ///< the program mote-prep, for jobs
     std::filesystem::path frames;          ///< the program mote-frames, for films
     std::optional<wire::Address> tcp;      ///< where it listens beside its Unix socket, with TLS
     render::DeviceKind device = render::DeviceKind::automatic;
-    std::string token;         ///< what clients must know; empty: a fresh one
-    std::uint64_t memory = 0;  ///< bytes that the server may use, and a job besides; 0: no limit
-    unsigned threads = 0;      ///< of a job, and of the cpu device; 0: their own choice
+    std::string token;          ///< what clients must know; empty: a fresh one
+    std::string followerToken;  ///< the same of those who only follow
+    std::uint64_t memory = 0;   ///< bytes that the server may use, and a job besides; 0: no limit
+    unsigned threads = 0;       ///< of a job, and of the cpu device; 0: their own choice
 
     std::string runner = "local";      ///< of jobs that make datasets and exports: or "mpi", "slurm"
     unsigned jobRanks = 1;             ///< processes of a job whose kind can have several, of mpi and slurm
@@ -52,9 +54,10 @@ struct ServerSettings {
     bool stopOnSignals = false;  ///< SIGTERM, SIGINT and SIGHUP end run()
     RenderSettings render;
     std::size_t maxSessions = 64;
-    ParkingLimits parking;                   ///< of what outlives a session's connection
-    StartupLimits startups;                  ///< of connections that have shown no token yet
-    StartupRandom random = uniformRandom();  ///< which of them go where there are too many
+    ParkingLimits parking;                         ///< of what outlives a session's connection
+    std::chrono::milliseconds parkingPause{1000};  ///< from a change of that to its being written
+    StartupLimits startups;                        ///< of connections that have shown no token yet
+    StartupRandom random = uniformRandom();        ///< which of them go where there are too many
     std::chrono::milliseconds handshakeTimeout{5000};
     std::chrono::milliseconds silence{30'000};            ///< of a client's, that ends its session; 0: none
     std::chrono::milliseconds idle{12 * 3600 * 1000};     ///< without a wish, that ends a session; 0: none
@@ -94,8 +97,9 @@ class Server {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Removes a server's connection files, of clients and of films, if they hold this token, which is not empty
-/// then.
-void removeConnectionFiles(const ServerSettings& settings, const std::string& token);
+/// Removes a server's connection files, of clients, of films and of followers, if they hold its tokens, which
+/// are not empty then.
+void removeConnectionFiles(const ServerSettings& settings, const std::string& token,
+                           const std::string& followerToken);
 
 }  // namespace mote::server

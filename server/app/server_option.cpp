@@ -20,6 +20,8 @@ const ServerOption table[] = {
      "the server's own folder: jobs and the socket; made where absent", true},
     {"connection", &Settings::connectionFile, "FILE",
      "the file that tells clients where the server is, with the token (mode 0600)", true},
+    {"followers", &Settings::followerFile, "FILE",
+     "the same for those who may look at datasets and follow sessions, nothing else; default: nobody may"},
     {"listen", &Settings::tcp, "ADDRESS",
      "unix (reach it from elsewhere through ssh -L), or tcp:HOST:PORT besides, with TLS; port 0: any; "
      "default unix"},

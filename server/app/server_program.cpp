@@ -104,9 +104,10 @@ int serve(const ServerSettings& settings, DeviceFactory device, bool again) {
 int serveSupervised(ServerSettings settings, const DeviceFactory& device) {
     CrashRecord crashes;
     settings.token = makeToken();
+    settings.followerToken = makeToken();
     settings.render.crashes = &crashes;
     const int code = supervise(crashes, [&](bool again) { return serve(settings, device, again); });
-    removeConnectionFiles(settings, settings.token);
+    removeConnectionFiles(settings, settings.token, settings.followerToken);
     return code;
 }
 

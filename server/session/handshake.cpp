@@ -31,14 +31,15 @@ asio::awaitable<void> Handshake::run() {
     const auto read = co_await stream_.read(message, payload, wire::helloLimits);
     if (ended_ || refusing_) co_return;
     if (!read.ok()) co_return co_await refuse(read.error());
-    if (!message.has_hello() || !terms_.knows(message.hello().token())) {
+    const auto role = message.has_hello() ? terms_.knows(message.hello().token()) : std::nullopt;
+    if (!role) {
         co_return refuseAfter(terms_.wrongToken(),
                               {ErrorCode::permissionDenied, "hello.token",
                                "the token is not this server's; read its present connection file"});
     }
     const auto room = terms_.room(message.hello());
     if (!room.ok()) co_return co_await refuse(room.error());
-    pass(std::move(message));
+    pass(std::move(message), *role);
 }
 
 /// In place of what the timer was set to before.
@@ -72,12 +73,12 @@ void Handshake::drop(const Error& reason) {
     end();
 }
 
-void Handshake::pass(proto::ClientMessage hello) {
+void Handshake::pass(proto::ClientMessage hello, Role role) {
     ended_ = true;
     timer_.cancel();
     const auto self = shared_from_this();
     terms_.ended(*this);
-    terms_.passed(std::move(stream_), std::move(hello));
+    terms_.passed(std::move(stream_), std::move(hello), role);
 }
 
 void Handshake::end() {

@@ -10,11 +10,13 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/wire/message_stream.h"
+#include "server/session/role.h"
 
 namespace mote::server {
 
@@ -24,14 +26,15 @@ class Handshake;
 struct HandshakeTerms {
     std::chrono::milliseconds timeout{5000};          ///< from the connection to a good token
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
-    std::function<bool(const std::string& token)> knows;
+    /// Whose token it is; nothing where it is nobody's.
+    std::function<std::optional<Role>(const std::string& token)> knows;
     /// Whether there is a place for a client that is known.
     std::function<Status(const proto::Hello& hello)> room;
     /// How long the answer to a wrong token waits.
     std::function<std::chrono::milliseconds()> wrongToken;
     /// Once, as the last thing: either the client is known, and the stream and its hello are handed on, or it
     /// was refused, or went away.
-    std::function<void(wire::MessageStream stream, proto::ClientMessage hello)> passed;
+    std::function<void(wire::MessageStream stream, proto::ClientMessage hello, Role role)> passed;
     std::function<void(const Handshake& handshake)> ended;
 };
 
@@ -47,7 +50,7 @@ class Handshake : public std::enable_shared_from_this<Handshake> {
     asio::awaitable<void> run();
     asio::awaitable<void> refuse(Error reason);
     void refuseAfter(std::chrono::milliseconds wait, Error reason);
-    void pass(proto::ClientMessage hello);
+    void pass(proto::ClientMessage hello, Role role);
     void end();
 
     HandshakeTerms& terms_;

@@ -98,6 +98,7 @@ std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
     if (std::exchange(allJobs_, false)) return Item{.kind = Kind::allJobs};
     if (!jobs_.empty())
         return Item{.kind = Kind::job, .job = std::move(jobs_.extract(jobs_.begin()).value())};
+    if (std::exchange(followed_, false)) return Item{.kind = Kind::followed};
     if (std::exchange(catalogue_, false)) return Item{.kind = Kind::catalogue};
     return nextPiece(piece);
 }

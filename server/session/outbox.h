@@ -40,10 +40,10 @@ class Outbox {
     static constexpr std::size_t maxReplyBytes = 1 << 20;  ///< in memory, from which on there is no room
     static constexpr std::size_t maxChangedJobs = 256;
 
-    /// What is to be sent next; of jobs and the catalogue only that they changed, as their state is taken
-    /// when it is sent.
+    /// What is to be sent next; of jobs, the catalogue and whom it follows only that they changed, as their
+    /// state is taken when it is sent.
     struct Item {
-        enum class Kind { message, job, allJobs, catalogue, frame, farewell };
+        enum class Kind { message, job, allJobs, catalogue, followed, frame, farewell };
         Kind kind = Kind::message;
         proto::ServerMessage message = {};                ///< message, farewell
         std::vector<std::uint8_t> payload = {};           ///< message
@@ -60,6 +60,7 @@ class Outbox {
     void jobChanged(const std::string& id);
     void allJobsChanged();
     void catalogueChanged() { catalogue_ = true; }
+    void followedChanged() { followed_ = true; }
     /// A frame was dropped: whether a part of it was sent, and whether others after it need it.
     using Dropped = std::function<void(bool partlySent, bool ofStream)>;
     /// `dropped`: of those that it takes the place of.
@@ -99,6 +100,7 @@ class Outbox {
     std::set<std::string> jobs_;
     bool allJobs_ = false;
     bool catalogue_ = false;
+    bool followed_ = false;
     std::deque<Waiting> frames_;
 };
 

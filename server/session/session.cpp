@@ -19,9 +19,10 @@ proto::ServerMessage failure(const Error& error) {
 
 }  // namespace
 
-Session::Session(SessionId id, wire::MessageStream stream, SessionContext& context)
+Session::Session(SessionId id, wire::MessageStream stream, SessionContext& context, Role role)
     : id_(id),
       context_(context),
+      role_(role),
       executor_(stream.executor()),
       stream_(std::move(stream)),
       deadline_(executor_),
@@ -91,6 +92,7 @@ void Session::welcome(const proto::ClientMessage& message, const ParkedSessions:
     welcome.set_resume(admission.secret);
     welcome.set_resumed(admission.resumed);
     welcome.set_session(id_);
+    welcome.set_follower(role_ == Role::follower);
     welcome.set_silence_ms(static_cast<std::uint32_t>(context_.silence.count()));
     if (const auto& view = admission.state.view) {
         *welcome.mutable_view() = *view;
@@ -112,6 +114,11 @@ asio::awaitable<void> Session::goOn() {
 asio::awaitable<void> Session::handle(proto::ClientMessage message) {
     using Body = proto::ClientMessage;
     const std::uint64_t request = message.request();
+    const auto may = allowed(message);
+    if (!may.ok()) {
+        reply(request, failureMessage(request, may.error(), false));
+        co_return;
+    }
     switch (message.body_case()) {
         case Body::kSetView:
             co_await setView(request, message.set_view());
@@ -127,6 +134,12 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
         }
         case Body::kPong:
             break;  // its bytes were all that was asked for
+        case Body::kListSessions:
+            listSessions(request);
+            break;
+        case Body::kFollow:
+            follow(request, message.follow().session());
+            break;
         case Body::kQuery:
             co_await query(std::move(message));
             break;
@@ -191,6 +204,9 @@ bool Session::fill(Outbox::Item& item) {
         auto job = context_.jobs->find(item.job);
         if (!job.ok()) return false;
         *item.message.mutable_job() = *std::move(job);
+    } else if (item.kind == Kind::followed) {
+        *item.message.mutable_followed() = followed_;
+        item.message.set_reply_to(std::exchange(followReply_, 0));
     } else if (item.kind == Kind::frame) {
         fillFrame(item);
     }

@@ -32,8 +32,10 @@
 #include "server/metrics/metrics.h"
 #include "server/numbers/query_service.h"
 #include "server/session/flow_control.h"
+#include "server/session/following.h"
 #include "server/session/outbox.h"
 #include "server/session/parked_sessions.h"
+#include "server/session/role.h"
 #include "server/session/session_queries.h"
 
 namespace mote::server {
@@ -58,7 +60,8 @@ class Wakeup {
 /// What sessions share; the server owns it and outlives them.
 struct SessionContext {
     std::string token;
-    std::string server;  ///< program and version
+    std::string followerToken;  ///< of those who only follow; empty: there are none
+    std::string server;         ///< program and version
     std::string device;
     RenderService* render = nullptr;
     DatasetService* datasets = nullptr;
@@ -68,6 +71,7 @@ struct SessionContext {
     Uploads::Remove removeUploads = {};    ///< a client's, when it leaves; empty: at once
     const CrashRecord* crashes = nullptr;  ///< null: nothing is known
     ParkedSessions* parked = nullptr;      ///< outlives the sessions
+    Following* following = nullptr;        ///< outlives the sessions
     std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
     std::chrono::milliseconds silence{30'000};        ///< of a client's, that ends its session; 0: none
     std::chrono::milliseconds idle{0};                ///< without a wish, that ends a session; 0: none
@@ -81,7 +85,7 @@ std::uint32_t frameCredits(const proto::Hello& hello);
 
 class Session : public std::enable_shared_from_this<Session> {
   public:
-    Session(SessionId id, wire::MessageStream stream, SessionContext& context);
+    Session(SessionId id, wire::MessageStream stream, SessionContext& context, Role role);
 
     /// `hello`: the first message, whose token is good. A session that goes on draws its view and tells its
     /// jobs at once. Throws where memory is short; the session is closed then.
@@ -107,6 +111,12 @@ class Session : public std::enable_shared_from_this<Session> {
     void noteNews(const proto::ServerMessage& message);
     asio::awaitable<void> handle(proto::ClientMessage message);
     asio::awaitable<void> setView(std::uint64_t request, const proto::SetView& message);
+    void drawFollowed(const proto::SetView& message);
+    void draw(std::shared_ptr<ViewTask> task);
+    Status allowed(const proto::ClientMessage& message) const;
+    void listSessions(std::uint64_t request);
+    void follow(std::uint64_t request, SessionId whom);
+    void show(const proto::Followed& followed);
     Status beware(ViewTask& task) const;
     asio::awaitable<void> findDatasets(const View& view);
     /// Until the disk was looked at; `wake`: of the coroutine that waits, a member.
@@ -148,6 +158,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
     const SessionId id_;
     SessionContext& context_;
+    const Role role_;
     asio::any_io_executor executor_;
     wire::MessageStream stream_;
     asio::steady_timer deadline_;  // of the farewell
@@ -168,6 +179,9 @@ class Session : public std::enable_shared_from_this<Session> {
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool watchesJobs_ = false;
+    proto::Followed followed_;
+    std::uint64_t followRequest_ = 0;                  // that failures of followed views answer
+    std::uint64_t followReply_ = 0;                    // not answered yet
     std::optional<proto::ClientMessage> resumedView_;  // as the client would ask for it
     bool leaving_ = false;
     bool closed_ = false;

@@ -57,20 +57,35 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
         reply(request, failureMessage(request, task.error(), false));
         co_return;
     }
-    if (!message.queued()) context_.parked->setView(id_, message);
     (*task)->arrived = arrived;
-    const auto safe = beware(**task);
-    if (!safe.ok()) {
-        reply(request, failureMessage(request, safe.error(), false));
-        co_return;
-    }
+    if (!message.queued()) context_.parked->setView(id_, message);
     co_await findDatasets((*task)->view);
     if (closed_) co_return;
     if (!message.queued()) {
-        viewId_ = message.view_id();
+        context_.following->unfollow(id_);
+        context_.following->viewChanged(id_, message);
+    }
+    draw(*std::move(task));
+}
+
+/// A view of another session's, which that has found its data for.
+void Session::drawFollowed(const proto::SetView& message) {
+    auto task = makeTask(followRequest_, message);
+    if (!task.ok()) return reply(followRequest_, failureMessage(followRequest_, task.error(), false));
+    (*task)->arrived = Clock::now();
+    draw(*std::move(task));
+}
+
+/// Or says why not.
+void Session::draw(std::shared_ptr<ViewTask> task) {
+    const auto request = task->request;
+    const auto safe = beware(*task);
+    if (!safe.ok()) return reply(request, failureMessage(request, safe.error(), false));
+    if (!task->queued) {
+        viewId_ = task->viewId;
         outbox_.dropOutdated(dropped());
     }
-    const auto taken = context_.render->setView(id_, *std::move(task));
+    const auto taken = context_.render->setView(id_, std::move(task));
     if (!taken.ok()) reply(request, failureMessage(request, taken.error(), false));
     beginFrames();
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // Clients that come back: with what, in whose place, and by which secret.
+#include "protocol/wire/private_file.h"
+#include "server/session/parked_sessions.h"
 #include "tests/unit/session/session_fixture.h"
 
 namespace mote::test {
@@ -98,6 +100,53 @@ TEST_F(SessionResume, ASecretIsGoodOnceAndOnlyWithTheToken) {
     TestClient third(socket());
     EXPECT_FALSE(resume(third, secret).resumed());
     second.barrier();
+}
+
+TEST_F(SessionResume, TheViewOutlivesTheServer) {
+    start();
+    std::string secret;
+    {
+        TestClient first(socket());
+        secret = resume(first, "").resume();
+        first.setView(7, 24);
+        first.barrier();
+    }
+    stop();
+    start();
+    TestClient second(socket());
+    const auto welcome = resume(second, secret);
+    EXPECT_TRUE(welcome.resumed());
+    EXPECT_EQ(welcome.view().view_id(), 7u);
+    EXPECT_EQ(second.receiveFrame().message.frame().view_id(), 7u);
+}
+
+/// A server that is killed has written it before.
+TEST_F(SessionResume, TheViewIsWrittenWhileTheServerRuns) {
+    settings_.parkingPause = std::chrono::milliseconds(1);
+    start();
+    TestClient first(socket());
+    const auto secret = resume(first, "").resume();
+    first.setView(7, 24);
+    const auto written = [&] {
+        const auto text = wire::readPrivateFile(settings_.stateDirectory / "sessions");
+        if (!text.ok()) return false;
+        server::ParkedSessions parked;
+        const auto* const bytes = reinterpret_cast<const std::uint8_t*>(text->data());
+        EXPECT_TRUE(parked.add({bytes, text->size()}, {}).ok());
+        const auto admission = parked.admit(secret, 1, {});
+        return admission.state.view && admission.state.view->view_id() == 7;
+    };
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (!written() && std::chrono::steady_clock::now() < end) first.barrier();
+    EXPECT_TRUE(written());
+}
+
+TEST_F(SessionResume, ADamagedFileIsNoReasonNotToServe) {
+    std::filesystem::create_directory(settings_.stateDirectory);
+    std::filesystem::permissions(settings_.stateDirectory, std::filesystem::perms::owner_all);
+    ASSERT_TRUE(wire::writePrivateFile(settings_.stateDirectory / "sessions", "no sessions").ok());
+    start();
+    client()->barrier();
 }
 
 TEST_F(SessionResume, ALostWelcomeLosesNothing) {
