@@ -189,13 +189,21 @@ void RenderSchedule::finishFailed(const RenderJob& job) {
     finish(job, true, Stage::done);
 }
 
-/// A background picture gives way to whatever others want drawn, a refinement to quick pictures.
-bool RenderSchedule::overtakesRunning(const Client& client) const {
+/// A background picture is lost to whatever others want drawn, a refinement that has not waited long to quick
+/// pictures.
+bool RenderSchedule::stopsRunning(const Client& client) const {
     if (client.background || !client.open()) return false;
     if (running_->background) return true;
     // A view is due when it arrives, but for one that others go before.
     const bool due = client.due <= std::max(now_, client.task->arrived);
-    return running_->stage != Stage::quick && client.stage == Stage::quick && due;
+    return !running_->patient && client.stage == Stage::quick && due;
+}
+
+/// A refinement takes turns with whatever others want drawn, now or soon.
+bool RenderSchedule::pausesRunning(const Clients::value_type& entry) const {
+    const auto& [session, client] = entry;
+    return running_->stage != Stage::quick && session != running_->session && !client.background &&
+           client.open();
 }
 
 void RenderSchedule::stopRunning() {
@@ -208,10 +216,12 @@ void RenderSchedule::reconsider() {
     const auto found = clients_.find(running_->session);
     const bool gone = found == clients_.end();
     const bool outdated = !gone && found->second.task != running_->task && running_->stage != Stage::quick;
-    const bool overtaken = std::any_of(clients_.begin(), clients_.end(),
-                                       [this](const auto& entry) { return overtakesRunning(entry.second); });
-    if (gone || outdated || (overtaken && !running_->patient)) return stopRunning();
-    if (overtaken) running_->pause.request_stop();
+    const auto any = [this](auto condition) {
+        return std::any_of(clients_.begin(), clients_.end(), condition);
+    };
+    const bool overtaken = any([this](const auto& entry) { return stopsRunning(entry.second); });
+    if (gone || outdated || overtaken) return stopRunning();
+    if (any([this](const auto& entry) { return pausesRunning(entry); })) running_->pause.request_stop();
 }
 
 }  // namespace mote::server

@@ -9,9 +9,8 @@
 // - Sessions take turns, by the time that their pictures took: whoever had least of it goes first. Quick
 //   pictures go before refinements, until a refinement has waited longer than `patience`: then it takes its
 //   turn among the quick ones.
-// - A quick picture that becomes possible has the refinement under way give way, whoever's turn it was: it is
-//   paused, and goes on from there at its next turn. One that has not waited long is stopped even where that
-//   loses what was done for it.
+// - A refinement is paused as soon as anybody else has a picture to be drawn, and goes on from there at its
+//   next turn. A quick picture stops one that has not waited long even where that loses what was done for it.
 // - A newer view stops the refinement of the older one. A quick picture is never stopped: a hand that moves
 //   faster than pictures are rendered would see none.
 // - Background sessions are served while nobody else has a picture to be drawn, and has had none for a
@@ -117,7 +116,8 @@ class RenderSchedule {
     void finish(const RenderJob& job, bool returnCredit, std::optional<Stage> stage);
     /// Stops or pauses what runs where something better came up.
     void reconsider();
-    bool overtakesRunning(const Client& client) const;
+    bool stopsRunning(const Client& client) const;
+    bool pausesRunning(const Clients::value_type& entry) const;
     void stopRunning();
 
     ScheduleSettings settings_;

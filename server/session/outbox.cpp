@@ -51,17 +51,26 @@ template <class Condition>
 void Outbox::drop(Condition condition, const Dropped& dropped) {
     std::erase_if(frames_, [&](const Waiting& waiting) {
         if (!condition(waiting)) return false;
+        needsKey_ = needsKey_ || waiting.ofStream();
         dropped(waiting.begin > 0, waiting.ofStream());
         return true;
     });
 }
 
-/// What is told by those before it cannot do without them.
+/// A picture that is told by those before it is worth nothing without them.
 void Outbox::frame(RenderedFrame frame, Clock::time_point now, const Dropped& dropped) {
     Waiting added{std::make_shared<const RenderedFrame>(std::move(frame)), now};
-    if (added.replaceable() && !added.ofStream())
+    if (orphan(added)) return dropped(false, true);
+    if (added.ofStream()) {
+        needsKey_ = false;
+    } else if (added.replaceable()) {
         drop([](const Waiting& waiting) { return waiting.replaceable(); }, dropped);
+    }
     frames_.push_back(std::move(added));
+}
+
+bool Outbox::orphan(const Waiting& waiting) const {
+    return needsKey_ && waiting.ofStream() && !waiting.frame->message.key();
 }
 
 bool Outbox::anyReplaceable() const {
@@ -74,13 +83,13 @@ void Outbox::dropOutdated(const Dropped& dropped) {
 }
 
 void Outbox::dropStale(Clock::time_point since, std::uint64_t latest, const Dropped& dropped) {
-    bool stream = false;  // one of it is gone, and with it those that it told
     drop(
         [&](const Waiting& waiting) {
+            if (!waiting.replaceable()) return false;
             const bool stale = waiting.since < since && waiting.frame->message.view_id() != latest;
-            const bool goes = waiting.replaceable() && (stale || (stream && waiting.ofStream()));
-            stream = stream || (goes && waiting.ofStream());
-            return goes;
+            if (stale || orphan(waiting)) return true;
+            if (waiting.ofStream()) needsKey_ = false;
+            return false;
         },
         dropped);
 }

@@ -89,6 +89,7 @@ class Outbox {
         /// Of pictures that are told by those before them.
         bool ofStream() const { return frame->message.encoding() == proto::Frame::H264; }
     };
+    bool orphan(const Waiting& waiting) const;
     template <class Condition>
     void drop(Condition condition, const Dropped& dropped);
     std::optional<Item> nextPiece(const Piece& piece);
@@ -102,6 +103,7 @@ class Outbox {
     bool catalogue_ = false;
     bool followed_ = false;
     std::deque<Waiting> frames_;
+    bool needsKey_ = false;  // one of the stream was dropped, and those after it tell nothing without it
 };
 
 }  // namespace mote::server

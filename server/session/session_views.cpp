@@ -203,6 +203,7 @@ void Session::frameReady(RenderedFrame frame) {
     }
     outbox_.frame(std::move(frame), Clock::now(), dropped());
     writerWake_.notify();
+    beginFrames();  // where it was dropped itself
 }
 
 Outbox::Dropped Session::dropped() {

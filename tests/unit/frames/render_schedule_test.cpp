@@ -227,7 +227,7 @@ TEST_F(RenderScheduleTest, ALargePictureIsDoneBesideAHandThatNeverRests) {
     EXPECT_LE(mostInARow, 3) << "a hand waits for its share and no longer";
 }
 
-TEST_F(RenderScheduleTest, AViewThatMayNotBeDrawnYetPausesNobody) {
+TEST_F(RenderScheduleTest, AViewThatMayNotBeDrawnYetStopsNobody) {
     ViewTask suspect;
     suspect.moving = true;
     suspect.arrived = now_;
@@ -235,7 +235,33 @@ TEST_F(RenderScheduleTest, AViewThatMayNotBeDrawnYetPausesNobody) {
     view(1, false, true);
     const auto exact = next();
     ASSERT_TRUE(schedule_.setView(2, std::make_shared<const ViewTask>(std::move(suspect))).ok());
-    EXPECT_FALSE(exact->pause.stop_requested());
+    EXPECT_FALSE(exact->stop.stop_requested());
+}
+
+TEST_F(RenderScheduleTest, RefinementsOfSeveralTakeTurnsByTheirTime) {
+    // Half a second's work against four pictures of ten milliseconds each, which need not wait for its end.
+    schedule_.addCredits(2, 10);
+    view(1, false, true);
+    auto large = next();
+    ASSERT_TRUE(large);
+    int small = 0;
+    Clock::duration worked = 0ms;
+    for (view(2, false, true); small < 4;) {
+        EXPECT_TRUE(large->pause.stop_requested());
+        EXPECT_FALSE(large->stop.stop_requested()) << "nothing of it is lost";
+        schedule_.charge(*large, 10ms);
+        worked += 10ms;
+        schedule_.finishStopped(*large);
+        for (large = next(); large && large->session == 2; large = next()) {
+            EXPECT_TRUE(large->pause.stop_requested()) << "and it takes turns as well";
+            schedule_.charge(*large, 10ms);
+            schedule_.finishDrawn(*large, Stage::done);
+            ++small;
+            view(2, false, true);
+        }
+        ASSERT_TRUE(large);
+    }
+    EXPECT_LE(worked, 60ms);
 }
 
 TEST_F(RenderScheduleTest, QuickPictureWithoutACreditStopsNobody) {

@@ -94,6 +94,21 @@ TEST(Outbox, FramesOfAStreamAreReplacedByWhatNeedsNone) {
     EXPECT_EQ(sentBy(outbox), (Views{3}));
 }
 
+TEST(Outbox, AfterADroppedFrameOfAStreamItBeginsAnewWithAKey) {
+    Outbox outbox;
+    Drops drops;
+    outbox.frame(frameOf(1, proto::Frame::H264), start, nobody);
+    outbox.dropStale(start + std::chrono::seconds(1), 9, drops.counter());
+    // One that was encoded already tells nothing without it.
+    outbox.frame(frameOf(2, proto::Frame::H264), start, drops.counter());
+    EXPECT_EQ(drops.whole, 2);
+    auto key = frameOf(3, proto::Frame::H264);
+    key.message.set_key(true);
+    outbox.frame(std::move(key), start, nobody);
+    outbox.frame(frameOf(4, proto::Frame::H264), start, nobody);
+    EXPECT_EQ(sentBy(outbox), (Views{3, 4}));
+}
+
 TEST(Outbox, WhatGrewOldBehindAClientThatDidNotReadIsNotSent) {
     Outbox outbox;
     Drops drops;
