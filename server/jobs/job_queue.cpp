@@ -18,7 +18,6 @@
 
 #include "protocol/scene/job_request.h"
 #include "protocol/scene/system_error.h"
-#include "server/jobs/drafts.h"
 #include "server/jobs/job_request_check.h"
 #include "server/jobs/own_files.h"
 #include "server/jobs/request_digest.h"
@@ -116,16 +115,6 @@ Status JobQueue::openUploads() {
     return success();
 }
 
-/// Those of clients and of jobs that are no more.
-void JobQueue::removeStrayUploads() {
-    std::error_code code;
-    std::filesystem::directory_iterator entry(uploads_, code);
-    for (; !code && entry != std::filesystem::directory_iterator(); entry.increment(code)) {
-        const auto* record = table_->find(entry->path().filename().string());
-        if (!record || !isLive(*record)) removeSoon(entry->path());
-    }
-}
-
 bool JobQueue::readsUploads(const proto::JobRequest& request) const {
     const auto inputs = jobInputs(request);
     return !uploads_.empty() && std::ranges::any_of(inputs, [](const auto& input) {
@@ -191,27 +180,6 @@ void JobQueue::removeStrayDirectories() {
         strays.push_back(record && keepsFiles(*record) ? filmFolder(entry->path()) : entry->path());
     }
     for (const auto& stray : strays) removeSoon(stray);
-}
-
-/// Those of jobs that the earlier server did not come to remove.
-void JobQueue::removeStrayDrafts() {
-    std::vector<std::pair<proto::JobRequest, DraftOwner>> jobs;
-    for (const auto* record : table_->all()) {
-        if (keepsFiles(*record)) continue;
-        proto::JobRequest request;
-        request.set_output(record->status.request().output());
-        jobs.push_back({request, {{}, record->status.id(), isLive(*record)}});
-    }
-    asio::post(disk_, [roots = roots_, jobs = std::move(jobs)]() mutable {
-        std::vector<DraftOwner> owners;
-        for (auto& [request, owner] : jobs) {
-            const auto output = findOutput(request, roots);
-            if (!output.ok()) continue;
-            owner.output = output->path;
-            owners.push_back(std::move(owner));
-        }
-        sweepDrafts(owners);
-    });
 }
 
 /// Takes up what an earlier server left.
@@ -394,12 +362,6 @@ void JobQueue::removeSoon(const std::filesystem::path& folder) {
         std::error_code code;
         std::filesystem::remove_all(folder, code);
     });
-}
-
-/// Nothing of the job runs any more.
-void JobQueue::discardDraft(const std::filesystem::path& output, const std::string& job) {
-    const auto aside = setDraftAside(output, job);
-    if (!aside.empty()) asio::post(disk_, [aside] { removeDraft(aside); });
 }
 
 std::filesystem::path JobQueue::directoryOf(const JobRecord& record) const {

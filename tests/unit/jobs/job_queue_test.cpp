@@ -139,6 +139,28 @@ TEST_F(JobQueueTest, cancellingAnUnknownJobIsNotFound) {
     EXPECT_EQ(cancelled.error().code, ErrorCode::notFound);
 }
 
+TEST_F(JobQueueTest, noClientFillsTheQueueAlone) {
+    auto few = settings();
+    few.queued = 4;
+    startServer(few);
+    makeFifo("go");
+    waitForPhase(submit("phase:on wait:go publish:"), "on");
+    const auto submitAs = [&](const char* client, const std::string& output) {
+        return queue_->submit(request("publish:", output), {false, 0, client});
+    };
+    EXPECT_TRUE(submitAs("one", "data/a.h5").ok());
+    EXPECT_TRUE(submitAs("one", "data/b.h5").ok());
+    const auto refused = submitAs("one", "data/c.h5");
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::resourceExhausted);
+    EXPECT_THAT(refused.error().message, HasSubstr("of this client"));
+    EXPECT_TRUE(submitAs("two", "data/c.h5").ok());
+    EXPECT_TRUE(submitAs("two", "data/d.h5").ok());
+    EXPECT_FALSE(submitAs("three", "data/e.h5").ok()) << "the queue is full";
+    release("go");
+    for (const auto& status : queue_->list()) waitForState(status.id(), State::SUCCEEDED);
+}
+
 TEST_F(JobQueueTest, onlySoManyRunAndWait) {
     auto few = settings();
     few.running = 2;
