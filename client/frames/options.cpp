@@ -81,6 +81,8 @@ void declareFilm(const cli::Command& app, RawOptions& raw) {
     film.option("--subframes", raw.subframes, "Pictures of an exposure that are averaged").showDefault();
     film.flag("--detach", raw.detach,
               "Leave the film with the server as a job and print its id; --video says of what kind");
+    film.flag("--again", raw.options.again,
+              "With --detach: make it although the server makes, or has, the very same film");
     film.option("--fetch", raw.options.fetch, "What the job of this id made").valueName("ID");
     film.option("--job", raw.job, "Be a film's job").hidden();
     film.option("--progress-fd", raw.options.progressDescriptor, "Progress as JSON lines").hidden();
@@ -168,6 +170,7 @@ Status checkTask(RawOptions& raw) {
     auto& options = raw.options;
     const int tasks = (raw.detach ? 1 : 0) + (options.fetch.empty() ? 0 : 1) + (raw.job.empty() ? 0 : 1);
     if (tasks > 1) return refusal("--detach", "--detach and --fetch are two runs");
+    if (options.again && !raw.detach) return refusal("--again", "is for a film that is detached");
     options.task = raw.detach               ? FramesTask::detach
                    : !options.fetch.empty() ? FramesTask::fetch
                    : !raw.job.empty()       ? FramesTask::job

@@ -47,6 +47,7 @@ struct FramesOptions {
     bool force = false;           ///< a video that is there is replaced
     bool json = false;            ///< one JSON object a frame on stdout
     bool quiet = false;           ///< no progress on stderr
+    bool again = false;           ///< detached although the server has the same film
     std::string fetch;            ///< the job whose film is wanted
     int progressDescriptor = -1;  ///< of a job
 };

@@ -154,7 +154,7 @@ Status detachFilm(const FramesOptions& options, const proto::Script& script, con
     Wakeup wakeup;
     MOTE_ASSIGN_OR_RETURN(const auto server, connected(options, wakeup, interrupt));
     MOTE_ASSIGN_OR_RETURN(const auto job, server->answerTo<proto::JobStatus>([&](auto reply) {
-        server->line().submitJob(request, std::move(reply));
+        server->line().submitJob(request, std::move(reply), options.again);
     }));
     fmt::print("{}\n", toTerminalText(job.id()));
     return success();

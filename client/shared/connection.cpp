@@ -168,9 +168,10 @@ void Connection::describe(const std::string& dataset, Reply<proto::Description> 
                typed(std::move(reply), &proto::ServerMessage::mutable_description));
 }
 
-void Connection::submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply) {
+void Connection::submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, bool again) {
     proto::ClientMessage question;
     *question.mutable_submit_job()->mutable_job() = job;
+    question.mutable_submit_job()->set_again(again);
     impl_->ask(std::move(question), proto::ServerMessage::kJob,
                typed(std::move(reply), &proto::ServerMessage::mutable_job));
 }

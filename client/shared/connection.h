@@ -127,7 +127,8 @@ class Connection {
     // why the connection was lost. Questions are sent in order, also those asked before it is connected.
     void listDatasets(Reply<proto::Catalogue> reply);
     void describe(const std::string& dataset, Reply<proto::Description> reply);
-    void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply);
+    /// `again`: although the same request waits, runs or has its output there, which is answered otherwise.
+    void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, bool again = false);
     void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);
     /// What failed or was cancelled, as a new job.
     void retryJob(const std::string& id, Reply<proto::JobStatus> reply);
