@@ -18,17 +18,8 @@ proto::ServerMessage failureMessage(std::uint64_t replyTo, const Error& error, b
     return message;
 }
 
-namespace {
-
-/// What it takes in memory: a list of jobs, with the ends of their logs, takes megabytes.
-std::size_t bytesOf(const Reply& reply) {
-    return reply.payload.capacity() + reply.message.SpaceUsedLong();
-}
-
-}  // namespace
-
 void Outbox::reply(Reply reply) {
-    replyBytes_ += bytesOf(reply);
+    replyBytes_ += reply.bytes();
     replies_.push_back(std::move(reply));
 }
 
@@ -98,10 +89,10 @@ std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
     using Kind = Item::Kind;
     if (farewell_) return Item{.kind = Kind::farewell, .message = *farewell_};
     if (!replies_.empty()) {
-        replyBytes_ -= bytesOf(replies_.front());
-        auto [message, payload] = std::move(replies_.front());
+        replyBytes_ -= replies_.front().bytes();
+        Reply reply = std::move(replies_.front());
         replies_.pop_front();
-        return Item{.message = std::move(message), .payload = std::move(payload)};
+        return Item{.message = std::move(reply.message), .payload = std::move(reply.payload)};
     }
     if (viewFailure_) return Item{.message = *std::exchange(viewFailure_, std::nullopt)};
     if (std::exchange(allJobs_, false)) return Item{.kind = Kind::allJobs};

@@ -18,6 +18,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "server/data/held_memory.h"
 #include "server/frames/render_service.h"
 
 namespace mote::server {
@@ -28,8 +29,12 @@ struct Reply {
     Reply(proto::ServerMessage text, std::vector<std::uint8_t> bytes)
         : message(std::move(text)), payload(std::move(bytes)) {}
 
+    /// What it takes in memory: a list of jobs, with the ends of their logs, takes megabytes.
+    std::size_t bytes() const { return payload.capacity() + message.SpaceUsedLong(); }
+
     proto::ServerMessage message;
     std::vector<std::uint8_t> payload;
+    HeldMemory held = {};  ///< of its bytes, while it waits
 };
 
 proto::ServerMessage failureMessage(std::uint64_t replyTo, const Error& error, bool fatal);

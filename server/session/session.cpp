@@ -214,7 +214,10 @@ bool Session::fill(Outbox::Item& item) {
 }
 
 void Session::reply(std::uint64_t to, Reply reply) {
+    constexpr std::size_t large = 64 << 10;  // smaller ones are part of what the program may take
     reply.message.set_reply_to(to);
+    if (const auto bytes = reply.bytes(); bytes >= large)
+        reply.held = HeldMemory::of(context_.datasets->budget(), bytes);
     outbox_.reply(std::move(reply));
     writerWake_.notify();
 }
