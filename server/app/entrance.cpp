@@ -34,7 +34,7 @@ Listener::Events Entrance::events(Streams stream) {
 Entrance::Entrance(asio::io_context& io, const ServerSettings& settings, HandshakeTerms terms,
                    Metrics& metrics)
     : settings_(settings),
-      startups_(settings.startups, settings.random, std::move(terms), metrics),
+      startups_(settings.startups, settings.random, settings.failureDelay, std::move(terms), metrics),
       unix_(io, events(plain)),
       tcp_(io, events([this](Listener::Socket socket) {
                return wire::MessageStream(wire::tlsServerStream(std::move(socket), *identity_));

@@ -17,6 +17,7 @@
 #include "protocol/wire/address.h"
 #include "server/frames/render_service.h"
 #include "server/render/device.h"
+#include "server/session/failure_delay.h"
 #include "server/session/parked_sessions.h"
 #include "server/session/startup_limits.h"
 
@@ -58,6 +59,7 @@ struct ServerSettings {
     std::chrono::milliseconds parkingPause{1000};  ///< from a change of that to its being written
     StartupLimits startups;                        ///< of connections that have shown no token yet
     StartupRandom random = uniformRandom();        ///< which of them go where there are too many
+    FailureDelay failureDelay;                     ///< of the answer to a wrong token
     std::chrono::milliseconds handshakeTimeout{5000};
     std::chrono::milliseconds silence{30'000};            ///< of a client's, that ends its session; 0: none
     std::chrono::milliseconds idle{12 * 3600 * 1000};     ///< without a wish, that ends a session; 0: none

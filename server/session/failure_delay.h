@@ -17,17 +17,21 @@ class FailureDelay {
     static constexpr std::chrono::milliseconds first{25}, longest{2000};
     static constexpr double forgottenPerSecond = 1.0;
 
+    explicit FailureDelay(std::chrono::milliseconds least = first, std::chrono::milliseconds most = longest)
+        : least_(least), most_(most) {}
+
     /// For one more, at this time.
     std::chrono::milliseconds next(Time now) {
         const double passed = std::chrono::duration<double>(now - last_).count();
         recent_ = std::max(0.0, recent_ - forgottenPerSecond * passed);
         last_ = now;
-        const double delay = static_cast<double>(first.count()) * std::exp2(std::min(recent_, 16.0));
+        const double delay = static_cast<double>(least_.count()) * std::exp2(std::min(recent_, 16.0));
         recent_ += 1.0;
-        return std::min(longest, std::chrono::milliseconds(static_cast<std::int64_t>(delay)));
+        return std::min(most_, std::chrono::milliseconds(static_cast<std::int64_t>(delay)));
     }
 
   private:
+    std::chrono::milliseconds least_, most_;
     double recent_ = 0.0;
     Time last_{};
 };

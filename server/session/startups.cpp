@@ -30,8 +30,13 @@ double StartupLimits::dropped(std::size_t pending) const {
     return rate + (1.0 - rate) * static_cast<double>(pending - start) / static_cast<double>(full - start);
 }
 
-Startups::Startups(StartupLimits limits, Random random, HandshakeTerms terms, Metrics& metrics)
-    : limits_(limits), random_(std::move(random)), terms_(std::move(terms)), metrics_(metrics) {
+Startups::Startups(StartupLimits limits, Random random, FailureDelay delay, HandshakeTerms terms,
+                   Metrics& metrics)
+    : limits_(limits),
+      random_(std::move(random)),
+      terms_(std::move(terms)),
+      metrics_(metrics),
+      delay_(delay) {
     terms_.wrongToken = [this] {
         metrics_.refusedToken.add();
         log::warn("a client was refused: no hello with the right token");

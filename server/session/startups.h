@@ -25,7 +25,7 @@ class Startups {
     using Random = StartupRandom;
 
     /// `terms`: all but wrongToken and ended, which are filled here. `metrics` outlive it.
-    Startups(StartupLimits limits, Random random, HandshakeTerms terms, Metrics& metrics);
+    Startups(StartupLimits limits, Random random, FailureDelay delay, HandshakeTerms terms, Metrics& metrics);
     ~Startups() { stop(); }
     Startups(const Startups&) = delete;
     Startups& operator=(const Startups&) = delete;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/unit/session/session_fixture.h"
+#include "tests/unit/storage/tiny_dataset.h"
 
 namespace mote::test {
 namespace {
@@ -102,6 +103,50 @@ TEST_F(Startups, TheNewestMayBeTheOneThatGoes) {
     ASSERT_TRUE(reason);
     EXPECT_EQ(reason->message.failure().code(), "resource_exhausted");
     EXPECT_TRUE(second.atEnd());
+}
+
+/// For an hour, here: the others are served meanwhile, and the end comes before the answer.
+TEST_F(Startups, AWrongTokenWaitsForItsAnswer) {
+    settings_.failureDelay = FailureDelay(1h, 1h);
+    settings_.handshakeTimeout = 2h;
+    start();
+    TestClient stranger(socket());
+    stranger.greet();
+    proto::ClientMessage hello;
+    hello.mutable_hello()->set_token("00");
+    stranger.send(hello);
+    client()->barrier();
+    stop();
+    const auto last = stranger.receive();
+    ASSERT_TRUE(last);
+    EXPECT_EQ(last->message.failure().code(), "cancelled") << "it was told that the token is wrong";
+}
+
+/// A look at the disk would find what was published meanwhile, and tell everybody.
+TEST_F(Startups, StrangersCauseNoLookAtTheDisk) {
+    settings_.rescanInterval = 1h;
+    settings_.failureDelay = FailureDelay(0ms, 0ms);
+    start();
+    const auto known = client();
+    proto::ClientMessage list, describe;
+    list.mutable_list_datasets();
+    EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 0);
+    TinyDataset().write(folder_ / "data" / "new.mote");
+    for (int i = 0; i < 20; ++i) {
+        TestClient silent(socket());
+        silent.greet();
+        TestClient wrong(socket());
+        wrong.connect("00");
+        EXPECT_TRUE(wrong.atEnd());
+    }
+    // It is answered by the thread that looks, after all that was to be looked for.
+    describe.set_request(1000);
+    describe.mutable_describe()->set_dataset("data/none");
+    known->send(describe);
+    const auto next = known->receive();
+    ASSERT_TRUE(next);
+    EXPECT_EQ(next->message.reply_to(), 1000u) << next->message.ShortDebugString();
+    EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 1) << "there was something to be found";
 }
 
 TEST_F(Startups, TheEndOfTheServerEndsThem) {
