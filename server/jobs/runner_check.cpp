@@ -12,8 +12,8 @@ namespace mote::server {
 namespace {
 
 /// sacct is asked too, but not needed: without accounting it knows nothing anyway.
-std::vector<std::string> programsOf(std::string_view runner, unsigned ranks) {
-    std::vector<std::string> programs;
+std::vector<std::string_view> programsOf(std::string_view runner, unsigned ranks) {
+    std::vector<std::string_view> programs;
     if (runner == "slurm") programs = {"sbatch", "squeue", "scontrol", "scancel"};
     if (runner != "local" && ranks > 1) programs.emplace_back("mpirun");
     return programs;
@@ -26,8 +26,8 @@ Status checkRunner(std::string_view runner, unsigned ranks) {
         return Error{ErrorCode::invalidArgument, "--runner",
                      fmt::format("\"{}\" is none of local, mpi and slurm", runner)};
     }
-    for (const auto& program : programsOf(runner, ranks)) {
-        if (findProgram(program).is_absolute()) continue;
+    for (const auto program : programsOf(runner, ranks)) {
+        if (findProgram(std::string(program)).is_absolute()) continue;
         return Error{ErrorCode::notFound, "--runner",
                      fmt::format("\"{}\" needs {}, which is not in PATH", runner, program)};
     }

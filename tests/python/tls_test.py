@@ -68,7 +68,7 @@ class Pictures(WithTls):
 
     def test_of_python_come_over_it_too(self):
         with mote.connect(self.server.file) as session:
-            x = session["data/beam"].get(["x"], step=0)
+            (x,) = session["data/beam"].get(["x"], step=0)
             self.assertGreater(len(x), 1000)
             picture = mote.View(session["data/beam"], size=(400, 300)).render()
             self.assertEqual(picture.array.shape[:2], (300, 400))
@@ -134,7 +134,7 @@ class CutShort(WithTls):
                     while receive(line):
                         pass  # whatever it says, it ends
             limit += 1
-        self.assertGreater(limit, 500)
+        self.assertGreater(limit, 300)  # a ClientHello alone takes more than 200
         self.still_serves()
 
 
