@@ -7,11 +7,13 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 
+#include <cerrno>
 #include <fstream>
 #include <string>
 #include <utility>
 
 #include "protocol/scene/mote_check.h"
+#include "protocol/scene/system_error.h"
 #include "storage/hash.h"
 #include "storage/storage_error.h"
 
@@ -170,10 +172,9 @@ std::uint32_t vdbCompression(VdbValues values) {
 
 Status writeVdbFile(const fs::path& path, const std::vector<FloatGrid>& grids, VdbValues values) {
     const Error full{ErrorCode::resourceExhausted, path.string(),
-                     "cannot be written whole: is the folder there and writable, and the disk not full?",
-                     true};
+                     "cannot be written whole: is the disk full?", true};
     std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc);
-    if (!file.good()) return full;
+    if (!file.good()) return systemError(errno, path.string(), "cannot be made");
     try {
         Writer().writeTo(file, grids, values);
     } catch (const StorageError& error) {
