@@ -69,8 +69,13 @@ void Line::fail(const Error& error) {
 
 asio::awaitable<void> Line::run(wire::Address address, std::string fingerprint) {
     const bool tcp = address.kind == wire::Address::Kind::tcp;
-    const auto connected =
-        tcp ? co_await connectTcp(address, std::move(fingerprint)) : co_await connectUnix(address);
+    // In two statements: of what co_await gives within a choice, g++ 12 destroys the strings twice.
+    Status connected = success();
+    if (tcp) {
+        connected = co_await connectTcp(address, std::move(fingerprint));
+    } else {
+        connected = co_await connectUnix(address);
+    }
     if (!connected.ok()) co_return fail(connected.error());
     const auto version = co_await stream_.greet();
     if (!version.ok()) co_return fail(lostServer(version.error()));

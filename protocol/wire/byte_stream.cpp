@@ -30,7 +30,9 @@ asio::awaitable<Status> ByteStream::shakeHands() {
 }
 
 asio::awaitable<asio::error_code> ByteStream::read(ToRead parts) {
-    const auto [code, count] = co_await asio::async_read(socket_, parts, countRead(), awaitTuple);
+    std::size_t done = 0;
+    const auto [code, count] = co_await asio::async_read(socket_, parts, countRead(done), awaitTuple);
+    countRead(done, count);
     co_return code;
 }
 

@@ -49,13 +49,17 @@ class ByteStream {
     std::uint64_t progress() const { return progress_; }
 
   protected:
-    /// asio::transfer_all that counts progress; of one read.
-    auto countRead() {
-        return [this, done = std::size_t{0}](const asio::error_code& code, std::size_t now) mutable {
-            progress_ += now - done;
-            done = now;
+    /// asio::transfer_all that counts progress; of one read, of which `done` have come. It is not asked about
+    /// the last piece.
+    auto countRead(std::size_t& done) {
+        return [this, &done](const asio::error_code& code, std::size_t now) {
+            countRead(done, now);
             return code ? std::size_t{0} : mostAtOnce;
         };
+    }
+    void countRead(std::size_t& done, std::size_t now) {
+        progress_ += now - done;
+        done = now;
     }
     /// Of one write of so many bytes.
     auto countWritten(std::size_t size) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <openssl/err.h>
 #include <openssl/ssl.h>
+#include <sys/socket.h>
 
 #include <asio/experimental/as_tuple.hpp>
 #include <asio/read.hpp>
@@ -32,7 +33,9 @@ class TlsStream : public ByteStream {
     using ByteStream::ByteStream;
 
     asio::awaitable<asio::error_code> read(ToRead parts) override {
-        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(), awaitTuple);
+        std::size_t done = 0;
+        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(done), awaitTuple);
+        countRead(done, count);
         co_return withoutTruncation(code);
     }
 
@@ -92,6 +95,7 @@ class TlsClientStream : public TlsStream {
         // The fingerprint says more than any authority, and is looked at before anything is said.
         context.set_verify_mode(asio::ssl::verify_none);
         const auto code = co_await handshake(context, Tls::client);
+        if (code && heardNoPlace()) co_return noPlaceForUs();
         if (code) co_return handshakeError(code);
         const Owned<X509, X509_free> certificate(SSL_get1_peer_certificate(tls_->native_handle()));
         if (certificate && fingerprintOf(*certificate) == fingerprint_) co_return success();
@@ -101,12 +105,22 @@ class TlsClientStream : public TlsStream {
     }
 
   private:
+    /// Who is turned away before its first word may be unable to say it, and has its answer all the same.
+    bool heardNoPlace() {
+        std::array<std::uint8_t, noPlace.size()> heard{};
+        const auto count = ::recv(socket().native_handle(), heard.data(), heard.size(), MSG_DONTWAIT);
+        return count == static_cast<ssize_t>(heard.size()) && heard == noPlace;
+    }
+
+    static Error noPlaceForUs() {
+        return {ErrorCode::resourceExhausted, "server",
+                "too many connections that have shown no token are there; try again"};
+    }
+
     static Error handshakeError(const asio::error_code& code) {
         if (code.category() != asio::error::get_ssl_category()) return connectionError(code);
-        if (ERR_GET_REASON(static_cast<unsigned long>(code.value())) == SSL_R_TLSV1_ALERT_INTERNAL_ERROR) {
-            return {ErrorCode::resourceExhausted, "server",
-                    "too many connections that have shown no token are there; try again"};
-        }
+        if (ERR_GET_REASON(static_cast<unsigned long>(code.value())) == SSL_R_TLSV1_ALERT_INTERNAL_ERROR)
+            return noPlaceForUs();
         return {ErrorCode::unsupported, "connection", "no TLS 1.3 with this server: " + code.message()};
     }
 

@@ -57,6 +57,11 @@ std::string sentenceOf(const JobFiles::Outcome& outcome, const JobRecord& record
     return fmt::format("{} ended with exit code {} and no message", programOf(record), outcome.number);
 }
 
+/// Whoever runs it says why it was ended: the signal is no fault of its own.
+bool isTaken(const JobFiles::Outcome& outcome, const RunEnd& end) {
+    return outcome.signalled && !end.how.empty();
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------------------- running jobs
@@ -238,7 +243,7 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
     if (output.ok()) discardDraft(output->path, record.status.id());
     if (there && !(clean && outcome->number != 0)) return finish(record, State::SUCCEEDED);
     if (record.cancelRequested) return finish(record, State::CANCELLED);
-    if (!outcome) return lost(record, files, end);
+    if (!outcome || isTaken(*outcome, end)) return lost(record, files, end);
     if (clean && outcome->number == EX_TEMPFAIL) return tryLater(record, files, sentenceOf(*outcome, record));
     lookForRoots();
     if (const auto* missing = missingRoot(record)) {
@@ -257,7 +262,7 @@ void JobQueue::conclude(JobRecord& record, JobFiles& files, const RunEnd& end) {
 void JobQueue::concludeFilm(JobRecord& record, JobFiles& files,
                             const std::optional<JobFiles::Outcome>& outcome, const RunEnd& end) {
     if (record.cancelRequested) return finish(record, State::CANCELLED);
-    if (!outcome) return lost(record, files, end);
+    if (!outcome || isTaken(*outcome, end)) return lost(record, files, end);
     if (outcome->signalled) return interrupted(record, files, endedBySignal(record, outcome->number));
     if (!outcome->timedOut && outcome->number == EX_TEMPFAIL)
         return tryLater(record, files, sentenceOf(*outcome, record));

@@ -130,6 +130,8 @@ TEST_F(Startups, StrangersCauseNoLookAtTheDisk) {
     const auto known = client();
     proto::ClientMessage list, describe;
     list.mutable_list_datasets();
+    describe.mutable_describe()->set_dataset("data/none");
+    known->ask(describe);  // what was to be looked for when it came has been
     EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 0);
     TinyDataset().write(folder_ / "data" / "new.mote");
     for (int i = 0; i < 20; ++i) {
@@ -141,7 +143,6 @@ TEST_F(Startups, StrangersCauseNoLookAtTheDisk) {
     }
     // It is answered by the thread that looks, after all that was to be looked for.
     describe.set_request(1000);
-    describe.mutable_describe()->set_dataset("data/none");
     known->send(describe);
     const auto next = known->receive();
     ASSERT_TRUE(next);
