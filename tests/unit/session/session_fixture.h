@@ -26,6 +26,7 @@ class SessionFixture : public testing::Test {
         settings_.stateDirectory = folder_ / "state";
         settings_.connectionFile = folder_ / "connection.json";
         settings_.prep = "/bin/false";
+        settings_.staleAfter = std::chrono::hours(1);  // a slow machine drops no frames that tests count
     }
     ~SessionFixture() override { stop(); }
 

@@ -106,9 +106,11 @@ TEST_F(SessionViews, LatestViewWinsWhileTheDeviceWorks) {
     for (std::uint64_t id = 2; id <= 50; ++id) one->setView(id, 64);
     one->barrier();
     control_->openGate();
-    // A quick picture is never stopped, so the first is seen, then the latest; none in between.
-    EXPECT_EQ(one->receiveFrame().message.frame().view_id(), 1u);
-    EXPECT_EQ(one->receiveFrame().message.frame().view_id(), 50u);
+    // A quick picture is never stopped: the first is seen, unless the latest takes its place before it is
+    // sent; then the latest, and none in between.
+    auto seen = one->receiveFrame().message.frame().view_id();
+    if (seen == 1u) seen = one->receiveFrame().message.frame().view_id();
+    EXPECT_EQ(seen, 50u);
     EXPECT_EQ(control_->renders().size(), 2u);
 }
 

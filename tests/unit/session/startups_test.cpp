@@ -126,13 +126,14 @@ TEST_F(Startups, AWrongTokenWaitsForItsAnswer) {
 TEST_F(Startups, StrangersCauseNoLookAtTheDisk) {
     settings_.rescanInterval = 1h;
     settings_.failureDelay = FailureDelay(0ms, 0ms);
+    TinyDataset().write(folder_ / "data" / "old.mote");
     start();
     const auto known = client();
     proto::ClientMessage list, describe;
     list.mutable_list_datasets();
-    describe.mutable_describe()->set_dataset("data/none");
-    known->ask(describe);  // what was to be looked for when it came has been
-    EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 0);
+    describe.mutable_describe()->set_dataset("data/old");  // what is not known would be looked for
+    known->ask(describe);                                  // what was to be looked for when it came has been
+    EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 1);
     TinyDataset().write(folder_ / "data" / "new.mote");
     for (int i = 0; i < 20; ++i) {
         TestClient silent(socket());
@@ -147,7 +148,9 @@ TEST_F(Startups, StrangersCauseNoLookAtTheDisk) {
     const auto next = known->receive();
     ASSERT_TRUE(next);
     EXPECT_EQ(next->message.reply_to(), 1000u) << next->message.ShortDebugString();
-    EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 1) << "there was something to be found";
+    describe.mutable_describe()->set_dataset("data/none");
+    known->ask(describe);
+    EXPECT_EQ(known->ask(list).message.catalogue().datasets_size(), 2) << "there was something to be found";
 }
 
 TEST_F(Startups, TheEndOfTheServerEndsThem) {
