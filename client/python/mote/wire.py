@@ -167,11 +167,11 @@ def read_connection_file(path: str) -> Place:
     if not isinstance(address, str):
         raise invalid(path, "says no address")
     tcp = _tcp(path, address, fingerprint) if address.startswith("tcp:") else None
-    if not _is_hexadecimal(token) or len(token) > 256:
+    if not isinstance(token, str) or not _is_hexadecimal(token) or len(token) > 256:
         raise invalid(path, "its token is not hexadecimal")
     if content.get("protocolMajor") != MAJOR:
         raise Error("unsupported", path, f"the server speaks protocol version {content.get('protocolMajor')}, this "
                     f"package {MAJOR}; use the same version of both")
     pid = str(content.get("pid", "0"))
     return Place(address if tcp else _unix_path(path, address), token, int(pid) if pid.isdecimal() else 0, tcp,
-                 fingerprint if tcp else "")
+                 str(fingerprint) if tcp else "")
