@@ -77,9 +77,8 @@ class Server::Impl {
         MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.connectionFile));
         MOTE_RETURN_IF_ERROR(checkNotInUse(settings_.followerFile));
         jobs_.emplace(io_, jobSettings(settings_));
-        MOTE_RETURN_IF_ERROR(jobs_->start());
+        MOTE_RETURN_IF_ERROR(jobs_->start([this](const proto::JobStatus& job) { jobChanged(job); }));
         parkedFile_.emplace(io_, settings_.stateDirectory, settings_.parkingPause, parked_);
-        jobs_->onChange([this](const proto::JobStatus& job) { jobChanged(job); });
         const auto memory = dataMemory(settings_.memory);
         if (!memory.ok()) return memory.error().within("memory");
         datasets_ = std::make_unique<DatasetService>(
@@ -297,7 +296,8 @@ class Server::Impl {
 
     void jobChanged(const proto::JobStatus& job) {
         if (job.state() == proto::JobStatus::SUCCEEDED) datasets_->rescan();
-        for (const auto& [id, session] : sessions_) session->jobChanged(job);
+        const auto shared = std::make_shared<const proto::JobStatus>(job);
+        for (const auto& [id, session] : sessions_) session->jobChanged(shared);
     }
 
     /// Sessions have a second for their last word; then nothing is left that run() waits for.
@@ -322,7 +322,7 @@ class Server::Impl {
     asio::io_context io_{1};  // before all that posts to it
     std::optional<asio::signal_set> signals_;
     asio::steady_timer rescan_{io_}, finish_{io_};
-    std::optional<JobQueue> jobs_;
+    std::optional<JobService> jobs_;
     std::unique_ptr<DatasetService> datasets_;
     std::unique_ptr<QueryService> queries_;
     std::unique_ptr<RenderService> render_;

@@ -23,10 +23,16 @@ void Outbox::reply(Reply reply) {
     replies_.push_back(std::move(reply));
 }
 
-void Outbox::jobChanged(const std::string& id) {
+void Outbox::jobChanged(std::shared_ptr<const proto::JobStatus> job) {
     if (allJobs_) return;
-    jobs_.insert(id);
+    const auto& id = job->id();
+    jobs_.insert_or_assign(id, std::move(job));
     if (jobs_.size() > maxChangedJobs) allJobsChanged();
+}
+
+void Outbox::jobsTold(const proto::ServerMessage& reply) {
+    jobs_.erase(reply.job().id());
+    for (const auto& job : reply.jobs().jobs()) jobs_.erase(job.id());
 }
 
 void Outbox::allJobsChanged() {
@@ -97,7 +103,7 @@ std::optional<Outbox::Item> Outbox::next(const Piece& piece) {
     if (viewFailure_) return Item{.message = *std::exchange(viewFailure_, std::nullopt)};
     if (std::exchange(allJobs_, false)) return Item{.kind = Kind::allJobs};
     if (!jobs_.empty())
-        return Item{.kind = Kind::job, .job = std::move(jobs_.extract(jobs_.begin()).value())};
+        return Item{.kind = Kind::job, .job = std::move(jobs_.extract(jobs_.begin()).mapped())};
     if (std::exchange(followed_, false)) return Item{.kind = Kind::followed};
     if (std::exchange(catalogue_, false)) return Item{.kind = Kind::catalogue};
     return nextPiece(piece);

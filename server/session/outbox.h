@@ -9,9 +9,9 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,14 +45,14 @@ class Outbox {
     static constexpr std::size_t maxReplyBytes = 1 << 20;  ///< in memory, from which on there is no room
     static constexpr std::size_t maxChangedJobs = 256;
 
-    /// What is to be sent next; of jobs, the catalogue and whom it follows only that they changed, as their
-    /// state is taken when it is sent.
+    /// What is to be sent next; of all jobs, the catalogue and whom it follows only that they changed, as
+    /// their state is taken when it is sent.
     struct Item {
         enum class Kind { message, job, allJobs, catalogue, followed, frame, farewell };
         Kind kind = Kind::message;
-        proto::ServerMessage message = {};                ///< message, farewell
-        std::vector<std::uint8_t> payload = {};           ///< message
-        std::string job = {};                             ///< job: its id
+        proto::ServerMessage message = {};       ///< message, farewell
+        std::vector<std::uint8_t> payload = {};  ///< message
+        std::shared_ptr<const proto::JobStatus> job = {};
         std::shared_ptr<const RenderedFrame> frame = {};  ///< frame: kept while a piece of it is written
         std::size_t begin = 0, size = 0;                  ///< frame: the piece of its payload
     };
@@ -62,7 +62,9 @@ class Outbox {
     bool room() const { return replies_.size() < maxReplies && replyBytes_ < maxReplyBytes; }
     void reply(Reply reply);
     void viewFailed(proto::ServerMessage message) { viewFailure_ = std::move(message); }
-    void jobChanged(const std::string& id);
+    void jobChanged(std::shared_ptr<const proto::JobStatus> job);
+    /// A reply is there that knows all changes until now: those of its jobs need not be told.
+    void jobsTold(const proto::ServerMessage& reply);
     void allJobsChanged();
     void catalogueChanged() { catalogue_ = true; }
     void followedChanged() { followed_ = true; }
@@ -103,7 +105,7 @@ class Outbox {
     std::size_t replyBytes_ = 0;  // in memory
     std::optional<proto::ServerMessage> viewFailure_;
     std::optional<proto::ServerMessage> farewell_;
-    std::set<std::string> jobs_;
+    std::map<std::string, std::shared_ptr<const proto::JobStatus>> jobs_;  // what they are now, by id
     bool allJobs_ = false;
     bool catalogue_ = false;
     bool followed_ = false;

@@ -33,7 +33,7 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       writerWake_(executor_),
       answersWake_(executor_),
       queries_(context.queries, executor_),
-      uploads_(context.uploads, context.removeUploads) {}
+      uploads_(std::make_shared<Uploads>(context.uploads, context.removeUploads)) {}
 
 void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
     try {
@@ -177,7 +177,8 @@ asio::awaitable<void> Session::write() {
             continue;
         }
         readerWake_.notify();
-        if (!fill(*item)) continue;
+        if (item->kind == Outbox::Item::Kind::allJobs) item->message = co_await askJobs(allJobs);
+        fill(*item);
         std::span<const std::uint8_t> payload = item->payload;
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
         const auto status = co_await stream_.write(item->message, payload, wire::serverLimits);
@@ -193,24 +194,19 @@ asio::awaitable<void> Session::write() {
     }
 }
 
-/// Takes the present state of what changed; false where there is nothing to say about it any more.
-bool Session::fill(Outbox::Item& item) {
+/// Takes the present state of what changed.
+void Session::fill(Outbox::Item& item) {
     using Kind = Outbox::Item::Kind;
     if (item.kind == Kind::catalogue) {
         *item.message.mutable_catalogue() = *context_.datasets->catalogue();
-    } else if (item.kind == Kind::allJobs) {
-        item.message = watchJobs();
     } else if (item.kind == Kind::job) {
-        auto job = context_.jobs->find(item.job);
-        if (!job.ok()) return false;
-        *item.message.mutable_job() = *std::move(job);
+        *item.message.mutable_job() = *item.job;
     } else if (item.kind == Kind::followed) {
         *item.message.mutable_followed() = followed_;
         item.message.set_reply_to(std::exchange(followReply_, 0));
     } else if (item.kind == Kind::frame) {
         fillFrame(item);
     }
-    return true;
 }
 
 void Session::reply(std::uint64_t to, Reply reply) {
@@ -227,9 +223,9 @@ void Session::catalogueChanged() {
     writerWake_.notify();
 }
 
-void Session::jobChanged(const proto::JobStatus& job) {
+void Session::jobChanged(std::shared_ptr<const proto::JobStatus> job) {
     if (!watchesJobs_) return;
-    outbox_.jobChanged(job.id());
+    outbox_.jobChanged(std::move(job));
     writerWake_.notify();
 }
 
@@ -276,7 +272,7 @@ asio::awaitable<void> Session::work() {
             co_await workerWake_.wait();
             continue;
         }
-        const proto::ClientMessage command = std::move(commands_.front());
+        proto::ClientMessage command = std::move(commands_.front());
         commands_.pop_front();
         commandBytes_ -= command.SpaceUsedLong();
         readerWake_.notify();
@@ -287,7 +283,7 @@ asio::awaitable<void> Session::work() {
     }
 }
 
-asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
+asio::awaitable<Reply> Session::answer(proto::ClientMessage& command) {
     using Body = proto::ClientMessage;
     switch (command.body_case()) {
         case Body::kListDatasets:
@@ -295,19 +291,19 @@ asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
         case Body::kDescribe:
             co_return co_await describe(command.describe().dataset());
         case Body::kSubmitJob:
-            co_return submitJob(command.submit_job());
+            co_return co_await askJobs(submitJob(*command.mutable_submit_job()));
         case Body::kRetryJob:
-            co_return retryJob(command.retry_job().id());
+            co_return co_await askJobs(retryJob(command.retry_job().id()));
         case Body::kListJobs:
-            co_return listJobs(command.list_jobs());
+            co_return co_await askJobs(pageOfJobs(command.list_jobs()));
         case Body::kUpload:
-            co_return upload(command.upload());
+            co_return co_await askJobs(upload(*command.mutable_upload()));
         case Body::kCancelJob:
-            co_return cancelJob(command.cancel_job().id());
+            co_return co_await askJobs(cancelJob(command.cancel_job().id()));
         case Body::kWatchJobs:
             watchesJobs_ = true;
             context_.parked->watchJobs(id_);
-            co_return watchJobs();
+            co_return co_await askJobs(allJobs);
         case Body::kFetchFilm:
             co_return co_await fetchFilm(command.fetch_film());
         default:

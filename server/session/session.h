@@ -27,7 +27,7 @@
 #include "server/data/dataset_service.h"
 #include "server/frames/crash_record.h"
 #include "server/frames/render_service.h"
-#include "server/jobs/job_queue.h"
+#include "server/jobs/job_service.h"
 #include "server/jobs/uploads.h"
 #include "server/metrics/metrics.h"
 #include "server/numbers/query_service.h"
@@ -65,7 +65,7 @@ struct SessionContext {
     std::string device;
     RenderService* render = nullptr;
     DatasetService* datasets = nullptr;
-    JobQueue* jobs = nullptr;
+    JobService* jobs = nullptr;
     QueryService* queries = nullptr;       ///< null: none are answered
     std::filesystem::path uploads;         ///< Uploads::makeFolder; empty: none are taken
     Uploads::Remove removeUploads = {};    ///< a client's, when it leaves; empty: at once
@@ -79,6 +79,11 @@ struct SessionContext {
     std::chrono::milliseconds farewellTimeout{1000};  ///< a client has this long to take the last word
     std::function<void(SessionId)> closed;            ///< once, as the last thing
 };
+
+/// Questions of the jobs' thread (session_jobs.cpp).
+Result<proto::ServerMessage> allJobs(JobQueue& queue);
+JobService::Question cancelJob(const std::string& id);
+JobService::Question pageOfJobs(const proto::ListJobs& wanted);
 
 /// What a client starts with.
 std::uint32_t frameCredits(const proto::Hello& hello);
@@ -94,7 +99,8 @@ class Session : public std::enable_shared_from_this<Session> {
     void leave(const Error& reason);
     /// The datasets are not the same as before.
     void catalogueChanged();
-    void jobChanged(const proto::JobStatus& job);
+    /// What a job is now.
+    void jobChanged(std::shared_ptr<const proto::JobStatus> job);
 
   private:
     static constexpr std::size_t maxCommands = 8;
@@ -134,16 +140,13 @@ class Session : public std::enable_shared_from_this<Session> {
         return commands_.size() < maxCommands && commandBytes_ < maxCommandBytes;
     }
     asio::awaitable<void> work();
-    asio::awaitable<Reply> answer(const proto::ClientMessage& command);
+    asio::awaitable<Reply> answer(proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
     asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
-    proto::ServerMessage submitJob(const proto::SubmitJob& message);
-    proto::ServerMessage retryJob(const std::string& id);
-    proto::ServerMessage listJobs(const proto::ListJobs& wanted);
-    static proto::ServerMessage told(Result<proto::JobStatus> job, std::string_view field);
-    proto::ServerMessage upload(const proto::Upload& part);
-    proto::ServerMessage cancelJob(const std::string& id);
-    proto::ServerMessage watchJobs();
+    asio::awaitable<proto::ServerMessage> askJobs(JobService::Question question);
+    JobService::Question submitJob(proto::SubmitJob& message) const;
+    JobService::Question retryJob(const std::string& id) const;
+    JobService::Question upload(proto::Upload& part) const;
     asio::awaitable<Reply> fetchFilm(const proto::FetchFilm& request);
 
     asio::awaitable<void> query(proto::ClientMessage message);
@@ -151,7 +154,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
     asio::awaitable<void> write();
     std::size_t piece(const RenderedFrame& frame, std::size_t begin, std::size_t left) const;
-    bool fill(Outbox::Item& item);
+    void fill(Outbox::Item& item);
     void fillFrame(Outbox::Item& item);
     void reply(std::uint64_t to, Reply reply);
     void close();
@@ -173,9 +176,9 @@ class Session : public std::enable_shared_from_this<Session> {
     std::deque<proto::ClientMessage> commands_;
     std::size_t commandBytes_ = 0;  // in memory
     SessionQueries queries_;
-    Uploads uploads_;
-    std::uint64_t sequence_ = 0;       // of the latest frame
-    std::optional<FlowControl> flow_;  // once it is known what the client can do
+    const std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
+    std::uint64_t sequence_ = 0;              // of the latest frame
+    std::optional<FlowControl> flow_;         // once it is known what the client can do
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool watchesJobs_ = false;

@@ -3,61 +3,82 @@
 // A session's commands about jobs, and what films have left.
 #include "server/session/session.h"
 
+#include <asio/async_result.hpp>
+
 namespace mote::server {
 namespace {
 
-proto::ServerMessage failure(const Error& error) {
-    return failureMessage(0, error, false);
-}
+using Answer = Result<proto::ServerMessage>;
 
-}  // namespace
-
-proto::ServerMessage Session::submitJob(const proto::SubmitJob& message) {
-    const auto resolved = uploads_.resolve(message.job());
-    if (!resolved.ok()) return failure(resolved.error().within("job"));
-    return told(
-        context_.jobs->submit(*resolved, {message.again(), message.time_limit_s(), std::to_string(id_)}),
-        "job");
-}
-
-proto::ServerMessage Session::retryJob(const std::string& id) {
-    return told(context_.jobs->retry(id, std::to_string(id_)), "");
-}
-
-proto::ServerMessage Session::told(Result<proto::JobStatus> job, std::string_view field) {
-    if (!job.ok()) return failure(field.empty() ? job.error() : job.error().within(field));
+Answer told(Result<proto::JobStatus> job) {
+    if (!job.ok()) return job.error();
     proto::ServerMessage message;
     *message.mutable_job() = *std::move(job);
     return message;
 }
 
-proto::ServerMessage Session::upload(const proto::Upload& part) {
-    const auto size = uploads_.add(part);
-    if (!size.ok()) return failure(size.error());
-    proto::ServerMessage message;
-    message.mutable_uploaded()->set_name(part.name());
-    message.mutable_uploaded()->set_size(*size);
-    return message;
+}  // namespace
+
+JobService::Question cancelJob(const std::string& id) {
+    return [id](JobQueue& jobs) -> Answer {
+        MOTE_RETURN_IF_ERROR(jobs.cancel(id));
+        return told(jobs.find(id));
+    };
 }
 
-proto::ServerMessage Session::cancelJob(const std::string& id) {
-    const auto status = context_.jobs->cancel(id);
-    if (!status.ok()) return failure(status.error());
-    return told(context_.jobs->find(id), "");
+JobService::Question pageOfJobs(const proto::ListJobs& wanted) {
+    return [wanted](const JobQueue& jobs) -> Answer {
+        proto::ServerMessage message;
+        *message.mutable_jobs() = jobs.page(wanted.first(), wanted.count());
+        return message;
+    };
 }
 
-proto::ServerMessage Session::listJobs(const proto::ListJobs& wanted) {
-    proto::ServerMessage message;
-    *message.mutable_jobs() = context_.jobs->page(wanted.first(), wanted.count());
-    return message;
-}
-
-proto::ServerMessage Session::watchJobs() {
+Answer allJobs(JobQueue& queue) {
     proto::ServerMessage message;
     auto& jobs = *message.mutable_jobs();
-    for (auto& job : context_.jobs->list()) *jobs.add_jobs() = std::move(job);
-    jobs.set_total(context_.jobs->size());
+    for (auto& job : queue.list()) *jobs.add_jobs() = std::move(job);
+    jobs.set_total(queue.size());
     return message;
+}
+
+JobService::Question Session::submitJob(proto::SubmitJob& message) const {
+    const auto job = std::make_shared<proto::JobRequest>(std::move(*message.mutable_job()));
+    const JobWish wish{message.again(), message.time_limit_s(), std::to_string(id_)};
+    return [job, wish, uploads = uploads_](JobQueue& jobs) -> Answer {
+        const auto resolved = uploads->resolve(*job);
+        if (!resolved.ok()) return resolved.error().within("job");
+        auto status = jobs.submit(*resolved, wish);
+        if (!status.ok()) return status.error().within("job");
+        return told(std::move(status));
+    };
+}
+
+JobService::Question Session::retryJob(const std::string& id) const {
+    return [id, client = std::to_string(id_)](JobQueue& jobs) { return told(jobs.retry(id, client)); };
+}
+
+JobService::Question Session::upload(proto::Upload& message) const {
+    const auto part = std::make_shared<proto::Upload>(std::move(message));
+    return [part, uploads = uploads_](JobQueue&) -> Answer {
+        MOTE_ASSIGN_OR_RETURN(const auto size, uploads->add(*part));
+        proto::ServerMessage uploaded;
+        uploaded.mutable_uploaded()->set_name(part->name());
+        uploaded.mutable_uploaded()->set_size(size);
+        return uploaded;
+    };
+}
+
+/// It goes on within the answer itself: what a job becomes is told after what it was when it was asked for.
+asio::awaitable<proto::ServerMessage> Session::askJobs(JobService::Question question) {
+    auto ask = [this, &question](auto answered) {
+        context_.jobs->ask(std::move(question), std::move(answered));
+    };
+    auto answer =
+        co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Answer)>(ask, asio::use_awaitable);
+    if (!answer.ok()) co_return failureMessage(0, answer.error(), false);
+    outbox_.jobsTold(*answer);
+    co_return *std::move(answer);
 }
 
 /// The disk is read on a thread of the queue's.
@@ -68,8 +89,8 @@ asio::awaitable<Reply> Session::fetchFilm(const proto::FetchFilm& request) {
         if (const auto self = weak.lock()) self->workerWake_.notify();
     });
     while (!*answer && !closed_) co_await workerWake_.wait();
-    if (!*answer) co_return failure({ErrorCode::cancelled, "connection", "closed"});
-    if (!(*answer)->ok()) co_return failure((*answer)->error());
+    if (!*answer) co_return failureMessage(0, {ErrorCode::cancelled, "connection", "closed"}, false);
+    if (!(*answer)->ok()) co_return failureMessage(0, (*answer)->error(), false);
     auto piece = std::move((*answer)->value());
     proto::ServerMessage message;
     *message.mutable_film_piece() = std::move(piece.message);

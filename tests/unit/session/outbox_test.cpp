@@ -17,6 +17,13 @@ proto::ServerMessage pong(std::int64_t number) {
     return message;
 }
 
+std::shared_ptr<const proto::JobStatus> job(const std::string& id, double progress = 0.0) {
+    auto status = std::make_shared<proto::JobStatus>();
+    status->set_id(id);
+    status->set_progress(progress);
+    return status;
+}
+
 std::size_t whole(const RenderedFrame&, std::size_t, std::size_t left) {
     return left;
 }
@@ -156,8 +163,8 @@ TEST(Outbox, AReplyOfManyWordsLeavesNoRoomEither) {
     Outbox outbox;
     proto::ServerMessage jobs;
     for (int i = 0; i < 200; ++i) {
-        auto& job = *jobs.mutable_jobs()->add_jobs();
-        for (int line = 0; line < 5; ++line) job.add_log(std::string(2000, 'x'));
+        auto& one = *jobs.mutable_jobs()->add_jobs();
+        for (int line = 0; line < 5; ++line) one.add_log(std::string(2000, 'x'));
     }
     int lists = 0;
     for (; outbox.room(); ++lists) outbox.reply(jobs);
@@ -171,23 +178,38 @@ TEST(Outbox, StateIsSentOnceHoweverOftenItChanged) {
     Outbox outbox;
     for (int i = 0; i < 100; ++i) {
         outbox.catalogueChanged();
-        outbox.jobChanged(i % 2 == 0 ? "a" : "b");
+        outbox.jobChanged(job(i % 2 == 0 ? "a" : "b", i));
         outbox.viewFailed(pong(i));
     }
     EXPECT_EQ(outbox.next(whole)->message.pong().sent_ns(), 99);
-    EXPECT_EQ(outbox.next(whole)->job, "a");
-    EXPECT_EQ(outbox.next(whole)->job, "b");
+    EXPECT_EQ(outbox.next(whole)->job->progress(), 98);
+    EXPECT_EQ(outbox.next(whole)->job->progress(), 99);
     EXPECT_EQ(outbox.next(whole)->kind, Kind::catalogue);
     EXPECT_FALSE(outbox.next(whole));
 }
 
 TEST(Outbox, TooManyChangedJobsBecomeTheWholeList) {
     Outbox outbox;
-    for (int i = 0; i < 1000; ++i) outbox.jobChanged(std::to_string(i));
+    for (int i = 0; i < 1000; ++i) outbox.jobChanged(job(std::to_string(i)));
     EXPECT_EQ(outbox.next(whole)->kind, Kind::allJobs);
     EXPECT_FALSE(outbox.next(whole));
-    outbox.jobChanged("x");
+    outbox.jobChanged(job("x"));
     EXPECT_EQ(outbox.next(whole)->kind, Kind::job);
+}
+
+/// A reply goes before changes, which would tell what was before it as the latest.
+TEST(Outbox, WhatAReplyKnowsIsNotToldAfterIt) {
+    Outbox outbox;
+    for (const auto* const id : {"a", "b", "c"}) outbox.jobChanged(job(id));
+    proto::ServerMessage one, list;
+    one.mutable_job()->set_id("a");
+    list.mutable_jobs()->add_jobs()->set_id("c");
+    outbox.jobsTold(one);
+    outbox.jobsTold(list);
+    EXPECT_EQ(outbox.next(whole)->job->id(), "b");
+    EXPECT_FALSE(outbox.next(whole));
+    outbox.jobChanged(job("a", 0.5));
+    EXPECT_EQ(outbox.next(whole)->job->progress(), 0.5);
 }
 
 TEST(Outbox, FarewellGoesBeforeAllAndIsTheFirstReason) {

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/jobs/job_service.h"
+
+#include <exception>
+
+#include "server/log.h"
+
+namespace mote::server {
+
+JobService::JobService(asio::io_context& home, JobSettings settings)
+    : home_(home), work_(context_->get_executor()), queue_(*context_, std::move(settings)) {}
+
+JobService::~JobService() {
+    if (!thread_.joinable()) return;
+    asio::post(*context_, [this] {
+        queue_.stop();
+        context_->stop();
+    });
+    thread_.join();
+}
+
+Status JobService::start(JobQueue::Listener changed) {
+    changed_ = std::move(changed);
+    queue_.onChange([this](const proto::JobStatus& job) { tell(job); });
+    MOTE_RETURN_IF_ERROR(queue_.start());
+    *counts_ = queue_.counts();
+    thread_ = std::thread([this] { run(); });
+    return success();
+}
+
+void JobService::stop() {
+    asio::post(*context_, [this] { queue_.stop(); });
+}
+
+void JobService::run() {
+    for (;;) {
+        try {
+            context_->run();
+            return;
+        } catch (const std::exception& failure) {
+            // Memory was short, say: what was being done is lost, the queue is not.
+            log::error("jobs: {}", failure.what());
+        }
+    }
+}
+
+Result<proto::ServerMessage> JobService::answerOf(const Question& question) {
+    try {
+        return question(queue_);
+    } catch (const std::exception& failure) {
+        log::error("jobs: {}", failure.what());
+        return Error{ErrorCode::resourceExhausted, "", "the server is short of memory; ask again later"};
+    }
+}
+
+/// What a job is now, and not what it was at this change: an answer that was given meanwhile is no newer.
+void JobService::tell(const proto::JobStatus& job) {
+    auto now = queue_.find(job.id());
+    asio::post(home_, [changed = changed_, now = now.ok() ? *std::move(now) : job] { changed(now); });
+    tellCounts();
+    // Old jobs are forgotten right after one has ended.
+    asio::post(*context_, [this] { tellCounts(); });
+}
+
+void JobService::tellCounts() {
+    asio::post(home_, [kept = counts_, counts = queue_.counts()]() mutable { *kept = std::move(counts); });
+}
+
+void JobService::fetchFilm(const proto::FetchFilm& request, JobQueue::FilmListener done) {
+    asio::post(*context_, [this, request, done = std::move(done)] {
+        queue_.fetchFilm(request, [&home = home_, done](Result<FilmPiece> piece) {
+            asio::post(home, [done, piece = std::move(piece)]() mutable { done(std::move(piece)); });
+        });
+    });
+}
+
+Uploads::Remove JobService::remover() {
+    return
+        [context = std::weak_ptr(context_), remove = queue_.remover()](const std::filesystem::path& folder) {
+            const auto alive = context.lock();
+            if (alive) asio::post(*alive, [remove, folder] { remove(folder); });
+        };
+}
+
+}  // namespace mote::server

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// JobService: the job queue on a thread of its own. What the queue does with files takes as long as the disk
+// likes: requests and uploads are looked at, stored and removed there, and only who asked waits for it. Owned
+// by the server; all functions on the thread of `home`, where answers and changes are told too.
+#pragma once
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/post.hpp>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+#include "server/jobs/job_queue.h"
+#include "server/jobs/uploads.h"
+
+namespace mote::server {
+
+class JobService {
+  public:
+    /// What is done on the queue's thread; it may use whatever else belongs to that thread.
+    using Question = std::function<Result<proto::ServerMessage>(JobQueue&)>;
+    using Counts = std::map<std::string, std::size_t>;
+
+    /// Nothing is touched before start(). `home` outlives it.
+    JobService(asio::io_context& home, JobSettings settings);
+    /// Running jobs go on. Waits for what is done on the disk.
+    ~JobService();
+    JobService(const JobService&) = delete;
+    JobService& operator=(const JobService&) = delete;
+
+    /// Starts the queue, on the thread that calls, and then its own one. `changed` is called after each
+    /// change of a job with what it is then. Errors: as JobQueue::start.
+    Status start(JobQueue::Listener changed);
+    /// As JobQueue::stop, soon; questions are still answered.
+    void stop();
+
+    /// `answered`, which may be move-only, is called once, never from within; the order is kept among answers
+    /// and changes. Not where the service ends first. A question that throws is answered resourceExhausted.
+    template <class Answered>
+    void ask(Question question, Answered answered) {
+        asio::post(
+            *context_, [this, question = std::move(question), answered = std::move(answered)]() mutable {
+                asio::post(home_, [answer = answerOf(question), answered = std::move(answered)]() mutable {
+                    std::move(answered)(std::move(answer));
+                });
+            });
+    }
+    /// As JobQueue::fetchFilm.
+    void fetchFilm(const proto::FetchFilm& request, JobQueue::FilmListener done);
+
+    /// As JobQueue::counts, when a job changed last.
+    const Counts& counts() const { return *counts_; }
+    /// As JobQueue::uploads; after start().
+    const std::filesystem::path& uploads() const { return queue_.uploads(); }
+    /// Removes a folder of the state directory that nobody uses any more. Any thread, and after the end does
+    /// nothing: what it does not come to, the next start removes.
+    Uploads::Remove remover();
+
+  private:
+    Result<proto::ServerMessage> answerOf(const Question& question);
+    void run();
+    void tell(const proto::JobStatus& job);
+    void tellCounts();
+
+    asio::io_context& home_;
+    const std::shared_ptr<asio::io_context> context_ = std::make_shared<asio::io_context>(1);
+    asio::executor_work_guard<asio::io_context::executor_type> work_;
+    JobQueue queue_;  // of the thread, once that runs
+    JobQueue::Listener changed_;
+    const std::shared_ptr<Counts> counts_ = std::make_shared<Counts>();  // of home's thread
+    std::thread thread_;
+};
+
+}  // namespace mote::server
