@@ -63,7 +63,7 @@ TEST_P(ChangedBytes, WithHashesMadeAnewAreAnErrorOrTheirOwnContent) {
     for (const auto& change : changes()) {
         dataset_.apply(change);
         forgeHashes(dataset_.path());
-        if (dataset_.load() != Outcome::same) dataset_.ask(random);
+        dataset_.loadAndAsk(random);
         dataset_.restore();
     }
     print("hashes made anew");

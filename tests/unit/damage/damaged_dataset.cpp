@@ -124,12 +124,15 @@ Outcome DamagedDataset::load() {
     return same ? Outcome::same : Outcome::other;
 }
 
-bool DamagedDataset::ask(Random& random) {
+void DamagedDataset::ask(Random& random) {
     ++tally_.asked;
     const auto question = random.below(asker_.questions());
-    const bool answered = goesWell([&] { asker_.ask(question, random); }, tally_.slowestAnswer);
-    if (answered) ++tally_.answers;
-    return answered;
+    if (goesWell([&] { asker_.ask(question, random); }, tally_.slowestAnswer)) ++tally_.answers;
+}
+
+void DamagedDataset::loadAndAsk(Random& random) {
+    const auto outcome = load();
+    if (outcome == Outcome::other || (outcome == Outcome::error && random.below(8) == 0)) ask(random);
 }
 
 long mostMemory() {

@@ -62,8 +62,11 @@ class DamagedDataset {
 
     /// Loads all that is there now.
     Outcome load();
-    /// Asks one question, any as likely as another. Whether it was answered.
-    bool ask(Random& random);
+    /// Asks one question, any as likely as another.
+    void ask(Random& random);
+    /// Loads it, and asks a question of other content; where that is an error, of one in eight, which may be
+    /// about what is not damaged.
+    void loadAndAsk(Random& random);
 
     const Tally& tally() const { return tally_; }
 

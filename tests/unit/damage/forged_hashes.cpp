@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 #include <string>
+#include <system_error>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
@@ -58,7 +59,8 @@ void forgeHashes(const std::filesystem::path& dataset) {
     const auto path = dataset / storage::manifestName;
     if (readJsonFile(path, manifest).ok()) {
         for (auto& file : *manifest.mutable_files()) {
-            if (!std::filesystem::is_regular_file(dataset / file.name())) continue;
+            std::error_code none;
+            if (!std::filesystem::is_regular_file(dataset / file.name(), none)) continue;
             const auto bytes = bytesOfFile(dataset / file.name());
             file.set_size(bytes.size());
             file.set_xxh3_128(storage::hash128(std::as_bytes(std::span(bytes))));

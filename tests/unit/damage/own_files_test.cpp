@@ -87,7 +87,7 @@ void tryAnew(DamagedDataset& dataset, const Change& change, std::uint64_t number
     Random random(number, 23);
     dataset.apply(change);
     forgeHashes(dataset.path());
-    if (dataset.load() != Outcome::same) dataset.ask(random);
+    dataset.loadAndAsk(random);
     dataset.restore();
 }
 

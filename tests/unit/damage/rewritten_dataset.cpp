@@ -21,6 +21,11 @@ Files filesOf(const DamagedDataset& dataset) {
     return files;
 }
 
+void change(const RewrittenFile& file, const std::string& other, Random& random) {
+    if (random.chance(0.25)) return file.cutOff(random.below(file.original().size()));
+    disturb(file, other, random);
+}
+
 /// Waits for a moment, shorter ones as likely as longer ones, and changes the files until the answer is
 /// there.
 std::uint64_t disturbUntil(const std::atomic<bool>& answered, const Files& files, Random random) {
@@ -32,7 +37,7 @@ std::uint64_t disturbUntil(const std::atomic<bool>& answered, const Files& files
     std::uint64_t writes = 0;
     for (; writes < wanted && !answered; ++writes) {
         const auto& other = files[random.below(files.size())]->original();
-        disturb(*files[random.below(files.size())], other, random);
+        change(*files[random.below(files.size())], other, random);
     }
     return writes;
 }

@@ -31,7 +31,7 @@ void disturb(const RewrittenFile& file, const std::string& other, Random& random
     const auto at = random.below(file.original().size());
     const auto size = 1 + random.below(random.oneOf<std::uint64_t>({8, 4096, 1 << 17}));
     std::string bytes;
-    switch (random.below(5)) {
+    switch (random.below(4)) {
         case 0:
             for (std::uint64_t i = 0; i < size; ++i) bytes.push_back(static_cast<char>(random.next()));
             break;
@@ -41,9 +41,6 @@ void disturb(const RewrittenFile& file, const std::string& other, Random& random
         case 2:
             bytes = other.substr(std::min(at, other.size() - 1), size);
             break;
-        case 3:
-            file.cutOff(at);
-            return;
         default:
             file.restore();
             return;

@@ -32,8 +32,8 @@ class RewrittenFile {
     int file_;
 };
 
-/// Some bytes of the file become what nobody chose: bytes of any values, all the same, those of `other`,
-/// those that were there; or the file ends.
+/// Some bytes of the file become what nobody chose: bytes of any values, all the same, those of `other`, or
+/// those that were there.
 void disturb(const RewrittenFile& file, const std::string& other, Random& random);
 
 }  // namespace mote::test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A step whose files are rewritten and cut off in place while it is drawn, selected from and counted: errors
-// are right, and so are pictures of nobody's points; a death is not, nor is memory that is not the step's.
+// A step whose files are rewritten in place while it is drawn, selected from and counted: errors are right,
+// and so are pictures of nobody's points; a death is not, nor is memory that is not the step's.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
