@@ -25,7 +25,7 @@ import own_server
 
 SMALL = ["particles", "hybrid", "hybridOfFlatPoints", "stippledPlane", "stippledSurface", "mesh", "image"]
 LARGE = ["largeParticles", "largeHybrid", "largePlane", "largeSurface", "largeMesh", "largeImage"]
-PIECE = 2000
+PIECE = 5000
 LONGEST = 5.0  # seconds that a change may take
 HANGS = 60.0  # without a step forward
 WAYS = {"old": "hashes as they were", "anew": "hashes made anew", "rewritten": "rewritten meanwhile"}
