@@ -46,7 +46,7 @@ struct RawOptions {
     std::string page;
     double margin = 0.0, dot = 0.0;  // mm
     double fps = 30.0;
-    int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1, patience = 3600, jobTime = 0;
+    int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1, patience = 3600;
     bool plotter = false, detach = false, listJobs = false;
 };
 
@@ -106,7 +106,8 @@ void declareJobs(const cli::Command& app, RawOptions& raw) {
               "Leave the film with the server as a job and print its id; --video says of what kind");
     jobs.flag("--again", raw.options.again,
               "With --detach: make it although the server makes, or has, the very same film");
-    jobs.option("--job-time", raw.jobTime, "With --detach: end it then; never later than the server would")
+    jobs.option("--job-time", raw.options.jobTime,
+                "With --detach: end it then; never later than the server would")
         .range(1, mostJobTime)
         .valueName("SECONDS");
     jobs.option("--fetch", id, "What the film's job of this id made").valueName("ID");
@@ -285,7 +286,6 @@ FramesOptions toOptions(RawOptions raw, const cli::Command& app) {
     if (!raw.device.empty()) options.device = raw.device;
     options.threads = static_cast<unsigned>(raw.threads);
     options.jobs = static_cast<unsigned>(raw.jobs);
-    options.jobTime = static_cast<std::uint32_t>(raw.jobTime);
     options.patience = std::chrono::seconds(raw.patience);
     options.out = raw.out;
     options.video = raw.video;

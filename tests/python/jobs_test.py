@@ -44,6 +44,7 @@ class Queue:
         told = new("ServerMessage")
         if asked:
             told.reply_to = asked.request
+            told.jobs.total, told.jobs.first = len(self.jobs), asked.list_jobs.first
             told.jobs.jobs.extend(jobs)
         else:
             told.job.CopyFrom(jobs[0])
