@@ -24,6 +24,9 @@ namespace {
 
 using storage::Catalogue;
 
+/// A density that lines are drawn from is as large whatever the dataset is.
+constexpr std::uint64_t mostLoadedBytes = 4 * mostSampleBytes;
+
 /// The datasets of a folder, of which all that is asked for is read at once, by whoever asks.
 class FolderSource final : public server::StepSource {
   public:
@@ -52,7 +55,7 @@ class FolderSource final : public server::StepSource {
         return std::shared_ptr<const storage::ParticleStep>(std::move(opened));
     }
     Result<server::Resident> resident(const server::AnyLoadable& what) override {
-        if (what.expected(what.step) > mostSampleBytes)
+        if (what.expected(what.step) > mostLoadedBytes)
             return Error{ErrorCode::resourceExhausted, "dataset", "takes too much memory"};
         return what.load(what.step, [] { return false; });
     }
