@@ -28,6 +28,17 @@ TEST_F(ConnectionTest, GreetsAuthenticatesAndSaysSo) {
     EXPECT_FALSE(connection_->lostReason());
 }
 
+TEST_F(ConnectionTest, TheHelloDoesNotWaitForTheServersGreeting) {
+    connection_.emplace(server_.connectionFile(), quietSettings());
+    server_.acceptUngreeted();
+    EXPECT_TRUE(server_.read().has_hello());
+    server_.greet();
+    proto::ServerMessage welcome;
+    welcome.mutable_welcome();
+    server_.send(welcome);
+    EXPECT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::connected; }));
+}
+
 TEST_F(ConnectionTest, ARefusedTokenIsTheReason) {
     connection_.emplace(server_.connectionFile(), quietSettings());
     server_.accept();
