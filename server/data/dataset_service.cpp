@@ -110,7 +110,7 @@ void DatasetService::run() {
             work();
         } catch (const std::exception& failure) {
             // A look at the disk that memory did not suffice for: the next one sees what it did not.
-            log::error("the datasets could not be looked at: {}", toLogText(failure.what()));
+            log::failure("the datasets could not be looked at", failure);
         }
         lock.lock();
     }

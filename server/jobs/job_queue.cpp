@@ -220,6 +220,10 @@ Status JobQueue::checkRoom(const std::string& client) const {
 }
 
 Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, const JobWish& wish) {
+    return answerInOrder<Result<proto::JobStatus>>([&] { return submitNow(request, wish); });
+}
+
+Result<proto::JobStatus> JobQueue::submitNow(const proto::JobRequest& request, const JobWish& wish) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
     const auto valid = parseJobRequest(request);
     const auto* uploads = uploads_.empty() ? "" : Uploads::root;
@@ -261,6 +265,10 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
 }
 
 Status JobQueue::cancel(std::string_view id) {
+    return answerInOrder<Status>([&] { return cancelNow(id); });
+}
+
+Status JobQueue::cancelNow(std::string_view id) {
     auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const bool waits = record->status.state() == State::QUEUED || hasFiles(*record);

@@ -25,6 +25,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/scene/complain.h"
 #include "protocol/scene/system_error.h"
 #include "server/jobs/job_environment.h"
 #include "server/jobs/supervise/child_end.h"
@@ -117,6 +118,16 @@ std::vector<std::string> programEnvironment() {
     _exit(error.passing ? EX_TEMPFAIL : kCannotStart);
 }
 
+/// Where memory is short the child ends: what it would unwind is the supervisor's.
+[[noreturn]] void becomeOrEnd(Order& order, int progress, pid_t supervisor, const sigset_t& signals) {
+    try {
+        become(order, progress, supervisor, signals);
+    } catch (const std::exception& failure) {
+        complainAtEnd("mote-supervise", failure);
+        _exit(EX_TEMPFAIL);
+    }
+}
+
 /// Where the output is to lie; empty: it cannot be known.
 std::string readOutput(const std::string& directory) {
     std::ifstream file(directory + "/output", std::ios::binary);
@@ -186,7 +197,7 @@ int run(Order order) {
     const FileDescriptor progress(open(name.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
     const pid_t supervisor = getpid();
     const pid_t child = progress.valid() ? fork() : -1;
-    if (child == 0) become(order, progress.get(), supervisor, signals);
+    if (child == 0) becomeOrEnd(order, progress.get(), supervisor, signals);
     if (child < 0) {
         fmt::print(stderr, "the job cannot be started: {}\n", systemMessage(errno));
         return writeResult(order.directory, resultOf({EX_TEMPFAIL << 8, false}, 0));
@@ -198,15 +209,23 @@ int run(Order order) {
     return writeResult(order.directory, resultOf(end, order.timeLimit));
 }
 
+int superviseProgram(int argc, char** argv) {
+    auto order = parseOrder(argc, argv);
+    if (order) return run(*std::move(order));
+    const bool asked = argc == 2 && std::string_view(argv[1]) == "--help";
+    std::fputs(orderHelp, asked ? stdout : stderr);
+    return asked ? 0 : 2;
+}
+
 }  // namespace
 }  // namespace mote::server
 
 int main(int argc, char** argv) {
-    auto order = mote::server::parseOrder(argc, argv);
-    if (!order) {
-        const bool asked = argc == 2 && std::string_view(argv[1]) == "--help";
-        std::fputs(mote::server::orderHelp, asked ? stdout : stderr);
-        return asked ? 0 : 2;
+    try {
+        return mote::server::superviseProgram(argc, argv);
+    } catch (const std::exception& failure) {
+        // Without a result the job was interrupted: it is queued again.
+        mote::complainAtEnd("mote-supervise", failure);
+        return EX_TEMPFAIL;
     }
-    return mote::server::run(*std::move(order));
 }

@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""mote-server without memory: the k-th allocation of the process that serves fails, and some after it, in a session.
+
+    failing_server_allocations.py [--build build/release] [--most 200] [--many 1 4 64]
+
+The session lists, draws a picture, submits a job and lists jobs; of `--many` each says how many allocations fail in a
+row. Each wish is answered by an error or rightly, and the next session has all that it asks for. Where a library ends
+the process, the supervisor starts it again. Then all is started anew: a job that was told is there, and none ran beside
+itself or more often than it was interrupted and once. Prints how many faults there were, how often the server died and
+of whom, and how many broke the promise; exits 1 where any did.
+"""
+import argparse
+import collections
+import pathlib
+import sys
+import tempfile
+import time
+
+import failing
+import kill_server_everywhere
+import own_server
+from kill_server_everywhere import Place
+
+mote = own_server.mote
+
+PATIENCE_S = 60.0
+
+
+def picture(session):
+    view = mote.View(session["data/beam"], size=(64, 48))
+    return view.render().array.tobytes()
+
+
+def wish(function, wrongs, expected=None):
+    """What it returns; None where it is answered by an error. No answer is wrong, and so is another one."""
+    begun = time.monotonic()
+    try:
+        got = function()
+    except mote.Error as error:
+        if time.monotonic() - begun > PATIENCE_S or "\n" in str(error):
+            wrongs.append(f"answered late, or not in a sentence: {error}")
+        return None
+    if expected is not None and got != expected:
+        wrongs.append("answered by something else than is right")
+    return got
+
+
+class Run:
+    """A server that is hurt again and again, and what it told."""
+
+    def __init__(self, place, preloaded):
+        self.place, self.here, self.told = place, place.fresh(), {}
+        (place.folder / "source" / "beam.mote").rename(self.here / "data" / "beam.mote")
+        self.order = failing.Order(place.folder / "order")
+        self.environment = self.order.environment(preloaded, "mote-server")
+        self.sessions = self.deaths = 0
+        self.right = None
+
+    def start(self):
+        self.order["first"] = 0
+        self.server = own_server.OwnServer(self.place.bin / "mote-server", self.here, env=self.environment)
+        self.order["process"] = self.server.serving
+        with self.server.session() as session:
+            self.right = picture(session)
+
+    def session(self, wrongs):
+        """All wishes of one session; a job that was told is kept in mind."""
+        self.sessions += 1
+        try:
+            session = self.server.session()
+        except mote.Error:
+            return
+        try:
+            wish(lambda: session.datasets, wrongs)
+            wish(lambda: picture(session), wrongs, self.right)
+            job = wish(lambda: session.prepare("data/run.h5", axes=["x", "px", "y"], output=f"data/{self.sessions}.mote"),
+                       wrongs)
+            wish(lambda: session.jobs, wrongs)
+            if job is not None and self.sessions % 8 == 0:  # the end of each takes its time
+                ended = wish(lambda: session.connection.wait_for(lambda: job.finished, PATIENCE_S), wrongs)
+                if ended is False and not self.server.is_hurt():
+                    wrongs.append(f"job {job.id} does not end: it is {job.state}, {job.phase} {job.waits_for}")
+        finally:
+            self.told.update(session.connection.jobs)
+            session.close()
+
+    def hurt(self, first, many):
+        """(faults, what is wrong, which library ended the server)."""
+        order, wrongs, ended = self.order, [], None
+        if self.server.is_hurt():  # after the end of the fault before
+            self.follow_restart(wrongs)
+        order.forget()
+        order["many"], order["first"] = many, first
+        self.session(wrongs)
+        order["first"] = 0
+        failed = order["failed"]
+        if self.server.is_hurt():
+            self.deaths += 1
+            ended = order.ended_by()
+            if ended is None:
+                wrongs.append(f"the server died, at {order.text()}")
+            self.follow_restart(wrongs)
+        try:
+            with self.server.session() as session:
+                if picture(session) != self.right:
+                    wrongs.append("the next session sees another picture")
+                if not session.datasets:
+                    wrongs.append("the next session sees no datasets")
+        except mote.Error as error:
+            wrongs.append(f"the next session: {error}")
+        return failed, wrongs, ended
+
+    def follow_restart(self, wrongs):
+        """The supervisor has started another, whose process is to be hurt from now on; or it ended too."""
+        if self.server.process.poll() is not None:
+            wrongs.append(f"the supervisor ended too: {self.server.process.returncode}")
+            self.start()
+        self.server.serving = self.server._serving()
+        self.order["process"] = self.server.serving
+
+    def judge(self):
+        """Of the jobs, after all faults: the server is killed and started again without the library."""
+        self.server.kill()
+        del self.order
+        return kill_server_everywhere.judge(self.place, self.here, self.told, kill_server_everywhere.Verdict(),
+                                            places_fault=False)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    own_server.add_build(parser)
+    parser.add_argument("--most", default=200, type=int, help="so many k of each number of failures in a row")
+    parser.add_argument("--many", nargs="+", type=int, default=[1, 4, 64])
+    options = parser.parse_args()
+    preloaded = failing.library(options.build)
+    if preloaded is None:
+        print("skipped: the tests were not built, or with a sanitizer, which has its own malloc")
+        return 77
+    faults = broken = 0
+    ends = collections.Counter()
+    with tempfile.TemporaryDirectory(prefix="mote-memory-") as name:
+        run = Run(Place(pathlib.Path(name).resolve(), options.build), preloaded)
+        run.start()
+        run.hurt(0, 0)  # what is done at first only
+        run.hurt(0, 0)
+        count = run.order["count"]
+        for many in options.many:
+            for k in failing.places(count, options.most):
+                failed, wrongs, ended = run.hurt(k, many)
+                faults += failed > 0
+                broken += bool(wrongs)
+                if ended:
+                    ends[ended] += 1
+                for wrong in wrongs:
+                    print(f"{many} from {k} of {count}: {wrong}", flush=True)
+            print(f"{many} in a row: so far {faults} faults, {run.deaths} deaths, {broken} broke", flush=True)
+        for wrong in run.judge():
+            broken += 1
+            print(wrong, flush=True)
+        jobs = len(run.told)
+    print(f"{faults} faults at {count} allocations of a session, {run.deaths} deaths of libraries ({dict(ends)}), {jobs} jobs "
+          f"told: {broken} broke the promise")
+    return 1 if broken or not faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
