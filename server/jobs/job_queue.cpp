@@ -62,6 +62,16 @@ void forgetBulk(proto::JobRequest& request) {
     if (request.export_().select().ByteSizeLong() > bulk) request.mutable_export_()->clear_select();
 }
 
+/// Somebody waits for the answer.
+Result<FilmPiece> readOrSayWhy(const std::filesystem::path& directory, const proto::JobRequest& job,
+                               const proto::FetchFilm& request) {
+    try {
+        return readFilm(directory, job, request);
+    } catch (const std::exception& failure) {
+        return Error{ErrorCode::resourceExhausted, "id", failure.what()};
+    }
+}
+
 /// Of a film or an export that cannot be fetched.
 std::string whyNot(const proto::JobStatus& status) {
     switch (status.state()) {
@@ -334,7 +344,7 @@ void JobQueue::fetchFilm(const proto::FetchFilm& request, FilmListener done) {
     if (!record.ok()) return asio::post(context_, [answer, error = record.error()] { answer(error); });
     asio::post(
         disk_, [this, answer, request, directory = directoryOf(*record), job = record->status.request()] {
-            auto piece = readFilm(directory, job, request);
+            auto piece = readOrSayWhy(directory, job, request);
             asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
         });
 }
@@ -366,7 +376,7 @@ std::function<void(const std::filesystem::path&)> JobQueue::remover() {
 }
 
 void JobQueue::removeSoon(const std::filesystem::path& folder) {
-    asio::post(disk_, [folder] {
+    onDisk([folder] {
         std::error_code code;
         std::filesystem::remove_all(folder, code);
     });

@@ -209,6 +209,8 @@ class JobQueue {
     Result<JobRecord> finishedMaker(std::string_view id) const;
     void discard(const JobRecord& record, const std::filesystem::path& folder);
     void removeSoon(const std::filesystem::path& folder);
+    /// Does it on a thread that may take long.
+    void onDisk(std::function<void()> work);
     void discardDraft(const std::filesystem::path& output, const std::string& job);
     static std::int64_t nowMs();
 

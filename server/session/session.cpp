@@ -229,7 +229,7 @@ void Session::catalogueChanged() {
 
 void Session::jobChanged(const proto::JobStatus& job) {
     if (!watchesJobs_) return;
-    outbox_.jobChanged(job.id());
+    orClose([&] { outbox_.jobChanged(job.id()); });
     writerWake_.notify();
 }
 

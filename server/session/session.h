@@ -157,6 +157,16 @@ class Session : public std::enable_shared_from_this<Session> {
     void fillFrame(Outbox::Item& item);
     void reply(std::uint64_t to, Reply reply);
     void close();
+    /// Memory that is short ends this connection, not the server; the client comes back and asks again for
+    /// what it would wait for in vain.
+    template <class Work>
+    void orClose(Work work) {
+        try {
+            work();
+        } catch (const std::exception&) {
+            close();
+        }
+    }
 
     const SessionId id_;
     SessionContext& context_;
