@@ -8,7 +8,7 @@ import struct
 _FIELDS = ("process", "least", "first", "many", "count", "failed")  # of 8 bytes each, as the library has them
 _SIZE = 8 * len(_FIELDS)
 # They ask for whoever calls them.
-_CARRIERS = ("failing_allocation", "libc.so", "libstdc++.so")
+_CARRIERS = ("failing_allocation", "libc.so", "libgcc_s.so", "libstdc++.so")
 
 
 def library(build):

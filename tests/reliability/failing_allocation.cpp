@@ -108,34 +108,34 @@ int __libc_start_main(Main main, int argc, char** argv, void (*begin)(), void (*
 }
 
 /// As std::terminate() ends a process: it is still in the function that let an exception out.
-void abort() {
+[[noreturn]] void abort() noexcept {
     const auto* const told = order.load();
     if (told != nullptr && told->failed != 0) writeTrace(abortFile.data());
     reinterpret_cast<void (*)()>(::dlsym(RTLD_NEXT, "abort"))();
     ::_exit(127);
 }
 
-void* malloc(size_t size) {
+void* malloc(size_t size) noexcept {
     return fails(size) ? nullptr : __libc_malloc(size);
 }
 
-void* calloc(size_t count, size_t size) {
+void* calloc(size_t count, size_t size) noexcept {
     return fails(count * size) ? nullptr : __libc_calloc(count, size);
 }
 
-void* realloc(void* old, size_t size) {
+void* realloc(void* old, size_t size) noexcept {
     return size != 0 && fails(size) ? nullptr : __libc_realloc(old, size);
 }
 
-void* memalign(size_t alignment, size_t size) {
+void* memalign(size_t alignment, size_t size) noexcept {
     return fails(size) ? nullptr : __libc_memalign(alignment, size);
 }
 
-void* aligned_alloc(size_t alignment, size_t size) {
+void* aligned_alloc(size_t alignment, size_t size) noexcept {
     return memalign(alignment, size);
 }
 
-int posix_memalign(void** result, size_t alignment, size_t size) {
+int posix_memalign(void** result, size_t alignment, size_t size) noexcept {
     if (alignment % sizeof(void*) != 0 || (alignment & (alignment - 1)) != 0 || alignment == 0) return EINVAL;
     const int before = errno;
     void* const got = memalign(alignment, size);

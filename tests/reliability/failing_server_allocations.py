@@ -104,47 +104,43 @@ class Run:
         session.close()
 
     def hurt(self, first, many):
-        """(faults, what is wrong, which library ended the server)."""
+        """(faults, what is wrong, who ended the server)."""
         order, wrongs, ended = self.order, [], None
-        if self.server.is_hurt():  # after the end of the fault before
-            self.follow_restart(wrongs)
         order.forget()
         order["many"], order["first"] = many, first
         self.session(wrongs)
         order["first"] = 0
         failed = order["failed"]
+        session = self.next_session()
         if self.server.is_hurt():
             self.deaths += 1
-            ended = order.ended_by() or f"mote-server, at {order.text()}"
-            if many == 1 and ended.startswith("mote-server"):
-                wrongs.append(f"the server died of one allocation: {ended}")
-            self.follow_restart(wrongs)
-        wish = Wishes(wrongs)
-        session = wish("the next session", self.server.session)
+            ended = order.ended_by() or "mote-server"
+            if many == 1 and ended == "mote-server":
+                wrongs.append(f"the server died of one allocation, at {order.text()}")
         if session is None:
-            wrongs.append("there is no next session")
+            wrongs.append(f"there is no next session; the supervisor: {self.server.process.poll()}")
+            self.server.kill()
+            self.start()
             return failed, wrongs, ended
+        self.server.follow()
+        order["process"] = self.server.serving
+        wish = Wishes(wrongs)
         if wish("the next view", lambda: picture(session)) != self.right:
             wrongs.append("the next session sees another picture, or none")
-        if not session.datasets:
+        if not wish("the next list", lambda: session.datasets):
             wrongs.append("the next session sees no datasets")
         session.close()
         return failed, wrongs, ended
 
-    def follow_restart(self, wrongs):
-        """The supervisor starts another, whose process is to be hurt from now on; or it ended too."""
+    def next_session(self):
+        """The supervisor may be about to start another server; None where there is none in time."""
         end = time.monotonic() + RESTART_S
         while self.server.process.poll() is None and time.monotonic() < end:
             try:
-                self.server.session().close()
-                break
+                return self.server.session()
             except mote.Error:
                 time.sleep(0.05)
-        if self.server.process.poll() is not None:
-            wrongs.append(f"the supervisor ended too: {self.server.process.returncode}")
-            self.start()
-        self.server.follow()
-        self.order["process"] = self.server.serving
+        return None
 
     def judge(self):
         """Of the jobs, after all faults: the server is killed and started again without the library."""
