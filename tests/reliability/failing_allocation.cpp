@@ -108,7 +108,7 @@ int __libc_start_main(Main main, int argc, char** argv, void (*begin)(), void (*
 }
 
 /// As std::terminate() ends a process: it is still in the function that let an exception out.
-[[noreturn]] void abort() noexcept {
+void abort() noexcept {
     const auto* const told = order.load();
     if (told != nullptr && told->failed != 0) writeTrace(abortFile.data());
     reinterpret_cast<void (*)()>(::dlsym(RTLD_NEXT, "abort"))();

@@ -6,10 +6,10 @@
 
 The session lists, draws a picture, submits a job and lists jobs; of `--many` each says how many allocations fail in a
 row. Each wish is answered by an error or rightly, and the next session has all that it asks for. One failure ends no
-server but where a library ends the process itself; after several the supervisor may start it again. At last all is
-started anew: a job that was told is there, and none ran beside itself or more often than it was interrupted and once.
-Prints how many faults there were, how often the server died and of whom, and how many broke the promise; exits 1 where
-any did.
+server but where a library ends the process itself; after several the supervisor may start it again. The supervisor of a
+job is hurt likewise, in the job's first run: the job is run again. At last all is started anew: a job that was told is
+there, and none ran beside itself or more often than it was interrupted and once. Prints how many faults there were, how
+often the server died and of whom, and how many broke the promise; exits 1 where any did.
 """
 import argparse
 import collections
@@ -73,6 +73,7 @@ class Run:
         (place.folder / "source" / "beam.mote").rename(self.here / "data" / "beam.mote")
         self.order = failing.Order(place.folder / "order")
         self.environment = self.order.environment(preloaded, "mote-server")
+        self.preloaded = preloaded
         self.sessions = self.deaths = 0
         self.right = None
 
@@ -142,12 +143,45 @@ class Run:
                 time.sleep(0.05)
         return None
 
+    def hurt_supervisor(self, first, many):
+        """Of a job, in its first run: (allocations, faults, what is wrong)."""
+        order, wrongs = failing.Order(self.place.folder / "job-order", first=first, many=many), []
+        self.place.hurt_jobs(f"env LD_PRELOAD={self.preloaded} MOTE_FAIL_PROGRAM=mote-supervise "
+                             f"MOTE_FAIL_ORDER={order.file}")
+        self.sessions += 1
+        with self.server.session() as session:
+            job = kill_server_everywhere.submit(session, self.sessions)
+            kill_server_everywhere.follow(self.server, job)
+            self.told.update(session.connection.jobs)
+            if job.state != "succeeded":
+                wrongs.append(f"its job is {job.state}: {job.error or job.waits_for}")
+        if self.server.is_hurt():
+            wrongs.append("the server died of a job's supervisor")
+        self.place.hurt_jobs("")
+        return order["count"], order["failed"], wrongs
+
     def judge(self):
         """Of the jobs, after all faults: the server is killed and started again without the library."""
         self.server.kill()
         del self.order
         return kill_server_everywhere.judge(self.place, self.here, self.told, kill_server_everywhere.Verdict(),
                                             places_fault=False)
+
+
+class Tally:
+    """Of all faults."""
+
+    def __init__(self):
+        self.faults = self.broken = 0
+        self.ends = collections.Counter()  # of the server, by who ended it
+
+    def add(self, name, failed, wrongs, ended=None):
+        self.faults += failed > 0
+        self.broken += bool(wrongs)
+        if ended:
+            self.ends[ended] += 1
+        for wrong in wrongs:
+            print(f"{name}: {wrong}", flush=True)
 
 
 def main():
@@ -160,8 +194,7 @@ def main():
     if preloaded is None:
         print("skipped: the tests were not built, or with a sanitizer, which has its own malloc")
         return 77
-    faults = broken = 0
-    ends = collections.Counter()
+    tally = Tally()
     with tempfile.TemporaryDirectory(prefix="mote-memory-") as name:
         run = Run(Place(pathlib.Path(name).resolve(), options.build), preloaded)
         run.start()
@@ -171,20 +204,20 @@ def main():
         for many in options.many:
             for k in failing.places(count, options.most):
                 failed, wrongs, ended = run.hurt(k, many)
-                faults += failed > 0
-                broken += bool(wrongs)
-                if ended:
-                    ends[ended] += 1
-                for wrong in wrongs:
-                    print(f"{many} from {k} of {count}: {wrong}", flush=True)
-            print(f"{many} in a row: so far {faults} faults, {run.deaths} deaths, {broken} broke", flush=True)
-        for wrong in run.judge():
-            broken += 1
-            print(wrong, flush=True)
-        jobs = len(run.told)
-    print(f"{faults} faults at {count} allocations of a session, {run.deaths} deaths ({dict(ends)}), {jobs} jobs "
-          f"told: {broken} broke the promise")
-    return 1 if broken or not faults else 0
+                tally.add(f"{many} from {k} of {count}", failed, wrongs, ended)
+            print(f"{many} in a row: so far {tally.faults} faults, {run.deaths} deaths, {tally.broken} broke",
+                  flush=True)
+        of_supervisor, _, _ = run.hurt_supervisor(0, 0)
+        for many in (1, 1 << 40):
+            for k in failing.places(of_supervisor, max(options.most // 4, 1)):
+                _, failed, wrongs = run.hurt_supervisor(k, many)
+                which = "one" if many == 1 else "all"
+                tally.add(f"a job's supervisor, {which} from {k} of {of_supervisor}", failed, wrongs)
+        tally.add("at last", 0, run.judge())
+    print(f"{tally.faults} faults at {count} allocations of a session and {of_supervisor} of a job's supervisor, "
+          f"{run.deaths} deaths of the server ({dict(tally.ends)}), {len(run.told)} jobs told: {tally.broken} broke the "
+          f"promise")
+    return 1 if tally.broken or not tally.faults else 0
 
 
 if __name__ == "__main__":

@@ -63,23 +63,28 @@ void addSystem(Rights& rights, const std::string& program, const std::string& di
     rights.writable.emplace_back("/dev/shm");
 }
 
-/// False, and one line in the job's log, where the kernel cannot and nobody allowed that.
-bool giveUpRights(const Order& order) {
+/// 0; or an exit code, and one line in the job's log, where the kernel cannot and nobody allowed that, or
+/// memory is short, which is no reason to run a job unconfined.
+int giveUpRights(const Order& order) {
     for (const auto limit : {limitResources, limitFiles, limitCalls}) {
         const auto status = limit(order.rights);
         if (status.ok()) continue;
         const auto why = status.error().toString();
+        if (status.error().passing) {
+            fmt::print(stderr, "{}\n", why);
+            return EX_TEMPFAIL;
+        }
         if (!order.unconfined) {
             fmt::print(stderr,
                        "jobs cannot be confined on this machine ({}): none is run, unless mote-server is "
                        "started with --allow-unconfined-jobs\n",
                        why);
-            return false;
+            return kCannotStart;
         }
         fmt::print(stderr, "mote-supervise: note: this job is not confined ({})\n", why);
     }
     std::fflush(stderr);
-    return true;
+    return 0;
 }
 
 std::vector<std::string> programEnvironment() {
@@ -106,9 +111,9 @@ std::vector<std::string> programEnvironment() {
     signal(SIGXFSZ, SIG_DFL);
     auto variables = programEnvironment();
     addSystem(order.rights, order.program[0], order.directory);
-    if (!giveUpRights(order)) {
+    if (const int code = giveUpRights(order)) {
         std::fflush(stderr);
-        _exit(kCannotStart);
+        _exit(code);
     }
     sigprocmask(SIG_UNBLOCK, &signals, nullptr);
     execve(order.program[0], order.program.data(), pointersTo(variables).data());
