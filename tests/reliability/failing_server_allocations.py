@@ -143,8 +143,14 @@ class Run:
                 time.sleep(0.05)
         return None
 
+    def settle(self):
+        """Waits for the jobs of all sessions before: their supervisors are not to be hurt, nor counted."""
+        with self.server.session() as session:
+            for job in session.jobs:
+                kill_server_everywhere.follow(self.server, job)
+
     def hurt_supervisor(self, first, many):
-        """Of a job, in its first run: (allocations, faults, what is wrong)."""
+        """Of a job, in its first run: (allocations, faults, what is wrong, who ended its program)."""
         order, wrongs = failing.Order(self.place.folder / "job-order", first=first, many=many), []
         self.place.hurt_jobs(f"env LD_PRELOAD={self.preloaded} MOTE_FAIL_PROGRAM=mote-supervise "
                              f"MOTE_FAIL_ORDER={order.file}")
@@ -152,13 +158,18 @@ class Run:
         with self.server.session() as session:
             job = kill_server_everywhere.submit(session, self.sessions)
             kill_server_everywhere.follow(self.server, job)
-            self.told.update(session.connection.jobs)
-            if job.state != "succeeded":
+            ended = None
+            if job.state != "succeeded" and order["failed"] and not order.text():
+                ended = "libseccomp"  # no trace can be written any more: it makes the filter, and dies or turns round
+                job.cancel()
+                kill_server_everywhere.follow(self.server, job)
+            elif job.state != "succeeded":
                 wrongs.append(f"its job is {job.state}: {job.error or job.waits_for}")
+            self.told.update(session.connection.jobs)
         if self.server.is_hurt():
             wrongs.append("the server died of a job's supervisor")
         self.place.hurt_jobs("")
-        return order["count"], order["failed"], wrongs
+        return order["count"], order["failed"], wrongs, ended
 
     def judge(self):
         """Of the jobs, after all faults: the server is killed and started again without the library."""
@@ -173,7 +184,7 @@ class Tally:
 
     def __init__(self):
         self.faults = self.broken = 0
-        self.ends = collections.Counter()  # of the server, by who ended it
+        self.ends = collections.Counter()  # of the server and of jobs' programs, by who ended them
 
     def add(self, name, failed, wrongs, ended=None):
         self.faults += failed > 0
@@ -207,16 +218,17 @@ def main():
                 tally.add(f"{many} from {k} of {count}", failed, wrongs, ended)
             print(f"{many} in a row: so far {tally.faults} faults, {run.deaths} deaths, {tally.broken} broke",
                   flush=True)
-        of_supervisor, _, _ = run.hurt_supervisor(0, 0)
+        run.settle()
+        of_supervisor, _, _, _ = run.hurt_supervisor(0, 0)
         for many in (1, 1 << 40):
             for k in failing.places(of_supervisor, max(options.most // 4, 1)):
-                _, failed, wrongs = run.hurt_supervisor(k, many)
+                _, failed, wrongs, ended = run.hurt_supervisor(k, many)
                 which = "one" if many == 1 else "all"
-                tally.add(f"a job's supervisor, {which} from {k} of {of_supervisor}", failed, wrongs)
+                tally.add(f"a job's supervisor, {which} from {k} of {of_supervisor}", failed, wrongs, ended)
         tally.add("at last", 0, run.judge())
     print(f"{tally.faults} faults at {count} allocations of a session and {of_supervisor} of a job's supervisor, "
-          f"{run.deaths} deaths of the server ({dict(tally.ends)}), {len(run.told)} jobs told: {tally.broken} broke the "
-          f"promise")
+          f"{run.deaths} deaths of the server (ended: {dict(tally.ends)}), {len(run.told)} jobs told: {tally.broken} "
+          f"broke the promise")
     return 1 if tally.broken or not tally.faults else 0
 
 
