@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
     try {
         return mote::client::run(argc, argv);
     } catch (const std::exception& error) {
-        mote::complain("mote-frames", error.what());
+        mote::complainAtEnd("mote-frames", error);
         return 1;
     }
 }

@@ -106,13 +106,21 @@ void DatasetService::run() {
         const auto work = std::move(work_.front());
         work_.pop_front();
         lock.unlock();
-        try {
-            work();
-        } catch (const std::exception& failure) {
-            // A look at the disk that memory did not suffice for: the next one sees what it did not.
-            log::error("the datasets could not be looked at: {}", toLogText(failure.what()));
-        }
+        perform(work);
         lock.lock();
+    }
+}
+
+/// Somebody waits for its end: where memory was too short for that, it is tried again.
+void DatasetService::perform(const std::function<void()>& work) {
+    using namespace std::chrono_literals;
+    for (auto pause = 10ms; pause < 320ms; pause *= 2) {
+        try {
+            return work();
+        } catch (const std::exception& failure) {
+            log::failure("the datasets could not be looked at", failure);
+        }
+        std::this_thread::sleep_for(pause);
     }
 }
 
@@ -157,16 +165,18 @@ void DatasetService::report() {
 void DatasetService::rescan() {
     {
         const std::lock_guard lock(mutex_);
-        if (std::exchange(rescanWaits_, true)) return;
+        if (rescanWaits_) return;
+        work_.emplace_back([this] {
+            {
+                const std::lock_guard begun(mutex_);
+                rescanWaits_ = false;
+            }
+            look();
+            report();
+        });
+        rescanWaits_ = true;
     }
-    enqueue([this] {
-        {
-            const std::lock_guard lock(mutex_);
-            rescanWaits_ = false;
-        }
-        look();
-        report();
-    });
+    wake_.notify_one();
 }
 
 void DatasetService::rescan(std::function<void()> done) {

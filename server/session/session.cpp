@@ -229,7 +229,7 @@ void Session::catalogueChanged() {
 
 void Session::jobChanged(const proto::JobStatus& job) {
     if (!watchesJobs_) return;
-    outbox_.jobChanged(job.id());
+    orClose([&] { outbox_.jobChanged(job.id()); });
     writerWake_.notify();
 }
 
@@ -255,8 +255,7 @@ void Session::leave(const Error& reason) {
 
 void Session::close() {
     if (std::exchange(closed_, true)) return;
-    // Who was told why it ends has its line in the log.
-    if (!std::exchange(leaving_, true)) log::info(log::session(id_), "left");
+    const bool told = std::exchange(leaving_, true);
     context_.render->close(id_);
     stream_.close();
     deadline_.cancel();
@@ -268,6 +267,9 @@ void Session::close() {
     answersWake_.notify();
     queries_.close();
     context_.closed(id_);
+    // Who was told why it ends has its line in the log. Last: where memory is too short for it, all else is
+    // done.
+    if (!told) log::info(log::session(id_), "left");
 }
 
 asio::awaitable<void> Session::work() {

@@ -92,6 +92,8 @@ class Session : public std::enable_shared_from_this<Session> {
     void start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
+    /// Whether nothing comes of it any more; nobody need keep it.
+    bool closed() const { return closed_; }
     /// The datasets are not the same as before.
     void catalogueChanged();
     void jobChanged(const proto::JobStatus& job);
@@ -155,6 +157,16 @@ class Session : public std::enable_shared_from_this<Session> {
     void fillFrame(Outbox::Item& item);
     void reply(std::uint64_t to, Reply reply);
     void close();
+    /// Memory that is short ends this connection, not the server; the client comes back and asks again for
+    /// what it would wait for in vain.
+    template <class Work>
+    void orClose(Work work) {
+        try {
+            work();
+        } catch (const std::exception&) {
+            close();
+        }
+    }
 
     const SessionId id_;
     SessionContext& context_;

@@ -77,6 +77,10 @@ class OwnServer(RealServer):
         """Whether the process that served at first is gone."""
         return self._serving() != self.serving or self.process.poll() is not None
 
+    def follow(self):
+        """What is there now counts as what served at first."""
+        self.serving = self._serving()
+
     def kill(self):
         """At once, the supervisor first, or it would start another. Jobs live on."""
         own = self._own()
