@@ -25,7 +25,7 @@ void forInTurns(Index begin, Index end, const Body& body) {
     if (!loop.inTurns() || !(begin < end)) return tbb::parallel_for(begin, end, body);
     std::vector<std::uint8_t> done(static_cast<std::size_t>(end - begin));
     std::atomic<std::size_t> left = done.size();
-    for (;;) {
+    while (left > 0) {
         const std::size_t before = left;
         tbb::parallel_for(begin, end, [&](Index i) {
             auto& one = done[static_cast<std::size_t>(i - begin)];
@@ -35,7 +35,6 @@ void forInTurns(Index begin, Index end, const Body& body) {
             one = 1;
             --left;
         });
-        if (left == 0) return;
         loop.giveWay();
     }
 }

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <set>
+#include <stdexcept>
 #include <thread>
 
 #include "server/data/load_mesh.h"
@@ -126,6 +127,79 @@ TEST_F(StippleWaiting, SoDoesWhatStipplesADrawing) {
     EXPECT_TRUE(first->waits);
     source_.awaitRest();
     EXPECT_TRUE(make(layers, Stage::exact)->picture);
+}
+
+/// Pictures of the cpu device that are planned in turns, each as short as can be.
+class PlannedInTurns : public StippleWaiting {
+  protected:
+    PlannedInTurns() {
+        source_.open();
+        others_.request_stop();
+    }
+    static std::shared_ptr<const ViewTask> taskOf(const std::string& layers) {
+        auto task = std::make_shared<ViewTask>();
+        task->view = test::viewOf("{'width': 60, 'height': 40, 'layers': [" + layers + "]}");
+        return task;
+    }
+    /// As long as it waits for data.
+    Making turn(const std::shared_ptr<const ViewTask>& task, PictureHistory& history,
+                const std::stop_token& pause) {
+        for (;;) {
+            auto made = inTurns_.make(
+                {.session = 1, .task = task, .stage = Stage::exact, .stop = {}, .pause = pause}, history);
+            if (!made.ok()) throw std::runtime_error(made.error().toString());
+            if (!made->waits) return *std::move(made);
+            source_.awaitRest();
+        }
+    }
+    render::Picture drawnAtOnce(const std::string& layers) {
+        return turn(taskOf(layers), another_, {}).picture->picture;
+    }
+
+    std::stop_source others_;
+    PictureMaker inTurns_{[] { return render::createDevice(render::DeviceKind::cpu, 2); }, source_,
+                          render::DeviceCosts{}, render::WorkInTurns::Duration(0)};
+    PictureHistory another_{QualityController(30.0)};
+};
+
+const std::string mesh = "{'dataset': 'solid', 'mesh': {}}";
+const std::string inked = "{'dataset': 'solid', 'ink': {'hatch': {'strength': 1}}}";
+const std::string stippled = mesh + ", {'dataset': 'plane', 'stipple': {'source': 'layers'}}";
+
+TEST_F(PlannedInTurns, SurfacesInkAndDotsThatGaveWayAreTheSameBytes) {
+    const auto between = drawnAtOnce(ball);
+    for (const auto& layers : {ball, photograph, mesh, inked, stippled, mesh + ", " + inked}) {
+        const auto expected = drawnAtOnce(layers);
+        const auto task = taskOf(layers);
+        int turns = 0;
+        Making made;
+        while (!made.picture) {
+            made = turn(task, history_, others_.get_token());
+            // Others' pictures, of the same data too, leave no trace in it.
+            if (turns++ % 16 == 0) {
+                ASSERT_EQ(drawnAtOnce(turns % 32 == 1 ? ball : layers).pixels,
+                          (turns % 32 == 1 ? between : expected).pixels);
+            }
+        }
+        EXPECT_EQ(made.picture->picture.pixels, expected.pixels) << layers;
+        EXPECT_GT(turns, 3) << layers;
+    }
+}
+
+TEST_F(PlannedInTurns, APlanThatNobodyWantsAnyMoreIsGivenUp) {
+    const auto counted = source_.counted();
+    const auto expected = drawnAtOnce(mesh);
+    const auto before = source_.counted();
+    EXPECT_FALSE(turn(taskOf(inked), history_, others_.get_token()).picture);
+    ASSERT_NE(history_.draft, nullptr);
+    EXPECT_GT(source_.counted(), before) << "what it may need is counted while it waits";
+    EXPECT_EQ(turn(taskOf(mesh), history_, {}).picture->picture.pixels, expected.pixels);
+    EXPECT_EQ(history_.draft, nullptr);
+    EXPECT_EQ(source_.counted(), before);
+    // And one that is there when all goes.
+    EXPECT_FALSE(turn(taskOf(inked), history_, others_.get_token()).picture);
+    history_.draft.reset();
+    EXPECT_GE(before, counted);
 }
 
 TEST_F(StippleWaiting, WrongDatasetsAreSaidAtOnce) {
