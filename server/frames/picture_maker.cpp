@@ -131,8 +131,9 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         Making made;
         auto planning = planningOf(job, history);
         if (planning && !planning->planning->advance(job.pause)) {
-            history.draft = std::move(planning);
-            return made;
+            const bool waits = planning->planning->hold(steps_.budget());
+            if (waits) history.draft = std::move(planning);
+            if (waits || !planning->planning->advance(job.stop)) return made;
         }
         Attempt attempt(*job.task, history.dots);
         auto draft = draftOf(job, history);
@@ -297,15 +298,15 @@ std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHis
         return latest->planning ? std::move(latest) : nullptr;
     latest.reset();
     if (!isPlannedInTurns(job)) return nullptr;
-    auto planning = Planning::begin(
-        job, history, steps_.budget(),
-        [this, own = RenderJob{job.session, job.task, job.stage}](PictureHistory& its, Making& why) {
-            return newDraft(own, its, why);
-        },
-        leastTurn_);
-    if (!planning) return nullptr;
     return std::make_unique<Draft>(
-        Draft{.task = job.task, .stage = job.stage, .device = device_, .planning = std::move(planning)});
+        Draft{.task = job.task,
+              .stage = job.stage,
+              .device = device_,
+              .planning = std::make_shared<Planning>(
+                  job, history,
+                  [this, own = RenderJob{job.session, job.task, job.stage}](
+                      PictureHistory& its, Making& why) { return newDraft(own, its, why); },
+                  leastTurn_)});
 }
 
 /// Null where `why` says that the picture waits, or it was stopped.

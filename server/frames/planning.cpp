@@ -40,20 +40,18 @@ bool isPlannedInTurns(const RenderJob& job) {
     return job.stage != Stage::quick && job.pause.stop_possible() && plansLong(job.task->view);
 }
 
-std::shared_ptr<Planning> Planning::begin(const RenderJob& job, const PictureHistory& history,
-                                          std::shared_ptr<storage::BlockBudget> budget, Make make,
-                                          render::WorkInTurns::Duration leastTurn) {
-    auto held = HeldMemory::whereThereIsRoom(std::move(budget), planningBytes(job.task->view));
-    if (!held) return nullptr;
-    return std::make_shared<Planning>(historyFor(*job.task, history), *std::move(held), std::move(make),
-                                      leastTurn);
-}
-
-Planning::Planning(PictureHistory history, HeldMemory held, Make make,
+Planning::Planning(const RenderJob& job, const PictureHistory& history, Make make,
                    render::WorkInTurns::Duration leastTurn)
-    : history_(std::move(history)),
-      held_(std::move(held)),
+    : history_(historyFor(*job.task, history)),
+      bytes_(planningBytes(job.task->view)),
       work_([this, make = std::move(make)] { draft_ = make(history_, why_); }, leastTurn) {}
+
+bool Planning::hold(const std::shared_ptr<storage::BlockBudget>& budget) {
+    // Nobody's blocks go for one that is more than its share.
+    const bool fits = budget == nullptr || bytes_ <= budget->limit() / 2;
+    if (!held_ && fits) held_ = HeldMemory::whereThereIsRoom(budget, bytes_);
+    return held_.has_value();
+}
 
 Result<std::unique_ptr<Draft>> Planning::take(PictureHistory& history, Making& why) {
     history.quality = history_.quality;

@@ -4,8 +4,10 @@
 // pictures, and then nobody looks at what it works with. Of the thread that renders.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "protocol/scene/error.h"
 #include "server/data/held_memory.h"
@@ -29,14 +31,15 @@ class Planning {
     /// With a history of its own.
     using Make = std::function<Result<std::unique_ptr<Draft>>(PictureHistory& history, Making& why)>;
 
-    /// Nothing is made yet. Null where there is no room for what it keeps while it waits.
-    static std::shared_ptr<Planning> begin(const RenderJob& job, const PictureHistory& history,
-                                           std::shared_ptr<storage::BlockBudget> budget, Make make,
-                                           render::WorkInTurns::Duration leastTurn);
-    Planning(PictureHistory history, HeldMemory held, Make make, render::WorkInTurns::Duration leastTurn);
+    /// Nothing is made yet.
+    Planning(const RenderJob& job, const PictureHistory& history, Make make,
+             render::WorkInTurns::Duration leastTurn);
 
     /// As WorkInTurns.
     bool advance(const std::stop_token& pause) { return work_.advance(pause); }
+    /// Counts what it may keep in memory while it waits, from the first time on. After a turn: what it uses
+    /// must not go for it. Whether there is room. `budget`: null where nobody counts.
+    bool hold(const std::shared_ptr<storage::BlockBudget>& budget);
     /// What it made, once it is done, with what it left of the history.
     Result<std::unique_ptr<Draft>> take(PictureHistory& history, Making& why);
 
@@ -44,7 +47,8 @@ class Planning {
     PictureHistory history_;
     Making why_;
     Result<std::unique_ptr<Draft>> draft_ = std::unique_ptr<Draft>();
-    HeldMemory held_;
+    const std::uint64_t bytes_;
+    std::optional<HeldMemory> held_;
     render::WorkInTurns work_;  // goes first: it uses the others
 };
 
