@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/plane_tiles.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -12,6 +9,7 @@
 #include <numeric>
 
 #include "protocol/scene/mote_check.h"
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -89,7 +87,7 @@ std::vector<TileDot> PlaneTiles::find(const PixelMap& wanted, const Tiling& tili
             }
         }
     };
-    tbb::parallel_for(Range(0, strips, 1), [&](const Range& range) {
+    forRangesInTurns(strips, 1, [&](const Range& range) {
         for (auto strip = range.begin(); strip != range.end(); ++strip) {
             const int row = tiling.firstRow + static_cast<int>(strip) / gridSide_;
             const int cellRow = static_cast<int>(strip) % gridSide_;
@@ -144,7 +142,7 @@ TileSelection PlaneTiles::select(const PixelMap& wanted, const TileFrame& frame)
 
 void PlaneTiles::place(TileSelection& selection) const {
     auto& dots = selection.dots;
-    tbb::parallel_for(Range(0, dots.size(), 1024), [&](const Range& range) {
+    forRangesInTurns(dots.size(), 1024, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) dots[i].place = placed(dots[i], selection);
     });
 }
