@@ -41,7 +41,7 @@ std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry
     proto::JobRequest replot = request;
     replot.clear_output();
     auto& job = *replot.mutable_particles();
-    const auto self = roots.nameOf(entry.directory);
+    const auto self = roots.nameOf(entry.directory.path());
     if (self && !entry.manifest->particles().columns().empty() && job.columns().empty()) {
         job.clear_inputs();
         job.add_inputs(*self);
@@ -54,7 +54,7 @@ std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry
         return replot;
     }
     for (auto& input : *job.mutable_inputs()) {
-        const auto name = roots.nameOf((entry.directory.parent_path() / input).lexically_normal());
+        const auto name = roots.nameOf((entry.directory.path().parent_path() / input).lexically_normal());
         if (!name || !roots.resolveExisting(*name).ok()) return std::nullopt;
         input = *name;
     }

@@ -42,7 +42,7 @@ Status writeImage(const std::filesystem::path& directory, const Luminance& pictu
     return writeArrayFile(directory, imageName, content);
 }
 
-Result<Luminance> readImage(const std::filesystem::path& directory, const proto::Manifest& manifest,
+Result<Luminance> readImage(const PathBeneath& directory, const proto::Manifest& manifest,
                             std::uint64_t mostPixels) {
     if (!manifest.has_image()) {
         return Error{ErrorCode::invalidArgument, directory.string(),
