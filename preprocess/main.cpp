@@ -8,6 +8,7 @@
 #include <new>
 
 #include "preprocess/job_kinds.h"
+#include "protocol/scene/complain.h"
 #include "storage/arrays/hdf5_layout.h"
 #include "storage/storage_error.h"
 
@@ -43,9 +44,7 @@ void keepFreedMemory() {
     ::mallopt(M_TRIM_THRESHOLD, 256 << 20);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
     keepFreedMemory();
     storage::leaveHdf5Untidied();
     const prep::CancelSignal signal;
@@ -62,4 +61,15 @@ int main(int argc, char** argv) {
     prep::addJobCommand(program, line);
     if (const auto end = commandLine.parse(argc, argv)) return *end;
     return runCommand(line);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception& failure) {
+        complainAtEnd("mote-prep", failure);  // even the words for an error take memory
+        return 1;
+    }
 }

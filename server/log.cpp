@@ -109,6 +109,14 @@ void finish() {
     Writer::instance().finish();
 }
 
+void failure(std::string_view what, const std::exception& failure) noexcept {
+    try {
+        error("{}: {}", what, failure.what());
+    } catch (const std::exception&) {
+        // That it is said is worth less than what goes on.
+    }
+}
+
 void write(Level level, const About& about, fmt::string_view kind, std::string_view text) {
     Writer::instance().write(level, about, {kind.data(), kind.size()}, text);
 }

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <string_view>
 #include <utility>
@@ -45,6 +46,9 @@ inline About session(std::uint64_t id) {
 inline About job(std::string_view id) {
     return {0, id};
 }
+
+/// An error, "WHAT: SENTENCE"; nothing where memory is too short to say it.
+void failure(std::string_view what, const std::exception& failure) noexcept;
 
 enum class Level { info, warning, error };
 void write(Level level, const About& about, fmt::string_view kind, std::string_view text);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/catalogue.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -46,6 +47,11 @@ std::string_view withoutSuffix(std::string_view name) {
     return name;
 }
 
+/// Why a folder that was listed cannot be opened: it went, or something else took its place.
+bool isGone(int error) {
+    return error == ENOENT || error == ENOTDIR || error == ELOOP;
+}
+
 bool sameEntry(const Catalogue::Entry& a, const Catalogue::Entry& b) {
     return a.name == b.name && a.directory == b.directory && a.manifest == b.manifest;
 }
@@ -86,7 +92,7 @@ void Catalogue::walkRoot(const Roots::Entry& root, Walk& walk) {
         if (isDraft(folder)) return Next::pass;
         if (!isDataset(folder)) return Next::enter;
         const auto relative = folder.generic_string();
-        addDataset(root.folder / folder, root.name + "/" + std::string(withoutSuffix(relative)), walk);
+        addDataset({root.folder, folder}, root.name + "/" + std::string(withoutSuffix(relative)), walk);
         return Next::pass;
     };
     folders.unreadable = [&](const fs::path& folder, int error) {
@@ -96,33 +102,34 @@ void Catalogue::walkRoot(const Roots::Entry& root, Walk& walk) {
 }
 
 /// False, and errno, where there is none: its stamp is that of nothing then.
-bool Catalogue::look(const fs::path& file, Stamp& stamp) {
+bool Catalogue::look(const FileDescriptor& directory, const char* file, Stamp& stamp) {
     struct stat status {};
-    if (::lstat(file.c_str(), &status) != 0) return false;
+    if (::fstatat(directory.get(), file, &status, AT_SYMLINK_NOFOLLOW) != 0) return false;
     stamp = {status.st_dev,         status.st_ino,          static_cast<std::uint64_t>(status.st_size),
              status.st_mtim.tv_sec, status.st_mtim.tv_nsec, status.st_ctim.tv_sec,
              status.st_ctim.tv_nsec};
     return true;
 }
 
-void Catalogue::addDataset(const fs::path& directory, std::string name, Walk& walk) {
+void Catalogue::addDataset(const PathBeneath& directory, std::string name, Walk& walk) {
     Stamp stamp, digest;
-    look(directory / manifestDigestName, digest);  // a dataset may have none
-    if (!look(directory / manifestName, stamp)) {
+    const auto folder = directory.open(O_PATH | O_DIRECTORY);
+    if (!folder.valid() && isGone(errno)) return;
+    if (!folder.valid() || !look(folder, manifestName, stamp)) {
         const int error = errno;
-        std::error_code code;
-        if (error == ENOENT && !fs::exists(directory, code)) return;  // it went while it was looked at
+        if (error == ENOENT && !directory.open(O_PATH | O_DIRECTORY).valid()) return;  // it went meanwhile
         return walk.fail(systemError(error, name, "its manifest.json cannot be read"));
     }
-    auto known = cache_.find(directory);
+    look(folder, manifestDigestName, digest);  // a dataset may have none
+    auto known = cache_.find(directory.path());
     if (known == cache_.end() || !(known->second.stamp == stamp && known->second.digest == digest)) {
-        auto read = readManifest(directory);
+        auto read = readManifest(PathBeneath::in(folder, directory.path()));
         using Shared = std::shared_ptr<const proto::Manifest>;
         auto shared = read.ok() ? Result<Shared>(std::make_shared<const proto::Manifest>(*std::move(read)))
                                 : Result<Shared>(read.error());
-        known = cache_.insert_or_assign(directory, Cached{stamp, digest, std::move(shared)}).first;
+        known = cache_.insert_or_assign(directory.path(), Cached{stamp, digest, std::move(shared)}).first;
     }
-    const auto& cached = walk.cache.insert_or_assign(directory, known->second).first->second;
+    const auto& cached = walk.cache.insert_or_assign(directory.path(), known->second).first->second;
     if (!cached.manifest.ok()) return walk.fail(cached.manifest.error());
     walk.entries.push_back({std::move(name), directory, *cached.manifest});
 }

@@ -15,6 +15,8 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/file_descriptor.h"
+#include "storage/files/path_beneath.h"
 #include "storage/roots.h"
 
 namespace mote::storage {
@@ -22,8 +24,8 @@ namespace mote::storage {
 class Catalogue {
   public:
     struct Entry {
-        std::string name;                 ///< "ROOT/NAME" or "ROOT/FOLDER/NAME", without ".mote"
-        std::filesystem::path directory;  ///< absolute
+        std::string name;       ///< "ROOT/NAME" or "ROOT/FOLDER/NAME", without ".mote"
+        PathBeneath directory;  ///< the root's folder, absolute, is its top
         std::shared_ptr<const proto::Manifest> manifest;
     };
 
@@ -65,9 +67,9 @@ class Catalogue {
     };
     struct Walk;
 
-    static bool look(const std::filesystem::path& file, Stamp& stamp);
+    static bool look(const FileDescriptor& directory, const char* file, Stamp& stamp);
     void walkRoot(const Roots::Entry& root, Walk& walk);
-    void addDataset(const std::filesystem::path& directory, std::string name, Walk& walk);
+    void addDataset(const PathBeneath& directory, std::string name, Walk& walk);
 
     Roots roots_;
     std::vector<Entry> entries_;

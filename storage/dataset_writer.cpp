@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <new>
 #include <utility>
 
 #include "protocol/scene/system_error.h"
@@ -52,8 +53,12 @@ DatasetWriter::DatasetWriter(DatasetWriter&& other) noexcept
 
 DatasetWriter::~DatasetWriter() {
     if (partial_.empty()) return;
-    std::error_code ignored;
-    fs::remove_all(partial_, ignored);
+    try {
+        std::error_code ignored;
+        fs::remove_all(partial_, ignored);
+    } catch (const std::bad_alloc&) {
+        // It stays, is nobody's dataset, and goes with other drafts.
+    }
 }
 
 Status DatasetWriter::add(const std::string& name, const std::function<bool()>& cancelled) {

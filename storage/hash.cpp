@@ -10,7 +10,6 @@
 
 #include <cerrno>
 #include <memory>
-#include <vector>
 
 #include "protocol/scene/system_error.h"
 #include "storage/files/file_descriptor.h"
@@ -39,17 +38,23 @@ std::string hash128(std::span<const std::byte> bytes) {
 Result<FileHash> hashFile(const std::filesystem::path& path, const std::function<bool()>& cancelled) {
     const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
+    return hashFile(file.get(), path, cancelled);
+}
+
+Result<FileHash> hashFile(int descriptor, const std::filesystem::path& name,
+                          const std::function<bool()>& cancelled) {
     const std::unique_ptr<XXH3_state_t, FreeState> state(XXH3_createState());
     XXH3_128bits_reset(state.get());
-    std::vector<char> buffer(4 * blockBytes);
+    constexpr std::size_t piece = 4 * blockBytes;
+    const auto buffer = std::make_unique_for_overwrite<char[]>(piece);  // not cleared: most files are short
     FileHash result;
     while (true) {
-        if (cancelled && cancelled()) return Error{ErrorCode::cancelled, path.string(), "cancelled"};
-        const ssize_t got = ::read(file.get(), buffer.data(), buffer.size());
+        if (cancelled && cancelled()) return Error{ErrorCode::cancelled, name.string(), "cancelled"};
+        const ssize_t got = ::pread(descriptor, buffer.get(), piece, static_cast<off_t>(result.size));
         if (got < 0 && errno == EINTR) continue;
-        if (got < 0) return systemError(errno, path.string(), "cannot be read");
+        if (got < 0) return systemError(errno, name.string(), "cannot be read");
         if (got == 0) break;
-        XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(got));
+        XXH3_128bits_update(state.get(), buffer.get(), static_cast<std::size_t>(got));
         result.size += static_cast<std::uint64_t>(got);
     }
     result.xxh3_128 = toHex(XXH3_128bits_digest(state.get()));

@@ -30,5 +30,8 @@ struct FileHash {
 
 /// Reads a regular file to its end. Errors: notFound, permissionDenied, internal, cancelled.
 Result<FileHash> hashFile(const std::filesystem::path& path, const std::function<bool()>& cancelled = {});
+/// The same of an open one, called `name`; where it is read next stays the same.
+Result<FileHash> hashFile(int descriptor, const std::filesystem::path& name,
+                          const std::function<bool()>& cancelled = {});
 
 }  // namespace mote::storage

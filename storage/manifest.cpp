@@ -41,7 +41,7 @@ Status checkFiles(const proto::Manifest& manifest, FileNames& names) {
 }
 
 /// Nobody else keeps the manifest's hash. A dataset may have none: it was made before there was one.
-Status checkDigest(const std::filesystem::path& directory, std::string_view text) {
+Status checkDigest(const PathBeneath& directory, std::string_view text) {
     constexpr std::size_t most = 256;
     const auto digest = readWhole(directory / manifestDigestName, most);
     if (!digest.ok()) return digest.error().code == ErrorCode::notFound ? success() : Status(digest.error());
@@ -72,7 +72,7 @@ Status checkManifest(const proto::Manifest& manifest) {
                  fmt::format("\"{}\" is not a kind of dataset that this version reads", manifest.kind())};
 }
 
-Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {
+Result<proto::Manifest> readManifest(const PathBeneath& directory) {
     const auto path = directory / manifestName;
     MOTE_ASSIGN_OR_RETURN(const auto text, readWhole(path, manifestLimit));
     MOTE_RETURN_IF_ERROR(checkDigest(directory, text));
@@ -81,7 +81,7 @@ Result<proto::Manifest> readManifest(const std::filesystem::path& directory) {
     // A dataset's own file that is not what it must be is damage, not somebody's wrong argument.
     if (!parsed.ok()) return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
     const auto checked = checkManifest(manifest);
-    if (!checked.ok()) return inFile(path, checked.error());
+    if (!checked.ok()) return inFile(path.path(), checked.error());
     return manifest;
 }
 

@@ -12,6 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -33,7 +34,7 @@ Status checkManifest(const proto::Manifest& manifest);
 
 /// Reads and checks `directory`/manifest.json, also against its digest where that is there: datasets made
 /// before it was have none. Errors: notFound, permissionDenied, corrupt, unsupported.
-Result<proto::Manifest> readManifest(const std::filesystem::path& directory);
+Result<proto::Manifest> readManifest(const PathBeneath& directory);
 
 /// Checks, writes and syncs `directory`/manifest.json and its digest, new files. Errors: as checkManifest,
 /// resourceExhausted (disk full), permissionDenied, alreadyExists.

@@ -137,6 +137,11 @@ Result<fs::path> Roots::resolveExisting(std::string_view name) const {
     return pathOf(opened, name);
 }
 
+Result<PathBeneath> Roots::beneath(std::string_view name) const {
+    MOTE_ASSIGN_OR_RETURN(auto place, locate(entries_, name));
+    return PathBeneath(place.root->folder, std::move(place.path));
+}
+
 Result<fs::path> Roots::resolveNew(std::string_view name) const {
     MOTE_ASSIGN_OR_RETURN(auto place, locate(entries_, name));
     if (place.path.empty()) return invalid(name, "names a root, not something beneath it");

@@ -5,8 +5,8 @@
 //
 // The kernel itself looks names up beneath their root (openat2), so neither ".." nor a symbolic link leads
 // out; a link that stays inside is followed (on a kernel without openat2, before Linux 5.6, none is). What is
-// then opened by the returned path is opened in a second step: roots belong to the user whose rights the
-// program has, so this is a fence against mistakes of clients and not against that user.
+// then opened by the returned path is opened in a second step, as a real path (storage/files/real_path.h) or
+// as one beneath its root (path_beneath.h): a link that was put there meanwhile is not followed.
 #pragma once
 
 #include <filesystem>
@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -33,6 +34,10 @@ class Roots {
     /// The real path of "ROOT/PATH" (or of "ROOT"), which exists. Errors: invalidArgument (form, "..", or it
     /// would lead out of the root), notFound (the root or the path), permissionDenied.
     Result<std::filesystem::path> resolveExisting(std::string_view name) const;
+
+    /// Where "ROOT/PATH" lies if it is there, to be opened beneath its root without following any link.
+    /// Errors: invalidArgument (form), notFound (the root).
+    Result<PathBeneath> beneath(std::string_view name) const;
 
     /// The path where "ROOT/PATH" may be made: its parent exists beneath the root, it does not. Errors: as
     /// resolveExisting, alreadyExists.

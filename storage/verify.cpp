@@ -56,8 +56,8 @@ void DatasetVerifier::eachStep(int count, const std::function<void(std::uint32_t
 /// A file against the manifest; nothing where it is whole.
 std::optional<Error> DatasetVerifier::checkFile(const std::string& name) const {
     const auto path = directory_ / name;
-    MOTE_RETURN_IF_ERROR(openRegular(path));
-    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(path, cancelled_));
+    MOTE_ASSIGN_OR_RETURN(const auto file, openRegular(path));
+    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(file.get(), path, cancelled_));
     const auto& entry = *findFile(manifest_, name);
     if (hash.size == entry.size() && hash.xxh3_128 == entry.xxh3_128()) return std::nullopt;
     return Error{ErrorCode::corrupt, path.string(),

@@ -3,8 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-
+#include "client/frames/print_line.h"
 #include "protocol/scene/json_string.h"
 
 namespace mote::client {
@@ -45,8 +44,7 @@ Status ReportLines::flush() {
     while (!lines_.empty() && lines_.begin()->second) {
         const std::string line = *lines_.begin()->second;
         lines_.erase(lines_.begin());
-        if (std::fputs(line.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-            return Error{ErrorCode::internal, "stdout", "cannot be written to any more"};
+        MOTE_RETURN_IF_ERROR(print(line));
     }
     return success();
 }

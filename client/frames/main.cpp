@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "client/frames/draw_film.h"
+#include "client/frames/job_commands.h"
 #include "client/frames/options.h"
 #include "client/frames/remote_film.h"
 #include "client/shared/interrupt.h"
@@ -17,9 +18,7 @@ namespace {
 constexpr int failure = 1;
 constexpr int killedBy = 128;  // and the signal's number, as shells say it
 
-Status runTask(const FramesOptions& options, const Interrupt& interrupt) {
-    if (options.task == FramesTask::fetch) return fetchFilm(options, interrupt);
-    if (options.task == FramesTask::job) return drawFilmJob(options, interrupt);
+Status runScript(const FramesOptions& options, const Interrupt& interrupt) {
     MOTE_ASSIGN_OR_RETURN(auto script, readScript(options.script));
     if (options.fps) {
         script.set_fps(*options.fps);
@@ -27,6 +26,20 @@ Status runTask(const FramesOptions& options, const Interrupt& interrupt) {
     }
     if (options.task == FramesTask::detach) return detachFilm(options, script, interrupt);
     return drawFilm(options, script, options.script.string(), interrupt);
+}
+
+Status runTask(const FramesOptions& options, const Interrupt& interrupt) {
+    switch (options.task) {
+        case FramesTask::draw:
+        case FramesTask::detach:
+            return runScript(options, interrupt);
+        case FramesTask::fetch:
+            return fetchFilm(options, interrupt);
+        case FramesTask::job:
+            return drawFilmJob(options, interrupt);
+        default:
+            return runJobCommand(options, interrupt);
+    }
 }
 
 int run(int argc, const char* const* argv) {
@@ -46,7 +59,7 @@ int main(int argc, char** argv) {
     try {
         return mote::client::run(argc, argv);
     } catch (const std::exception& error) {
-        mote::complain("mote-frames", error.what());
+        mote::complainAtEnd("mote-frames", error);
         return 1;
     }
 }

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "protocol/cli/command.h"
 #include "protocol/scene/page.h"
@@ -20,8 +22,21 @@ Examples:
   mote-frames turn.json --spawn data=/scratch/plots --video turn.mp4 --samples 4
   mote-frames turn.json --connect c.json --out frames --video turn.mp4 --keep-frames --resume
   mote-frames turn.json --connect c.json --detach --video mp4      # prints the film's job id
+  mote-frames --follow 0123456789abcdef --connect c.json          # until it is made
   mote-frames --fetch 0123456789abcdef --connect c.json --video turn.mp4
+  mote-frames --list-jobs --connect c.json
   mote-frames dots.json --connect c.json --out prints --format pdf --page 210x297 --margin 15 --dot 0.3)";
+
+constexpr int mostJobTime = 30 * 86400;  // s, as the server's
+
+/// Each is a run of its own; without one of them a script is drawn.
+constexpr std::array<std::pair<const char*, FramesTask>, 7> tasks{{{"--detach", FramesTask::detach},
+                                                                   {"--fetch", FramesTask::fetch},
+                                                                   {"--job", FramesTask::job},
+                                                                   {"--list-jobs", FramesTask::listJobs},
+                                                                   {"--follow", FramesTask::follow},
+                                                                   {"--cancel", FramesTask::cancel},
+                                                                   {"--retry", FramesTask::retry}}};
 
 /// What the command line says before it is checked.
 struct RawOptions {
@@ -32,7 +47,7 @@ struct RawOptions {
     double margin = 0.0, dot = 0.0;  // mm
     double fps = 30.0;
     int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1, patience = 3600;
-    bool plotter = false, detach = false;
+    bool plotter = false, detach = false, listJobs = false;
 };
 
 void declareServers(const cli::Command& app, RawOptions& raw) {
@@ -79,13 +94,28 @@ void declareFilm(const cli::Command& app, RawOptions& raw) {
                 "Motion blur: how long a frame is exposed, 360 is until the next; of keyframes and moves")
         .valueName("DEGREES");
     film.option("--subframes", raw.subframes, "Pictures of an exposure that are averaged").showDefault();
-    film.flag("--detach", raw.detach,
-              "Leave the film with the server as a job and print its id; --video says of what kind");
-    film.flag("--again", raw.options.again,
-              "With --detach: make it although the server makes, or has, the very same film");
-    film.option("--fetch", raw.options.fetch, "What the job of this id made").valueName("ID");
     film.option("--job", raw.job, "Be a film's job").hidden();
     film.option("--progress-fd", raw.options.progressDescriptor, "Progress as JSON lines").hidden();
+}
+
+/// One of these at most is given with an id.
+void declareJobs(const cli::Command& app, RawOptions& raw) {
+    const auto jobs = app.group("jobs", "Of jobs of a running server");
+    auto& id = raw.options.jobId;
+    jobs.flag("--detach", raw.detach,
+              "Leave the film with the server as a job and print its id; --video says of what kind");
+    jobs.flag("--again", raw.options.again,
+              "With --detach: make it although the server makes, or has, the very same film");
+    jobs.option("--job-time", raw.options.jobTime,
+                "With --detach: end it then; never later than the server would")
+        .range(1, mostJobTime)
+        .valueName("SECONDS");
+    jobs.option("--fetch", id, "What the film's job of this id made").valueName("ID");
+    jobs.flag("--list-jobs", raw.listJobs, "A line a job, the latest first");
+    jobs.option("--follow", id, "Wait for the end of this job; success is its own").valueName("ID");
+    jobs.option("--cancel", id, "End this job; of a film that is done, throw it away").valueName("ID");
+    jobs.option("--retry", id, "Make what failed or was cancelled a new job and print its id")
+        .valueName("ID");
 }
 
 void declare(const cli::Command& app, RawOptions& raw) {
@@ -100,8 +130,10 @@ void declare(const cli::Command& app, RawOptions& raw) {
         .showDefault();
     declareSheet(app, raw);
     declareFilm(app, raw);
+    declareJobs(app, raw);
     app.flag("--resume", raw.options.resume, "Keep frames that are whole and show the same");
-    app.flag("--json", raw.options.json, "One line of JSON a frame on stdout");
+    app.flag("--json", raw.options.json,
+             "One line of JSON on stdout: a frame, a listed job, a change of a followed one");
     app.flag("--quiet", raw.options.quiet, "No progress on stderr");
 }
 
@@ -166,19 +198,38 @@ Status checkServers(RawOptions& raw) {
     return success();
 }
 
-Status checkTask(RawOptions& raw) {
+Status checkTask(RawOptions& raw, const cli::Command& app) {
     auto& options = raw.options;
-    const int tasks = (raw.detach ? 1 : 0) + (options.fetch.empty() ? 0 : 1) + (raw.job.empty() ? 0 : 1);
-    if (tasks > 1) return refusal("--detach", "--detach and --fetch are two runs");
-    if (options.again && !raw.detach) return refusal("--again", "is for a film that is detached");
-    options.task = raw.detach               ? FramesTask::detach
-                   : !options.fetch.empty() ? FramesTask::fetch
-                   : !raw.job.empty()       ? FramesTask::job
-                                            : FramesTask::draw;
+    std::string chosen;
+    for (const auto& [option, task] : tasks) {
+        if (app.count(option) == 0) continue;
+        if (!chosen.empty()) return refusal(option, fmt::format("{} and {} are two runs", chosen, option));
+        chosen = option;
+        options.task = task;
+    }
+    for (const auto* option : {"--again", "--job-time"}) {
+        if (app.count(option) > 0 && !raw.detach) return refusal(option, "is for a film that is detached");
+    }
     const bool needsScript = options.task == FramesTask::draw || options.task == FramesTask::detach;
     if (needsScript && raw.script.empty()) return refusal("SCRIPT", "is needed");
     if (!needsScript && !raw.script.empty()) return refusal("SCRIPT", "the job has its own");
     return success();
+}
+
+/// Where pictures go.
+Status checkOut(const RawOptions& raw) {
+    switch (raw.options.task) {
+        case FramesTask::job:
+        case FramesTask::detach:
+            return success();
+        case FramesTask::draw:
+        case FramesTask::fetch:
+            if (!raw.out.empty() || !raw.video.empty()) return success();
+            return refusal("--out", "where should the pictures go?");
+        default:
+            if (raw.out.empty() && raw.video.empty()) return success();
+            return refusal(raw.out.empty() ? "--video" : "--out", "no picture is made");
+    }
 }
 
 /// A detached film's is only of a kind: "mp4", or a name that ends so.
@@ -197,8 +248,7 @@ Status checkVideo(RawOptions& raw, const cli::Command& app) {
     if (options.keepFrames && raw.video.empty())
         return refusal("--keep-frames", "is for --video; without it the pictures are all that is made");
     if (options.keepFrames && raw.out.empty()) return refusal("--keep-frames", "needs --out, their folder");
-    if (options.task == FramesTask::job || options.task == FramesTask::detach) return success();
-    if (raw.out.empty() && raw.video.empty()) return refusal("--out", "where should the pictures go?");
+    MOTE_RETURN_IF_ERROR(checkOut(raw));
     if (options.task == FramesTask::fetch && !raw.out.empty() && !raw.video.empty())
         return refusal("--fetch", "either --out or --video");
     return success();
@@ -223,7 +273,7 @@ Status checkNumbers(RawOptions& raw, const cli::Command& app) {
 Status check(RawOptions& raw, const cli::Command& app) {
     MOTE_RETURN_IF_ERROR(checkFormat(raw, raw.options.format));
     MOTE_RETURN_IF_ERROR(checkPage(raw, app));
-    MOTE_RETURN_IF_ERROR(checkTask(raw));
+    MOTE_RETURN_IF_ERROR(checkTask(raw, app));
     MOTE_RETURN_IF_ERROR(checkServers(raw));
     MOTE_RETURN_IF_ERROR(checkVideo(raw, app));
     return checkNumbers(raw, app);

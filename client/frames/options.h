@@ -19,10 +19,14 @@ namespace mote::client {
 
 /// What is asked of mote-frames.
 enum class FramesTask {
-    draw,    ///< a script, here
-    detach,  ///< leave a script with the server, as a job
-    fetch,   ///< what such a job made
-    job,     ///< be such a job: for servers
+    draw,      ///< a script, here
+    detach,    ///< leave a script with the server, as a job
+    fetch,     ///< what such a job made
+    job,       ///< be such a job: for servers
+    listJobs,  ///< what jobs a server has
+    follow,    ///< a job, until it ends
+    cancel,
+    retry,  ///< what failed or was cancelled, as a new job
 };
 
 struct FramesOptions {
@@ -48,7 +52,8 @@ struct FramesOptions {
     bool json = false;            ///< one JSON object a frame on stdout
     bool quiet = false;           ///< no progress on stderr
     bool again = false;           ///< detached although the server has the same film
-    std::string fetch;            ///< the job whose film is wanted
+    std::uint32_t jobTime = 0;    ///< s, of a run of the detached film; 0: the server's limit
+    std::string jobId;            ///< that is fetched, followed, cancelled or tried again
     int progressDescriptor = -1;  ///< of a job
 };
 

@@ -3,19 +3,16 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <string_view>
 
+#include "client/shared/part_file.h"
 #include "protocol/scene/srgb.h"
-#include "protocol/scene/system_error.h"
 
 namespace mote::client {
 namespace {
@@ -148,17 +145,6 @@ bool readsWhole(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     return input.read_image(0, 0, 0, spec.nchannels, spec.format, pixels.data());
 }
 
-/// 0, or errno.
-int writeAll(int file, const std::vector<std::uint8_t>& bytes) {
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-        const auto count = ::write(file, bytes.data() + done, bytes.size() - done);
-        if (count < 0 && errno != EINTR) return errno;
-        if (count > 0) done += static_cast<std::size_t>(count);
-    }
-    return 0;
-}
-
 }  // namespace
 
 std::optional<PictureFormat> pictureFormat(std::string_view text) {
@@ -235,17 +221,9 @@ std::optional<std::string> readPictureKey(const std::filesystem::path& path, Pic
 }
 
 Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
-    const auto hidden = fmt::format(".{}.{}", path.filename().string(), ::getpid());
-    const auto part = path.parent_path() / hidden;
-    ::unlink(part.c_str());  // of an earlier process with our number that was killed
-    const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (file < 0) return systemError(errno, path.string(), "cannot be written");
-    int failure = writeAll(file, bytes);
-    if (::close(file) != 0 && failure == 0) failure = errno;
-    if (failure == 0 && ::rename(part.c_str(), path.c_str()) != 0) failure = errno;
-    if (failure == 0) return success();
-    ::unlink(part.c_str());
-    return systemError(failure, path.string(), "cannot be written");
+    MOTE_ASSIGN_OR_RETURN(const auto part, PartFile::create(path));
+    MOTE_RETURN_IF_ERROR(part->append(bytes));
+    return part->publish();
 }
 
 }  // namespace mote::client

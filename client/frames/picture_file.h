@@ -41,8 +41,7 @@ proto::Page::Format pageFormat(PictureFormat format);
 Result<std::vector<std::uint8_t>> encodePicture(const FramePixels& pixels, PictureFormat format,
                                                 std::string_view key);
 
-/// Writes bytes beside `path` and renames them to it; nothing is left after a failure. Errors:
-/// permissionDenied, resourceExhausted (the disk is full), notFound, internal, with the file's name.
+/// A whole file, or none: nothing is left after a failure. Errors: as PartFile's, with the file's name.
 Status writeFile(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes);
 
 /// The key of a picture that mote-frames wrote; empty where there is none, or where the file is not whole:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/frames/picture_files.h"
 
-#include <fmt/format.h>
+#include "protocol/scene/film_job.h"
 
 namespace mote::client {
 
@@ -31,7 +31,7 @@ Status PictureFiles::put(DrawnFrame frame) {
 }
 
 std::filesystem::path PictureFiles::fileOf(std::size_t index) const {
-    return folder_ / fmt::format("frame-{:06}.{}", index, extension(format_));
+    return folder_ / pictureName(index, extension(format_));
 }
 
 }  // namespace mote::client

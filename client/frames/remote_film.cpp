@@ -3,15 +3,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstdio>
+#include <string>
 #include <system_error>
+#include <utility>
 
 #include "client/frames/picture_file.h"
+#include "client/frames/print_line.h"
 #include "client/frames/progress_bar.h"
+#include "client/frames/running_server.h"
 #include "client/frames/video_of_frames.h"
 #include "client/shared/film_download.h"
-#include "client/shared/server_line.h"
+#include "client/shared/jobs.h"
+#include "client/shared/server_jobs.h"
 #include "protocol/scene/film/check_script.h"
 #include "protocol/scene/film_job.h"
 #include "protocol/scene/utf8.h"
@@ -24,23 +27,7 @@ namespace fs = std::filesystem;
 /// What the line brings of one film.
 class Fetching {
   public:
-    Fetching(ServerLine& server, std::string id) : server_(server), id_(std::move(id)) {}
-
-    /// The status of the job. Errors: notFound.
-    Result<proto::JobStatus> job() {
-        for (std::uint64_t first = 0;;) {
-            MOTE_ASSIGN_OR_RETURN(const auto page, server_.answerTo<proto::Jobs>([&](auto reply) {
-                server_.line().listJobs(first, std::move(reply));
-            }));
-            const auto found = std::find_if(page.jobs().begin(), page.jobs().end(),
-                                            [&](const auto& job) { return job.id() == id_; });
-            if (found != page.jobs().end()) return checked(*found);
-            if (page.jobs().empty())
-                return Error{ErrorCode::notFound, "--fetch",
-                             fmt::format("the server knows no job \"{}\"", id_)};
-            first += static_cast<std::uint64_t>(page.jobs_size());
-        }
-    }
+    explicit Fetching(ServerLine& server) : server_(server) {}
 
     /// The video, or the pictures, as files; how many they are.
     Result<std::uint64_t> save(const proto::JobStatus& job, const fs::path& target, ProgressBar& bar) {
@@ -55,22 +42,8 @@ class Fetching {
     }
 
   private:
-    Result<proto::JobStatus> checked(const proto::JobStatus& job) const {
-        if (job.request().has_film()) return job;
-        return Error{ErrorCode::invalidArgument, "--fetch", fmt::format("job {} is no film", id_)};
-    }
-
     ServerLine& server_;
-    const std::string id_;
 };
-
-Result<std::unique_ptr<ServerLine>> connected(const FramesOptions& options, Wakeup& wakeup,
-                                              const Interrupt& interrupt) {
-    MOTE_ASSIGN_OR_RETURN(auto server,
-                          ServerLine::open("mote-frames", {options.connect.front()}, wakeup, interrupt));
-    MOTE_RETURN_IF_ERROR(server->waitUntilConnected());
-    return server;
-}
 
 /// The pictures of a job, into a folder; how many they are.
 Result<std::uint64_t> fetchPictures(Fetching& fetching, const proto::JobStatus& job, const fs::path& folder,
@@ -131,33 +104,33 @@ Status fetchVideo(Fetching& fetching, const proto::JobStatus& job, const FramesO
     return made;
 }
 
+/// Of a detached film: "mp4", or a file's name that ends so; empty: it has none.
+Result<std::string> videoKind(const fs::path& video) {
+    if (video.empty()) return std::string();
+    const auto extension = video.extension().string();
+    auto kind = extension.empty() ? video.string() : extension.substr(1);
+    if (videoFormat(kind)) return kind;
+    return Error{ErrorCode::invalidArgument, "--video",
+                 fmt::format("there are mp4, webm and gif, not \"{}\"", kind)};
+}
+
 }  // namespace
 
 Status detachFilm(const FramesOptions& options, const proto::Script& script, const Interrupt& interrupt) {
-    proto::JobRequest request;
+    MOTE_ASSIGN_OR_RETURN(const auto kind, videoKind(options.video));
+    auto request = filmRequest(script, kind);
     auto& film = *request.mutable_film();
-    *film.mutable_script() = script;
     if (options.format != PictureFormat::png) film.set_format(std::string(name(options.format)));
-    if (!options.video.empty()) {
-        // "mp4", or the name of a file.
-        const auto extension = options.video.extension().string();
-        const auto kind = extension.empty() ? options.video.string() : extension.substr(1);
-        if (!videoFormat(kind))
-            return Error{ErrorCode::invalidArgument, "--video",
-                         fmt::format("there are mp4, webm and gif, not \"{}\"", kind)};
-        film.set_video(kind);
-    }
     if (options.crf) film.set_quality(*options.crf);
     film.set_samples(options.exposure.samples);
     film.set_shutter_degrees(options.exposure.shutterDegrees);
     if (options.exposure.blurs()) film.set_subframes(options.exposure.subframes);
     Wakeup wakeup;
-    MOTE_ASSIGN_OR_RETURN(const auto server, connected(options, wakeup, interrupt));
+    MOTE_ASSIGN_OR_RETURN(const auto server, runningServer(options, wakeup, interrupt));
     MOTE_ASSIGN_OR_RETURN(const auto job, server->answerTo<proto::JobStatus>([&](auto reply) {
-        server->line().submitJob(request, std::move(reply), options.again);
+        server->line().submitJob(request, std::move(reply), {options.again, options.jobTime});
     }));
-    fmt::print("{}\n", toTerminalText(job.id()));
-    return success();
+    return print(toTerminalText(job.id()) + "\n");
 }
 
 Status fetchFilm(const FramesOptions& options, const Interrupt& interrupt) {
@@ -166,9 +139,12 @@ Status fetchFilm(const FramesOptions& options, const Interrupt& interrupt) {
         return Error{ErrorCode::alreadyExists, options.video.string(),
                      "is there already; --force replaces it"};
     Wakeup wakeup;
-    MOTE_ASSIGN_OR_RETURN(const auto server, connected(options, wakeup, interrupt));
-    Fetching fetching(*server, options.fetch);
-    MOTE_ASSIGN_OR_RETURN(const auto job, fetching.job());
+    MOTE_ASSIGN_OR_RETURN(const auto server, runningServer(options, wakeup, interrupt));
+    MOTE_ASSIGN_OR_RETURN(const auto job, findJob(*server, options.jobId));
+    if (!job.request().has_film()) {
+        return Error{ErrorCode::invalidArgument, "--fetch", fmt::format("job {} is no film", options.jobId)};
+    }
+    Fetching fetching(*server);
     ProgressBar bar(!options.quiet, -1);
     if (options.video.empty()) {
         MOTE_RETURN_IF_ERROR(fetchPictures(fetching, job, options.out, bar));

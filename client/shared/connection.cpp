@@ -168,10 +168,12 @@ void Connection::describe(const std::string& dataset, Reply<proto::Description> 
                typed(std::move(reply), &proto::ServerMessage::mutable_description));
 }
 
-void Connection::submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, bool again) {
+void Connection::submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, const JobWish& wish) {
     proto::ClientMessage question;
-    *question.mutable_submit_job()->mutable_job() = job;
-    question.mutable_submit_job()->set_again(again);
+    auto& submitted = *question.mutable_submit_job();
+    *submitted.mutable_job() = job;
+    submitted.set_again(wish.again);
+    submitted.set_time_limit_s(wish.timeLimit);
     impl_->ask(std::move(question), proto::ServerMessage::kJob,
                typed(std::move(reply), &proto::ServerMessage::mutable_job));
 }

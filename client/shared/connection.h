@@ -47,6 +47,12 @@ struct ViewRequest {
     bool queued = false;  ///< the views before it stay and are drawn first; with finalOnly
 };
 
+/// How a job is to be run.
+struct JobWish {
+    bool again = false;           ///< although the same request waits, runs or has its output there
+    std::uint32_t timeLimit = 0;  ///< s, of a run; 0: the server's, which is never exceeded
+};
+
 /// A frame as it arrived, decoded.
 struct ReceivedFrame {
     proto::Frame message;  ///< whose picture it is, its quality, where the time went on the server
@@ -127,8 +133,8 @@ class Connection {
     // why the connection was lost. Questions are sent in order, also those asked before it is connected.
     void listDatasets(Reply<proto::Catalogue> reply);
     void describe(const std::string& dataset, Reply<proto::Description> reply);
-    /// `again`: although the same request waits, runs or has its output there, which is answered otherwise.
-    void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, bool again = false);
+    /// The same request that waits, runs or has its output there is answered with that job.
+    void submitJob(const proto::JobRequest& job, Reply<proto::JobStatus> reply, const JobWish& wish = {});
     void cancelJob(const std::string& id, Reply<proto::JobStatus> reply);
     /// What failed or was cancelled, as a new job.
     void retryJob(const std::string& id, Reply<proto::JobStatus> reply);

@@ -77,11 +77,13 @@ asio::awaitable<void> Line::run(wire::Address address, std::string fingerprint) 
         connected = co_await connectUnix(address);
     }
     if (!connected.ok()) co_return fail(connected.error());
-    const auto version = co_await stream_.greet();
+    // The hello follows our greeting at once: on a slow line nobody waits for a round trip more.
+    const std::function<void()> said = [self = shared_from_this()] {
+        asio::co_spawn(
+            self->writerSleep_.get_executor(), [self] { return self->writeAll(); }, asio::detached);
+    };
+    const auto version = co_await stream_.greet(wire::ownVersion, said);
     if (!version.ok()) co_return fail(lostServer(version.error()));
-    asio::co_spawn(
-        writerSleep_.get_executor(), [self = shared_from_this()] { return self->writeAll(); },
-        asio::detached);
     co_await readAll();
 }
 

@@ -84,6 +84,9 @@ Status PartFile::write(std::span<const std::uint8_t> bytes) {
 }
 
 Status PartFile::publish() {
+    // A network file system may say only at a close that a write failed; the file stays open for its lock.
+    const int copy = ::dup(file_);
+    if (copy < 0 || ::close(copy) != 0) return systemError(errno, path_.string(), "cannot be written");
     if (::rename(hidden_.c_str(), path_.c_str()) != 0) {
         return systemError(errno, path_.string(), "cannot be written");
     }

@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
     try {
         return mote::client::run(argc, argv);
     } catch (const std::exception& error) {
-        mote::complain("mote-stats", error.what());
+        mote::complainAtEnd("mote-stats", error);
         return 1;
     }
 }

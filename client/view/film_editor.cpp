@@ -7,10 +7,10 @@
 #include <span>
 #include <utility>
 
+#include "client/shared/jobs.h"
 #include "client/shared/known_datasets.h"
 #include "client/shared/part_file.h"
 #include "client/shared/script.h"
-#include "client/view/film/film_jobs.h"
 #include "protocol/scene/json.h"
 
 namespace mote::client {
@@ -87,6 +87,10 @@ std::optional<proto::View> FilmEditor::obey(const FilmActions& actions, const Fi
             if (!reply.ok()) message_ = reply.error().toString();
         });
     }
+    if (actions.retryJob) {
+        message_.clear();
+        connection_.retryJob(job_, takeJob());
+    }
     if (actions.stopSaving) download_.reset();
     takePaths(actions);
     if (actions.openScript && openTyped(*actions.openScript)) return model_.keyframes().front().view;
@@ -157,12 +161,15 @@ Status FilmEditor::save(const std::filesystem::path& path) const {
 
 void FilmEditor::makeFilm(const std::string& video) {
     message_.clear();
-    connection_.submitJob(filmRequest(model_.toScript(), video),
-                          [this](const Result<proto::JobStatus>& reply) {
-                              if (!reply.ok()) return say(reply.error());
-                              job_ = reply->id();
-                              heard_(*reply);
-                          });
+    connection_.submitJob(filmRequest(model_.toScript(), video), takeJob());
+}
+
+Connection::Reply<proto::JobStatus> FilmEditor::takeJob() {
+    return [this](const Result<proto::JobStatus>& reply) {
+        if (!reply.ok()) return say(reply.error());
+        job_ = reply->id();
+        heard_(*reply);
+    };
 }
 
 void FilmEditor::askWhereToSave(const proto::JobStatus& job) {

@@ -79,6 +79,8 @@ class FilmEditor {
     bool openTyped(const std::filesystem::path& script);
     Status save(const std::filesystem::path& path) const;
     void makeFilm(const std::string& video);
+    /// The answer names the job that makes the film from now on.
+    Connection::Reply<proto::JobStatus> takeJob();
     void saveFilm(const std::filesystem::path& path);
     void fetchNext();
     void refreshFilm();

@@ -7,9 +7,9 @@
 
 int main(int argc, char** argv) {
     using namespace mote::client;
-    const auto parsed = parseViewOptions(argc, argv);
-    if (const int* status = std::get_if<int>(&parsed)) return *status;
     try {
+        const auto parsed = parseViewOptions(argc, argv);
+        if (const int* status = std::get_if<int>(&parsed)) return *status;
         Viewer viewer(std::get<ViewOptions>(parsed));
         if (!viewer.loaded().ok()) {
             mote::complain("mote-view", viewer.loaded().error().toString());
@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
         }
         return viewer.run();
     } catch (const std::exception& error) {
-        mote::complain("mote-view", error.what());
+        mote::complainAtEnd("mote-view", error);
         return 1;
     }
 }

@@ -8,29 +8,12 @@
 #include <array>
 #include <vector>
 
+#include "client/shared/jobs.h"
 #include "client/view/camera_control.h"
-#include "client/view/film/film_jobs.h"
 #include "protocol/scene/dataset.h"
 
 namespace mote::client {
 namespace {
-
-const char* stateName(proto::JobStatus::State state) {
-    switch (state) {
-        case proto::JobStatus::QUEUED:
-            return "queued";
-        case proto::JobStatus::RUNNING:
-            return "running";
-        case proto::JobStatus::SUCCEEDED:
-            return "done";
-        case proto::JobStatus::FAILED:
-            return "failed";
-        case proto::JobStatus::CANCELLED:
-            return "cancelled";
-        default:
-            return "unknown";
-    }
-}
 
 const char* encodingName(proto::Frame::Encoding encoding) {
     switch (encoding) {
@@ -149,15 +132,13 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
     for (const auto& job : server.jobs) {
         ImGui::PushID(job.id().c_str());
         text(fmt::format("{}: {}", jobName(job.request()), stateName(job.state())));
-        if (job.state() == proto::JobStatus::RUNNING || job.state() == proto::JobStatus::QUEUED) {
+        if (isUnderWay(job)) {
             ImGui::ProgressBar(static_cast<float>(job.progress()), {-70.0F, 0.0F}, job.phase().c_str());
             ImGui::SameLine();
             if (ImGui::SmallButton("Cancel")) actions.cancelJob = job.id();
         }
         if (isReadyFilm(job) && ImGui::SmallButton("Save film...")) actions.saveFilm = job.id();
-        const bool ended =
-            job.state() == proto::JobStatus::FAILED || job.state() == proto::JobStatus::CANCELLED;
-        if (ended && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
+        if (mayBeTriedAgain(job) && ImGui::SmallButton("Try again")) actions.retryJob = job.id();
         if (!job.error().empty()) dim(job.error());
         ImGui::PopID();
     }

@@ -9,7 +9,6 @@
 namespace mote::client {
 namespace {
 
-constexpr std::string_view suffix = ".mote";
 constexpr std::array<std::string_view, 15> axisNames{
     "x", "y", "z", "t", "px", "py", "pz", "r", "theta", "xp", "yp", "pr", "delta", "gamma", "energy"};
 
@@ -44,13 +43,8 @@ std::optional<proto::JobRequest> replotRequest(const proto::Description& descrip
     particles.clear_axes();
     for (const auto& axis : axes) particles.add_axes(axis);
     particles.clear_bounds();  // they belonged to the other axes
-    request.set_output(fmt::format("{}-{}{}", baseName(description.dataset(), *shown), joined(axes), suffix));
+    request.set_output(fmt::format("{}-{}.mote", baseName(description.dataset(), *shown), joined(axes)));
     return request;
-}
-
-std::string datasetName(const proto::JobRequest& request) {
-    const auto& output = request.output();
-    return output.ends_with(suffix) ? output.substr(0, output.size() - suffix.size()) : output;
 }
 
 }  // namespace mote::client

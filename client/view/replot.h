@@ -26,7 +26,4 @@ std::optional<AxisNames> axesOf(const proto::Description& description);
 /// reach.
 std::optional<proto::JobRequest> replotRequest(const proto::Description& description, const AxisNames& axes);
 
-/// The catalogue's name of what a request makes: its output without ".mote".
-std::string datasetName(const proto::JobRequest& request);
-
 }  // namespace mote::client

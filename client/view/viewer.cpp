@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/shared/jobs.h"
 #include "client/view/screenshot.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/json.h"
@@ -160,9 +161,7 @@ void Viewer::replaceJob(const proto::JobStatus& job) {
     const bool ours = !awaitedDataset_.empty() && datasetName(job.request()) == awaitedDataset_;
     if (!ours) return;
     if (job.state() == proto::JobStatus::SUCCEEDED) openAwaited();
-    if (job.state() == proto::JobStatus::FAILED || job.state() == proto::JobStatus::CANCELLED) {
-        awaitedDataset_.clear();
-    }
+    if (mayBeTriedAgain(job)) awaitedDataset_.clear();
 }
 
 void Viewer::say(const std::string& message) {

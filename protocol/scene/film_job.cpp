@@ -47,9 +47,13 @@ Status checkFilmJob(const proto::FilmJob& job) {
     return success();
 }
 
+std::string pictureName(std::uint64_t frame, std::string_view ending) {
+    return fmt::format("frame-{:06}.{}", frame, ending);
+}
+
 std::string filmPictureName(const proto::FilmJob& job, std::uint32_t frame) {
     const auto* const format = std::ranges::find(formats, job.format(), &Format::name);
-    return fmt::format("frame-{:06}.{}", frame, format != formats.end() ? format->ending : "png");
+    return pictureName(frame, format != formats.end() ? format->ending : "png");
 }
 
 std::string filmVideoName(const proto::FilmJob& job) {

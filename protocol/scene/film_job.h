@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -14,7 +15,9 @@ namespace mote {
 /// Errors: invalidArgument, with the path of the field within the job.
 Status checkFilmJob(const proto::FilmJob& job);
 
-/// The file of its picture: "frame-000012.png". The job is a checked one, here and below.
+/// The file of a film's picture, "frame-000012.png": `ending` is "png".
+std::string pictureName(std::uint64_t frame, std::string_view ending);
+/// The same, by what the job asks for. The job is a checked one, here and below.
 std::string filmPictureName(const proto::FilmJob& job, std::uint32_t frame);
 /// "film.mp4"; empty where no video is asked for.
 std::string filmVideoName(const proto::FilmJob& job);

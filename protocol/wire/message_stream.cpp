@@ -15,7 +15,7 @@ constexpr auto awaitTuple = asio::experimental::as_tuple(asio::use_awaitable);
 
 }  // namespace
 
-asio::awaitable<Result<Version>> MessageStream::greet(Version own) {
+asio::awaitable<Result<Version>> MessageStream::greet(Version own, std::function<void()> said) {
     const auto ready = co_await bytes_->shakeHands();
     if (!ready.ok()) co_return ready.error();
     const Greeting ours = encodeGreeting(own);
@@ -25,6 +25,7 @@ asio::awaitable<Result<Version>> MessageStream::greet(Version own) {
     // Who closes at once has greeted before, and said why.
     const bool closed = writeCode == asio::error::broken_pipe || writeCode == asio::error::connection_reset;
     if (writeCode && !closed) co_return connectionError(writeCode);
+    if (said && !closed) said();
     Greeting theirs{};
     const ByteStream::ToRead theirBytes{asio::buffer(theirs)};
     const auto readCode = co_await bytes_->read(theirBytes);

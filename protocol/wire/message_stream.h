@@ -14,6 +14,7 @@
 
 #include <asio/awaitable.hpp>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -35,8 +36,8 @@ class MessageStream {
     Socket::executor_type executor() { return socket().get_executor(); }
 
     /// Shakes hands, sends our greeting, then waits for theirs; returns their version. Both sides do this
-    /// first.
-    asio::awaitable<Result<Version>> greet(Version own = ownVersion);
+    /// first. `said` is called when ours is out: who then writes saves the round trip to theirs.
+    asio::awaitable<Result<Version>> greet(Version own = ownVersion, std::function<void()> said = {});
     /// Whether our greeting is out: a message can follow.
     bool hasGreeted() const { return greeted_; }
 

@@ -114,7 +114,7 @@ void Listener::take(const asio::error_code& code, Socket socket) {
         events_.accepted(std::move(socket));
     } catch (const std::exception& failure) {
         // Memory is short, say: this connection is lost, those to come are not.
-        log::error("a client cannot be served: {}", failure.what());
+        log::failure("a client cannot be served", failure);
         return acceptAfter(errorPause);
     }
     if (events_.crowded()) return acceptAfter(crowdPause);

@@ -25,6 +25,7 @@
 #include "server/app/connection_in_use.h"
 #include "server/app/entrance.h"
 #include "server/app/http_listener.h"
+#include "server/app/memory_reserve.h"
 #include "server/app/parked_file.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
@@ -34,6 +35,9 @@
 
 namespace mote::server {
 namespace {
+
+/// Memory comes back by waiting, not by asking at once again.
+constexpr std::chrono::milliseconds shortagePause(10);
 
 unsigned processors(const ServerSettings& settings) {
     return settings.threads > 0 ? settings.threads : std::thread::hardware_concurrency();
@@ -97,15 +101,18 @@ class Server::Impl {
     }
 
     void run() {
-        rescanLater();
         for (;;) {
             try {
+                keepMemoryReserve();
+                rescanLater();
                 entrance_->accept();
                 io_.run();
                 return;
             } catch (const std::exception& failure) {
                 // Memory was short, say: what was being done is lost, the server is not.
-                log::error("{}", failure.what());
+                log::failure("something was left undone", failure);
+                if (stopping_) return;
+                std::this_thread::sleep_for(shortagePause);
             }
         }
     }
@@ -156,13 +163,13 @@ class Server::Impl {
         context_.idle = settings_.idle;
         context_.staleAfter = settings_.staleAfter;
         context_.closed = [this](SessionId id) {
-            parked_.left(id, Clock::now());
-            following_.leave(id);
             // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {
                 sessions_.erase(id);
                 if (stopping_ && sessions_.empty()) io_.stop();
             });
+            parked_.left(id, Clock::now());
+            following_.leave(id);
         };
     }
 
@@ -248,6 +255,7 @@ class Server::Impl {
     }
 
     void begin(wire::MessageStream stream, const proto::ClientMessage& hello, Role role) {
+        keepMemoryReserve();
         const SessionId id = ++lastSession_;
         const auto admission = admit(hello.hello(), id, role);
         auto session = std::make_shared<Session>(id, std::move(stream), context_, role);
@@ -285,6 +293,9 @@ class Server::Impl {
             std::max<Clock::duration>(settings_.rescanInterval, 20 * datasets_->lookTime()));
         rescan_.async_wait([this](const asio::error_code& code) {
             if (code || stopping_) return;
+            keepMemoryReserve();
+            // Memory may have been too short to hear of their end.
+            std::erase_if(sessions_, [](const auto& entry) { return entry.second->closed(); });
             if (!sessions_.empty()) datasets_->rescan();
             rescanLater();
         });

@@ -178,7 +178,12 @@ int supervise(CrashRecord& record, const std::function<int(bool again)>& serve) 
         if (WIFEXITED(end.status)) return WEXITSTATUS(end.status);
         const int signal = WTERMSIG(end.status);
         if (end.asked || !record.wasReady()) return killedBy + signal;
-        tell(record, signal);
+        try {
+            tell(record, signal);
+        } catch (const std::exception& failure) {
+            log::failure("the server starts again",
+                         failure);  // that is worth more than what there is to tell
+        }
     }
 }
 

@@ -41,7 +41,7 @@ std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry
     proto::JobRequest replot = request;
     replot.clear_output();
     auto& job = *replot.mutable_particles();
-    const auto self = roots.nameOf(entry.directory);
+    const auto self = roots.nameOf(entry.directory.path());
     if (self && !entry.manifest->particles().columns().empty() && job.columns().empty()) {
         job.clear_inputs();
         job.add_inputs(*self);
@@ -54,7 +54,7 @@ std::optional<proto::JobRequest> replotOf(const storage::Catalogue::Entry& entry
         return replot;
     }
     for (auto& input : *job.mutable_inputs()) {
-        const auto name = roots.nameOf((entry.directory.parent_path() / input).lexically_normal());
+        const auto name = roots.nameOf((entry.directory.path().parent_path() / input).lexically_normal());
         if (!name || !roots.resolveExisting(*name).ok()) return std::nullopt;
         input = *name;
     }
@@ -106,13 +106,21 @@ void DatasetService::run() {
         const auto work = std::move(work_.front());
         work_.pop_front();
         lock.unlock();
-        try {
-            work();
-        } catch (const std::exception& failure) {
-            // A look at the disk that memory did not suffice for: the next one sees what it did not.
-            log::error("the datasets could not be looked at: {}", toLogText(failure.what()));
-        }
+        perform(work);
         lock.lock();
+    }
+}
+
+/// Somebody waits for its end: where memory was too short for that, it is tried again.
+void DatasetService::perform(const std::function<void()>& work) {
+    using namespace std::chrono_literals;
+    for (auto pause = 10ms; pause < 320ms; pause *= 2) {
+        try {
+            return work();
+        } catch (const std::exception& failure) {
+            log::failure("the datasets could not be looked at", failure);
+        }
+        std::this_thread::sleep_for(pause);
     }
 }
 
@@ -157,16 +165,18 @@ void DatasetService::report() {
 void DatasetService::rescan() {
     {
         const std::lock_guard lock(mutex_);
-        if (std::exchange(rescanWaits_, true)) return;
+        if (rescanWaits_) return;
+        work_.emplace_back([this] {
+            {
+                const std::lock_guard begun(mutex_);
+                rescanWaits_ = false;
+            }
+            look();
+            report();
+        });
+        rescanWaits_ = true;
     }
-    enqueue([this] {
-        {
-            const std::lock_guard lock(mutex_);
-            rescanWaits_ = false;
-        }
-        look();
-        report();
-    });
+    wake_.notify_one();
 }
 
 void DatasetService::rescan(std::function<void()> done) {

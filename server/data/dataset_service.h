@@ -75,6 +75,7 @@ class DatasetService final : public StepSource, public RunSource {
     };
 
     void run();
+    static void perform(const std::function<void()>& work);
     void look();
     void report();
     void enqueue(std::function<void()> work);

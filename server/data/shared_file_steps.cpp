@@ -64,8 +64,8 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::open(const
 }
 
 Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(const Name& name) const {
-    MOTE_ASSIGN_OR_RETURN(const auto file, roots_.resolveExisting(name.file));
-    const auto directory = file.parent_path();
+    const std::filesystem::path file = name.file;
+    MOTE_ASSIGN_OR_RETURN(const auto directory, roots_.beneath(file.parent_path().string()));
     MOTE_ASSIGN_OR_RETURN(const auto manifest, storage::readManifest(directory));
     const auto* const entry = storage::findFile(manifest, file.filename().string());
     const auto& steps = manifest.particles().steps();
@@ -79,7 +79,7 @@ Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openFile(c
 
 /// Its points are not counted among the memory of steps: they are those of the latest selections.
 Result<std::shared_ptr<const storage::ParticleStep>> SharedFileSteps::openChosen(
-    const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t step,
+    const storage::PathBeneath& directory, const proto::Manifest& manifest, std::uint32_t step,
     const std::string& selection) {
     proto::Selection message;
     MOTE_CHECK(message.ParseFromString(selection));
@@ -105,8 +105,9 @@ Result<std::shared_ptr<const render::GridField>> SharedFileSteps::openGrid(const
 }
 
 Result<std::shared_ptr<const render::GridField>> SharedFileSteps::loadFile(const Name& name) {
-    MOTE_ASSIGN_OR_RETURN(const auto file, roots_.resolveExisting(name.file));
-    MOTE_ASSIGN_OR_RETURN(const auto manifest, storage::readManifest(file.parent_path()));
+    const std::filesystem::path file = name.file;
+    MOTE_ASSIGN_OR_RETURN(const auto directory, roots_.beneath(file.parent_path().string()));
+    MOTE_ASSIGN_OR_RETURN(const auto manifest, storage::readManifest(directory));
     const auto& steps = manifest.hybrid().steps();
     const auto at = std::find_if(steps.begin(), steps.end(),
                                  [&](const auto& step) { return step.file() == file.filename().string(); });
@@ -114,7 +115,7 @@ Result<std::shared_ptr<const render::GridField>> SharedFileSteps::loadFile(const
     const auto index = static_cast<std::uint32_t>(at - steps.begin());
     const std::uint64_t expected = render::hybridBytes(manifest.hybrid(), index, name.parts);
     MOTE_RETURN_IF_ERROR(makeRoom(expected));
-    auto loaded = render::loadHybrid(file.parent_path(), manifest, index, name.parts);
+    auto loaded = render::loadHybrid(directory, manifest, index, name.parts);
     budget_->giveBack(expected);
     return loaded;
 }

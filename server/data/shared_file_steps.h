@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <list>
 #include <string>
 
@@ -40,7 +39,7 @@ class SharedFileSteps final : public render::RankSteps {
     Result<Name> nameOf(const storage::StepOrigin& origin) const;
     Result<std::shared_ptr<const storage::ParticleStep>> openFile(const Name& name) const;
     static Result<std::shared_ptr<const storage::ParticleStep>> openChosen(
-        const std::filesystem::path& directory, const proto::Manifest& manifest, std::uint32_t step,
+        const storage::PathBeneath& directory, const proto::Manifest& manifest, std::uint32_t step,
         const std::string& selection);
     Result<std::shared_ptr<const render::GridField>> loadFile(const Name& name);
     Status makeRoom(std::uint64_t bytes);

@@ -102,7 +102,7 @@ class StepCache {
     /// A step of a dataset; the manifest tells a dataset from a later one of its name.
     struct Place {
         std::shared_ptr<const proto::Manifest> manifest;
-        std::filesystem::path directory;
+        storage::PathBeneath directory;
         std::uint32_t index = 0;
         bool operator==(const Place&) const = default;
     };

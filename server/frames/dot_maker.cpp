@@ -22,6 +22,14 @@ bool DotHistory::settled() const {
                        [](const Layer& layer) { return layer.points.settled(); });
 }
 
+DotHistory copyOf(const DotHistory& history) {
+    DotHistory copy = history;
+    for (auto& layer : copy.layers) {
+        if (layer.ink != nullptr) layer.ink = std::make_shared<render::InkMemory>(*layer.ink);
+    }
+    return copy;
+}
+
 render::Dots surfaceDots(const View& view, const Layer& layer,
                          const std::shared_ptr<const render::StippleSurface>& surface, bool onTheWay,
                          DotHistory::Layer& history) {

@@ -31,6 +31,9 @@ struct DotHistory {
     bool settled() const;
 };
 
+/// A copy of its own: what is drawn with the one changes nothing in the other.
+DotHistory copyOf(const DotHistory& history);
+
 /// The dots of a layer on a surface, in a view; `history`: the layer's own. `onTheWay`: soft dots go one
 /// step; otherwise all are where they belong.
 render::Dots surfaceDots(const View& view, const Layer& layer,

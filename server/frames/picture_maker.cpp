@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "server/frames/annotation_facts.h"
+#include "server/frames/attempt.h"
 #include "server/frames/layer_kinds.h"
+#include "server/frames/planning.h"
 #include "server/frames/scene_maker.h"
 #include "server/log.h"
 #include "server/render/layers/make_frame_plan.h"
@@ -105,45 +107,13 @@ bool anything(const View& view) {
                        [](const Layer& layer) { return layer.opacity > 0.0; });
 }
 
-/// A copy of its own: what is drawn with the one changes nothing in the other.
-DotHistory copyOf(const DotHistory& history) {
-    DotHistory copy = history;
-    for (auto& layer : copy.layers) {
-        if (layer.ink != nullptr) layer.ink = std::make_shared<render::InkMemory>(*layer.ink);
-    }
-    return copy;
-}
-
-/// A picture that is stopped or waits is made again. Where it is one of a row that shall always be the same,
-/// it then finds what it found: ink that follows the picture before must not follow one that was not
-/// finished.
-class Attempt {
-  public:
-    Attempt(const ViewTask& task, DotHistory& history) : history_(history) {
-        if (task.finalOnly) before_ = copyOf(history);
-    }
-    ~Attempt() {
-        if (before_) history_ = *std::move(before_);
-    }
-    Attempt(const Attempt&) = delete;
-    Attempt& operator=(const Attempt&) = delete;
-
-    void succeeded() { before_.reset(); }
-    /// What it made of the history is kept for when it goes on.
-    void paused(Draft& draft) {
-        if (before_) draft.after = std::move(history_);
-    }
-
-  private:
-    DotHistory& history_;
-    std::optional<DotHistory> before_;
-};
-
 }  // namespace
 
-PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs)
+PictureMaker::PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs,
+                           render::WorkInTurns::Duration leastTurn)
     : factory_(std::move(factory)),
       steps_(steps),
+      leastTurn_(leastTurn),
       device_(factory_()),
       name_(device_->name()),
       costs_(costs ? *costs : device_->costs()) {}
@@ -154,15 +124,24 @@ void PictureMaker::trim() {
 
 Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
     try {
-        Attempt attempt(*job.task, history.dots);
         if (!device_) device_ = factory_();
         history.quality.startFrom(costs_);
         steps_.beginPicture();
+        stop_ = job.stop;
         Making made;
+        auto planning = planningOf(job, history);
+        if (planning && !planning->planning->advance(job.pause)) {
+            const bool waits = planning->planning->hold(steps_.budget());
+            if (waits) history.draft = std::move(planning);
+            if (waits || !planning->planning->advance(job.stop)) return made;
+        }
+        Attempt attempt(*job.task, history.dots);
         auto draft = draftOf(job, history);
         if (draft == nullptr) {
-            MOTE_ASSIGN_OR_RETURN(draft, newDraft(job, history, made));
+            MOTE_ASSIGN_OR_RETURN(
+                draft, planning ? planning->planning->take(history, made) : newDraft(job, history, made));
         }
+        planning.reset();
         if (draft == nullptr) return made;
         const bool lost = history.lost.lock() == job.task;
         const bool done = draw(job, *draft, lost ? job.stop : job.pause);
@@ -213,17 +192,32 @@ Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& 
     MOTE_RETURN_IF_ERROR(checkDots(scene.view, *layer.stipple()));
     MOTE_ASSIGN_OR_RETURN(const auto tiles, planeOf(layer, steps_));
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto begun = Clock::now();
+    const auto begun = workClock();
     const auto plan = planFor(job, scene, quality);
     why.waits = !plan || !tiles;
     if (why.waits) return none;
-    const auto picture = device_->render(*plan, render::PixelFormat::srgb8, job.stop);
+    const auto picture = drawnBefore(*plan, job);
     check(scene);
     want(*plan);
     if (!picture) return none;
-    learn(history, scene, *picture, quality, shareOf(*plan, quality), milliseconds(Clock::now() - begun));
+    learn(history, scene, *picture, quality, shareOf(*plan, quality), milliseconds(workClock() - begun));
     return std::optional(render::photographDots(*tiles, render::luminanceOf(*picture), scene.view.width,
                                                 scene.view.height, *layer.stipple(), effortOf(job.stage)));
+}
+
+/// Drawn by the thread that has the device, wherever the plan was made. Nothing where it was stopped.
+std::optional<render::Picture> PictureMaker::drawnBefore(const render::FramePlan& plan,
+                                                         const RenderJob& job) {
+    std::unique_ptr<render::UnfinishedPicture> unfinished;
+    std::optional<render::Picture> picture;
+    const auto draw = [&](const std::stop_token& pause) {
+        if (unfinished == nullptr) unfinished = device_->begin(plan, render::PixelFormat::srgb8, stop_);
+        if (unfinished == nullptr || !unfinished->advance(pause)) return false;
+        picture = unfinished->take();
+        return true;
+    };
+    render::byOwner(draw, job.stop);
+    return picture;
 }
 
 /// The scene of a view in which layer `index` stipples what those before it drew; those after it lie in front
@@ -289,16 +283,36 @@ std::optional<render::FramePlan> PictureMaker::planFor(const RenderJob& job, con
 /// The draft of the same job; null: there is none that is any good.
 std::unique_ptr<Draft> PictureMaker::draftOf(const RenderJob& job, PictureHistory& history) const {
     auto draft = std::move(history.draft);
-    if (draft == nullptr || draft->task != job.task || draft->stage != job.stage) return nullptr;
+    if (draft == nullptr || draft->planning || draft->task != job.task || draft->stage != job.stage)
+        return nullptr;
     if (draft->device.lock() != device_) return nullptr;
     if (draft->after) history.dots = *std::exchange(draft->after, std::nullopt);
     return draft;
 }
 
+/// A draft that is being planned in turns, of the same job or a new one; null where there is none: it is
+/// planned at once.
+std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHistory& history) {
+    auto& latest = history.draft;
+    if (latest && latest->task == job.task && latest->stage == job.stage && latest->device.lock() == device_)
+        return latest->planning ? std::move(latest) : nullptr;
+    latest.reset();
+    if (!isPlannedInTurns(job)) return nullptr;
+    return std::make_unique<Draft>(
+        Draft{.task = job.task,
+              .stage = job.stage,
+              .device = device_,
+              .planning = std::make_shared<Planning>(
+                  job, history,
+                  [this, own = RenderJob{job.session, job.task, job.stage}](
+                      PictureHistory& its, Making& why) { return newDraft(own, its, why); },
+                  leastTurn_)});
+}
+
 /// Null where `why` says that the picture waits, or it was stopped.
 Result<std::unique_ptr<Draft>> PictureMaker::newDraft(const RenderJob& job, PictureHistory& history,
                                                       Making& why) {
-    const auto begun = Clock::now();
+    const auto begun = workClock();
     MOTE_ASSIGN_OR_RETURN(auto scene, sceneOf(job, history, why));
     if (!scene) return std::unique_ptr<Draft>();
     auto draft = planned(job, *std::move(scene), begun, history);
@@ -310,7 +324,7 @@ Result<std::unique_ptr<Draft>> PictureMaker::newDraft(const RenderJob& job, Pict
 std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene scene,
                                              Clock::time_point begun, PictureHistory& history) {
     const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
-    const auto planning = Clock::now();
+    const auto planning = workClock();
     auto plan = planFor(job, scene, quality);
     if (!plan) return nullptr;
     auto draft = std::make_unique<Draft>(Draft{.task = job.task,
@@ -324,8 +338,8 @@ std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene
         draft->dots = std::exchange(draft->plan.dots, nullptr);
         draft->strokes = std::exchange(draft->plan.strokes, {});
     }
-    draft->planMs = milliseconds(Clock::now() - begun);
-    draft->learnMs = milliseconds(Clock::now() - planning);
+    draft->planMs = milliseconds(workClock() - begun);
+    draft->learnMs = milliseconds(workClock() - planning);
     return draft;
 }
 

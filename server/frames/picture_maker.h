@@ -12,51 +12,22 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
-#include "server/data/held_memory.h"
 #include "server/data/step_source.h"
 #include "server/figures/marks.h"
 #include "server/frames/dot_maker.h"
-#include "server/frames/quality_controller.h"
+#include "server/frames/picture_history.h"
 #include "server/frames/render_schedule.h"
 #include "server/render/device.h"
 #include "server/render/layers/scene.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/quality.h"
 #include "server/render/plan/selection_cache.h"
-#include "server/render/plan/unfinished_picture.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::server {
 
 /// Makes a device. May throw render::DeviceError.
 using DeviceFactory = std::function<std::unique_ptr<render::Device>()>;
-
-/// A picture that gave way to others, with all that it needs to go on. It is of one job.
-struct Draft {
-    std::shared_ptr<const ViewTask> task;
-    Stage stage = Stage::quick;
-    std::weak_ptr<render::Device> device;  ///< that began it
-    render::Scene scene;
-    render::Quality quality;
-    render::FramePlan plan;
-    std::shared_ptr<const render::Dots> dots = {};  ///< as MadePicture's, and so are strokes
-    std::vector<std::shared_ptr<const render::Strokes>> strokes = {};
-    double planMs = 0.0, renderMs = 0.0;                      ///< that it took so far
-    double learnMs = 0.0;                                     ///< of planMs: apart from data
-    std::unique_ptr<render::UnfinishedPicture> picture = {};  ///< refers to the plan; null: not begun
-    std::optional<DotHistory> after = {};                     ///< as its scene left the history's dots
-    HeldMemory held = {};                                     ///< of what it keeps
-};
-
-/// What is remembered of one session's pictures, to choose the quality of the next.
-struct PictureHistory {
-    QualityController quality;
-    std::vector<std::shared_ptr<const storage::ParticleStep>> steps = {};  ///< of the latest picture
-    std::vector<const render::GridField*> hybrids = {};  ///< likewise; not held, only told apart
-    double exactPoints = 0.0;  ///< that the exact picture of the latest view would have drawn, as ViewLoad's
-    DotHistory dots = {};
-    std::unique_ptr<Draft> draft = {};        ///< of the latest job, where it gave way
-    std::weak_ptr<const ViewTask> lost = {};  ///< whose draft found no room: it gives way no more
-};
 
 /// A picture, and the message that goes with it as far as it is known now.
 struct MadePicture {
@@ -79,7 +50,9 @@ class PictureMaker {
   public:
     /// Throws render::DeviceError. `steps` must outlive it. `costs`: of such a device where they are known;
     /// else it is measured.
-    PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs = {});
+    /// `leastTurn`: of planning, as WorkInTurns.
+    PictureMaker(DeviceFactory factory, StepSource& steps, std::optional<render::DeviceCosts> costs = {},
+                 render::WorkInTurns::Duration leastTurn = render::WorkInTurns::shortTurn);
 
     const std::string& deviceName() const { return name_; }
     const render::DeviceCosts& costs() const { return costs_; }
@@ -98,9 +71,11 @@ class PictureMaker {
 
   private:
     std::unique_ptr<Draft> draftOf(const RenderJob& job, PictureHistory& history) const;
+    std::unique_ptr<Draft> planningOf(const RenderJob& job, PictureHistory& history);
     Result<std::unique_ptr<Draft>> newDraft(const RenderJob& job, PictureHistory& history, Making& why);
     std::unique_ptr<Draft> planned(const RenderJob& job, render::Scene scene, Clock::time_point begun,
                                    PictureHistory& history);
+    std::optional<render::Picture> drawnBefore(const render::FramePlan& plan, const RenderJob& job);
     bool draw(const RenderJob& job, Draft& draft, const std::stop_token& pause);
     void keep(std::unique_ptr<Draft> draft, PictureHistory& history);
     MadePicture finished(const RenderJob& job, Draft& draft, PictureHistory& history);
@@ -119,6 +94,8 @@ class PictureMaker {
 
     const DeviceFactory factory_;
     StepSource& steps_;
+    const render::WorkInTurns::Duration leastTurn_;
+    std::stop_token stop_;  // of the job that is made
     DrawnPhotographs photographs_;
     render::SelectionCache selections_;
     std::shared_ptr<render::Device> device_;  // empty after it failed twice, until the next picture

@@ -49,6 +49,10 @@ const JobRecord* JobQueue::sameJob(const std::string& digest) const {
 }
 
 Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string& client) {
+    return answerInOrder<Result<proto::JobStatus>>([&] { return retryNow(id, client); });
+}
+
+Result<proto::JobStatus> JobQueue::retryNow(std::string_view id, const std::string& client) {
     const auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const auto state = record->status.state();
@@ -74,7 +78,7 @@ Result<proto::JobStatus> JobQueue::retry(std::string_view id, const std::string&
                         "it anew",
                         id)};
     }
-    return submit(request, {false, record->status.time_limit_s(), client});
+    return submitNow(request, {false, record->status.time_limit_s(), client});
 }
 
 proto::Jobs JobQueue::page(std::uint64_t first, std::uint32_t count) const {

@@ -8,6 +8,7 @@
 
 #include "server/jobs/drafts.h"
 #include "server/jobs/job_queue.h"
+#include "server/log.h"
 #include "server/jobs/job_request_check.h"
 
 namespace mote::server {
@@ -21,7 +22,7 @@ void JobQueue::removeStrayDrafts() {
         request.set_output(record->status.request().output());
         jobs.push_back({request, {{}, record->status.id(), isLive(*record)}});
     }
-    asio::post(disk_, [roots = roots_, jobs = std::move(jobs)]() mutable {
+    onDisk([roots = roots_, jobs = std::move(jobs)]() mutable {
         std::vector<DraftOwner> owners;
         for (auto& [request, owner] : jobs) {
             const auto output = findOutput(request, roots);
@@ -43,10 +44,21 @@ void JobQueue::removeStrayUploads() {
     }
 }
 
+/// What memory is too short to remove now, the next start removes.
+void JobQueue::onDisk(std::function<void()> work) {
+    asio::post(disk_, [work = std::move(work)] {
+        try {
+            work();
+        } catch (const std::exception& failure) {
+            log::failure("files are left", failure);
+        }
+    });
+}
+
 /// Nothing of the job runs any more.
 void JobQueue::discardDraft(const std::filesystem::path& output, const std::string& job) {
     const auto aside = setDraftAside(output, job);
-    if (!aside.empty()) asio::post(disk_, [aside] { removeDraft(aside); });
+    if (!aside.empty()) onDisk([aside] { removeDraft(aside); });
 }
 
 }  // namespace mote::server

@@ -62,6 +62,16 @@ void forgetBulk(proto::JobRequest& request) {
     if (request.export_().select().ByteSizeLong() > bulk) request.mutable_export_()->clear_select();
 }
 
+/// Somebody waits for the answer.
+Result<FilmPiece> readOrSayWhy(const std::filesystem::path& directory, const proto::JobRequest& job,
+                               const proto::FetchFilm& request) {
+    try {
+        return readFilm(directory, job, request);
+    } catch (const std::exception& failure) {
+        return Error{ErrorCode::resourceExhausted, "id", failure.what()};
+    }
+}
+
 /// Of a film or an export that cannot be fetched.
 std::string whyNot(const proto::JobStatus& status) {
     switch (status.state()) {
@@ -220,6 +230,10 @@ Status JobQueue::checkRoom(const std::string& client) const {
 }
 
 Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, const JobWish& wish) {
+    return answerInOrder<Result<proto::JobStatus>>([&] { return submitNow(request, wish); });
+}
+
+Result<proto::JobStatus> JobQueue::submitNow(const proto::JobRequest& request, const JobWish& wish) {
     if (!table_) return Error{ErrorCode::internal, "", "the server takes no more jobs: it is ending"};
     const auto valid = parseJobRequest(request);
     const auto* uploads = uploads_.empty() ? "" : Uploads::root;
@@ -261,6 +275,10 @@ Result<proto::JobStatus> JobQueue::submit(const proto::JobRequest& request, cons
 }
 
 Status JobQueue::cancel(std::string_view id) {
+    return answerInOrder<Status>([&] { return cancelNow(id); });
+}
+
+Status JobQueue::cancelNow(std::string_view id) {
     auto* record = table_ ? table_->find(id) : nullptr;
     if (!record) return Error{ErrorCode::notFound, "id", fmt::format("there is no job \"{}\"", id)};
     const bool waits = record->status.state() == State::QUEUED || hasFiles(*record);
@@ -326,7 +344,7 @@ void JobQueue::fetchFilm(const proto::FetchFilm& request, FilmListener done) {
     if (!record.ok()) return asio::post(context_, [answer, error = record.error()] { answer(error); });
     asio::post(
         disk_, [this, answer, request, directory = directoryOf(*record), job = record->status.request()] {
-            auto piece = readFilm(directory, job, request);
+            auto piece = readOrSayWhy(directory, job, request);
             asio::post(context_, [answer, piece = std::move(piece)]() mutable { answer(std::move(piece)); });
         });
 }
@@ -358,7 +376,7 @@ std::function<void(const std::filesystem::path&)> JobQueue::remover() {
 }
 
 void JobQueue::removeSoon(const std::filesystem::path& folder) {
-    asio::post(disk_, [folder] {
+    onDisk([folder] {
         std::error_code code;
         std::filesystem::remove_all(folder, code);
     });

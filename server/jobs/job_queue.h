@@ -128,6 +128,9 @@ class JobQueue {
     void removeStrayDrafts();
 
     Status checkRoom(const std::string& client) const;
+    Result<proto::JobStatus> submitNow(const proto::JobRequest& request, const JobWish& wish);
+    Result<proto::JobStatus> retryNow(std::string_view id, const std::string& client);
+    Status cancelNow(std::string_view id);
     std::uint32_t timeLimitOf(const JobWish& wish) const;
     const JobRecord* sameJob(const std::string& digest) const;
     std::string madeBy(const JobRecord& record) const;
@@ -160,10 +163,27 @@ class JobQueue {
     /// What is called later: only while the queue lives.
     template <class Call>
     auto whileAlive(Call call) {
-        return [alive = std::weak_ptr(alive_), call = std::move(call)](const auto&... values) mutable {
-            if (!alive.expired()) call(values...);
+        return [this, alive = std::weak_ptr(alive_), call = std::move(call)](const auto&... values) mutable {
+            if (!alive.expired()) inOrder([&] { call(values...); });
         };
     }
+    /// Runs what changes jobs; where memory is short in its midst, what is half done is taken back.
+    template <class Work>
+    void inOrder(Work work) {
+        try {
+            work();
+        } catch (const std::exception& failure) {
+            takeUpAnew(failure);
+        }
+    }
+    template <class Answer, class Work>
+    Answer answerInOrder(Work work) {
+        Answer answer = shortOfMemory();
+        inOrder([&] { answer = work(); });
+        return answer;
+    }
+    static Error shortOfMemory();
+    void takeUpAnew(const std::exception& failure) noexcept;
     // What the place, and no job, is to blame for (job_hold.cpp).
     void rememberRoots();
     void lookForRoots();
@@ -189,6 +209,8 @@ class JobQueue {
     Result<JobRecord> finishedMaker(std::string_view id) const;
     void discard(const JobRecord& record, const std::filesystem::path& folder);
     void removeSoon(const std::filesystem::path& folder);
+    /// Does it on a thread that may take long.
+    void onDisk(std::function<void()> work);
     void discardDraft(const std::filesystem::path& output, const std::string& job);
     static std::int64_t nowMs();
 
@@ -226,6 +248,7 @@ class JobQueue {
     asio::steady_timer holdTimer_;
     std::chrono::milliseconds holdFor_{0};  // how long the next hold is
     std::map<std::string, Error> away_;     // roots, by name, when they were last looked for
+    bool beginning_ = false;                // a run is being started
     bool knowsAll_ = true;                  // jobs in the state directory, but for a broken database
     bool held_ = false;                     // nothing begins
     bool waiting_ = false;                  // the hold's timer runs

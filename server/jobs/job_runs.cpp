@@ -114,9 +114,19 @@ void JobQueue::begin(JobRecord& record) {
     if (!order.ok()) return waitForPlace(record, order.error());
     const auto number = record.number;
     starting_.emplace(number, isFilm(record));
-    runnerOf(record).start(*order, [this, number, alive = std::weak_ptr(alive_)](auto run) {
-        if (!alive.expired()) begun(number, std::move(run));
-    });
+    beginning_ = true;
+    try {
+        runnerOf(record).start(*order, [this, number, alive = std::weak_ptr(alive_)](auto run) {
+            if (alive.expired()) return;
+            if (beginning_) return begun(number, std::move(run));
+            inOrder([&] { begun(number, std::move(run)); });
+        });
+    } catch (...) {
+        beginning_ = false;
+        starting_.erase(number);
+        throw;
+    }
+    beginning_ = false;
 }
 
 /// The run waits for go(). It may have been cancelled meanwhile.

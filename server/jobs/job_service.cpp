@@ -1,11 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/jobs/job_service.h"
 
+#include <asio/post.hpp>
+#include <chrono>
 #include <exception>
+#include <new>
+#include <optional>
+#include <utility>
 
 #include "server/log.h"
 
 namespace mote::server {
+namespace {
+
+/// Somebody waits for it: where memory is short, it is tried again until there is some.
+template <class Work>
+void surely(Work work) {
+    constexpr std::chrono::milliseconds pause(10);
+    for (;; std::this_thread::sleep_for(pause)) {
+        try {
+            return work();
+        } catch (const std::bad_alloc&) {
+        }
+    }
+}
+
+}  // namespace
 
 JobService::JobService(asio::io_context& home, JobSettings settings)
     : home_(home), work_(context_->get_executor()), queue_(*context_, std::move(settings)) {}
@@ -39,17 +59,30 @@ void JobService::run() {
             return;
         } catch (const std::exception& failure) {
             // Memory was short, say: what was being done is lost, the queue is not.
-            log::error("jobs: {}", failure.what());
+            log::failure("something of jobs was left undone", failure);
         }
     }
+}
+
+void JobService::ask(Question question, Answered answered) {
+    struct Asked {
+        Question question;
+        Answered answered;
+        std::optional<Result<proto::ServerMessage>> answer = {};
+    };
+    const auto asked = std::make_shared<Asked>(Asked{std::move(question), std::move(answered)});
+    asio::post(*context_, [this, asked] {
+        asked->answer.emplace(answerOf(asked->question));
+        surely([&] { asio::post(home_, [asked] { asked->answered(*std::move(asked->answer)); }); });
+    });
 }
 
 Result<proto::ServerMessage> JobService::answerOf(const Question& question) {
     try {
         return question(queue_);
     } catch (const std::exception& failure) {
-        log::error("jobs: {}", failure.what());
-        return Error{ErrorCode::resourceExhausted, "", "the server is short of memory; ask again later"};
+        log::failure("a question about jobs has no answer", failure);
+        return Error{ErrorCode::resourceExhausted, "", "there is not enough memory for it now"};
     }
 }
 

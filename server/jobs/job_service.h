@@ -7,7 +7,6 @@
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
-#include <asio/post.hpp>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -15,7 +14,6 @@
 #include <memory>
 #include <string>
 #include <thread>
-#include <utility>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
@@ -28,6 +26,7 @@ class JobService {
   public:
     /// What is done on the queue's thread; it may use whatever else belongs to that thread.
     using Question = std::function<Result<proto::ServerMessage>(JobQueue&)>;
+    using Answered = std::function<void(Result<proto::ServerMessage>)>;
     using Counts = std::map<std::string, std::size_t>;
 
     /// Nothing is touched before start(). `home` outlives it.
@@ -43,17 +42,9 @@ class JobService {
     /// As JobQueue::stop, soon; questions are still answered.
     void stop();
 
-    /// `answered`, which may be move-only, is called once, never from within; the order is kept among answers
-    /// and changes. Not where the service ends first. A question that throws is answered resourceExhausted.
-    template <class Answered>
-    void ask(Question question, Answered answered) {
-        asio::post(
-            *context_, [this, question = std::move(question), answered = std::move(answered)]() mutable {
-                asio::post(home_, [answer = answerOf(question), answered = std::move(answered)]() mutable {
-                    std::move(answered)(std::move(answer));
-                });
-            });
-    }
+    /// `answered` is called once, never from within, unless the service ends first; the order is kept among
+    /// answers and changes. A question that throws is answered resourceExhausted.
+    void ask(Question question, Answered answered);
     /// As JobQueue::fetchFilm.
     void fetchFilm(const proto::FetchFilm& request, JobQueue::FilmListener done);
 

@@ -29,7 +29,10 @@ proto::JobStatus listed(const JobRecord& record) {
 
 Status JobTable::load() {
     MOTE_ASSIGN_OR_RETURN(auto records, store_.load());
-    for (auto& record : records) records_.emplace(record.number, std::move(record));
+    std::map<std::int64_t, JobRecord> known;
+    for (auto& record : records) known.emplace(record.number, std::move(record));
+    records_ = std::move(known);
+    unsaved_.clear();
     return success();
 }
 

@@ -21,7 +21,8 @@ class JobTable {
   public:
     explicit JobTable(JobStore store) : store_(std::move(store)) {}
 
-    /// Errors: as JobStore::load.
+    /// What is stored takes the place of all that was known. Errors: as JobStore::load; nothing has changed
+    /// then.
     Status load();
     /// Gives it a number. The pointer stays valid until prune() forgets a finished job. Errors: as
     /// JobStore::insert.

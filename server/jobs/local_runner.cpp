@@ -84,13 +84,17 @@ int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_
     std::vector<char*> argv;
     for (auto& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
+    auto variables = jobEnvironment();
+    const auto pointers = pointersTo(variables);
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, 1, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-    posix_spawn_file_actions_adddup2(&files, 1, 2);
-    posix_spawn_file_actions_adddup2(&files, gate, kGate);
-    posix_spawn_file_actions_addclosefrom_np(&files, kGate + 1);
+    // Each takes memory, and without any one of them another program would be run.
+    int error = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
+    if (error == 0)
+        error = posix_spawn_file_actions_addopen(&files, 1, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
+    if (error == 0) error = posix_spawn_file_actions_adddup2(&files, 1, 2);
+    if (error == 0) error = posix_spawn_file_actions_adddup2(&files, gate, kGate);
+    if (error == 0) error = posix_spawn_file_actions_addclosefrom_np(&files, kGate + 1);
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
     sigset_t all, none;
@@ -100,9 +104,7 @@ int spawn(std::vector<std::string> words, const std::string& log, int gate, pid_
     posix_spawnattr_setsigmask(&attributes, &none);
     posix_spawnattr_setflags(&attributes,
                              POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-    auto variables = jobEnvironment();
-    const int error =
-        posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), pointersTo(variables).data());
+    if (error == 0) error = posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), pointers.data());
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;

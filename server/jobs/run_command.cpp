@@ -95,11 +95,11 @@ class Command : public std::enable_shared_from_this<Command> {
         argv.push_back(nullptr);
         posix_spawn_file_actions_t files;
         posix_spawn_file_actions_init(&files);
-        posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
-        posix_spawn_file_actions_adddup2(&files, output_.get(), 1);
-        posix_spawn_file_actions_adddup2(&files, errors_.get(), 2);
-        posix_spawn_file_actions_addclosefrom_np(&files, 3);
-        const int error = posix_spawn(&pid_, argv[0], &files, nullptr, argv.data(), environ);
+        int error = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
+        if (error == 0) error = posix_spawn_file_actions_adddup2(&files, output_.get(), 1);
+        if (error == 0) error = posix_spawn_file_actions_adddup2(&files, errors_.get(), 2);
+        if (error == 0) error = posix_spawn_file_actions_addclosefrom_np(&files, 3);
+        if (error == 0) error = posix_spawn(&pid_, argv[0], &files, nullptr, argv.data(), environ);
         posix_spawn_file_actions_destroy(&files);
         return error;
     }

@@ -177,7 +177,10 @@ asio::awaitable<void> Session::write() {
             continue;
         }
         readerWake_.notify();
-        if (item->kind == Outbox::Item::Kind::allJobs) item->message = co_await askJobs(allJobs);
+        if (item->kind == Outbox::Item::Kind::allJobs) {
+            co_await askJobs(0, allJobs, writerWake_);
+            continue;
+        }
         fill(*item);
         std::span<const std::uint8_t> payload = item->payload;
         if (item->frame) payload = std::span(item->frame->payload).subspan(item->begin, item->size);
@@ -225,7 +228,7 @@ void Session::catalogueChanged() {
 
 void Session::jobChanged(std::shared_ptr<const proto::JobStatus> job) {
     if (!watchesJobs_) return;
-    outbox_.jobChanged(std::move(job));
+    orClose([&] { outbox_.jobChanged(std::move(job)); });
     writerWake_.notify();
 }
 
@@ -251,8 +254,7 @@ void Session::leave(const Error& reason) {
 
 void Session::close() {
     if (std::exchange(closed_, true)) return;
-    // Who was told why it ends has its line in the log.
-    if (!std::exchange(leaving_, true)) log::info(log::session(id_), "left");
+    const bool told = std::exchange(leaving_, true);
     context_.render->close(id_);
     stream_.close();
     deadline_.cancel();
@@ -264,6 +266,9 @@ void Session::close() {
     answersWake_.notify();
     queries_.close();
     context_.closed(id_);
+    // Who was told why it ends has its line in the log. Last: where memory is too short for it, all else is
+    // done.
+    if (!told) log::info(log::session(id_), "left");
 }
 
 asio::awaitable<void> Session::work() {
@@ -276,34 +281,25 @@ asio::awaitable<void> Session::work() {
         commands_.pop_front();
         commandBytes_ -= command.SpaceUsedLong();
         readerWake_.notify();
-        auto answered = co_await answer(command);
         // The writer wakes readers and workers alike when there is room again.
+        if (auto question = jobQuestion(command)) {
+            while (!outbox_.room() && !closed_) co_await readerWake_.wait();
+            co_await askJobs(command.request(), std::move(question), workerWake_);
+            continue;
+        }
+        auto answered = co_await answer(command);
         while (!outbox_.room() && !closed_) co_await readerWake_.wait();
         reply(command.request(), std::move(answered));
     }
 }
 
-asio::awaitable<Reply> Session::answer(proto::ClientMessage& command) {
+asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
     using Body = proto::ClientMessage;
     switch (command.body_case()) {
         case Body::kListDatasets:
             co_return co_await listDatasets();
         case Body::kDescribe:
             co_return co_await describe(command.describe().dataset());
-        case Body::kSubmitJob:
-            co_return co_await askJobs(submitJob(*command.mutable_submit_job()));
-        case Body::kRetryJob:
-            co_return co_await askJobs(retryJob(command.retry_job().id()));
-        case Body::kListJobs:
-            co_return co_await askJobs(pageOfJobs(command.list_jobs()));
-        case Body::kUpload:
-            co_return co_await askJobs(upload(*command.mutable_upload()));
-        case Body::kCancelJob:
-            co_return co_await askJobs(cancelJob(command.cancel_job().id()));
-        case Body::kWatchJobs:
-            watchesJobs_ = true;
-            context_.parked->watchJobs(id_);
-            co_return co_await askJobs(allJobs);
         case Body::kFetchFilm:
             co_return co_await fetchFilm(command.fetch_film());
         default:

@@ -80,10 +80,8 @@ struct SessionContext {
     std::function<void(SessionId)> closed;            ///< once, as the last thing
 };
 
-/// Questions of the jobs' thread (session_jobs.cpp).
+/// A list for those who watch jobs; a question of the jobs' thread.
 Result<proto::ServerMessage> allJobs(JobQueue& queue);
-JobService::Question cancelJob(const std::string& id);
-JobService::Question pageOfJobs(const proto::ListJobs& wanted);
 
 /// What a client starts with.
 std::uint32_t frameCredits(const proto::Hello& hello);
@@ -97,6 +95,8 @@ class Session : public std::enable_shared_from_this<Session> {
     void start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     /// Sends the client one fatal failure if it still takes it, then closes.
     void leave(const Error& reason);
+    /// Whether nothing comes of it any more; nobody need keep it.
+    bool closed() const { return closed_; }
     /// The datasets are not the same as before.
     void catalogueChanged();
     /// What a job is now.
@@ -140,13 +140,15 @@ class Session : public std::enable_shared_from_this<Session> {
         return commands_.size() < maxCommands && commandBytes_ < maxCommandBytes;
     }
     asio::awaitable<void> work();
-    asio::awaitable<Reply> answer(proto::ClientMessage& command);
+    asio::awaitable<Reply> answer(const proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
     asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
-    asio::awaitable<proto::ServerMessage> askJobs(JobService::Question question);
+    JobService::Question jobQuestion(proto::ClientMessage& command);
     JobService::Question submitJob(proto::SubmitJob& message) const;
-    JobService::Question retryJob(const std::string& id) const;
-    JobService::Question upload(proto::Upload& part) const;
+    JobService::Question upload(proto::Upload& message) const;
+    /// Until it is replied to; `wake`: of the coroutine that waits, a member.
+    asio::awaitable<void> askJobs(std::uint64_t request, JobService::Question question, Wakeup& wake);
+    void replyOfJobs(std::uint64_t request, Result<proto::ServerMessage> answer);
     asio::awaitable<Reply> fetchFilm(const proto::FetchFilm& request);
 
     asio::awaitable<void> query(proto::ClientMessage message);
@@ -158,6 +160,16 @@ class Session : public std::enable_shared_from_this<Session> {
     void fillFrame(Outbox::Item& item);
     void reply(std::uint64_t to, Reply reply);
     void close();
+    /// Memory that is short ends this connection, not the server; the client comes back and asks again for
+    /// what it would wait for in vain.
+    template <class Work>
+    void orClose(Work work) {
+        try {
+            work();
+        } catch (const std::exception&) {
+            close();
+        }
+    }
 
     const SessionId id_;
     SessionContext& context_;

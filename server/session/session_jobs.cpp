@@ -3,8 +3,6 @@
 // A session's commands about jobs, and what films have left.
 #include "server/session/session.h"
 
-#include <asio/async_result.hpp>
-
 namespace mote::server {
 namespace {
 
@@ -17,7 +15,9 @@ Answer told(Result<proto::JobStatus> job) {
     return message;
 }
 
-}  // namespace
+JobService::Question retryJob(const std::string& id, SessionId client) {
+    return [id, client = std::to_string(client)](JobQueue& jobs) { return told(jobs.retry(id, client)); };
+}
 
 JobService::Question cancelJob(const std::string& id) {
     return [id](JobQueue& jobs) -> Answer {
@@ -34,12 +34,37 @@ JobService::Question pageOfJobs(const proto::ListJobs& wanted) {
     };
 }
 
+}  // namespace
+
 Answer allJobs(JobQueue& queue) {
     proto::ServerMessage message;
     auto& jobs = *message.mutable_jobs();
     for (auto& job : queue.list()) *jobs.add_jobs() = std::move(job);
     jobs.set_total(queue.size());
     return message;
+}
+
+/// Null: the command is not about jobs.
+JobService::Question Session::jobQuestion(proto::ClientMessage& command) {
+    using Body = proto::ClientMessage;
+    switch (command.body_case()) {
+        case Body::kSubmitJob:
+            return submitJob(*command.mutable_submit_job());
+        case Body::kRetryJob:
+            return retryJob(command.retry_job().id(), id_);
+        case Body::kListJobs:
+            return pageOfJobs(command.list_jobs());
+        case Body::kUpload:
+            return upload(*command.mutable_upload());
+        case Body::kCancelJob:
+            return cancelJob(command.cancel_job().id());
+        case Body::kWatchJobs:
+            watchesJobs_ = true;
+            context_.parked->watchJobs(id_);
+            return allJobs;
+        default:
+            return nullptr;
+    }
 }
 
 JobService::Question Session::submitJob(proto::SubmitJob& message) const {
@@ -54,10 +79,6 @@ JobService::Question Session::submitJob(proto::SubmitJob& message) const {
     };
 }
 
-JobService::Question Session::retryJob(const std::string& id) const {
-    return [id, client = std::to_string(id_)](JobQueue& jobs) { return told(jobs.retry(id, client)); };
-}
-
 JobService::Question Session::upload(proto::Upload& message) const {
     const auto part = std::make_shared<proto::Upload>(std::move(message));
     return [part, uploads = uploads_](JobQueue&) -> Answer {
@@ -69,16 +90,24 @@ JobService::Question Session::upload(proto::Upload& message) const {
     };
 }
 
-/// It goes on within the answer itself: what a job becomes is told after what it was when it was asked for.
-asio::awaitable<proto::ServerMessage> Session::askJobs(JobService::Question question) {
-    auto ask = [this, &question](auto answered) {
-        context_.jobs->ask(std::move(question), std::move(answered));
-    };
-    auto answer =
-        co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Answer)>(ask, asio::use_awaitable);
-    if (!answer.ok()) co_return failureMessage(0, answer.error(), false);
+asio::awaitable<void> Session::askJobs(std::uint64_t request, JobService::Question question, Wakeup& wake) {
+    const auto done = std::make_shared<bool>(false);
+    context_.jobs->ask(std::move(question), [weak = weak_from_this(), &wake, done, request](Answer answer) {
+        *done = true;
+        const auto self = weak.lock();
+        if (!self) return;
+        self->orClose([&] { self->replyOfJobs(request, std::move(answer)); });
+        wake.notify();
+    });
+    while (!*done && !closed_) co_await wake.wait();
+}
+
+/// At once, as the next thing that is told of jobs is newer.
+void Session::replyOfJobs(std::uint64_t request, Answer answer) {
+    if (closed_ || leaving_) return;
+    if (!answer.ok()) return reply(request, failureMessage(0, answer.error(), false));
     outbox_.jobsTold(*answer);
-    co_return *std::move(answer);
+    reply(request, *std::move(answer));
 }
 
 /// The disk is read on a thread of the queue's.

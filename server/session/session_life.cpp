@@ -45,7 +45,7 @@ void Session::lookLater() {
     life_.expires_after(wait);
     life_.async_wait([weak = weak_from_this()](const asio::error_code& code) {
         const auto self = weak.lock();
-        if (!code && self && !self->closed_ && !self->leaving_) self->look();
+        if (!code && self && !self->closed_ && !self->leaving_) self->orClose([&] { self->look(); });
     });
 }
 

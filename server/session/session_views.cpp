@@ -138,7 +138,7 @@ void Session::beginFrames() {
         const auto self = weak.lock();
         if (code || !self || self->closed_) return;
         self->writerWake_.notify();
-        self->beginFrames();
+        self->orClose([&] { self->beginFrames(); });
     });
 }
 
@@ -180,13 +180,15 @@ RenderEvents Session::renderEvents() {
     const auto executor = executor_;
     return {[weak, executor](RenderedFrame frame) {
                 asio::post(executor, [weak, frame = std::move(frame)]() mutable {
-                    if (const auto self = weak.lock()) self->frameReady(std::move(frame));
+                    const auto self = weak.lock();
+                    if (self) self->orClose([&] { self->frameReady(std::move(frame)); });
                 });
             },
             [weak, executor](const ViewTask& task, Error error) {
                 asio::post(executor,
                            [weak, request = task.request, queued = task.queued, error = std::move(error)] {
-                               if (const auto self = weak.lock()) self->viewFailed(request, queued, error);
+                               const auto self = weak.lock();
+                               if (self) self->orClose([&] { self->viewFailed(request, queued, error); });
                            });
             }};
 }

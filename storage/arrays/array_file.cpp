@@ -50,7 +50,7 @@ std::string describe(const std::vector<std::uint64_t>& shape) {
 }
 
 /// The digest of a file of arrays whose name ends with `suffix`.
-Result<proto::Digest> findDigest(const fs::path& directory, const proto::Manifest& manifest,
+Result<proto::Digest> findDigest(const PathBeneath& directory, const proto::Manifest& manifest,
                                  const std::string& name, std::string_view suffix) {
     const auto* digest = findFile(manifest, name + ".digest");
     if (digest && findFile(manifest, name + std::string(suffix)))
@@ -69,7 +69,7 @@ Status writeArrayFile(const fs::path& directory, const std::string& name, const 
     return writer.finish();
 }
 
-Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& entry) {
+Result<proto::Digest> readDigest(const PathBeneath& path, const proto::FileEntry& entry) {
     MOTE_ASSIGN_OR_RETURN(const auto text, readWhole(path, digestLimit));
     if (text.size() != entry.size() || hash128(std::as_bytes(std::span(text))) != entry.xxh3_128()) {
         return Error{ErrorCode::corrupt, path.string(),
@@ -81,14 +81,14 @@ Result<proto::Digest> readDigest(const fs::path& path, const proto::FileEntry& e
     return Error{ErrorCode::corrupt, parsed.error().where, parsed.error().message};
 }
 
-Result<ArrayFile> ArrayFile::open(const fs::path& directory, const proto::Manifest& manifest,
+Result<ArrayFile> ArrayFile::open(const PathBeneath& directory, const proto::Manifest& manifest,
                                   const std::string& name) {
     MOTE_ASSIGN_OR_RETURN(const auto digest, findDigest(directory, manifest, name, ".h5"));
     const auto& entry = *findFile(manifest, name + ".h5");
     return of(MappedFile::open(directory / entry.name(), entry.size()), digest);
 }
 
-Result<ArrayFile> ArrayFile::openPacked(const fs::path& directory, const proto::Manifest& manifest,
+Result<ArrayFile> ArrayFile::openPacked(const PathBeneath& directory, const proto::Manifest& manifest,
                                         const std::string& name, std::uint64_t most) {
     MOTE_ASSIGN_OR_RETURN(const auto digest, findDigest(directory, manifest, name, ".h5.zst"));
     return of(MappedFile::unpack(directory / (name + ".h5.zst"), most), digest);

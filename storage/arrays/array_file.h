@@ -20,6 +20,7 @@
 #include "storage/blocks/mapped_file.h"
 #include "storage/blocks/verified_array.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -60,19 +61,18 @@ Status writeArrayFile(const std::filesystem::path& directory, const std::string&
                       const ArrayFileContent& content);
 
 /// A digest, held to the manifest's hash of its file. Errors: notFound, corrupt.
-Result<proto::Digest> readDigest(const std::filesystem::path& path, const proto::FileEntry& entry);
+Result<proto::Digest> readDigest(const PathBeneath& path, const proto::FileEntry& entry);
 
 class ArrayFile {
   public:
     /// NAME.h5 and NAME.digest of a dataset. Nothing but the digest is read yet. Errors: notFound, corrupt.
-    static Result<ArrayFile> open(const std::filesystem::path& directory, const proto::Manifest& manifest,
+    static Result<ArrayFile> open(const PathBeneath& directory, const proto::Manifest& manifest,
                                   const std::string& name);
 
     /// The same of NAME.h5.zst (packed_file.h), which holds `most` bytes at most. All is unpacked into
     /// memory.
-    static Result<ArrayFile> openPacked(const std::filesystem::path& directory,
-                                        const proto::Manifest& manifest, const std::string& name,
-                                        std::uint64_t most);
+    static Result<ArrayFile> openPacked(const PathBeneath& directory, const proto::Manifest& manifest,
+                                        const std::string& name, std::uint64_t most);
 
     bool has(const std::string& name) const { return find(name) != nullptr; }
 

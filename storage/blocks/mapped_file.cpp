@@ -139,7 +139,7 @@ std::optional<std::uint64_t> MappingGuard::fault() const {
     return offset == unharmed ? std::nullopt : std::optional(offset);
 }
 
-Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint64_t expectedSize) {
+Result<MappedFile> MappedFile::open(const PathBeneath& path, std::uint64_t expectedSize) {
     MOTE_ASSIGN_OR_RETURN(auto file, openRegular(path));
     struct stat status {};
     if (::fstat(file.get(), &status) != 0) return systemError(errno, path.string(), "cannot be opened");
@@ -156,7 +156,7 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& path, std::uint
     return mapped;
 }
 
-Result<MappedFile> MappedFile::unpack(const std::filesystem::path& path, std::uint64_t most) {
+Result<MappedFile> MappedFile::unpack(const PathBeneath& path, std::uint64_t most) {
     MOTE_ASSIGN_OR_RETURN(auto source, PackedSource::open(path));
     MappedFile memory(path.string(), FileDescriptor(::memfd_create("mote-unpacked", MFD_CLOEXEC)));
     if (!memory.file_.valid()) return systemError(errno, path.string(), "cannot be unpacked");
@@ -168,7 +168,7 @@ Result<MappedFile> MappedFile::unpack(const std::filesystem::path& path, std::ui
         if (some.size() > most - size) {
             return Error{ErrorCode::corrupt, path.string(), fmt::format("holds more than {} bytes", most)};
         }
-        MOTE_RETURN_IF_ERROR(writeAt(memory.file_.get(), size, std::as_bytes(some), path));
+        MOTE_RETURN_IF_ERROR(writeAt(memory.file_.get(), size, std::as_bytes(some), path.path()));
         size += some.size();
     }
     struct stat status {};

@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +16,7 @@
 
 #include "protocol/scene/error.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -63,11 +63,11 @@ class MappingGuard {
 class MappedFile {
   public:
     /// Errors: as openRegular, corrupt (its size is not `expectedSize`), resourceExhausted.
-    static Result<MappedFile> open(const std::filesystem::path& path, std::uint64_t expectedSize);
+    static Result<MappedFile> open(const PathBeneath& path, std::uint64_t expectedSize);
 
     /// What a packed file (packed_file.h) holds, in memory of its own, for which `most` bytes are taken at
     /// most. Errors: as openRegular, corrupt (it holds more), resourceExhausted.
-    static Result<MappedFile> unpack(const std::filesystem::path& path, std::uint64_t most);
+    static Result<MappedFile> unpack(const PathBeneath& path, std::uint64_t most);
 
     MappedFile(MappedFile&& other) noexcept
         : path_(std::move(other.path_)),

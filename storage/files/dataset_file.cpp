@@ -65,11 +65,12 @@ Status ScratchFile::sync() const {
     return syncPath(path_);
 }
 
-Result<FileDescriptor> openRegular(const std::filesystem::path& path) {
+Result<FileDescriptor> openRegular(const PathBeneath& path) {
     // O_NONBLOCK: a named pipe in a file's place must not make the server wait.
-    FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    FileDescriptor file = path.open(O_RDONLY | O_NONBLOCK);
     if (!file.valid() && errno == ELOOP) {
-        return Error{ErrorCode::corrupt, path.string(), "is a link, where a dataset has files of its own"};
+        return Error{ErrorCode::corrupt, path.string(),
+                     "is a link or lies behind one, where a dataset has files of its own"};
     }
     if (!file.valid()) return systemError(errno, path.string(), "cannot be opened");
     struct stat status {};
@@ -78,7 +79,7 @@ Result<FileDescriptor> openRegular(const std::filesystem::path& path) {
     return file;
 }
 
-Result<std::string> readWhole(const std::filesystem::path& path, std::size_t limit) {
+Result<std::string> readWhole(const PathBeneath& path, std::size_t limit) {
     MOTE_ASSIGN_OR_RETURN(const auto file, openRegular(path));
     std::string text;
     while (true) {

@@ -16,6 +16,7 @@
 
 #include "protocol/scene/error.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -50,11 +51,12 @@ class ScratchFile {
     std::atomic<std::uint64_t> end_{0};
 };
 
-/// Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's place).
-Result<FileDescriptor> openRegular(const std::filesystem::path& path);
+/// Opens it to be read. Errors: notFound, permissionDenied, corrupt (a link, folder or device in a file's
+/// place, or a link in a folder's).
+Result<FileDescriptor> openRegular(const PathBeneath& path);
 
 /// The whole file. Errors: as openRegular, resourceExhausted (larger than `limit`), internal.
-Result<std::string> readWhole(const std::filesystem::path& path, std::size_t limit);
+Result<std::string> readWhole(const PathBeneath& path, std::size_t limit);
 
 /// Writes and syncs a file that must not exist yet. Errors: alreadyExists, permissionDenied, notFound (its
 /// folder), resourceExhausted (disk full). The file is removed after an error.

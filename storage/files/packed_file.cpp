@@ -82,9 +82,9 @@ struct PackedSource::Stream {
     ~Stream() { ZSTD_freeDCtx(context); }
 };
 
-Result<std::unique_ptr<PackedSource>> PackedSource::open(const std::filesystem::path& path) {
+Result<std::unique_ptr<PackedSource>> PackedSource::open(const PathBeneath& path) {
     MOTE_ASSIGN_OR_RETURN(auto file, openRegular(path));
-    return std::unique_ptr<PackedSource>(new PackedSource(std::move(file)));
+    return std::make_unique<PackedSource>(std::move(file));
 }
 
 PackedSource::PackedSource(FileDescriptor file)

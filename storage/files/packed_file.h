@@ -14,6 +14,7 @@
 
 #include "protocol/scene/error.h"
 #include "storage/files/file_descriptor.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -32,11 +33,12 @@ Status packFile(const std::filesystem::path& path);
 class PackedSource final : public std::streambuf {
   public:
     /// Errors: as openRegular.
-    static Result<std::unique_ptr<PackedSource>> open(const std::filesystem::path& path);
+    static Result<std::unique_ptr<PackedSource>> open(const PathBeneath& path);
+    /// Of an open file, from where it is read next.
+    explicit PackedSource(FileDescriptor file);
     ~PackedSource() override;
 
   private:
-    explicit PackedSource(FileDescriptor file);
     int_type underflow() override;
     bool readMore();
 

@@ -86,7 +86,7 @@ Status HybridStepWriter::writeBricks(std::span<const std::uint64_t> begin) const
     return put(bricksArray, 0, begin);
 }
 
-Result<HybridStep> HybridStep::open(const std::filesystem::path& directory, const proto::Manifest& manifest,
+Result<HybridStep> HybridStep::open(const PathBeneath& directory, const proto::Manifest& manifest,
                                     std::uint32_t step) {
     const auto* entry = findHybridStep(manifest, step);
     if (!entry) {

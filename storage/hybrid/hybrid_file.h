@@ -15,6 +15,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "storage/arrays/array_file.h"
+#include "storage/files/path_beneath.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {
@@ -139,7 +140,7 @@ class HybridStep {
     /// Step `step` of a dataset whose manifest was checked: every byte held to its digest, every count and
     /// place checked. Errors: notFound, corrupt (with file and array), invalidArgument (a dataset of another
     /// kind, a step that there is not).
-    static Result<HybridStep> open(const std::filesystem::path& directory, const proto::Manifest& manifest,
+    static Result<HybridStep> open(const PathBeneath& directory, const proto::Manifest& manifest,
                                    std::uint32_t step);
 
     const GridSize& lowSize() const { return lowSize_; }

@@ -2,14 +2,18 @@
 #include "storage/hybrid/residual_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
-#include <fstream>
-#include <istream>
 #include <memory>
+#include <streambuf>
+#include <utility>
+#include <vector>
 
+#include "storage/files/dataset_file.h"
 #include "storage/files/packed_file.h"
 #include "storage/hash.h"
 #include "storage/hybrid/check_hybrid.h"
@@ -20,22 +24,33 @@
 namespace mote::storage {
 namespace {
 
-namespace fs = std::filesystem;
-
-Status damaged(const fs::path& path, std::string message) {
+Status damaged(const PathBeneath& path, std::string message) {
     return Error{ErrorCode::corrupt, path.string(), std::move(message)};
 }
 
-/// Opens a file that may be packed.
-Result<std::unique_ptr<std::streambuf>> openBytes(const fs::path& path) {
-    if (path.extension() == packedSuffix) {
-        MOTE_ASSIGN_OR_RETURN(auto packed, PackedSource::open(path));
-        return std::unique_ptr<std::streambuf>(std::move(packed));
+/// An open file's bytes as they are.
+class PlainSource final : public std::streambuf {
+  public:
+    explicit PlainSource(FileDescriptor file) : file_(std::move(file)) {}
+
+  private:
+    int_type underflow() override {
+        ssize_t got = 0;
+        do {
+            got = ::read(file_.get(), bytes_.data(), bytes_.size());
+        } while (got < 0 && errno == EINTR);
+        if (got <= 0) return traits_type::eof();
+        setg(bytes_.data(), bytes_.data(), bytes_.data() + got);
+        return traits_type::to_int_type(*gptr());
     }
-    auto plain = std::make_unique<std::filebuf>();
-    if (plain->open(path, std::ios::in | std::ios::binary))
-        return std::unique_ptr<std::streambuf>(std::move(plain));
-    return Error{ErrorCode::notFound, path.string(), "cannot be opened"};
+
+    FileDescriptor file_;
+    std::vector<char> bytes_ = std::vector<char>(1 << 16);
+};
+
+std::unique_ptr<std::streambuf> bytesOf(FileDescriptor file, bool packed) {
+    if (packed) return std::make_unique<PackedSource>(std::move(file));
+    return std::make_unique<PlainSource>(std::move(file));
 }
 
 using Values = std::array<float, residualBrickSamples>;
@@ -53,7 +68,7 @@ bool takeValues(std::span<const float, residualBrickSamples> leaf, double step, 
 
 }  // namespace
 
-Status readResidual(const fs::path& directory, const proto::Manifest& manifest, std::uint32_t step,
+Status readResidual(const PathBeneath& directory, const proto::Manifest& manifest, std::uint32_t step,
                     const std::function<void(const ResidualBrick&)>& visit,
                     const std::function<bool()>& cancelled) {
     const auto* entry = findHybridStep(manifest, step);
@@ -62,13 +77,15 @@ Status readResidual(const fs::path& directory, const proto::Manifest& manifest, 
                      fmt::format("has no residual of a step {}", step)};
     }
     const auto path = directory / entry->residual_file();
-    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(path, cancelled));
-    const auto& file = *findFile(manifest, entry->residual_file());
-    if (hash.size != file.size() || hash.xxh3_128 != file.xxh3_128()) {
+    // One opening for both, so that no other file's bytes are read than were hashed.
+    MOTE_ASSIGN_OR_RETURN(auto file, openRegular(path));
+    MOTE_ASSIGN_OR_RETURN(const auto hash, hashFile(file.get(), path.path(), cancelled));
+    const auto& described = *findFile(manifest, entry->residual_file());
+    if (hash.size != described.size() || hash.xxh3_128 != described.xxh3_128()) {
         return damaged(
             path, "differs from its hash in the manifest; the dataset is damaged: copy or make it again");
     }
-    MOTE_ASSIGN_OR_RETURN(const auto bytes, openBytes(path));
+    const auto bytes = bytesOf(std::move(file), path.path().extension() == packedSuffix);
     ResidualReader reader(
         *bytes,
         {gridSize(manifest.hybrid().error_size()), entry->residual_bricks(), entry->residual_samples()},

@@ -6,13 +6,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 #include "storage/hybrid/hybrid_limits.h"
 
 namespace mote::storage {
@@ -30,8 +30,8 @@ struct ResidualBrick {
 /// Reads a step's residual; `visit` gets every brick that holds any, in a fixed order. The whole file is held
 /// to the manifest's hash before it is read, and its counts to the manifest. Errors: notFound, corrupt,
 /// invalidArgument (there is no such step or residual), cancelled.
-Status readResidual(const std::filesystem::path& directory, const proto::Manifest& manifest,
-                    std::uint32_t step, const std::function<void(const ResidualBrick&)>& visit,
+Status readResidual(const PathBeneath& directory, const proto::Manifest& manifest, std::uint32_t step,
+                    const std::function<void(const ResidualBrick&)>& visit,
                     const std::function<bool()>& cancelled = {});
 
 /// "residual-000012.vdb", before it is packed

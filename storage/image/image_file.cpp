@@ -42,7 +42,7 @@ Status writeImage(const std::filesystem::path& directory, const Luminance& pictu
     return writeArrayFile(directory, imageName, content);
 }
 
-Result<Luminance> readImage(const std::filesystem::path& directory, const proto::Manifest& manifest,
+Result<Luminance> readImage(const PathBeneath& directory, const proto::Manifest& manifest,
                             std::uint64_t mostPixels) {
     if (!manifest.has_image()) {
         return Error{ErrorCode::invalidArgument, directory.string(),
@@ -53,10 +53,12 @@ Result<Luminance> readImage(const std::filesystem::path& directory, const proto:
     const auto height = manifest.image().height();
     MOTE_ASSIGN_OR_RETURN(const auto values, file.get<float>(luminanceArray, {height, width}));
     const auto good = [](float value) { return std::isfinite(value) && value >= 0.0F; };
-    const bool allGood = std::all_of(values.begin(), values.end(), good);
+    bool allGood = std::all_of(values.begin(), values.end(), good);
     const double times = static_cast<double>(values.size()) / static_cast<double>(mostPixels);
     auto picture =
         reduced(values, width, height, std::max(1U, static_cast<std::uint32_t>(std::ceil(std::sqrt(times)))));
+    // The copy, too: the file may have been written to between the two.
+    allGood = allGood && std::all_of(picture.values.begin(), picture.values.end(), good);
     MOTE_RETURN_IF_ERROR(file.check());
     if (allGood) return picture;
     return Error{ErrorCode::corrupt, file.where(luminanceArray),

@@ -12,6 +12,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -37,7 +38,7 @@ Status writeImage(const std::filesystem::path& directory, const Luminance& pictu
 /// not negative. Errors: notFound, corrupt (with file and array), invalidArgument (a dataset of another
 /// kind).
 /// One of more than `mostPixels` is averaged down by a whole number.
-Result<Luminance> readImage(const std::filesystem::path& directory, const proto::Manifest& manifest,
+Result<Luminance> readImage(const PathBeneath& directory, const proto::Manifest& manifest,
                             std::uint64_t mostPixels = maxImagePixels);
 
 }  // namespace mote::storage

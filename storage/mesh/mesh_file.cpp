@@ -95,7 +95,7 @@ proto::MeshManifest describeMesh(const SurfaceMesh& mesh) {
     return manifest;
 }
 
-Result<SurfaceMesh> readMesh(const std::filesystem::path& directory, const proto::Manifest& manifest) {
+Result<SurfaceMesh> readMesh(const PathBeneath& directory, const proto::Manifest& manifest) {
     if (!manifest.has_mesh()) {
         return Error{ErrorCode::invalidArgument, directory.string(), "is a dataset without a mesh"};
     }

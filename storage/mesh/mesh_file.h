@@ -9,6 +9,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 #include "storage/mesh/surface_mesh.h"
 
 namespace mote::storage {
@@ -24,6 +25,6 @@ proto::MeshManifest describeMesh(const SurfaceMesh& mesh);
 /// Reads all of it, every byte held to its digest, and checks it (checkSurfaceMesh) and that it has the
 /// manifest's vertices, triangles and bounds. Errors: notFound, corrupt (with file and array),
 /// invalidArgument (a dataset without a mesh).
-Result<SurfaceMesh> readMesh(const std::filesystem::path& directory, const proto::Manifest& manifest);
+Result<SurfaceMesh> readMesh(const PathBeneath& directory, const proto::Manifest& manifest);
 
 }  // namespace mote::storage

@@ -45,7 +45,7 @@ double meanMomentum(const ParticleColumns& columns) {
 
 }  // namespace
 
-DatasetSteps::DatasetSteps(std::filesystem::path directory, std::shared_ptr<const proto::Manifest> manifest,
+DatasetSteps::DatasetSteps(PathBeneath directory, std::shared_ptr<const proto::Manifest> manifest,
                            std::shared_ptr<BlockBudget> budget)
     : directory_(std::move(directory)), manifest_(std::move(manifest)), budget_(std::move(budget)) {}
 

@@ -4,11 +4,11 @@
 // were asked for last; any number of threads.
 #pragma once
 
-#include <filesystem>
 #include <list>
 #include <memory>
 #include <mutex>
 
+#include "storage/files/path_beneath.h"
 #include "storage/numbers/run_steps.h"
 
 namespace mote::storage {
@@ -19,7 +19,7 @@ class DatasetSteps final : public RunSteps {
   public:
     /// `manifest` is of a particle plot, checked (storage/manifest.h), `directory` the dataset. With a
     /// budget, blocks come and go as those of ParticleStep do.
-    DatasetSteps(std::filesystem::path directory, std::shared_ptr<const proto::Manifest> manifest,
+    DatasetSteps(PathBeneath directory, std::shared_ptr<const proto::Manifest> manifest,
                  std::shared_ptr<BlockBudget> budget = nullptr);
 
     const proto::ParticlesManifest& manifest() const override { return manifest_->particles(); }
@@ -37,7 +37,7 @@ class DatasetSteps final : public RunSteps {
     Result<StepNumbers> open(std::uint32_t index) const;
     std::optional<StepNumbers> find(std::uint32_t index) const;
 
-    const std::filesystem::path directory_;
+    const PathBeneath directory_;
     const std::shared_ptr<const proto::Manifest> manifest_;
     const std::shared_ptr<BlockBudget> budget_;  ///< may be null
     mutable std::mutex mutex_;

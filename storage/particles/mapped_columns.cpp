@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t checkedAtOnce = std::uint64_t{1} << 16;  // of the index, between two questions
 
-Error withoutColumns(const std::filesystem::path& directory) {
+Error withoutColumns(const PathBeneath& directory) {
     return {ErrorCode::notFound, directory.string(),
             "was made without columns, so there are no numbers beside its points; making it again with "
             "mote-prep particles keeps them"};
@@ -54,7 +54,7 @@ FileLayout columnsLayout(const std::vector<ColumnInfo>& columns, bool ids, std::
     return layout;
 }
 
-Result<std::shared_ptr<const ParticleColumns>> ParticleColumns::open(const std::filesystem::path& directory,
+Result<std::shared_ptr<const ParticleColumns>> ParticleColumns::open(const PathBeneath& directory,
                                                                      const proto::Manifest& manifest,
                                                                      std::uint32_t step,
                                                                      std::shared_ptr<BlockBudget> budget) {
@@ -63,7 +63,7 @@ Result<std::shared_ptr<const ParticleColumns>> ParticleColumns::open(const std::
     return std::shared_ptr<const ParticleColumns>(std::move(opened));
 }
 
-Result<std::shared_ptr<const MappedColumns>> MappedColumns::open(const std::filesystem::path& directory,
+Result<std::shared_ptr<const MappedColumns>> MappedColumns::open(const PathBeneath& directory,
                                                                  const proto::Manifest& manifest,
                                                                  std::uint32_t step,
                                                                  std::shared_ptr<BlockBudget> budget) {

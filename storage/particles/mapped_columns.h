@@ -28,7 +28,7 @@ FileLayout columnsLayout(const std::vector<ColumnInfo>& columns, bool ids, std::
 class MappedColumns final : public ParticleColumns {
   public:
     /// As ParticleColumns::open.
-    static Result<std::shared_ptr<const MappedColumns>> open(const std::filesystem::path& directory,
+    static Result<std::shared_ptr<const MappedColumns>> open(const PathBeneath& directory,
                                                              const proto::Manifest& manifest,
                                                              std::uint32_t step,
                                                              std::shared_ptr<BlockBudget> budget = nullptr);

@@ -33,7 +33,7 @@ proto::Digest withPreview(proto::Digest digest) {
 
 }  // namespace
 
-Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesystem::path& directory,
+Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const PathBeneath& directory,
                                                                const proto::Manifest& manifest,
                                                                std::uint32_t step,
                                                                std::shared_ptr<BlockBudget> budget) {
@@ -42,7 +42,7 @@ Result<std::shared_ptr<const ParticleStep>> ParticleStep::open(const std::filesy
     return std::shared_ptr<const ParticleStep>(std::move(opened));
 }
 
-Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem::path& directory,
+Result<std::shared_ptr<const MappedStep>> MappedStep::open(const PathBeneath& directory,
                                                            const proto::Manifest& manifest,
                                                            std::uint32_t step,
                                                            std::shared_ptr<BlockBudget> budget) {
@@ -64,7 +64,7 @@ Result<std::shared_ptr<const MappedStep>> MappedStep::open(const std::filesystem
     MOTE_ASSIGN_OR_RETURN(auto file, MappedFile::open(path, described.size()));
     const std::shared_ptr<MappedStep> mapped(
         new MappedStep(std::move(file), path.string(), std::move(budget)));
-    mapped->origin_ = {path, described.xxh3_128()};
+    mapped->origin_ = {path.path(), described.xxh3_128()};
     mapped->volumeSize_ = 1U << particles.volume_level();
     mapped->maxLevel_ = particles.max_level();
     mapped->logDensity_ = {particles.density_min(), particles.density_max()};

@@ -33,7 +33,7 @@ class MappedStep final : public ParticleStep {
     };
 
     /// As ParticleStep::open; `step` is one of the manifest's.
-    static Result<std::shared_ptr<const MappedStep>> open(const std::filesystem::path& directory,
+    static Result<std::shared_ptr<const MappedStep>> open(const PathBeneath& directory,
                                                           const proto::Manifest& manifest, std::uint32_t step,
                                                           std::shared_ptr<BlockBudget> budget = nullptr);
     ~MappedStep() override;

@@ -11,7 +11,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -21,6 +20,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 #include "storage/storage_error.h"
 
 namespace mote::storage {
@@ -37,7 +37,7 @@ class ParticleColumns {
   public:
     /// `directory` is the dataset; checks the digest's shapes against the manifest. Errors: notFound (the
     /// dataset was made without columns: says how to make them), corrupt.
-    static Result<std::shared_ptr<const ParticleColumns>> open(const std::filesystem::path& directory,
+    static Result<std::shared_ptr<const ParticleColumns>> open(const PathBeneath& directory,
                                                                const proto::Manifest& manifest,
                                                                std::uint32_t step,
                                                                std::shared_ptr<BlockBudget> budget = nullptr);

@@ -17,7 +17,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,6 +24,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/log_density.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -105,7 +105,7 @@ class ParticleStep {
   public:
     /// `directory` is the dataset; checks the digest's shapes against each other and the file's size.
     /// Errors: notFound, corrupt.
-    static Result<std::shared_ptr<const ParticleStep>> open(const std::filesystem::path& directory,
+    static Result<std::shared_ptr<const ParticleStep>> open(const PathBeneath& directory,
                                                             const proto::Manifest& manifest,
                                                             std::uint32_t step,
                                                             std::shared_ptr<BlockBudget> budget = nullptr);

@@ -161,8 +161,7 @@ Status writeHierarchy(const std::filesystem::path& directory, const StippleHiera
     return writeArrayFile(directory, hierarchyName, content);
 }
 
-Result<StippleHierarchy> readHierarchy(const std::filesystem::path& directory,
-                                       const proto::Manifest& manifest) {
+Result<StippleHierarchy> readHierarchy(const PathBeneath& directory, const proto::Manifest& manifest) {
     if (!manifest.has_stipple()) {
         return Error{ErrorCode::invalidArgument, directory.string(),
                      fmt::format("is a dataset of kind \"{}\", not a stipple hierarchy", manifest.kind())};

@@ -15,6 +15,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::storage {
 
@@ -48,7 +49,6 @@ Status writeHierarchy(const std::filesystem::path& directory, const StippleHiera
 /// Reads all of it, every byte held to its digest, and checks it (checkHierarchy) and that it has the
 /// manifest's points and moves. Errors: notFound, corrupt (with file and array), invalidArgument (a dataset
 /// of another kind).
-Result<StippleHierarchy> readHierarchy(const std::filesystem::path& directory,
-                                       const proto::Manifest& manifest);
+Result<StippleHierarchy> readHierarchy(const PathBeneath& directory, const proto::Manifest& manifest);
 
 }  // namespace mote::storage

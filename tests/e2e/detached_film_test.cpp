@@ -51,6 +51,14 @@ class DetachedFilms : public testing::Test {
         return run(more);
     }
 
+    /// And waits until it is.
+    void cancel(const std::string& id) const {
+        EXPECT_EQ(run({"--cancel", id}).status, 0);
+        const auto followed = run({"--follow", id});
+        EXPECT_EQ(followed.status, 1);
+        EXPECT_THAT(followed.errors, HasSubstr("the job was cancelled"));
+    }
+
     Station station_;
     TempDir folder_;
 };
@@ -117,6 +125,24 @@ TEST_F(DetachedFilms, OutliveTheirServer) {
     EXPECT_EQ(namesIn(folder_ / "fetched").size(), static_cast<std::size_t>(frames));
 }
 
+TEST_F(DetachedFilms, AreListedFollowedAndTriedAgain) {
+    const auto id = detach(4, {"--job-time", "600"});
+    const auto followed = run({"--follow", id});
+    EXPECT_EQ(followed.status, 0) << followed.errors;
+    const auto longer = detach(2000);
+    cancel(longer);
+    const auto again = run({"--retry", longer});
+    ASSERT_EQ(again.status, 0) << again.errors;
+    const auto second = again.output.substr(0, 16);
+    EXPECT_NE(second, longer);
+    cancel(second);
+    EXPECT_EQ(run({"--retry", id}).status, 1) << "it succeeded";
+    const auto list = run({"--list-jobs"});
+    EXPECT_THAT(list.output, testing::MatchesRegex(second + "  cancelled[^\n]*\n" + longer +
+                                                   "  cancelled[^\n]*\n" + id + "  succeeded[^\n]*\n"));
+    EXPECT_THAT(run({"--list-jobs", "--json"}).output, HasSubstr("\"timeLimitS\":600"));
+}
+
 TEST_F(DetachedFilms, ThatCannotBeFetchedSayWhy) {
     const auto none = fetch("0123456789abcdef", {"--out", (folder_ / "out").string()});
     EXPECT_EQ(none.status, 1);
@@ -125,10 +151,7 @@ TEST_F(DetachedFilms, ThatCannotBeFetchedSayWhy) {
     const auto early = fetch(id, {"--out", (folder_ / "out").string()});
     EXPECT_EQ(early.status, 1);
     EXPECT_THAT(early.errors, testing::AnyOf(HasSubstr("queued"), HasSubstr("running"), HasSubstr("%")));
-    client::Connection connection(station_.connection(), {});
-    (void)answer<proto::JobStatus>(connection,
-                                   [&](auto reply) { connection.cancelJob(id, std::move(reply)); });
-    reached(connection, id, proto::JobStatus::CANCELLED);
+    cancel(id);
     EXPECT_EQ(fetch(id, {"--out", (folder_ / "out").string()}).status, 1);
     EXPECT_TRUE(namesIn(folder_ / "out").empty());
     const auto wrong = run({script(10, 63).string(), "--detach", "--video", "mp4"});

@@ -21,6 +21,7 @@ class FakeRun:
         self.weights = [numbers.random(particles) for _ in range(steps)]
         self.queries = []
         self.files = {}
+        self.jobs = []
         self.lie = lambda message, payload: (message, payload)
 
     def answer(self, peer, asked):
@@ -34,8 +35,8 @@ class FakeRun:
             part = asked.upload
             self.files[part.name] = (b"" if part.begin == 0 else self.files[part.name]) + part.data
             peer.reply(asked, "uploaded", name=part.name, size=len(self.files[part.name]))
-        elif body == "watch_jobs":
-            peer.reply(asked, "jobs")
+        elif body in ("watch_jobs", "list_jobs"):
+            self.list(peer, asked)
         elif body == "submit_job":
             self.job(peer, asked)
 
@@ -67,6 +68,15 @@ class FakeRun:
                 "id": "7", "state": state, "progress": progress, "phase": "sorting", "log": ["a line"]}))
             message.job.request.CopyFrom(asked.submit_job.job)
             peer.send(message)
+        self.jobs = [message.job]
+
+    def list(self, peer, asked):
+        """All on one page."""
+        message = messages.new("ServerMessage")
+        message.reply_to = asked.request
+        message.jobs.total = len(self.jobs)
+        message.jobs.jobs.extend(self.jobs[asked.list_jobs.first:])
+        peer.send(message)
 
     def chosen(self, query, step):
         """Of a selection's ranges and ids alone."""

@@ -1,45 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real server that listens on TCP, and ends of connections to it that do as they please."""
-import json
-import pathlib
 import socket
 import ssl
 import struct
-import subprocess
+
+from real_server import RealServer
 
 GREETING = struct.pack("<4sHH", b"MOTE", 1, 3)
 
 
-class TlsServer:
-    """One that is ready; for a ``with`` statement."""
+class TlsServer(RealServer):
+    """On a port of the loopback device, which is ``place``."""
 
-    def __init__(self, program, folder, *more):
-        folder = pathlib.Path(folder)
-        (folder / "data").mkdir(exist_ok=True)
-        self.file = folder / "connection.json"
-        self.process = subprocess.Popen(
-            [str(program), "--root", f"data={folder / 'data'}", "--state", str(folder / "state"), "--connection",
-             str(self.file), "--listen", "tcp:127.0.0.1:0", "--device", "cpu", *more],
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        if not self.process.stdout.readline().startswith("ready "):
-            self.close()
-            raise RuntimeError("the server is not ready")
-        self.content = json.loads(self.file.read_text())
-        host, port = self.content["address"][len("tcp:"):].rsplit(":", 1)
+    def __init__(self, program, folder, *options):
+        super().__init__(program, folder, "--listen", "tcp:127.0.0.1:0", *options)
+        host, port = self.content["address"].removeprefix("tcp:").rsplit(":", 1)
         self.place = (host, int(port))
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def close(self):
-        """Its exit code."""
-        self.process.terminate()
-        code = self.process.wait(60)
-        self.process.stdout.close()
-        return code
 
     def connect(self):
         """A TCP connection on which nothing was said."""

@@ -8,10 +8,13 @@ import socket
 import ssl
 import subprocess
 import tempfile
+import threading
 import unittest
 
 from support import BIN, Case, make_beam, mote, needs_server  # isort: skip
 from mote.messages import new  # isort: skip
+from mote.opening import open_socket  # isort: skip
+from mote.wire import Place  # isort: skip
 from tls_server import TlsServer, Recorded, context, frame, GREETING  # isort: skip
 
 SCRIPT = {"views": [{"width": 96, "height": 64, "layers": [{"dataset": "data/beam", "particles": {
@@ -136,6 +139,23 @@ class CutShort(WithTls):
             limit += 1
         self.assertGreater(limit, 300)  # a ClientHello alone takes more than 200
         self.still_serves()
+
+
+class HandshakeThatBreaks(Case):
+    def test_is_a_line_that_broke_and_no_lack_of_tls(self):
+        for answer in (b"", b"\x16\x03\x03\x00\x7a\x02"):  # the beginning of a ServerHello
+            with socket.create_server(("127.0.0.1", 0)) as listener:
+                def serve(listener=listener, answer=answer):
+                    line, _ = listener.accept()
+                    line.recv(4096)
+                    line.sendall(answer)
+                    line.close()
+
+                server = threading.Thread(target=serve)
+                server.start()
+                with self.fails("internal", words="closed"):  # after which who comes back tries again
+                    open_socket(Place("tcp:here", "00", 0, listener.getsockname(), "00" * 32))
+                server.join()
 
 
 @needs_server

@@ -7,12 +7,13 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "client" / "python")]
+sys.path[:0] = [str(ROOT / "client" / "python"), str(ROOT / "tests" / "python")]
 
 import numpy  # noqa: E402
 from mote import wire  # noqa: E402
 from mote.line import Line  # noqa: E402
 from mote.messages import new, to_message  # noqa: E402
+from real_server import RealServer  # noqa: E402
 
 
 def make_volume(programs, folder, edge=128):
@@ -35,36 +36,11 @@ def view_of(width, height, turn=0.0):
             "layers": [{"dataset": "data/field", "hybrid": {}}]}
 
 
-class Server:
-    """One that is ready, on a Unix socket; for a ``with`` statement."""
+class Server(RealServer):
+    """Its device has all threads; ``programs``: the folder of mote-server."""
 
-    def __init__(self, programs, folder, *more):
-        self.file = folder / "connection.json"
-        self.process = subprocess.Popen(
-            [programs / "mote-server", "--root", f"data={folder / 'data'}", "--state", folder / "state", "--connection",
-             self.file, "--device", "cpu", *more], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        if not self.process.stdout.readline().startswith("ready "):
-            self.close()
-            raise RuntimeError("the server is not ready")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def close(self):
-        """Its exit code."""
-        self.process.terminate()
-        code = self.process.wait(60)
-        self.process.stdout.close()
-        return code
-
-    def resident(self):
-        """Bytes of the process that serves: of the supervisor's child."""
-        tasks = pathlib.Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        sizes = [pathlib.Path(f"/proc/{pid}/statm").read_text().split() for pid in tasks or [self.process.pid]]
-        return max(int(size[1]) for size in sizes) * os.sysconf("SC_PAGE_SIZE")
+    def __init__(self, programs, folder, *options):
+        super().__init__(programs / "mote-server", folder, *options)
 
 
 class Client:

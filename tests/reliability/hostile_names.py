@@ -6,8 +6,10 @@
 
 200 names stand wherever a message has one: datasets of descriptions, views and queries, inputs and outputs of every
 kind of job, uploads. A second process swaps a link, then a folder and a link, between a place beneath the root and one
-outside, while datasets are described and drawn and jobs read and write through it. Outside lies a dataset that says so
-in its title. Prints how many names and swaps there were and how many escaped; exits 1 where any did, or the server died.
+outside, while datasets are described and drawn and jobs read and write through it; then a dataset's folder, its manifest
+and its files, each with a link to another's outside, while it is described and its steps are drawn and read. What lies
+outside says so in its title and has other numbers. Prints how many names and swaps there were and how many escaped; exits
+1 where any did, or the server died.
 """
 import argparse
 import ctypes
@@ -20,6 +22,7 @@ import sys
 import tempfile
 
 import own_server
+import swapped_datasets
 from kill_prep_everywhere import digest
 from own_server import mote, new
 
@@ -55,7 +58,7 @@ class Place:
 
     def __init__(self, folder, build):
         self.folder, self.prep = folder, build / "bin" / "mote-prep"
-        self.data, self.outside = folder / "data", folder / "outside"
+        self.data, self.outside, self.links = folder / "data", folder / "outside", folder / "links"
         own_server.make_beam(build, self.data)
         self.outside.mkdir()
         subprocess.run([self.prep, "particles", self.data / "run.h5", "--axes", "x,px,y", "--quiet", "--title", SECRET,
@@ -66,13 +69,14 @@ class Place:
                  "beam-out.mote": str(self.outside / "beam.mote")}
         for name, target in links.items():
             os.symlink(target, self.data / name)
+        swapped_datasets.make(build, self.data, self.outside, self.links, SECRET)
         self.digest = digest(self.outside)
 
     def wrongs(self):
         if digest(self.outside) != self.digest:
             yield "what lies outside was changed"
-        strangers = {path.name for path in self.folder.iterdir()} - {"data", "outside", "state", "connection.json",
-                                                                    "server.log"}
+        strangers = {path.name for path in self.folder.iterdir()} - {"data", "outside", "links", "state",
+                                                                    "connection.json", "server.log"}
         if strangers:
             yield f"files appeared outside: {sorted(strangers)}"
 
@@ -184,9 +188,11 @@ def exchange(libc, one, other):
         raise OSError(ctypes.get_errno(), "renameat2")
 
 
-def swap(data, count, swaps, opens):
-    """First the link alone points to and fro, then a folder and a link change places; so many an open."""
+def swap(place, count, swaps, opens):
+    """Half of them: a link alone points to and fro, then a folder and a link change places. Then what a dataset has of
+    its own leaves its place to a link and comes back. So many an open."""
     libc = ctypes.CDLL(None, use_errno=True)
+    data = place.data
     inside, way = data / "inside", data / "way"
 
     def count_one():
@@ -194,16 +200,23 @@ def swap(data, count, swaps, opens):
         while swaps.value > SWAPS_AN_OPEN * (opens.value + 1) and os.getppid() != 1:
             os.sched_yield()
 
-    for number in range(count // 2):
+    quarter = count // 4
+    for number in range(quarter):
         spare = data / ".spare"
         os.symlink("../outside" if number % 2 == 0 else "inside", spare)
         os.rename(spare, way)
         count_one()
     other = data / "out"
     os.symlink("../outside", other)
-    for _ in range(count - count // 2):
+    for _ in range(quarter):
         exchange(libc, inside, other)
         count_one()
+    changes = swapped_datasets.places(data, place.links)
+    while swaps.value < count:
+        own, link = next(changes)
+        for _ in range(min(2, count - swaps.value)):
+            exchange(libc, own, link)
+            count_one()
 
 
 def open_beside(server, place, count):
@@ -214,9 +227,10 @@ def open_beside(server, place, count):
         subprocess.run(["cp", "-r", place.data / name, inside / name], check=True)
     os.symlink("inside", place.data / "way")
     swaps, opens = multiprocessing.Value("q", 0, lock=False), multiprocessing.Value("q", 0, lock=False)
-    swapper = multiprocessing.Process(target=swap, args=(place.data, count, swaps, opens), daemon=True)
+    swapper = multiprocessing.Process(target=swap, args=(place, count, swaps, opens), daemon=True)
     wrongs, jobs = [], []
     with server.session() as session:
+        looks = swapped_datasets.Looks(session)
         swapper.start()
         while swapper.is_alive():
             for way in ("data/way", "data/inside", "data/out"):
@@ -234,10 +248,14 @@ def open_beside(server, place, count):
                         jobs.append(session.prepare(f"{way}/run.h5", axes=["x", "px", "y"], output=output))
                     except mote.Error:
                         pass
-            opens.value += 1
+            opens.value += 2
+            looks.look()
             if any(entry.title == SECRET for entry in session.catalogue()):
                 wrongs.append("the catalogue has what lies outside")
         swapper.join()
+        wrongs += looks.wrongs
+        if looks.whole == 0:
+            wrongs.append("no look at a dataset whose files were swapped saw it whole")
         for job in jobs:
             try:
                 job.wait(timeout=60, progress=False)
@@ -245,6 +263,7 @@ def open_beside(server, place, count):
                 pass
     if swaps.value != count:
         wrongs.append(f"only {swaps.value} swaps were made")
+    print(f"{looks.whole} of {looks.number} looks at a dataset whose files were swapped saw it whole")
     return swaps.value, opens.value + len(jobs), wrongs
 
 

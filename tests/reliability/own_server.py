@@ -1,24 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A server of a script's own on a Unix socket: started, hurt, ended and started again, by its own process ids alone."""
-import json
 import os
 import pathlib
-import select
 import signal
 import socket
 import struct
 import subprocess
 import sys
-import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "client" / "python"), str(ROOT / "tests" / "python")]
 
 import mote  # noqa: E402
 from mote.messages import new, parse  # noqa: E402
+from real_server import NotReady, RealServer  # noqa: E402, F401
 
 GREETING = struct.pack("<4sHH", b"MOTE", 1, 3)
-_READY = 60.0
 
 
 def add_build(parser):
@@ -58,38 +55,13 @@ def is_program(number, program):
         return False
 
 
-class NotReady(RuntimeError):
-    """A server that did not come to its work; how it ended."""
+class OwnServer(RealServer):
+    """One of one thread, which may be killed; ``before`` may be what hurts it."""
 
+    def __init__(self, program, folder, *options, **popen):
+        super().__init__(program, folder, "--threads", "1", *options, **popen)
 
-class OwnServer:
-    """One that is ready; for a ``with`` statement. ``before``: words before its command line, as of strace."""
-
-    def __init__(self, program, folder, *more, before=(), device="cpu", **popen):
-        self.program, self.folder = pathlib.Path(program).resolve(), pathlib.Path(folder)
-        (self.folder / "data").mkdir(exist_ok=True)
-        self.file = self.folder / "connection.json"
-        self.log = self.folder / "server.log"
-        begin = time.perf_counter()
-        with open(self.log, "ab") as log:
-            self.process = subprocess.Popen(
-                [*map(str, before), str(self.program), "--root", f"data={self.folder / 'data'}", "--state",
-                 str(self.folder / "state"), "--connection", str(self.file), "--device", device, "--threads", "1", *more],
-                stdout=subprocess.PIPE, stderr=log, **popen)
-        readable, _, _ = select.select([self.process.stdout], [], [], _READY)
-        if not readable or not self.process.stdout.readline().startswith(b"ready "):
-            self.kill()
-            raise NotReady(f"the server is not ready: code {self.process.returncode}")
-        self.seconds = time.perf_counter() - begin
-        content = json.loads(self.file.read_text(encoding="utf-8"))
-        self.token = content["token"]
-        self._socket = content["address"].removeprefix("unix:")
-        self.serving = self._serving()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
+    def close(self):
         self.kill()
 
     def _own(self):
@@ -104,6 +76,10 @@ class OwnServer:
     def is_hurt(self):
         """Whether the process that served at first is gone."""
         return self._serving() != self.serving or self.process.poll() is not None
+
+    def follow(self):
+        """What is there now counts as what served at first."""
+        self.serving = self._serving()
 
     def kill(self):
         """At once, the supervisor first, or it would start another. Jobs live on."""
@@ -134,23 +110,12 @@ class OwnServer:
     def session(self):
         return mote.connect(self.file)
 
-    def memory(self, field="VmRSS"):
-        """Of the process that serves, KiB; "VmHWM": the most that it ever was."""
-        for line in pathlib.Path(f"/proc/{self.serving}/status").read_text(encoding="ascii").splitlines():
-            if line.startswith(field + ":"):
-                return int(line.split()[1])
-        raise RuntimeError(f"no {field} of process {self.serving}")
-
-    def count(self, kind):
-        """Its "task"s (threads) or "fd"s."""
-        return len(os.listdir(f"/proc/{self.serving}/{kind}"))
-
     def raw(self):
         """A line on which nothing was said."""
         line = socket.socket(socket.AF_UNIX)
         line.settimeout(60)
-        line.connect(self._socket)
-        return RawLine(line, self.token)
+        line.connect(self.content["address"].removeprefix("unix:"))
+        return RawLine(line, self.content["token"])
 
 
 class RawLine:

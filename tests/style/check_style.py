@@ -67,7 +67,7 @@ NEVER_IN = [
 # Texts of others reach the terminal through complain() alone; who draws a bar, or ends a process, says only its own.
 STDERR = re.compile(r"print\w*\(stderr\b|std::cerr")
 MAY_USE_STDERR = ("protocol/scene/complain.cpp", "protocol/scene/error.cpp", "client/frames/progress_bar.cpp",
-                  "client/stats/export_particles.cpp", "preprocess/console.cpp", "server/jobs/supervise/", "tests/")
+                  "client/shared/job_percentage.cpp", "preprocess/console.cpp", "server/jobs/supervise/", "tests/")
 
 NAMED = re.compile("`((?:" + "|".join(FOLDERS) + r"|deploy)/[\w/.-]+)`")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

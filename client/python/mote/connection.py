@@ -333,7 +333,7 @@ class Connection:
             if question.finished:
                 continue
             if question.sent and body in ("submit_job", "retry_job", "upload"):
-                question.fail(Error("internal", "", "the server ended while it was asked, and nobody knows what it did"))
+                question.fail(Error("internal", "", "the line broke while the server was asked, and nobody knows what it did"))
                 continue
             question.answers.clear()
             question.sent = False

@@ -89,6 +89,9 @@ def open_socket(place: Place) -> AnySocket:
         raise Error("not_found", place.address, "no server listens here; is it still running?") from None
     except PermissionError:
         raise Error("permission_denied", place.address, "this server is another user's") from None
+    except (ssl.SSLEOFError, ssl.SSLZeroReturnError):
+        # A line that broke, like any other: who comes back tries again.
+        raise Error("internal", place.address, "the server closed the connection while it was opened") from None
     except ssl.SSLError as failure:
         if failure.reason == _NO_PLACE:
             raise Error("resource_exhausted", "server", "too many connections that have shown no token are there; "

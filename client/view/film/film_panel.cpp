@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/shared/jobs.h"
 #include "client/view/panel_widgets.h"
 
 namespace mote::client {
@@ -51,10 +52,6 @@ void chooseSize(FilmModel& model) {
     if (!chooseName("##size", chosen, names)) return;
     model.setSize(
         sizes[static_cast<std::size_t>(std::find(names.begin(), names.end(), chosen) - names.begin())]);
-}
-
-bool underWay(const proto::JobStatus& job) {
-    return job.state() == proto::JobStatus::QUEUED || job.state() == proto::JobStatus::RUNNING;
 }
 
 }  // namespace
@@ -168,7 +165,7 @@ void FilmPanel::drawFiles(const FilmModel& model, const FilmState& state, FilmAc
     ImGui::SameLine();
     if (button("Save script...", model.isFilm())) savingScript.open();
     ImGui::SameLine(0.0F, 16.0F * scale);
-    const bool busy = state.job != nullptr && underWay(*state.job);
+    const bool busy = state.job != nullptr && isUnderWay(*state.job);
     const bool ready = model.isFilm() && state.failure.empty() && state.connected && !busy;
     if (button("Make film", ready)) actions.makeFilm = kind_ == "pictures" ? "" : kind_;
     ImGui::SameLine();
@@ -195,13 +192,16 @@ void FilmPanel::drawJob(const FilmState& state, FilmActions& actions, float scal
     }
     if (state.job == nullptr) return;
     const auto& job = *state.job;
-    if (underWay(job)) {
+    if (isUnderWay(job)) {
         ImGui::ProgressBar(static_cast<float>(job.progress()), {150.0F * scale, 0.0F}, job.phase().c_str());
         ImGui::SameLine();
         actions.cancelJob = ImGui::Button("Cancel");
         ImGui::SameLine();
-    } else if (job.state() == proto::JobStatus::SUCCEEDED) {
+    } else if (isReadyFilm(job)) {
         actions.saveFilm = ImGui::Button("Save film...");
+        ImGui::SameLine();
+    } else if (mayBeTriedAgain(job)) {
+        actions.retryJob = ImGui::Button("Try again");
         ImGui::SameLine();
     }
 }

@@ -34,7 +34,7 @@ struct FilmActions {
     bool scrubbed = false;  ///< the film at the playhead is to be shown
     bool editing = false;   ///< and the mouse is still on it
     bool togglePreview = false;
-    bool cancelJob = false, stopSaving = false;
+    bool cancelJob = false, retryJob = false, stopSaving = false;
     bool saveFilm = false;                ///< where to is to be asked
     std::optional<std::string> makeFilm;  ///< "mp4", ...; "": pictures
     std::optional<std::filesystem::path> openScript, saveScript, saveFilmTo;

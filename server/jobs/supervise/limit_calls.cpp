@@ -46,7 +46,7 @@ class Filter {
         const int error = good_ ? -seccomp_load(context_.get()) : ENOMEM;
         if (error == 0) return success();
         return Error{ErrorCode::unsupported, "",
-                     "seccomp cannot filter this job's calls: " + systemMessage(error)};
+                     "seccomp cannot filter this job's calls: " + systemMessage(error), error == ENOMEM};
     }
 
   private:

@@ -25,6 +25,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/scene/complain.h"
 #include "protocol/scene/system_error.h"
 #include "server/jobs/job_environment.h"
 #include "server/jobs/supervise/child_end.h"
@@ -62,23 +63,28 @@ void addSystem(Rights& rights, const std::string& program, const std::string& di
     rights.writable.emplace_back("/dev/shm");
 }
 
-/// False, and one line in the job's log, where the kernel cannot and nobody allowed that.
-bool giveUpRights(const Order& order) {
+/// 0; or an exit code, and one line in the job's log, where the kernel cannot and nobody allowed that, or
+/// memory is short, which is no reason to run a job unconfined.
+int giveUpRights(const Order& order) {
     for (const auto limit : {limitResources, limitFiles, limitCalls}) {
         const auto status = limit(order.rights);
         if (status.ok()) continue;
         const auto why = status.error().toString();
+        if (status.error().passing) {
+            fmt::print(stderr, "{}\n", why);
+            return EX_TEMPFAIL;
+        }
         if (!order.unconfined) {
             fmt::print(stderr,
                        "jobs cannot be confined on this machine ({}): none is run, unless mote-server is "
                        "started with --allow-unconfined-jobs\n",
                        why);
-            return false;
+            return kCannotStart;
         }
         fmt::print(stderr, "mote-supervise: note: this job is not confined ({})\n", why);
     }
     std::fflush(stderr);
-    return true;
+    return 0;
 }
 
 std::vector<std::string> programEnvironment() {
@@ -105,9 +111,9 @@ std::vector<std::string> programEnvironment() {
     signal(SIGXFSZ, SIG_DFL);
     auto variables = programEnvironment();
     addSystem(order.rights, order.program[0], order.directory);
-    if (!giveUpRights(order)) {
+    if (const int code = giveUpRights(order)) {
         std::fflush(stderr);
-        _exit(kCannotStart);
+        _exit(code);
     }
     sigprocmask(SIG_UNBLOCK, &signals, nullptr);
     execve(order.program[0], order.program.data(), pointersTo(variables).data());
@@ -115,6 +121,16 @@ std::vector<std::string> programEnvironment() {
     fmt::print(stderr, "{}\n", error.toString());
     std::fflush(stderr);
     _exit(error.passing ? EX_TEMPFAIL : kCannotStart);
+}
+
+/// Where memory is short the child ends: what it would unwind is the supervisor's.
+[[noreturn]] void becomeOrEnd(Order& order, int progress, pid_t supervisor, const sigset_t& signals) {
+    try {
+        become(order, progress, supervisor, signals);
+    } catch (const std::exception& failure) {
+        complainAtEnd("mote-supervise", failure);
+        _exit(EX_TEMPFAIL);
+    }
 }
 
 /// Where the output is to lie; empty: it cannot be known.
@@ -186,7 +202,7 @@ int run(Order order) {
     const FileDescriptor progress(open(name.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
     const pid_t supervisor = getpid();
     const pid_t child = progress.valid() ? fork() : -1;
-    if (child == 0) become(order, progress.get(), supervisor, signals);
+    if (child == 0) becomeOrEnd(order, progress.get(), supervisor, signals);
     if (child < 0) {
         fmt::print(stderr, "the job cannot be started: {}\n", systemMessage(errno));
         return writeResult(order.directory, resultOf({EX_TEMPFAIL << 8, false}, 0));
@@ -198,15 +214,23 @@ int run(Order order) {
     return writeResult(order.directory, resultOf(end, order.timeLimit));
 }
 
+int superviseProgram(int argc, char** argv) {
+    auto order = parseOrder(argc, argv);
+    if (order) return run(*std::move(order));
+    const bool asked = argc == 2 && std::string_view(argv[1]) == "--help";
+    std::fputs(orderHelp, asked ? stdout : stderr);
+    return asked ? 0 : 2;
+}
+
 }  // namespace
 }  // namespace mote::server
 
 int main(int argc, char** argv) {
-    auto order = mote::server::parseOrder(argc, argv);
-    if (!order) {
-        const bool asked = argc == 2 && std::string_view(argv[1]) == "--help";
-        std::fputs(mote::server::orderHelp, asked ? stdout : stderr);
-        return asked ? 0 : 2;
+    try {
+        return mote::server::superviseProgram(argc, argv);
+    } catch (const std::exception& failure) {
+        // Without a result the job was interrupted: it is queued again.
+        mote::complainAtEnd("mote-supervise", failure);
+        return EX_TEMPFAIL;
     }
-    return mote::server::run(*std::move(order));
 }

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <new>
 
 #include "protocol/scene/system_error.h"
 #include "storage/files/real_path.h"
@@ -69,8 +70,12 @@ Result<Staging> Staging::create(const fs::path& folder, const fs::path& output) 
 
 Staging::~Staging() {
     if (!parent_.valid()) return;
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
+    try {
+        std::error_code ignored;
+        fs::remove_all(folder_, ignored);
+    } catch (const std::bad_alloc&) {
+        // The server removes what a job has left.
+    }
 }
 
 Status Staging::publish() {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/carry.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,8 @@
 
 #include "server/render/ink/segment_regions.h"
 #include "server/render/ink/segments_growing.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -45,7 +45,7 @@ Raster<std::uint32_t> seenBefore(const Modalities& now, const PictureMotion& mot
     const auto& depth = now.depth;
     Raster<std::uint32_t> from(depth.width, depth.height, nowhere);
     const double most = alikeDepth * before.extent;
-    tbb::parallel_for(std::uint32_t{0}, depth.height, [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, depth.height, [&](std::uint32_t row) {
         for (std::uint32_t column = 0; column < depth.width; ++column) {
             const auto here = static_cast<double>(depth.at(column, row));
             if (!std::isfinite(here)) continue;
@@ -171,7 +171,7 @@ LineBefore Carry::segmentBefore(const LinePoint& from, const LinePoint& to) cons
 
 std::vector<std::vector<LineBefore>> Carry::linesBefore(const std::vector<InkLine>& lines) const {
     std::vector<std::vector<LineBefore>> states(lines.size());
-    tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
+    forInTurns(std::size_t{0}, lines.size(), [&](std::size_t i) {
         const auto& points = lines[i].points;
         for (std::size_t k = 0; k + 1 < points.size(); ++k)
             states[i].push_back(segmentBefore(points[k], points[k + 1]));
@@ -200,7 +200,7 @@ Segments Carry::regions(const Segments& found, std::size_t leastPixels, const st
     // What lies apart in depth, or is of other parts, is no region of one label.
     const auto depth = growDepth(now_, GrowOptions().depth, stop);
     made = withoutSmall(intersected(made, depth, {now_.part, 0}, stop), now_, leastPixels, stop);
-    if (stop.stop_requested()) return {};
+    if (isStopped(stop)) return {};
     return made;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/render/ink/tone.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -205,7 +206,7 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     const ToneGrid all = densityOf(lines, target.cells, target.width);
     std::vector<Piece*> tried;
     for (auto& piece : pieces) {
-        if (stop.stop_requested()) return;
+        if (isStopped(stop)) return;
         if (static_cast<double>(piece.importance) > style.importance || !trial.crowded(piece, all))
             trial.draw(piece);
         else
@@ -217,7 +218,7 @@ void adjust(std::vector<Piece>& pieces, const std::vector<InkLine>& lines, const
     std::stable_sort(tried.begin(), tried.end(),
                      [&](const Piece* a, const Piece* b) { return order(*a) > order(*b); });
     for (Piece* const piece : tried) {
-        if (!stop.stop_requested()) trial.tryOne(*piece);
+        if (!isStopped(stop)) trial.tryOne(*piece);
     }
 }
 
@@ -260,6 +261,7 @@ std::vector<InkLine> joined(const std::vector<InkLine>& lines, const std::vector
 ToneGrid densityOf(const std::vector<InkLine>& lines, const ToneCells& cells, double width) {
     ToneGrid grid(cells.columns, cells.rows);
     for (const auto& line : lines) {
+        giveWay();
         eachDrop(line, 0, line.points.size() - 1, cells, width,
                  [&](const Drop& drop) { grid.at(drop.column, drop.row) += static_cast<float>(drop.cover); });
     }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/complexity.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 
 #include "server/render/ink/tone_grid.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -75,15 +74,13 @@ Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& d
             std::sqrt(3.0) * std::pow(2.0, passes - pass - 1) / std::sqrt(std::pow(4.0, passes) - 1.0);
         const auto keep = static_cast<float>(std::exp(-std::sqrt(2.0) / (deviation * share)));
         const Pass along(depth.values.data(), keep, step);
-        tbb::parallel_for(std::uint32_t{0}, made.height, [&](std::uint32_t row) {
-            if (stop.stop_requested()) return;
+        forInTurns(std::uint32_t{0}, made.height, [&](std::uint32_t row) {
+            if (isStopped(stop)) return;
             passRow(made.values.data(), along, made.index(0, row), made.width);
         });
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, made.width, columnsAtOnce),
-                          [&](const auto& columns) {
-                              if (!stop.stop_requested())
-                                  passColumns(made.values.data(), along, columns, made.width, made.height);
-                          });
+        forRangesInTurns(made.width, columnsAtOnce, [&](const auto& columns) {
+            if (!isStopped(stop)) passColumns(made.values.data(), along, columns, made.width, made.height);
+        });
     }
     return made;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/render/ink/merges.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -97,14 +98,14 @@ class Tracer {
         : values_(values), level_(level), stop_(stop), traced_(values.width + 1, values.height, notTraced) {}
 
     std::vector<Outline> trace() {
-        for (std::uint32_t row = 0; row < values_.height && !stop_.stop_requested(); ++row) {
+        for (std::uint32_t row = 0; row < values_.height && !isStopped(stop_); ++row) {
             for (std::uint32_t column = 0; column < values_.width; ++column) {
                 const Cell at{column, row};
                 if (inside(at) && !inside(at + ways[left]) && traced_.at(column, row) == notTraced)
                     follow({at, left});
             }
         }
-        if (stop_.stop_requested()) return {};
+        if (isStopped(stop_)) return {};
         return byRegions();
     }
 
@@ -166,7 +167,7 @@ class Tracer {
         do {
             points_.push_back(placeOn(link));
             if (link.way % 2 == 0) numberOn(link) = number;
-            if (points_.size() % stopEvery == 0 && stop_.stop_requested()) return;
+            if (points_.size() % stopEvery == 0 && isStopped(stop_)) return;
             link = next(link);
         } while (link.way != first.way || link.inside.x != first.inside.x || link.inside.y != first.inside.y);
         outlines_.push_back({simplified(points_), number});

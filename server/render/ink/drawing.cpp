@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/drawing.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -19,6 +16,8 @@
 #include "server/render/ink/show.h"
 #include "server/render/ink/solid.h"
 #include "server/render/ink/tone.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -41,7 +40,7 @@ Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
 /// take(value, the pixel's middle) for each pixel.
 template <class Take>
 void eachPixel(Raster<float>& picture, const Take& take) {
-    tbb::parallel_for(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
         for (std::uint32_t column = 0; column < picture.width; ++column)
             take(picture.at(column, row), glm::dvec2(column + 0.5, row + 0.5));
     });
@@ -76,7 +75,7 @@ class DrawingMaker {
         ChosenLines chosen;
         Segments regions;
         const bool hatches = style_.hatch.strength > 0.0;
-        tbb::parallel_invoke(
+        bothInTurns(
             [&] {
                 rest = inkSolid();
                 chosen = choose(rest);
@@ -84,16 +83,22 @@ class DrawingMaker {
             [&] {
                 if (hatches) regions = segments();
             });
-        if (stop_.stop_requested()) return drawing;
+        if (isStopped(stop_)) return drawing;
         Pen pen(scene_.modalities, {.waver = style_.waver * pixels_, .taper = style_.taper}, drawing.strokes);
         pen.fill(rest.solid.outlines, stop_);
-        for (const auto& line : chosen.lines) pen.draw(line, style_.silhouettes.width * pixels_);
+        for (const auto& line : chosen.lines) {
+            giveWay();
+            pen.draw(line, style_.silhouettes.width * pixels_);
+        }
         HatchPlan plan;
         if (hatches) {
             plan = hatchPlan(rest, std::move(regions), chosen.density);
-            for (const auto& stroke : hatched(plan)) pen.draw(stroke, style_.hatch.width * pixels_);
+            for (const auto& stroke : hatched(plan)) {
+                giveWay();
+                pen.draw(stroke, style_.hatch.width * pixels_);
+            }
         }
-        if (memory_ != nullptr && !stop_.stop_requested()) remember(std::move(chosen), std::move(plan));
+        if (memory_ != nullptr && !isStopped(stop_)) remember(std::move(chosen), std::move(plan));
         return drawing;
     }
 
@@ -121,7 +126,7 @@ class DrawingMaker {
         const auto cover =
             coverOf(scene_.lines, wanted_.width, wanted_.height, style_.silhouettes.width * pixels_);
         rest.solid = solidInk({scene_.modalities, wanted_, cover}, style_.solid, reading_, stop_);
-        if (stop_.stop_requested()) return {{}, {}, target_};
+        if (isStopped(stop_)) return {{}, {}, target_};
         rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
                                  {.leastStep = contourStep(), .shortest = reading_}, stop_);
         auto wanted = wanted_;
@@ -198,7 +203,7 @@ class DrawingMaker {
         SegmentOptions options{.method = style_.hatch.segments};
         options.leastPixels = static_cast<std::size_t>(std::max(1.0, reading_ * reading_));
         auto found = segmentsOf(scene_.modalities, options, stop_);
-        return carry_ && !stop_.stop_requested() ? carry_->regions(found, options.leastPixels, stop_) : found;
+        return carry_ && !isStopped(stop_) ? carry_->regions(found, options.leastPixels, stop_) : found;
     }
     void remember(ChosenLines chosen, HatchPlan plan) {
         const auto& modalities = scene_.modalities;

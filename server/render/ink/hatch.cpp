@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/hatch.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <numeric>
+
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -187,8 +188,8 @@ std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<Ha
                                const HatchOptions& options, const std::stop_token& stop) {
     const auto all = pixelsOf(regions);
     std::vector<std::vector<HatchStroke>> made(regions.count);
-    tbb::parallel_for(std::uint32_t{0}, regions.count, [&](std::uint32_t region) {
-        if (stop.stop_requested()) return;
+    forInTurns(std::uint32_t{0}, regions.count, [&](std::uint32_t region) {
+        if (isStopped(stop)) return;
         RegionHatcher hatcher(regions, options);
         hatcher.hatch(all.pixels.data() + all.begins[region], all.pixels.data() + all.begins[region + 1],
                       axes[region], made[region]);

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "server/render/plan/work_in_turns.h"
+
 namespace mote::render {
 namespace {
 
@@ -47,7 +49,7 @@ class StoppableProduct {
     Eigen::Index rows() const { return matrix_.rows(); }
     Eigen::Index cols() const { return matrix_.cols(); }
     void perform_op(const double* in, double* out) const {
-        if (stop_.stop_requested()) throw Stopped();
+        if (isStopped(stop_)) throw Stopped();
         Eigen::Map<Eigen::VectorXd>(out, rows()).noalias() =
             matrix_ * Eigen::Map<const Eigen::VectorXd>(in, cols());
     }
@@ -160,7 +162,7 @@ class Cutter {
         connect(allNodes());
     }
     std::vector<std::uint32_t> make() {
-        while (!open_.empty() && !stop_.stop_requested()) {
+        while (!open_.empty() && !isStopped(stop_)) {
             const auto nodes = std::move(open_.back());
             open_.pop_back();
             const auto part = partOf(nodes);

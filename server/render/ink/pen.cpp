@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/pen.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <utility>
+
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -51,7 +52,7 @@ double partsOf(const glm::dvec2& from, const glm::dvec2& to) {
 /// The least of a pixel and its neighbours along rows, with rows turned into columns.
 Raster<float> leastAlong(const Raster<float>& picture) {
     Raster<float> turned(picture.height, picture.width);
-    tbb::parallel_for(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, picture.height, [&](std::uint32_t row) {
         for (std::uint32_t column = 0; column < picture.width; ++column) {
             const std::uint32_t left = std::max(column, 1U) - 1,
                                 right = std::min(column + 1, picture.width - 1);
@@ -70,7 +71,7 @@ void spread(Raster<float>& depth, const std::stop_token& stop) {
     }
     const std::size_t width = depth.width;
     for (std::size_t next = 0; next < front.size(); ++next) {
-        if (next % stopEvery == 0 && stop.stop_requested()) return;
+        if (next % stopEvery == 0 && isStopped(stop)) return;
         const std::size_t from = front[next], column = from % width;
         const auto take = [&](std::size_t pixel) {
             if (std::isfinite(depth.values[pixel])) return;

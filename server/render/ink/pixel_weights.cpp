@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/pixel_weights.h"
 
-#include <tbb/parallel_for.h>
-
 #include <array>
 
 #include "server/render/ink/complexity.h"
 #include "server/render/ink/direction.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -123,8 +123,8 @@ template <class Take>
 void eachPair(const Modalities& modalities, const WeightMaker& maker, const std::stop_token& stop,
               const Take& take) {
     const std::uint32_t width = modalities.grey.width, height = modalities.grey.height;
-    tbb::parallel_for(std::uint32_t{0}, height, [&](std::uint32_t row) {
-        if (stop.stop_requested()) return;
+    forInTurns(std::uint32_t{0}, height, [&](std::uint32_t row) {
+        if (isStopped(stop)) return;
         for (std::uint32_t column = 0; column < width; ++column) {
             const auto i = modalities.grey.index(column, row);
             if (!maker.seen(i)) continue;

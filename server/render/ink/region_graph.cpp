@@ -8,6 +8,7 @@
 
 #include "server/render/ink/direction.h"
 #include "server/render/ink/segment_regions.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -45,7 +46,7 @@ class Melting {
           directions_(segments.count) {
         const auto directions = directionsOf(modalities.angle, stop);
         for (std::size_t i = 0; i < directions.size(); ++i) {
-            if (i % segments.label.width == 0 && stop.stop_requested()) return;
+            if (i % segments.label.width == 0 && isStopped(stop)) return;
             const auto label = segments.label.values[i];
             if (label == Segments::nothing) continue;
             directions_[label].x += static_cast<double>(directions[i].x);
@@ -111,7 +112,7 @@ RegionGraph regionGraphOf(const Segments& segments, const PixelWeights& weights,
     graph.inside.resize(segments.count);
     const auto& labels = segments.label.values;
     for (std::size_t pair = 0; pair < weights.of.size(); ++pair) {
-        if (pair % weights.width == 0 && stop.stop_requested()) return {};
+        if (pair % weights.width == 0 && isStopped(stop)) return {};
         if (weights.of[pair] == PixelWeights::parted) continue;
         const auto a = labels[pair / 2], b = labels[weights.other(pair)];
         const double affinity = PixelWeights::affinity(weights.of[pair]);
@@ -126,10 +127,10 @@ RegionGraph regionGraphOf(const Segments& segments, const PixelWeights& weights,
 
 Segments melted(Segments segments, const Modalities& modalities, const PixelWeights& weights, double most,
                 double turn, const std::stop_token& stop) {
-    if (stop.stop_requested()) return segments;
+    if (isStopped(stop)) return segments;
     Melting melting(segments, modalities, weights, stop);
     const double leastCosine = turn < 0.5 * std::numbers::pi ? std::cos(2.0 * turn) : -1.0;
-    while (!stop.stop_requested() && melting.round(most, leastCosine)) {
+    while (!isStopped(stop) && melting.round(most, leastCosine)) {
     }
     renumber(segments, melting.merges(), stop);
     return segments;

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "server/render/ink/direction.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -15,7 +16,7 @@ constexpr std::size_t leastInside = 4;  // by so much fewer pixels need be insid
 /// take(pixel) for all of them, but not for long once it is to stop.
 template <class Take>
 void eachPixel(const Raster<std::uint32_t>& picture, const std::stop_token& stop, const Take& take) {
-    for (std::uint32_t row = 0; row < picture.height && !stop.stop_requested(); ++row) {
+    for (std::uint32_t row = 0; row < picture.height && !isStopped(stop); ++row) {
         const std::size_t first = picture.index(0, row);
         for (std::size_t i = first; i < first + picture.width; ++i) take(i);
     }
@@ -105,7 +106,7 @@ std::vector<Neighbour> nearestOfSmall(const Segments& segments, const Raster<std
 }  // namespace
 
 void renumber(Segments& segments, Merges& merges, const std::stop_token& stop) {
-    if (stop.stop_requested()) return;
+    if (isStopped(stop)) return;
     std::vector<std::uint32_t> numbers(segments.count, Segments::nothing);
     std::uint32_t count = 0;
     eachPixel(segments.label, stop, [&](std::size_t i) {
@@ -121,7 +122,7 @@ void renumber(Segments& segments, Merges& merges, const std::stop_token& stop) {
 Segments intersected(const Segments& a, const Segments& b, const Segments& c, const std::stop_token& stop) {
     const auto pixels = static_cast<std::uint32_t>(a.label.values.size());
     Segments made{Raster<std::uint32_t>(a.label.width, a.label.height, Segments::nothing), pixels};
-    if (stop.stop_requested()) return made;
+    if (isStopped(stop)) return made;
     Merges merges(pixels);
     const auto same = [&](std::size_t i, std::size_t k) {
         return a.label.values[i] == a.label.values[k] && b.label.values[i] == b.label.values[k] &&
@@ -141,10 +142,10 @@ Segments intersected(const Segments& a, const Segments& b, const Segments& c, co
 
 Segments withoutSmall(Segments segments, const Modalities& modalities, std::size_t leastPixels,
                       const std::stop_token& stop) {
-    if (stop.stop_requested()) return segments;
+    if (isStopped(stop)) return segments;
     const auto directions = directionsOf(modalities.angle, stop);
     // Each round halves how many small ones there are, at least.
-    for (bool merged = true; merged && !stop.stop_requested();) {
+    for (bool merged = true; merged && !isStopped(stop);) {
         const auto means = meansOf(segments, modalities, directions, stop);
         const auto nearest = nearestOfSmall(segments, modalities.part, means, leastPixels, stop);
         Merges merges(segments.count);

@@ -5,6 +5,7 @@
 #include "server/render/ink/segments_graph.h"
 #include "server/render/ink/segments_growing.h"
 #include "server/render/ink/segments_texture.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -27,7 +28,7 @@ Segments partedBy(const Modalities& modalities, const SegmentOptions& options, c
 Segments segmentsOf(const Modalities& modalities, const SegmentOptions& options,
                     const std::stop_token& stop) {
     auto made = partedBy(modalities, options, stop);
-    if (!stop.stop_requested()) return made;
+    if (!isStopped(stop)) return made;
     // What was left half done may have labels above its count.
     return {Raster<std::uint32_t>(modalities.depth.width, modalities.depth.height, Segments::nothing), 0};
 }

@@ -10,6 +10,7 @@
 #include "server/render/ink/region_graph.h"
 #include "server/render/ink/segment_regions.h"
 #include "server/render/ink/segments_graph.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -41,7 +42,7 @@ Segments superpixelsOf(const Modalities& modalities, const PixelWeights& weights
     const auto& depth = modalities.depth;
     const auto joined = joinedByWeight(weights, depth, superpixelScale, stop);
     auto made = intersected(joined, joined, gridOf(depth.width, depth.height), stop);
-    for (std::size_t times = 1; times <= coarsest && !stop.stop_requested(); times *= 2) {
+    for (std::size_t times = 1; times <= coarsest && !isStopped(stop); times *= 2) {
         made = withoutSmall(std::move(made), modalities, times * leastPixels, stop);
         if (made.count <= mostSuperpixels) break;
     }
@@ -53,9 +54,9 @@ Segments superpixelsOf(const Modalities& modalities, const PixelWeights& weights
 Segments cutSegments(const Modalities& modalities, std::size_t leastPixels, const std::stop_token& stop) {
     const auto weights = stepWeights(modalities, {}, stop);
     auto made = superpixelsOf(modalities, weights, leastPixels, stop);
-    if (stop.stop_requested()) return made;
+    if (isStopped(stop)) return made;
     const auto graph = regionGraphOf(made, weights, stop);
-    if (stop.stop_requested()) return made;
+    if (isStopped(stop)) return made;
     const auto groups = normalisedCuts(graph, {}, stop);
     Merges merges(made.count);
     for (const auto& link : graph.links) {

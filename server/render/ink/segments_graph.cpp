@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/render/ink/segment_regions.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -25,7 +26,7 @@ std::vector<std::uint32_t> sortedPairs(const PixelWeights& weights, const std::s
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint32_t> pairs(begin.back());
     for (std::size_t pair = 0; pair < weights.of.size(); ++pair) {
-        if (pair % stopEvery == 0 && stop.stop_requested()) break;
+        if (pair % stopEvery == 0 && isStopped(stop)) break;
         const auto weight = weights.of[pair];
         if (weight != PixelWeights::parted) pairs[begin[weight]++] = static_cast<std::uint32_t>(pair);
     }
@@ -65,12 +66,12 @@ Segments joinedByWeight(const PixelWeights& weights, const Raster<float>& depth,
     const std::size_t pixels = depth.values.size();
     Segments made{Raster<std::uint32_t>(depth.width, depth.height, Segments::nothing),
                   static_cast<std::uint32_t>(pixels)};
-    if (stop.stop_requested()) return made;
+    if (isStopped(stop)) return made;
     const auto pairs = sortedPairs(weights, stop);
-    if (stop.stop_requested()) return made;
+    if (isStopped(stop)) return made;
     Joining joining(pixels, scale);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        if (i % stopEvery == 0 && stop.stop_requested()) return made;
+        if (i % stopEvery == 0 && isStopped(stop)) return made;
         const std::size_t pair = pairs[i];
         joining.offer(static_cast<std::uint32_t>(pair / 2), static_cast<std::uint32_t>(weights.other(pair)),
                       static_cast<float>(weights.of[pair]) / float{PixelWeights::most});

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/segments_growing.h"
 
-#include <tbb/parallel_invoke.h>
-
 #include <cmath>
 #include <vector>
 
 #include "server/render/ink/direction.h"
 #include "server/render/ink/region_graph.h"
 #include "server/render/ink/segment_regions.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -47,7 +46,7 @@ Segments grow(const Modalities& modalities, const std::stop_token& stop, const M
         };
         take(seed);
         for (std::size_t next = 0; next < front.size(); ++next) {
-            if (++taken % stopEvery == 0 && stop.stop_requested()) return made;
+            if (++taken % stopEvery == 0 && isStopped(stop)) return made;
             const std::size_t from = front[next];
             eachNeighbour(depth, from, [&](std::size_t pixel, std::size_t opposite, std::size_t beyond) {
                 if (made.label.values[pixel] != Segments::nothing || !std::isfinite(depth.values[pixel]) ||
@@ -127,9 +126,11 @@ Segments growDepth(const Modalities& modalities, double most, const std::stop_to
 Segments grownSegments(const Modalities& modalities, const GrowOptions& options, std::size_t leastPixels,
                        const std::stop_token& stop) {
     Segments grey, angle, depth;
-    tbb::parallel_invoke([&] { grey = growGrey(modalities, options.grey, stop); },
-                         [&] { angle = growAngle(modalities, options.angle, stop); },
-                         [&] { depth = growDepth(modalities, options.depth, stop); });
+    bothInTurns([&] { grey = growGrey(modalities, options.grey, stop); },
+                [&] {
+                    bothInTurns([&] { angle = growAngle(modalities, options.angle, stop); },
+                                [&] { depth = growDepth(modalities, options.depth, stop); });
+                });
     auto made = withoutSmall(intersected(grey, angle, depth, stop), modalities, leastPixels, stop);
     grey = angle = depth = {};
     return melted(std::move(made), modalities, stepWeights(modalities, {}, stop), options.affinity,

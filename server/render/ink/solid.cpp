@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/solid.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -11,6 +9,8 @@
 
 #include "server/render/ink/complexity.h"
 #include "server/render/ink/tone_grid.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -36,7 +36,7 @@ void dropSmall(Raster<std::uint8_t>& mask, std::uint8_t value, std::size_t least
         front.push_back(pixel);
     };
     for (std::size_t seed = 0; seed < mask.values.size(); ++seed) {
-        if (seed % width == 0 && stop.stop_requested()) return;
+        if (seed % width == 0 && isStopped(stop)) return;
         front.clear();
         take(seed);
         for (std::size_t next = 0; next < front.size(); ++next) {
@@ -63,7 +63,7 @@ std::size_t leastPixels(double reading) {
 /// change(pixel's index) for each pixel.
 template <class Change>
 void eachIndex(std::uint32_t width, std::uint32_t height, const Change& change) {
-    tbb::parallel_for(std::uint32_t{0}, height, [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, height, [&](std::uint32_t row) {
         const std::size_t first = std::size_t{row} * width;
         for (std::size_t i = first; i < first + width; ++i) change(i);
     });
@@ -182,7 +182,7 @@ SolidInk solidInk(const SolidScene& scene, const SolidStyle& style, double readi
         excess.values[i] =
             complex.values[i] == 0 ? -1.0F : std::clamp((tone.values[i] - threshold) / softness, -1.0F, 1.0F);
     });
-    if (stop.stop_requested()) return {};
+    if (isStopped(stop)) return {};
     excess = blurred(excess, edgeBlur);
     Raster<std::uint8_t> solid(width, height);
     eachIndex(width, height, [&](std::size_t i) { solid.values[i] = excess.values[i] > 0.0F ? 1 : 0; });
@@ -206,7 +206,7 @@ std::vector<InkLine> linesBeside(const std::vector<InkLine>& lines, const Raster
     std::vector<InkLine> made;
     LineParting parting(ground, modalities, options);
     for (const auto& line : lines) {
-        if (stop.stop_requested()) break;
+        if (isStopped(stop)) break;
         parting.add(line, made);
     }
     return made;

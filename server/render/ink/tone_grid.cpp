@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ink/tone_grid.h"
 
-#include <tbb/parallel_for.h>
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -27,7 +27,7 @@ ToneGrid blurredAcross(const ToneGrid& grid, const std::vector<float>& weights) 
     ToneGrid turned(grid.height, grid.width);
     const auto half = static_cast<std::int64_t>(weights.size() / 2);
     const auto last = static_cast<std::int64_t>(grid.width) - 1;
-    tbb::parallel_for(std::uint32_t{0}, grid.height, [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, grid.height, [&](std::uint32_t row) {
         const float* const values = &grid.values[grid.index(0, row)];
         for (std::int64_t column = 0; column <= last; ++column) {
             float sum = 0.0F;
@@ -54,7 +54,7 @@ ToneCells::ToneCells(std::uint32_t width, std::uint32_t height, double reading)
 
 ToneGrid meansOf(const Raster<float>& picture, const ToneCells& cells) {
     ToneGrid grid(cells.columns, cells.rows);
-    tbb::parallel_for(std::uint32_t{0}, cells.rows, [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, cells.rows, [&](std::uint32_t row) {
         const std::uint32_t top = row * cells.pixels, bottom = std::min(top + cells.pixels, picture.height);
         for (std::uint32_t column = 0; column < cells.columns; ++column) {
             const std::uint32_t left = column * cells.pixels,

@@ -35,11 +35,15 @@ class LeafDistribution {
 };
 
 /// How the tiles of a picture are distributed to ranks, each in turn, and drawn in batches, so that the cells
-/// that ranks send each other are bounded at any size of the picture; a batch has a tile for each rank at
+/// that ranks send each other are bounded at any size of the picture, and between which it may give way; a
+/// batch has a tile for each rank at
 /// least. A value; pure functions.
 struct TileDistribution {
     /// The most that a rank's cells for all others take, where every cell holds points.
     static constexpr std::size_t batchBytes = std::size_t{256} << 20;
+
+    /// A rank draws no more before a picture may give way: some milliseconds of a volume.
+    static constexpr std::size_t mostOfARank = 256;
 
     std::uint32_t columns, tiles;  ///< of the picture
     std::uint32_t batch;           ///< tiles drawn at a time
@@ -49,7 +53,8 @@ struct TileDistribution {
         : columns(tilesAcross(width)),
           tiles(columns * tilesAcross(height)),
           ranks(static_cast<std::uint32_t>(rankCount)) {
-        const std::size_t fits = tileBytes == 0 ? tiles : batchBytes / tileBytes;
+        const std::size_t fits =
+            std::min(tileBytes == 0 ? tiles : batchBytes / tileBytes, mostOfARank * ranks);
         batch = static_cast<std::uint32_t>(std::clamp<std::size_t>(fits, std::min(ranks, tiles), tiles));
     }
 

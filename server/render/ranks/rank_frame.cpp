@@ -5,17 +5,12 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <cstring>
-#include <functional>
 #include <limits>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <stop_token>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -28,58 +23,10 @@
 #include "server/render/ranks/distribution.h"
 #include "server/render/ranks/frame_order.h"
 #include "server/render/ranks/ranks.h"
+#include "server/render/ranks/stop_relay.h"
 
 namespace mote::render {
 namespace {
-
-/// Carries a stop that is requested on rank 0 to the work of all ranks, while it lives. Meanwhile nobody else
-/// on this rank may call Ranks.
-class StopRelay {
-  public:
-    /// `asked`: of rank 0; not looked at on the others.
-    StopRelay(Ranks& ranks, std::uint64_t picture, std::stop_token asked)
-        : ranks_(ranks),
-          picture_(picture),
-          onAsked_(std::move(asked), [this] { source_.request_stop(); }),
-          thread_([this] { ranks_.rank() == 0 ? send() : receive(); }) {}
-    ~StopRelay() {
-        {
-            const std::lock_guard lock(mutex_);
-            ended_ = true;
-        }
-        wake_.notify_all();
-        thread_.join();
-    }
-    StopRelay(const StopRelay&) = delete;
-    StopRelay& operator=(const StopRelay&) = delete;
-
-    /// The token that stops the work.
-    std::stop_token token() const { return source_.get_token(); }
-
-  private:
-    void send() {
-        std::unique_lock lock(mutex_);
-        if (!wake_.wait(lock, source_.get_token(), [this] { return ended_; })) ranks_.sendStop(picture_);
-    }
-    void receive() {
-        std::unique_lock lock(mutex_);
-        while (!wake_.wait_for(lock, std::chrono::milliseconds(1), [this] { return ended_; })) {
-            if (ranks_.stopArrived(picture_)) {
-                source_.request_stop();
-                return;
-            }
-        }
-    }
-
-    Ranks& ranks_;
-    const std::uint64_t picture_;
-    std::stop_source source_;
-    std::stop_callback<std::function<void()>> onAsked_;
-    std::mutex mutex_;
-    std::condition_variable_any wake_;
-    bool ended_ = false;  // under the mutex
-    std::thread thread_;
-};
 
 using Counts = std::span<std::uint32_t>;
 
@@ -153,42 +100,6 @@ std::optional<Picture> drawFlat(Ranks& ranks, CpuParts& parts, const FrameOrder&
     return picture;
 }
 
-/// One picture in which depth matters, drawn by all ranks in batches of tiles: gather the points of the
-/// others' tiles, hand them over, composite one's own.
-class MixedFrame {
-  public:
-    MixedFrame(Ranks& ranks, CpuParts& parts, const FrameOrder& order, Agreement& agreement,
-               const std::stop_token& stop);
-
-    /// As drawTogether().
-    std::optional<Picture> draw();
-
-  private:
-    struct Batch {
-        std::uint32_t begin, end;  ///< tiles
-    };
-    void sort();
-    bool drawBatch(Batch batch);
-    std::vector<Bytes> gather(Batch batch);
-    void composite(Batch batch, const std::vector<Bytes>& incoming);
-    void compositeTile(std::uint32_t tile, const std::vector<std::span<const std::byte>>& packed);
-    /// Brings the pixels of all tiles to rank 0.
-    void collect();
-    template <class Visit>
-    void forRows(std::uint32_t rank, Visit visit);
-
-    Ranks& ranks_;
-    CpuParts& parts_;
-    const FrameOrder& order_;
-    const FramePlan& plan_;
-    Agreement& agreement_;
-    const std::stop_token& stop_;
-    const TileDistribution tiles_;
-    const std::uint32_t rank_;
-    std::optional<CompositeFrame> frame_;
-    Picture picture_;
-};
-
 /// The most bytes that the cells of a tile take that one rank has for another.
 std::size_t tileBytes(const FramePlan& plan) {
     const bool points = std::any_of(plan.points.begin(), plan.points.end(),
@@ -203,35 +114,75 @@ Bytes join(const std::vector<Bytes>& tiles) {
     return out.take();
 }
 
-MixedFrame::MixedFrame(Ranks& ranks, CpuParts& parts, const FrameOrder& order, Agreement& agreement,
-                       const std::stop_token& stop)
+/// Leaves in the order's plan what this rank draws of it; of points that stand alone, all.
+void keepOwnPoints(FrameOrder& order, const Ranks& ranks) {
+    for (auto& points : order.plan.points) {
+        const std::size_t leaves = points.selection->drawn.size();
+        const bool alone = !order.flatPoints && standAlone(order.plan, points);
+        if (leaves == 0 || alone) continue;
+        const LeafDistribution distribution(points.step->leaves().size(), ranks.size());
+        points.leavesInView = distribution.own(points.leavesInView, leaves, ranks.rank());
+    }
+}
+
+}  // namespace
+
+SharedPicture::SharedPicture(Ranks& ranks, CpuParts& parts, FrameOrder order)
     : ranks_(ranks),
       parts_(parts),
-      order_(order),
-      plan_(order.plan),
-      agreement_(agreement),
-      stop_(stop),
+      order_(std::move(order)),
+      plan_(order_.plan),
       tiles_(plan_.width, plan_.height, tileBytes(plan_), ranks.size()),
-      rank_(static_cast<std::uint32_t>(ranks.rank())) {}
+      rank_(static_cast<std::uint32_t>(ranks.rank())),
+      agreement_(ranks) {}
 
-std::optional<Picture> MixedFrame::draw() {
-    agreement_.attempt([this] { sort(); });
-    for (std::uint32_t begin = 0; begin < tiles_.tiles; begin += tiles_.batch) {
-        if (!drawBatch({begin, std::min(tiles_.tiles, begin + tiles_.batch)})) return std::nullopt;
+bool SharedPicture::begin(const std::stop_token& stop) {
+    agreement_.attempt([this] { keepOwnPoints(order_, ranks_); });
+    if (order_.flatPoints) {
+        auto flat = drawFlat(ranks_, parts_, order_, agreement_, stop);
+        if (flat) picture_ = *std::move(flat);
+        next_ = tiles_.tiles;
+        return agreement_.wentOn();
+    }
+    agreement_.attempt([&] { sort(stop); });
+    // A rank may have been stopped in the middle of its sort: its lists are not to be touched.
+    if (!agreement_.all(stop)) return false;
+    points_ = std::exchange(parts_.points, {});
+    dots_ = std::exchange(parts_.dots, {});
+    return true;
+}
+
+bool SharedPicture::advance(const std::stop_token& pause) {
+    agreement_.attempt([this] { parts_.arena.execute([this] { goOn(); }); });
+    for (bool first = true; next_ < tiles_.tiles; first = false) {
+        if (!first && agreement_.paused(pause)) return false;
+        if (!drawBatch()) return true;
     }
     agreement_.attempt([this] {
         for (const auto& points : plan_.points) points.step->check();
     });
-    if (!agreement_.all(stop_)) return std::nullopt;
-    collect();
-    if (rank_ != 0) return std::nullopt;
+    if (agreement_.all({})) collect();
+    return true;
+}
+
+Picture SharedPicture::take() {
+    giveBack();
     return std::move(picture_);
 }
 
-void MixedFrame::sort() {
-    const StopRelay relay(ranks_, order_.number, stop_);
+void SharedPicture::giveBack() {
+    if (order_.flatPoints) return;
+    parts_.points = std::move(points_);
+    parts_.dots = std::move(dots_);
+}
+
+std::uint64_t SharedPicture::bytes() const {
+    return picture_.pixels.capacity() + points_.bytes() + dots_.bytes();
+}
+
+void SharedPicture::sort(const std::stop_token& stop) {
+    const StopRelay relay(ranks_, order_.number, stop);
     parts_.arena.execute([&] {
-        frame_.emplace(plan_, order_.format, parts_.fields.of(plan_), order_.colors);
         parts_.points.sort(plan_, parts_.leaves, order_.colors, relay.token());
         parts_.dots.sort(plan_, relay.token());
     });
@@ -239,34 +190,40 @@ void MixedFrame::sort() {
     picture_.pixels.resize(std::size_t{plan_.width} * plan_.height * bytesPerPixel(order_.format));
 }
 
-bool MixedFrame::drawBatch(Batch batch) {
-    // A rank may have been stopped in the middle of its sort: its lists are not to be touched.
-    if (!agreement_.all(stop_)) return false;
+/// What others drew meanwhile may have driven blocks and fields out of memory.
+void SharedPicture::goOn() {
+    if (std::exchange(waited_, true)) points_.verify(plan_);
+    frame_.emplace(plan_, order_.format, parts_.fields.of(plan_), order_.colors);
+}
+
+bool SharedPicture::drawBatch() {
+    const Batch batch{next_, std::min(tiles_.tiles, next_ + tiles_.batch)};
     std::vector<Bytes> outgoing;
     agreement_.attempt([&] { parts_.arena.execute([&] { outgoing = gather(batch); }); });
-    if (!agreement_.all(stop_)) return false;
+    if (!agreement_.all({})) return false;
     const auto incoming = ranks_.exchange(outgoing);
     agreement_.attempt([&] { parts_.arena.execute([&] { composite(batch, incoming); }); });
+    next_ = batch.end;
     return true;
 }
 
-std::vector<Bytes> MixedFrame::gather(Batch batch) {
+std::vector<Bytes> SharedPicture::gather(Batch batch) {
     std::vector<std::vector<Bytes>> tiles(tiles_.ranks);
     for (std::uint32_t rank = 0; rank < tiles_.ranks; ++rank) {
         if (rank != rank_) tiles[rank].resize(tiles_.countOf(rank, batch.begin, batch.end));
     }
     oneapi::tbb::parallel_for(batch.begin, batch.end, [&](std::uint32_t tile) {
         const std::uint32_t owner = tiles_.owner(tile);
-        if (owner == rank_ || !parts_.points.any(tiles_.at(tile))) return;
+        if (owner == rank_ || !points_.any(tiles_.at(tile))) return;
         const std::size_t place = (tile - tiles_.firstOf(owner, batch.begin)) / tiles_.ranks;
-        tiles[owner][place] = packCells(parts_.points.gather(tiles_.at(tile)));
+        tiles[owner][place] = packCells(points_.gather(tiles_.at(tile)));
     });
     std::vector<Bytes> outgoing;
     for (const auto& ofRank : tiles) outgoing.push_back(join(ofRank));
     return outgoing;
 }
 
-void MixedFrame::composite(Batch batch, const std::vector<Bytes>& incoming) {
+void SharedPicture::composite(Batch batch, const std::vector<Bytes>& incoming) {
     const std::uint32_t count = tiles_.countOf(rank_, batch.begin, batch.end);
     // Each tile's bytes lie in the order of the ranks, so that sums are the same every time.
     std::vector<std::vector<std::span<const std::byte>>> packed(count);
@@ -280,14 +237,14 @@ void MixedFrame::composite(Batch batch, const std::vector<Bytes>& incoming) {
     });
 }
 
-void MixedFrame::compositeTile(std::uint32_t tile, const std::vector<std::span<const std::byte>>& packed) {
+void SharedPicture::compositeTile(std::uint32_t tile, const std::vector<std::span<const std::byte>>& packed) {
     const Tile at = tiles_.at(tile);
-    const TileDots* const dots = parts_.dots.of(at, parts_.points);
+    const TileDots* const dots = dots_.of(at, points_);
     const bool more = std::any_of(packed.begin(), packed.end(), [](auto bytes) { return !bytes.empty(); });
-    if (!more && !parts_.points.any(at)) {
+    if (!more && !points_.any(at)) {
         return render::compositeTile(*frame_, at, {}, dots, picture_.pixels.data());
     }
-    const auto cells = parts_.points.gather(at);
+    const auto cells = points_.gather(at);
     for (const auto bytes : packed) {
         if (!bytes.empty()) addCells(bytes, cells);
     }
@@ -296,7 +253,7 @@ void MixedFrame::compositeTile(std::uint32_t tile, const std::vector<std::span<c
 }
 
 template <class Visit>
-void MixedFrame::forRows(std::uint32_t rank, Visit visit) {
+void SharedPicture::forRows(std::uint32_t rank, Visit visit) {
     const std::size_t size = bytesPerPixel(order_.format);
     for (std::uint32_t tile = tiles_.firstOf(rank, 0); tile < tiles_.tiles; tile += tiles_.ranks) {
         const std::uint32_t x = tiles_.at(tile).column * Tile::edge, y = tiles_.at(tile).row * Tile::edge;
@@ -308,14 +265,14 @@ void MixedFrame::forRows(std::uint32_t rank, Visit visit) {
     }
 }
 
-void MixedFrame::collect() {
+void SharedPicture::collect() {
     std::vector<Bytes> outgoing(tiles_.ranks);
     if (rank_ != 0) {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
     const auto incoming = ranks_.exchange(outgoing);
     // Every rank has all points that stand alone: rank 0 counts them.
-    picture_.pointsDrawn = ranks_.sum(parts_.points.pointsDrawn(rank_ == 0));
+    picture_.pointsDrawn = ranks_.sum(points_.pointsDrawn(rank_ == 0));
     if (rank_ != 0) return;
     for (std::uint32_t rank = 1; rank < tiles_.ranks; ++rank) {
         const auto* next = incoming[rank].data();
@@ -326,29 +283,16 @@ void MixedFrame::collect() {
     }
 }
 
-}  // namespace
-
-void keepOwnPoints(FrameOrder& order, const Ranks& ranks) {
-    for (auto& points : order.plan.points) {
-        const std::size_t leaves = points.selection->drawn.size();
-        const bool alone = !order.flatPoints && standAlone(order.plan, points);
-        if (leaves == 0 || alone) continue;
-        const LeafDistribution distribution(points.step->leaves().size(), ranks.size());
-        points.leavesInView = distribution.own(points.leavesInView, leaves, ranks.rank());
-    }
-}
-
-std::optional<Picture> drawTogether(Ranks& ranks, CpuParts& parts, const FrameOrder& order,
-                                    Agreement& agreement, const std::stop_token& stop) {
-    if (order.flatPoints) return drawFlat(ranks, parts, order, agreement, stop);
-    return MixedFrame(ranks, parts, order, agreement, stop).draw();
-}
-
 bool Agreement::all(const std::stop_token& stop) {
     constexpr std::uint64_t well = 0, stopped = 1, failed = 2;
     const std::uint64_t worst = ranks_.greatest(error_ ? failed : stop.stop_requested() ? stopped : well);
     if (worst == failed) collectErrors();
-    return worst == well;
+    wentOn_ = worst == well;
+    return wentOn_;
+}
+
+bool Agreement::paused(const std::stop_token& pause) {
+    return ranks_.greatest(pause.stop_requested() ? 1 : 0) != 0;
 }
 
 void Agreement::collectErrors() {

@@ -3,6 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/cpu_device.h"
@@ -10,6 +17,7 @@
 #include "server/render/cpu/packet.h"
 #include "server/render/cpu/value_sums.h"
 #include "server/render/plan/selection_cache.h"
+#include "server/render/ranks/byte_stream.h"
 #include "server/render/ranks/rank_frame.h"
 
 namespace mote::render {
@@ -39,6 +47,91 @@ void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
     }
 }
 
+/// What rank 0 says to the others; no bytes at all dismiss them.
+struct RankMessage {
+    std::vector<std::uint64_t> forgotten = {};  ///< pictures that are not gone on with
+    std::uint64_t number = 0;                   ///< of the picture that is begun or gone on with; 0: none
+    Bytes order = {};                           ///< of one that is begun
+};
+
+Bytes pack(const RankMessage& message) {
+    ByteWriter out;
+    out.putList(message.forgotten);
+    out.put(message.number);
+    out.putList(message.order);
+    return out.take();
+}
+
+RankMessage unpack(const Bytes& bytes) {
+    ByteReader in(bytes);
+    RankMessage message;
+    message.forgotten = in.getList<std::vector<std::uint64_t>>();
+    message.number = in.get<std::uint64_t>();
+    message.order = in.getList<Bytes>();
+    return message;
+}
+
+/// Pictures that gave way and then went, from any thread: the others hear of them with the next message.
+class ForgottenPictures {
+  public:
+    void add(std::uint64_t number) {
+        const std::lock_guard lock(mutex_);
+        numbers_.push_back(number);
+    }
+    std::vector<std::uint64_t> take() {
+        const std::lock_guard lock(mutex_);
+        return std::exchange(numbers_, {});
+    }
+    bool any() {
+        const std::lock_guard lock(mutex_);
+        return !numbers_.empty();
+    }
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::uint64_t> numbers_;
+};
+
+/// The pictures of a rank that is not the first.
+class ServedPictures {
+  public:
+    ServedPictures(Ranks& ranks, RankSteps& steps, unsigned threads)
+        : ranks_(ranks), steps_(steps), parts_(threads) {}
+
+    void serve(const RankMessage& message) {
+        for (const auto number : message.forgotten) pictures_.erase(number);
+        parts_.dropExpired();
+        if (!message.order.empty()) return begin(unpackOrder(message.order));
+        if (message.number == 0) return;
+        const auto found = pictures_.find(message.number);
+        MOTE_CHECK(found != pictures_.end());
+        if (!found->second->advance({})) return;
+        found->second->giveBack();
+        pictures_.erase(found);
+    }
+    /// A stop that came too late is not left behind.
+    void end() { ranks_.stopArrived(latest_); }
+
+  private:
+    void begin(FrameOrder order) {
+        latest_ = order.number;
+        // A device that was made anew counts from the first one again.
+        pictures_.erase(pictures_.lower_bound(latest_), pictures_.end());
+        steps_.beginPicture();
+        auto picture = std::make_unique<SharedPicture>(ranks_, parts_, std::move(order));
+        picture->agreement().attempt(
+            [&] { parts_.arena.execute([&] { complete(picture->order(), steps_, selections_); }); });
+        if (picture->begin({}) && !picture->drawn()) pictures_.emplace(latest_, std::move(picture));
+    }
+
+    Ranks& ranks_;
+    RankSteps& steps_;
+    CpuParts parts_;
+    SelectionCache selections_;
+    std::uint64_t latest_ = 0;
+    std::map<std::uint64_t, std::unique_ptr<SharedPicture>> pictures_;  // that gave way, by number
+};
+
 }  // namespace
 
 struct RankedDevice::State {
@@ -54,6 +147,50 @@ struct RankedDevice::State {
     RankSteps& steps;
     CpuParts parts;
     std::uint64_t pictures = 0;
+    std::shared_ptr<ForgottenPictures> forgotten = std::make_shared<ForgottenPictures>();
+
+    void say(std::uint64_t number, Bytes packed = {}) {
+        auto bytes = pack({forgotten->take(), number, std::move(packed)});
+        ranks.broadcast(bytes);
+    }
+};
+
+/// A picture between two batches of its tiles.
+class RankedDevice::Unfinished final : public UnfinishedPicture {
+  public:
+    Unfinished(State& state, FrameOrder order)
+        : state_(state), forgotten_(state.forgotten), shared_(state.ranks, state.parts, std::move(order)) {}
+    ~Unfinished() override {
+        if (waits_) forgotten_->add(shared_.number());
+    }
+
+    /// As Device::begin.
+    bool begin(const std::stop_token& stop) {
+        state_.say(shared_.number(), packOrder(shared_.order()));
+        const bool begun = shared_.begin(stop);
+        throwFailure();
+        waits_ = begun && !shared_.drawn();
+        return begun;
+    }
+    bool advance(const std::stop_token& pause) override {
+        if (!waits_) return true;
+        state_.say(shared_.number());
+        waits_ = !shared_.advance(pause);
+        throwFailure();
+        return !waits_;
+    }
+    Picture take() override { return shared_.take(); }
+    std::uint64_t bytes() const override { return shared_.bytes(); }
+
+  private:
+    void throwFailure() {
+        if (const auto& failure = shared_.agreement().failure()) throw storage::StorageError(*failure);
+    }
+
+    State& state_;
+    const std::shared_ptr<ForgottenPictures> forgotten_;
+    SharedPicture shared_;
+    bool waits_ = false;  // the others keep their parts of it
 };
 
 FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat format) {
@@ -102,26 +239,29 @@ DeviceAbilities RankedDevice::abilities() const {
 }
 
 std::optional<Picture> RankedDevice::render(const FramePlan& plan, PixelFormat format, std::stop_token stop) {
+    const auto picture = begin(plan, format, stop);
+    if (picture == nullptr || !picture->advance(stop)) return std::nullopt;
+    return picture->take();
+}
+
+std::unique_ptr<UnfinishedPicture> RankedDevice::begin(const FramePlan& plan, PixelFormat format,
+                                                       std::stop_token stop) {
     MOTE_CHECK(plan.width > 0 && plan.height > 0 && plan.fields.size() <= Packet::mostFields);
     MOTE_CHECK(plan.slabs <= mostSlabs);
-    if (stop.stop_requested()) return std::nullopt;
-    if (plan.blank()) return blankPicture(plan, format);
+    if (stop.stop_requested()) return nullptr;
+    if (plan.blank()) return finishedPicture(blankPicture(plan, format));
     FrameOrder order = state_->orderOf(plan, format);
     // Rank 0 alone has the values: it reads the points that they colour.
     auto colors = state_->parts.arena.execute([&] { return frameColors(plan, state_->parts.leaves, stop); });
-    if (!colors) return std::nullopt;
+    if (!colors) return nullptr;
     order.colors = *std::move(colors);
-    auto bytes = packOrder(order);
-    state_->ranks.broadcast(bytes);
-    Agreement agreement(state_->ranks);
-    agreement.attempt([&] { keepOwnPoints(order, state_->ranks); });
-    auto picture = drawTogether(state_->ranks, state_->parts, order, agreement, stop);
-    if (agreement.failure()) throw storage::StorageError(*agreement.failure());
-    return picture;
+    auto picture = std::make_unique<Unfinished>(*state_, std::move(order));
+    return picture->begin(stop) ? std::move(picture) : nullptr;
 }
 
 void RankedDevice::trim() {
     state_->parts.dropExpired();
+    if (state_->forgotten->any()) state_->say(0);
 }
 
 void dismissRanks(Ranks& ranks) {
@@ -130,25 +270,13 @@ void dismissRanks(Ranks& ranks) {
 }
 
 void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads) {
-    CpuParts parts(threads);
-    SelectionCache selections;
-    std::uint64_t latest = 0;
+    ServedPictures pictures(ranks, steps, threads);
     for (Bytes bytes;;) {
         ranks.broadcast(bytes);
         if (bytes.empty()) break;
-        FrameOrder order = unpackOrder(bytes);
-        latest = order.number;
-        parts.dropExpired();
-        steps.beginPicture();
-        Agreement agreement(ranks);
-        agreement.attempt([&] {
-            parts.arena.execute([&] { complete(order, steps, selections); });
-            keepOwnPoints(order, ranks);
-        });
-        drawTogether(ranks, parts, order, agreement, {});
+        pictures.serve(unpack(bytes));
     }
-    // A stop that came too late is not left behind.
-    ranks.stopArrived(latest);
+    pictures.end();
 }
 
 }  // namespace mote::render

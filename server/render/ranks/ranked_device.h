@@ -24,10 +24,14 @@ class RankedDevice final : public Device {
     DeviceCosts costs() override;
     /// What fails on another rank is a StorageError that names it.
     std::optional<Picture> render(const FramePlan& plan, PixelFormat format, std::stop_token stop) override;
+    /// Other ranks keep their parts of a picture that gives way, until they hear that it is gone.
+    std::unique_ptr<UnfinishedPicture> begin(const FramePlan& plan, PixelFormat format,
+                                             std::stop_token stop) override;
     void trim() override;
 
   private:
     struct State;
+    class Unfinished;
     std::unique_ptr<State> state_;
 };
 

@@ -28,6 +28,17 @@ TEST_F(ConnectionTest, GreetsAuthenticatesAndSaysSo) {
     EXPECT_FALSE(connection_->lostReason());
 }
 
+TEST_F(ConnectionTest, TheHelloDoesNotWaitForTheServersGreeting) {
+    connection_.emplace(server_.connectionFile(), quietSettings());
+    server_.acceptUngreeted();
+    EXPECT_TRUE(server_.read().has_hello());
+    server_.greet();
+    proto::ServerMessage welcome;
+    welcome.mutable_welcome();
+    server_.send(welcome);
+    EXPECT_TRUE(eventually(*connection_, [&] { return connection_->state() == State::connected; }));
+}
+
 TEST_F(ConnectionTest, ARefusedTokenIsTheReason) {
     connection_.emplace(server_.connectionFile(), quietSettings());
     server_.accept();
@@ -169,8 +180,7 @@ TEST_F(ConnectionTest, JobsAreSubmittedCancelledAndWatched) {
     proto::JobRequest job;
     job.set_output("data/x.mote");
     connection_->submitJob(job, [&](const Result<proto::JobStatus>& reply) { submitted = reply->id(); });
-    connection_->submitJob(
-        job, [](const Result<proto::JobStatus>&) {}, true);
+    connection_->submitJob(job, [](const Result<proto::JobStatus>&) {}, {true, 60});
     connection_->cancelJob("7", [&](const Result<proto::JobStatus>& reply) {
         cancelled = reply.ok() ? "yes" : std::string(name(reply.error().code)) + " " + reply.error().where;
     });
@@ -182,7 +192,9 @@ TEST_F(ConnectionTest, JobsAreSubmittedCancelledAndWatched) {
     const auto submit = server_.read();
     EXPECT_EQ(submit.submit_job().job().output(), "data/x.mote");
     EXPECT_FALSE(submit.submit_job().again());
-    EXPECT_TRUE(server_.read().submit_job().again());
+    const auto wished = server_.read();
+    EXPECT_TRUE(wished.submit_job().again());
+    EXPECT_EQ(wished.submit_job().time_limit_s(), 60U);
     proto::ServerMessage message;
     message.set_reply_to(submit.request());
     message.mutable_job()->set_id("7");

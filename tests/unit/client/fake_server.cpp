@@ -70,12 +70,21 @@ void FakeServer::turnAway(const proto::ServerMessage& reason) {
 }
 
 void FakeServer::accept() {
+    acceptUngreeted();
+    greet();
+}
+
+void FakeServer::acceptUngreeted() {
     acceptSocket();
     const auto greeting = wire::encodeGreeting(wire::ownVersion);
     const std::string theirs = receive(greeting.size());
     require(std::equal(theirs.begin(), theirs.end(), greeting.begin(),
                        [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }),
             "not our greeting");
+}
+
+void FakeServer::greet() {
+    const auto greeting = wire::encodeGreeting(wire::ownVersion);
     sendRaw({greeting.begin(), greeting.end()});
 }
 

@@ -28,6 +28,9 @@ class FakeServer {
 
     /// Accepts a connection and exchanges greetings.
     void accept();
+    /// The two halves of it: hears the client's greeting, and says ours.
+    void acceptUngreeted();
+    void greet();
     /// accept(), Hello and Welcome.
     /// `minor`: of the protocol that it speaks.
     void welcome(std::uint32_t minor = 0);

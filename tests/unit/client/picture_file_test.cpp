@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <fstream>
 
@@ -146,6 +144,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, PictureFile,
 TEST(WriteFile, ReplacesWholeFilesAndLeavesNothingElse) {
     const test::TempDir folder;
     ASSERT_TRUE(writeFile(folder / "a", {1, 2, 3}).ok());
+    std::ofstream(folder / ".a.part") << "of a killed process";
     ASSERT_TRUE(writeFile(folder / "a", {4}).ok());
     EXPECT_EQ(bytesOf(folder / "a"), std::vector<std::uint8_t>{4});
     EXPECT_EQ(entries(folder.path()), 1U);

@@ -2,27 +2,18 @@
 #include "tests/unit/damage/forged_hashes.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <span>
 #include <string>
+#include <system_error>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/json.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
+#include "tests/unit/damage/file_bytes.h"
 
 namespace mote::test {
 namespace {
-
-std::string contentOf(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void replace(const std::filesystem::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary | std::ios::trunc) << text;
-}
 
 std::uint64_t elementBytes(const std::string& type) {
     return type == "u64" ? 8 : type == "u32" || type == "f32" ? 4 : type == "u16" ? 2 : 1;
@@ -43,7 +34,7 @@ void forgeBlocks(const std::filesystem::path& digestFile) {
     proto::Digest digest;
     if (!readJsonFile(digestFile, digest).ok()) return;
     auto arrays = digestFile;
-    const auto content = contentOf(arrays.replace_extension(".h5"));
+    const auto content = bytesOfFile(arrays.replace_extension(".h5"));
     for (auto& array : *digest.mutable_arrays()) {
         const auto bytes = bytesOf(array, std::as_bytes(std::span(content)));
         for (int block = 0; block < array.blocks_size(); ++block) {
@@ -53,7 +44,7 @@ void forgeBlocks(const std::filesystem::path& digestFile) {
             array.set_blocks(block, storage::hashBlock(bytes.subspan(begin, size)));
         }
     }
-    replace(digestFile, toJson(digest));
+    writeFile(digestFile, toJson(digest));
 }
 
 }  // namespace
@@ -68,14 +59,15 @@ void forgeHashes(const std::filesystem::path& dataset) {
     const auto path = dataset / storage::manifestName;
     if (readJsonFile(path, manifest).ok()) {
         for (auto& file : *manifest.mutable_files()) {
-            const auto hash = storage::hashFile(dataset / file.name());
-            if (!hash.ok()) continue;
-            file.set_size(hash->size);
-            file.set_xxh3_128(hash->xxh3_128);
+            std::error_code none;
+            if (!std::filesystem::is_regular_file(dataset / file.name(), none)) continue;
+            const auto bytes = bytesOfFile(dataset / file.name());
+            file.set_size(bytes.size());
+            file.set_xxh3_128(storage::hash128(std::as_bytes(std::span(bytes))));
         }
-        replace(path, toJson(manifest));
+        writeFile(path, toJson(manifest));
     }
-    replace(dataset / storage::manifestDigestName, storage::manifestDigest(contentOf(path)));
+    writeFile(dataset / storage::manifestDigestName, storage::manifestDigest(bytesOfFile(path)));
 }
 
 }  // namespace mote::test

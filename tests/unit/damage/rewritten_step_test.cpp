@@ -2,15 +2,10 @@
 //
 // A step whose files are rewritten in place while it is drawn, selected from and counted: errors are right,
 // and so are pictures of nobody's points; a death is not, nor is memory that is not the step's.
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
-#include <fstream>
-#include <functional>
-#include <iterator>
 #include <thread>
 
 #include "server/render/cpu/cpu_device.h"
@@ -27,6 +22,8 @@
 #include "tests/support/any_selection.h"
 #include "tests/support/temp_dir.h"
 #include "tests/support/view_text.h"
+#include "tests/unit/damage/file_bytes.h"
+#include "tests/unit/damage/rewritten_file.h"
 #include "tests/unit/damage/written_run.h"
 
 namespace mote::test {
@@ -36,55 +33,6 @@ using storage::StorageError;
 
 constexpr std::uint64_t points = 20000;
 constexpr std::uint32_t leafCapacity = 16;
-
-std::string contentOf(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// A file that is written to in place, never made anew.
-class Rewritten {
-  public:
-    explicit Rewritten(const std::filesystem::path& path)
-        : original_(contentOf(path)), file_(::open(path.c_str(), O_WRONLY | O_CLOEXEC)) {}
-    Rewritten(const Rewritten&) = delete;
-    Rewritten& operator=(const Rewritten&) = delete;
-    ~Rewritten() { ::close(file_); }
-
-    const std::string& original() const { return original_; }
-    void write(std::size_t at, std::string_view bytes) const {
-        const auto size = std::min(bytes.size(), original_.size() - at);
-        EXPECT_EQ(::pwrite(file_, bytes.data(), size, static_cast<off_t>(at)), static_cast<ssize_t>(size));
-    }
-    void restore() const { write(0, original_); }
-
-  private:
-    std::string original_;
-    int file_;
-};
-
-/// Some bytes of the file become what nobody chose: bytes of any values, all the same, those of another file,
-/// or those that were there.
-void disturb(const Rewritten& file, const std::string& other, Random& random) {
-    const auto at = random.below(file.original().size());
-    const auto size = 1 + random.below(random.oneOf<std::uint64_t>({8, 4096, 1 << 17}));
-    std::string bytes;
-    switch (random.below(4)) {
-        case 0:
-            for (std::uint64_t i = 0; i < size; ++i) bytes.push_back(static_cast<char>(random.next()));
-            break;
-        case 1:
-            bytes.assign(size, random.oneOf<char>({'\xff', '\0', '\x7f'}));
-            break;
-        case 2:
-            bytes = other.substr(std::min(at, other.size() - 1), size);
-            break;
-        default:
-            file.restore();
-            return;
-    }
-    file.write(at, bytes);
-}
 
 class RewrittenStep : public testing::Test {
   protected:
@@ -101,7 +49,7 @@ class RewrittenStep : public testing::Test {
     }
     /// Every byte of octree and leaves in the file becomes one that points beyond everything.
     void overwriteTree() const {
-        const Rewritten file(dataset_ / "step-000000.h5");
+        const RewrittenFile file(dataset_ / "step-000000.h5");
         file.write(0, std::string(file.original().size(), '\xff'));
     }
 
@@ -231,16 +179,16 @@ TEST_F(RewrittenStep, ASelectionOfAnOverwrittenStepIsBuiltOfItsOwnTree) {
 TEST_F(RewrittenStep, AnIdThatNamesNoPointIsAnError) {
     const auto step = open(nullptr);
     step.columns->pointsById(0, points);
-    const Rewritten file(dataset_ / "columns-000000.h5");
+    const RewrittenFile file(dataset_ / "columns-000000.h5");
     file.write(0, std::string(file.original().size(), '\xff'));
     EXPECT_THROW(step.columns->pointOfRank(7), StorageError);
 }
 
 TEST_F(RewrittenStep, WhatIsDrawnAndCountedMeanwhileEndsInErrors) {
     constexpr std::uint64_t rounds = 14, asked = 7, written = 400, room = 400 << 10;
-    const Rewritten step(dataset_ / "step-000000.h5"), columns(dataset_ / "columns-000000.h5");
-    const auto otherStep = contentOf(dataset_ / "step-000001.h5");
-    const auto otherColumns = contentOf(dataset_ / "columns-000001.h5");
+    const RewrittenFile step(dataset_ / "step-000000.h5"), columns(dataset_ / "columns-000000.h5");
+    const auto otherStep = bytesOfFile(dataset_ / "step-000001.h5");
+    const auto otherColumns = bytesOfFile(dataset_ / "columns-000001.h5");
     std::uint64_t errors = 0, writes = 0;
     for (std::uint64_t round = 0; round < rounds; ++round) {
         step.restore();

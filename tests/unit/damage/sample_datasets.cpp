@@ -5,35 +5,20 @@
 #include <glm/geometric.hpp>
 #include <span>
 
-#include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/dataset_writer.h"
+#include "storage/hybrid/hybrid_file.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/particles/mapped_columns.h"
-#include "storage/particles/mapped_step.h"
 #include "storage/stipple/stipple_hierarchy.h"
-#include "storage/storage_error.h"
+#include "tests/support/ball_surface.h"
+#include "tests/unit/damage/must.h"
 #include "tests/unit/damage/written_run.h"
 #include "tests/unit/hybrid/small_hybrid.h"
 #include "tests/unit/stipple/small_hierarchy.h"
 
 namespace mote::test {
 namespace {
-
-using storage::StorageError;
-
-constexpr std::uint64_t mostBytes = std::uint64_t{64} << 20;
-
-template <class T>
-T must(Result<T> result) {
-    if (!result.ok()) throw StorageError(result.error());
-    return *std::move(result);
-}
-
-void must(const Status& status) {
-    if (!status.ok()) throw StorageError(status.error());
-}
 
 storage::DatasetWriter writerOf(const std::filesystem::path& output) {
     return must(storage::DatasetWriter::create(output));
@@ -61,7 +46,7 @@ storage::SurfaceMesh tetrahedron() {
 }
 
 void writeParticles(const std::filesystem::path& output) {
-    writeRun(*cloudRun(1, 400, 1, 2), output);
+    writeRun(*cloudRun(1, 80, 1, 2), output);
 }
 
 void writeHybrid(const std::filesystem::path& output) {
@@ -98,9 +83,10 @@ void writeMeshDataset(const std::filesystem::path& output) {
     publish(writer, {storage::meshName}, manifest);
 }
 
-void writePicture(const std::filesystem::path& output) {
-    storage::Luminance picture{9, 7, {}};
-    for (int i = 0; i < 63; ++i) picture.values.push_back(static_cast<float>(i) / 50.0F);
+void writeImage(const std::filesystem::path& output, std::uint32_t width, std::uint32_t height) {
+    storage::Luminance picture{width, height, {}};
+    for (std::uint32_t i = 0; i < width * height; ++i)
+        picture.values.push_back(static_cast<float>(i % 64) / 50.0F);
     proto::Manifest manifest;
     manifest.set_kind("image");
     manifest.set_format(storage::formatVersion);
@@ -111,125 +97,126 @@ void writePicture(const std::filesystem::path& output) {
     publish(writer, {storage::imageName}, manifest);
 }
 
-/// Bytes, one thing after the other.
-class Content {
-  public:
-    template <class T>
-    void add(std::span<const T> values) {
-        const auto bytes = std::as_bytes(values);
-        text_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+void writePicture(const std::filesystem::path& output) {
+    writeImage(output, 9, 7);
+}
+
+void writeLargeParticles(const std::filesystem::path& output) {
+    writeRun(*cloudRun(2, 60000, 1, 5), output);
+}
+
+/// A coarse grid of 64^3, and a point at each sample of 8 x 4 x 4 bricks.
+void writeLargeHybrid(const std::filesystem::path& output) {
+    constexpr storage::GridSize low{64, 64, 64}, errors{128, 128, 128}, told{64, 32, 32};
+    constexpr std::uint32_t pointBytes = 6;
+    auto manifest = smallManifest(pointBytes, 8);
+    auto& hybrid = *manifest.mutable_hybrid();
+    for (int axis = 0; axis < 3; ++axis) {
+        hybrid.set_low_size(axis, low[0]);
+        hybrid.set_error_size(axis, errors[0]);
     }
-    template <class T>
-    void add(const std::vector<T>& values) {
-        add(std::span<const T>(values));
+    hybrid.set_residual(false);
+    const auto count = storage::samplesOf(told);
+    hybrid.mutable_steps(0)->set_points(count);
+    hybrid.mutable_steps(0)->clear_residual_file();
+    SmallPoints points;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        for (const auto place : {i % told[0], i / told[0] % told[1], i / told[0] / told[1]})
+            points.place8.push_back(static_cast<std::uint8_t>(place));
     }
-    std::string take() { return std::move(text_); }
-
-  private:
-    std::string text_;
-};
-
-void addStep(const std::filesystem::path& dataset, const proto::Manifest& manifest, std::uint32_t index,
-             Content& content) {
-    const auto step = must(storage::ParticleStep::open(dataset, manifest, index));
-    const auto nodes = step->nodes();
-    content.add(nodes.level);
-    content.add(nodes.morton);
-    content.add(nodes.firstChild);
-    content.add(nodes.childCount);
-    content.add(nodes.count);
-    content.add(nodes.density);
-    content.add(nodes.minDensity);
-    const auto leaves = step->leaves();
-    content.add(leaves.node);
-    content.add(leaves.pointBegin);
-    content.add(leaves.pointCount);
-    content.add(leaves.density);
-    content.add(step->positions(0, step->pointCount()));
-    content.add(step->rows(0, step->pointCount()));
-    content.add(step->volume());
-    const auto preview = step->preview(storage::Preview::mostPoints);
-    content.add(preview.points);
-    content.add(preview.threshold);
-    step->check();
-    if (manifest.particles().steps(static_cast<int>(index)).columns_file().empty()) return;
-    const auto columns = must(storage::ParticleColumns::open(dataset, manifest, index));
-    for (std::size_t c = 0; c < columns->columns().size(); ++c)
-        content.add(columns->values(c, 0, columns->pointCount()));
-    for (std::uint64_t rank = 0; columns->hasIds() && rank < columns->pointCount(); ++rank)
-        content.add(columns->ids(columns->pointOfRank(rank), 1));
-    columns->check();
+    points.value.assign(count, 200);
+    points.error.assign(count, 140);
+    points.normal.assign(count, 3);
+    auto view = points.view();
+    view.grid = errors;
+    auto writer = writerOf(output);
+    const auto file = must(storage::HybridStepWriter::create(writer.directory(), "step-000000",
+                                                             {low, 8, pointBytes, errors, count}));
+    std::vector<std::uint8_t> codes(storage::samplesOf(low));
+    for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = static_cast<std::uint8_t>(i % 251);
+    must(file.writeLow(std::span<const std::uint8_t>(codes), codes));
+    must(file.writePoints(0, view));
+    must(file.finish());
+    publish(writer, {"step-000000"}, manifest);
 }
 
-void addField(const render::GridField& field, Content& content) {
-    content.add(field.coarse.values);
-    content.add(field.coarse.normals);
-    const double range[] = {field.range.low, field.range.high};
-    content.add(std::span<const double>(range));
-    if (!field.bricks) return;
-    content.add(std::span<const std::int32_t>(field.bricks->numbers));
-    content.add(std::span<const std::uint16_t>(field.bricks->values));
-    content.add(std::span<const std::uint8_t>(field.bricks->normals));
+void writeLargePlane(const std::filesystem::path& output) {
+    const auto hierarchy = jitteredGrid(150);
+    writeDataset(output, hierarchy, manifestOf(hierarchy));
 }
 
-void addHybrid(const std::filesystem::path& dataset, const proto::Manifest& manifest, Content& content) {
-    const auto& hybrid = manifest.hybrid();
-    for (std::uint32_t step = 0; step < static_cast<std::uint32_t>(hybrid.steps_size()); ++step) {
-        for (const auto asked :
-             {HybridRepresentation::volume, HybridRepresentation::points, HybridRepresentation::residual}) {
-            const auto parts = must(render::hybridParts(hybrid, asked));
-            // The bytes as the server counts them against its memory, before anything is read.
-            if (render::hybridBytes(hybrid, step, parts) + render::hybridLoadingBytes(hybrid, step, parts) >
-                mostBytes) {
-                throw StorageError(Error{ErrorCode::resourceExhausted, "hybrid", "takes too much memory"});
-            }
-            addField(*must(render::loadHybrid(dataset, manifest, step, parts)), content);
-        }
-    }
+void writeLargeSurface(const std::filesystem::path& output) {
+    writeBall(output, 20000);
 }
 
-void addHierarchy(const storage::StippleHierarchy& hierarchy, Content& content) {
-    content.add(hierarchy.positions);
-    content.add(hierarchy.normals);
-    content.add(hierarchy.removal);
-    content.add(hierarchy.deathArea);
-    content.add(hierarchy.locked);
-    content.add(hierarchy.movesBegin);
-    content.add(hierarchy.moveNeighbour);
-    content.add(hierarchy.movePosition);
+void writeLargePicture(const std::filesystem::path& output) {
+    writeImage(output, 700, 600);
 }
 
-void addMesh(const storage::SurfaceMesh& mesh, Content& content) {
-    content.add(mesh.positions);
-    content.add(mesh.normals);
-    content.add(mesh.triangles);
-    content.add(mesh.edges);
-    content.add(mesh.parts);
+std::vector<std::string> particleLayers() {
+    return {"{'dataset': 'sample', 'particles': {}}",
+            "{'dataset': 'sample', 'particles': {}, 'colorBy': {'column': 'px'}}",
+            "{'dataset': 'sample', 'particles': {}, 'select': {'ranges': [{'column': 'x', 'min': 0.05}]}, "
+            "'highlight': {'selection': {'density': {'min': 0.3}}}}",
+            "{'dataset': 'sample', 'particles': {}, 'paths': {'ids': [3, 30, 60]}, "
+            "'colorBy': {'column': 'y', 'range': [-1, 1], 'ofPixel': 'nearest'}}",
+            "{'dataset': 'sample', 'ink': {}}"};
+}
+
+std::vector<std::string> hybridLayers() {
+    return {"{'dataset': 'sample', 'hybrid': {}}",
+            "{'dataset': 'sample', 'hybrid': {'representation': 'points'}}",
+            "{'dataset': 'sample', 'hybrid': {'representation': 'volume'}}",
+            "{'dataset': 'sample', 'ink': {}}"};
+}
+
+std::vector<std::string> meshLayers() {
+    return {"{'dataset': 'sample', 'mesh': {}}", "{'dataset': 'sample', 'ink': {}}"};
+}
+
+std::vector<std::string> planeLayers() {
+    return {"{'dataset': 'sample', 'stipple': {'image': 'picture'}}"};
+}
+
+std::vector<std::string> surfaceLayers() {
+    return {"{'dataset': 'sample', 'stipple': {}}"};
+}
+
+std::vector<std::string> pictureLayers() {
+    return {"{'dataset': 'plane', 'stipple': {'image': 'sample'}}"};
 }
 
 }  // namespace
 
 const std::vector<SampleDataset>& sampleDatasets() {
-    static const std::vector<SampleDataset> all{{"particles", writeParticles},
-                                                {"hybrid", writeHybrid},
-                                                {"hybridOfFlatPoints", writeFlatHybrid},
-                                                {"stippledPlane", writePlane},
-                                                {"stippledSurface", writeSurface},
-                                                {"mesh", writeMeshDataset},
-                                                {"image", writePicture}};
+    static const std::vector<SampleDataset> all{
+        {.name = "particles", .write = writeParticles, .layers = particleLayers(), .counted = true},
+        {"hybrid", writeHybrid, hybridLayers()},
+        {"hybridOfFlatPoints", writeFlatHybrid, hybridLayers()},
+        {"stippledPlane", writePlane, planeLayers()},
+        {"stippledSurface", writeSurface, surfaceLayers()},
+        {"mesh", writeMeshDataset, meshLayers()},
+        {"image", writePicture, pictureLayers()}};
     return all;
 }
 
-std::string contentOfDataset(const std::filesystem::path& dataset) {
-    const auto manifest = must(storage::readManifest(dataset));
-    Content content;
-    for (int i = 0; i < manifest.particles().steps_size(); ++i)
-        addStep(dataset, manifest, static_cast<std::uint32_t>(i), content);
-    if (manifest.has_hybrid()) addHybrid(dataset, manifest, content);
-    if (manifest.has_stipple()) addHierarchy(must(storage::readHierarchy(dataset, manifest)), content);
-    if (manifest.has_mesh()) addMesh(must(storage::readMesh(dataset, manifest)), content);
-    if (manifest.has_image()) content.add(must(storage::readImage(dataset, manifest)).values);
-    return manifest.SerializeAsString() + content.take();
+const std::vector<SampleDataset>& largeDatasets() {
+    static const std::vector<SampleDataset> all{{.name = "largeParticles",
+                                                 .write = writeLargeParticles,
+                                                 .layers = particleLayers(),
+                                                 .large = true,
+                                                 .counted = true},
+                                                {"largeHybrid", writeLargeHybrid, hybridLayers(), true},
+                                                {"largePlane", writeLargePlane, planeLayers(), true},
+                                                {"largeSurface", writeLargeSurface, surfaceLayers(), true},
+                                                {"largeMesh", writeBallMesh, meshLayers(), true},
+                                                {"largeImage", writeLargePicture, pictureLayers(), true}};
+    return all;
+}
+
+void writeCompanions(const std::filesystem::path& folder) {
+    writePicture(folder / "picture.mote");
+    writePlane(folder / "plane.mote");
 }
 
 }  // namespace mote::test

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <future>
 #include <new>
 
@@ -23,6 +24,19 @@ TEST(DatasetServiceTest, WorkThatMemoryDoesNotSufficeForEndsNothing) {
     const auto what = answer.get_future().get();
     ASSERT_TRUE(what.ok()) << what.error().toString();
     EXPECT_EQ(what->dataset(), "data/a");
+}
+
+TEST(DatasetServiceTest, WhoWaitsHearsOfTheEndThoughMemoryWasShortForAWhile) {
+    const test::TempDir dir;
+    DatasetService service(
+        *storage::Roots::parse({"data=" + dir.path().string()}), [] {}, std::uint64_t{1} << 28, [] {});
+    int tries = 0;
+    std::promise<void> told;
+    service.rescan([&] {
+        if (++tries < 3) throw std::bad_alloc();
+        told.set_value();
+    });
+    EXPECT_EQ(told.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
 }
 
 }  // namespace

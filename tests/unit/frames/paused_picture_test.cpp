@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "server/frames/picture_maker.h"
+#include "server/frames/planning.h"
 #include "server/render/plan/grid_field.h"
 
 namespace mote::server {
@@ -180,6 +181,34 @@ TEST_F(PausedPicture, GivesWayNoMoreWhereThereIsNoRoomToKeepIt) {
     const auto made = maker_.make(jobOf(large, true), history_);
     ASSERT_TRUE(made.ok() && made->picture) << "or it would never be done";
     EXPECT_EQ(counts_.begun, 2);
+}
+
+TEST_F(PausedPicture, IsPlannedInTurnsWhereThatTakesLongAndThereIsRoom) {
+    const auto inked = std::make_shared<ViewTask>(*taskOf(16));
+    inked->view.layers[0].style = InkStyle{};
+    const auto job = jobOf(inked, true);
+    EXPECT_TRUE(isPlannedInTurns(job));
+    EXPECT_FALSE(isPlannedInTurns(jobOf(inked, true, Stage::quick)));
+    EXPECT_FALSE(isPlannedInTurns(jobOf(taskOf(16), true))) << "the device draws a volume";
+    const auto make = [](PictureHistory& history, Making&) {
+        history.exactPoints = 7.0;
+        return Result<std::unique_ptr<Draft>>(std::make_unique<Draft>());
+    };
+    auto planning = std::make_unique<Planning>(job, history_, make, render::WorkInTurns::Duration(0));
+    const auto budget = std::make_shared<storage::BlockBudget>(1 << 20);
+    EXPECT_TRUE(planning->hold(budget));
+    EXPECT_TRUE(planning->hold(budget));
+    EXPECT_EQ(budget->resident(), 16u * 8 * 64);
+    EXPECT_TRUE(planning->advance({}));
+    EXPECT_EQ(history_.exactPoints, 0.0);
+    Making why;
+    const auto draft = planning->take(history_, why);
+    EXPECT_TRUE(draft.ok() && *draft);
+    EXPECT_EQ(history_.exactPoints, 7.0);
+    planning.reset();
+    EXPECT_EQ(budget->resident(), 0u);
+    const auto small = std::make_shared<storage::BlockBudget>(100);
+    EXPECT_FALSE(Planning(job, history_, make, {}).hold(small));
 }
 
 TEST_F(PausedPicture, ThatIsStoppedBeforeItBeganLeavesNothing) {

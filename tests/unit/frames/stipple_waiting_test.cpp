@@ -6,7 +6,9 @@
 
 #include <filesystem>
 #include <set>
+#include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "server/data/load_mesh.h"
 #include "server/data/load_stipple.h"
@@ -126,6 +128,75 @@ TEST_F(StippleWaiting, SoDoesWhatStipplesADrawing) {
     EXPECT_TRUE(first->waits);
     source_.awaitRest();
     EXPECT_TRUE(make(layers, Stage::exact)->picture);
+}
+
+/// Pictures of the cpu device that are planned in turns, each as short as can be.
+class PlannedInTurns : public StippleWaiting {
+  protected:
+    PlannedInTurns() {
+        source_.open();
+        others_.request_stop();
+    }
+    static std::shared_ptr<const ViewTask> taskOf(const std::string& layers) {
+        auto task = std::make_shared<ViewTask>();
+        task->view = test::viewOf("{'width': 60, 'height': 40, 'layers': [" + layers + "]}");
+        return task;
+    }
+    /// What comes of one turn, once its data are there.
+    Making turn(PictureMaker& maker, const std::shared_ptr<const ViewTask>& task, PictureHistory& history,
+                const std::stop_token& pause) {
+        for (;;) {
+            auto made = maker.make(
+                {.session = 1, .task = task, .stage = Stage::exact, .stop = {}, .pause = pause}, history);
+            if (!made.ok()) throw std::runtime_error(made.error().toString());
+            if (!made->waits) return *std::move(made);
+            source_.awaitRest();
+        }
+    }
+    std::vector<std::uint8_t> drawnAtOnce(PictureMaker& maker, const std::string& layers) {
+        return turn(maker, taskOf(layers), another_, {}).picture.value().picture.pixels;
+    }
+
+    std::stop_source others_;
+    const DeviceFactory cpu_ = [] { return render::createDevice(render::DeviceKind::cpu, 2); };
+    PictureMaker inTurns_{cpu_, source_, render::DeviceCosts{}, render::WorkInTurns::Duration(0)};
+    PictureMaker expected_{cpu_, source_, render::DeviceCosts{}};  // which keeps what it made to itself
+    PictureHistory another_{QualityController(30.0)};
+};
+
+const std::string mesh = "{'dataset': 'solid', 'mesh': {}}";
+const std::string inked = "{'dataset': 'solid', 'ink': {'hatch': {'strength': 1}}}";
+const std::string stippled = mesh + ", {'dataset': 'plane', 'stipple': {'source': 'layers'}}";
+
+TEST_F(PlannedInTurns, SurfacesInkAndDotsThatGaveWayAreTheSameBytes) {
+    const auto between = drawnAtOnce(expected_, ball);
+    for (const auto& layers : {ball, photograph, mesh, inked, stippled, mesh + ", " + inked}) {
+        const auto expected = drawnAtOnce(expected_, layers);
+        const auto task = taskOf(layers);
+        Making made;
+        int turns = 0;
+        for (; !made.picture; ++turns) {
+            made = turn(inTurns_, task, history_, others_.get_token());
+            // Others' pictures, of the same data too, leave no trace in it.
+            const bool other = turns % 256 == 1;
+            if (!other && turns % 256 != 33) continue;
+            EXPECT_TRUE(drawnAtOnce(inTurns_, other ? ball : layers) == (other ? between : expected))
+                << layers;
+        }
+        EXPECT_TRUE(made.picture->picture.pixels == expected) << layers;
+        EXPECT_GT(turns, 3) << layers;
+    }
+}
+
+TEST_F(PlannedInTurns, APlanThatNobodyWantsAnyMoreIsGivenUp) {
+    const auto expected = drawnAtOnce(inTurns_, mesh);
+    const auto counted = source_.counted();
+    EXPECT_FALSE(turn(inTurns_, taskOf(inked), history_, others_.get_token()).picture);
+    ASSERT_NE(history_.draft, nullptr);
+    EXPECT_GT(source_.counted(), counted) << "what it may need is counted while it waits";
+    EXPECT_EQ(turn(inTurns_, taskOf(mesh), history_, {}).picture.value().picture.pixels, expected);
+    EXPECT_EQ(history_.draft, nullptr);
+    EXPECT_EQ(source_.counted(), counted);
 }
 
 TEST_F(StippleWaiting, WrongDatasetsAreSaidAtOnce) {

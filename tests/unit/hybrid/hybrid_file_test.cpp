@@ -184,6 +184,20 @@ TEST(HybridFile, FindsDamage) {
     }
 }
 
+TEST(HybridFile, ALinkIsNoResidual) {
+    const test::TempDir dir;
+    writeSmallHybrid(dir / "a.mote", smallPoints(5), smallManifest(5, 8));
+    const auto file = dir / "a.mote" / "residual-000000.vdb";
+    // The same bytes, so that no hash tells.
+    std::filesystem::rename(file, dir / "elsewhere");
+    std::filesystem::create_symlink(dir / "elsewhere", file);
+    const auto residual = readResidual(dir / "a.mote", *readManifest(dir / "a.mote"), 0,
+                                       [](const ResidualBrick&) { ADD_FAILURE() << "was read"; });
+    ASSERT_FALSE(residual.ok());
+    EXPECT_EQ(residual.error().where, file.string());
+    EXPECT_THAT(residual.error().message, HasSubstr("is a link"));
+}
+
 void expectManifestRefused(const std::function<void(proto::HybridManifest&)>& change, const char* field) {
     const test::TempDir dir;
     writeSmallHybrid(dir / "a.mote", smallPoints(5), smallManifest(5, 8));

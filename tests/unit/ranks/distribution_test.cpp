@@ -87,5 +87,9 @@ TEST(TileDistribution, ABatchIsNeverEmpty) {
     EXPECT_EQ(TileDistribution(320, 320, 2 * TileDistribution::batchBytes, 4).batch, 4u);
 }
 
+TEST(TileDistribution, LargePicturesHaveManyBatches) {
+    EXPECT_EQ(TileDistribution(8192, 4096, 0, 2).batch, 2 * TileDistribution::mostOfARank);
+}
+
 }  // namespace
 }  // namespace mote::render

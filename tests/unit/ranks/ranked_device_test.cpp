@@ -100,6 +100,55 @@ TEST(RankedDevice, DrawsTheStrokesOfOneRank) {
     EXPECT_NE(draw(alone, plan).pixels, plain.pixels);
 }
 
+TEST(RankedDevice, APictureThatGivesWayToOthersComesToTheSameBytes) {
+    const auto small = mixedScene();
+    auto scene = small;
+    scene.view.width = 700;
+    scene.view.height = 500;
+    RankCrew crew(3, scene);
+    auto plan = makeFramePlan(scene, render::Quality::exact());
+    addStrokes(plan, strokesFor(plan, 1), plan.nearDepth, plan.farDepth);
+    const auto between = makeFramePlan(small, render::Quality::exact());
+    const auto expected = draw(crew.device(), plan), quick = draw(crew.device(), between);
+    std::stop_source others;
+    others.request_stop();
+    for (const bool forgotten : {false, true, false}) {
+        const auto large = crew.device().begin(plan, PixelFormat::srgb8, {});
+        ASSERT_NE(large, nullptr);
+        int turns = 1;
+        for (; !large->advance(others.get_token()); ++turns) {
+            EXPECT_GE(large->bytes(), expected.pixels.size());
+            EXPECT_EQ(draw(crew.device(), between).pixels, quick.pixels);
+            crew.device().trim();
+            if (forgotten) break;
+        }
+        if (forgotten) continue;
+        EXPECT_GT(turns, 1) << "it has several batches of tiles";
+        const auto drawn = large->take();
+        EXPECT_EQ(drawn.pixels, expected.pixels);
+        EXPECT_EQ(drawn.pointsDrawn, expected.pointsDrawn);
+    }
+}
+
+TEST(RankedDevice, AFailureWhileAPictureWaitsEndsItAlone) {
+    auto scene = mixedScene();
+    scene.view.width = 700;
+    scene.view.height = 500;
+    RankCrew crew(2, scene);
+    const auto plan = makeFramePlan(scene, render::Quality::exact());
+    const auto expected = draw(crew.device(), plan);
+    std::stop_source others;
+    others.request_stop();
+    const auto large = crew.device().begin(plan, PixelFormat::srgb8, {});
+    ASSERT_FALSE(large->advance(others.get_token()));
+    crew.steps(1).broken = true;  // for pictures that are begun
+    EXPECT_THROW(draw(crew.device(), plan), storage::StorageError);
+    crew.steps(1).broken = false;
+    while (!large->advance({})) {
+    }
+    EXPECT_EQ(large->take().pixels, expected.pixels);
+}
+
 TEST(RankedDevice, SaysHowManyRanksThereAre) {
     RankCrew crew(3, mixedScene());
     EXPECT_TRUE(crew.device().name().ends_with(" on 3 ranks")) << crew.device().name();

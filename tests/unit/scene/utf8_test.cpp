@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
 #include <random>
+#include <stdexcept>
+
+#include "protocol/scene/complain.h"
 
 namespace mote {
 namespace {
@@ -54,6 +58,14 @@ TEST(TerminalText, NoBytesLeaveAControlCharacter) {
         EXPECT_FALSE(holdsControl(toLogText(text), false));
         EXPECT_LE(toLogText(text).size(), text.size());
     }
+}
+
+TEST(Complaint, AtTheEndOfAProgramTakesNoMemoryWhereThereIsNone) {
+    testing::internal::CaptureStderr();
+    complainAtEnd("mote-prep", std::bad_alloc());
+    complainAtEnd("mote-prep", std::runtime_error("a\rb"));
+    EXPECT_EQ(testing::internal::GetCapturedStderr(),
+              "mote-prep: there is not enough memory\nmote-prep: a\\x0db\n");
 }
 
 }  // namespace

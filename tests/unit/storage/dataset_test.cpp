@@ -200,7 +200,7 @@ TEST(Catalogue, ListsFindsAndNotices) {
     EXPECT_TRUE(catalogue.errors().empty());
     const auto* entry = catalogue.find("data/plots/deep/a");
     ASSERT_NE(entry, nullptr);
-    EXPECT_EQ(entry->directory, fs::canonical(dir.path()) / "plots" / "deep" / "a.mote");
+    EXPECT_EQ(entry->directory.path(), fs::canonical(dir.path()) / "plots" / "deep" / "a.mote");
     EXPECT_EQ(catalogue.find("data/b.mote"), catalogue.find("data/b"));
     EXPECT_EQ(catalogue.find("data/c"), nullptr);
     EXPECT_EQ(catalogue.find(""), nullptr);

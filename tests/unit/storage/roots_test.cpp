@@ -3,22 +3,17 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
-#include <sys/prctl.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
-#include <cerrno>
-#include <cstddef>
 #include <fstream>
 #include <thread>
 
 #include "storage/files/real_path.h"
 #include "storage/files/walk_folders.h"
 #include "tests/support/temp_dir.h"
+#include "tests/unit/storage/old_kernel.h"
 
 namespace mote::storage {
 namespace {
@@ -97,6 +92,18 @@ TEST_F(RootsTest, NothingLeadsOut) {
     EXPECT_THAT(roots.resolveExisting("other/run.h5").error().message, testing::HasSubstr("data"));
 }
 
+TEST_F(RootsTest, WhatLiesBeneathIsNamedAndNotOpened) {
+    const auto deep = roots.beneath("data/sub/deep");
+    ASSERT_TRUE(deep.ok());
+    EXPECT_EQ(deep->path(), real / "data" / "sub" / "deep");
+    EXPECT_TRUE(deep->open(O_RDONLY).valid());
+    EXPECT_EQ(roots.beneath("data")->path(), real / "data");
+    for (const char* name : {"data/way-out/secret", "data/absolute-way-out/secret", "data/inside-link/deep"})
+        EXPECT_FALSE(roots.beneath(name)->open(O_RDONLY).valid()) << name;
+    EXPECT_EQ(roots.beneath("data/../outside/secret").error().code, ErrorCode::invalidArgument);
+    EXPECT_EQ(roots.beneath("other/run.h5").error().code, ErrorCode::notFound);
+}
+
 TEST_F(RootsTest, NewPathsNeedAParentAndNothingThere) {
     EXPECT_EQ(*roots.resolveNew("data/new.mote"), real / "data" / "new.mote");
     EXPECT_EQ(*roots.resolveNew("data/inside-link/new.mote"), real / "data" / "sub" / "new.mote");
@@ -107,20 +114,9 @@ TEST_F(RootsTest, NewPathsNeedAParentAndNothingThere) {
     EXPECT_EQ(fresh("data"), ErrorCode::invalidArgument);
 }
 
-/// For this thread the kernel is one before Linux 5.6.
-bool forgetOpenat2() {
-    std::array<sock_filter, 4> rules{{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-                                      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_openat2, 0, 1),
-                                      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
-                                      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)}};
-    const sock_fprog program{rules.size(), rules.data()};
-    return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
-           ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
-}
-
 TEST_F(RootsTest, WithoutOpenat2NoLinkIsFollowed) {
     std::thread old([this] {
-        ASSERT_TRUE(forgetOpenat2());
+        ASSERT_TRUE(test::forgetOpenat2());
         EXPECT_EQ(*roots.resolveExisting("data"), real / "data");
         EXPECT_EQ(*roots.resolveExisting("data/run.h5"), real / "data" / "run.h5");
         EXPECT_EQ(*roots.resolveExisting("data/sub/deep"), real / "data" / "sub" / "deep");
@@ -198,7 +194,7 @@ TEST_F(SwappedLinkTest, LeadsNowhere) {
 TEST_F(SwappedLinkTest, LeadsNowhereWithoutOpenat2) {
     std::thread swapper([this] { swap(); });
     std::thread old([this] {
-        ASSERT_TRUE(forgetOpenat2());
+        ASSERT_TRUE(test::forgetOpenat2());
         look();
     });
     swapper.join();

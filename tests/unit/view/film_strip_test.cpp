@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "client/view/film/film_jobs.h"
+#include "client/shared/jobs.h"
 #include "client/view/film/film_preview.h"
 #include "client/view/film/strip_scale.h"
 #include "client/view/film/thumbnail.h"
@@ -119,6 +119,9 @@ TEST(FilmJobs, ARequestIsValidAndNamesItsFilm) {
     EXPECT_FALSE(isReadyFilm(job));
     job.set_state(proto::JobStatus::SUCCEEDED);
     EXPECT_TRUE(isReadyFilm(job));
+    EXPECT_FALSE(mayBeTriedAgain(job));
+    job.set_state(proto::JobStatus::FAILED);
+    EXPECT_TRUE(mayBeTriedAgain(job) && hasEnded(job));
     proto::JobRequest plot;
     plot.set_output("data/beam.mote");
     EXPECT_EQ(jobName(plot), "data/beam");

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "client/shared/jobs.h"
+
 namespace mote::client {
 namespace {
 

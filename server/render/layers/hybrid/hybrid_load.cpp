@@ -63,7 +63,7 @@ Status addPoints(const storage::HybridPoints& points, BrickMaker& maker) {
     return added;
 }
 
-Status addResidual(const std::filesystem::path& directory, const proto::Manifest& manifest,
+Status addResidual(const storage::PathBeneath& directory, const proto::Manifest& manifest,
                    std::uint32_t index, const std::function<bool()>& cancelled, BrickMaker& maker) {
     Status added = success();
     auto read = storage::readResidual(
@@ -147,7 +147,7 @@ std::string hybridDigest(const proto::Manifest& manifest) {
     return storage::hash128(std::as_bytes(std::span(text)));
 }
 
-Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path& directory,
+Result<std::shared_ptr<const GridField>> loadHybrid(const storage::PathBeneath& directory,
                                                     const proto::Manifest& manifest, std::uint32_t index,
                                                     HybridRepresentation representation,
                                                     const std::function<bool()>& cancelled) {
@@ -158,7 +158,7 @@ Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path&
     }
     MOTE_ASSIGN_OR_RETURN(const auto file, storage::HybridStep::open(directory, manifest, index));
     auto step = std::make_shared<GridField>();
-    step->origin = {directory / entry->file(), hybridDigest(manifest)};
+    step->origin = {(directory / entry->file()).path(), hybridDigest(manifest)};
     step->boxToLayer = hybridBox(manifest.hybrid());
     step->range = rangeOf(manifest.hybrid());
     // The first step's for all, so that a series that is played does not flicker.

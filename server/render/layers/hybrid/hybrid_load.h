@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <glm/mat4x4.hpp>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "protocol/scene/bounds.h"
 #include "protocol/scene/error.h"
 #include "server/render/plan/grid_field.h"
+#include "storage/files/path_beneath.h"
 
 namespace mote::render {
 
@@ -40,7 +40,7 @@ std::string hybridDigest(const proto::Manifest& manifest);
 
 /// `representation`: as hybridParts gives it; only what it draws is loaded. Errors: notFound (there is no
 /// such step), as storage::HybridStep::open and storage::readResidual, resourceExhausted (too many bricks).
-Result<std::shared_ptr<const GridField>> loadHybrid(const std::filesystem::path& directory,
+Result<std::shared_ptr<const GridField>> loadHybrid(const storage::PathBeneath& directory,
                                                     const proto::Manifest& manifest, std::uint32_t step,
                                                     HybridRepresentation representation,
                                                     const std::function<bool()>& cancelled = {});

@@ -3,8 +3,6 @@
 // EdgeLine: an edge of a mesh that is a line of a drawing, or a piece of one. A value; pure functions.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -15,6 +13,8 @@
 
 #include "server/render/ink/ink_line.h"
 #include "server/render/layers/ink/line_view.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 #include "storage/mesh/surface_mesh.h"
 
 namespace mote::render {
@@ -47,8 +47,8 @@ template <class T, class Make>
 std::vector<T> inOrder(std::size_t count, const std::stop_token& stop, const Make& make) {
     constexpr std::size_t atATime = 1024;
     std::vector<std::vector<T>> made((count + atATime - 1) / atATime);
-    tbb::parallel_for(std::size_t{0}, made.size(), [&](std::size_t run) {
-        if (stop.stop_requested()) return;
+    forInTurns(std::size_t{0}, made.size(), [&](std::size_t run) {
+        if (isStopped(stop)) return;
         const std::size_t first = run * atATime;
         make(first, std::min(first + atATime, count), made[run]);
     });

@@ -12,6 +12,7 @@
 #include "server/render/layers/ink/visible_lines.h"
 #include "server/render/layers/ink/volume_lines.h"
 #include "server/render/layers/ink/volume_modalities.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -57,7 +58,7 @@ struct Seeing {
     InkScene operator()(const InkVolume& volume) const {
         auto seen = modalitiesOf(volume, transform, style, plan, stop);
         InkScene scene;
-        if (lines && !stop.stop_requested()) scene.lines = linesOf(seen, stop);
+        if (lines && !isStopped(stop)) scene.lines = linesOf(seen, stop);
         scene.modalities = std::move(seen.modalities);
         return scene;
     }

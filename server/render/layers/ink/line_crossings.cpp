@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "server/render/ink/tone_grid.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -41,7 +42,7 @@ LineCrossings::LineCrossings(std::vector<ScreenLine> lines, std::uint32_t width,
       rows_(static_cast<std::uint32_t>(std::ceil((height + 2.0 * margin) / square))),
       begins_(std::size_t{columns_} * rows_ + 1, 0) {
     const auto eachPlace = [&](const auto& take) {
-        for (std::uint32_t i = 0; i < lines_.size() && !stop.stop_requested(); ++i) {
+        for (std::uint32_t i = 0; i < lines_.size() && !isStopped(stop); ++i) {
             const ScreenLine line = onGrid(lines_[i]);
             eachSquare(line.from, line.to, columns_, rows_,
                        [&](std::uint32_t column, std::uint32_t row, double) {

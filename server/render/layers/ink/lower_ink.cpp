@@ -7,6 +7,7 @@
 
 #include "server/render/ink/drawing.h"
 #include "server/render/layers/ink/ink_seen.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -32,6 +33,7 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
     if (!(opacity > 0.0F)) return fragments;
     fragments.reserve(shown.values.size());
     for (std::uint32_t row = 0; row < shown.height; ++row) {
+        giveWay();
         for (std::uint32_t column = 0; column < shown.width; ++column) {
             const float depth = modalities.depth.at(column, row);
             fragments.push_back({.column = column,
@@ -49,7 +51,7 @@ Fragments fragmentsOf(const Raster<glm::vec3>& shown, const Modalities& modaliti
 InkDrawing inkOf(const Layer& layer, const InkStyle& style, const InkData& data, const FramePlan& plan,
                  double pixels, const std::stop_token& stop, InkMemory* memory) {
     const auto scene = seenOf(data, layer.transform, style, plan, needsLines(style), stop);
-    if (stop.stop_requested()) return {};
+    if (isStopped(stop)) return {};
     auto drawing = drawInk(scene, style, pixels, stop, memory);
     // It is drawn as if there were all of it, so that lines stay where they are while it fades.
     const auto opacity = drawing.strokes.opacity = static_cast<float>(layer.opacity);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/mesh_chains.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
@@ -14,6 +12,8 @@
 #include <tuple>
 
 #include "server/render/ink/simplify.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -172,7 +172,7 @@ void joinAll(std::vector<Link>& links, std::uint32_t places) {
     auto next = begins;
     eachEnd([&](std::uint32_t place, const LinkEnd& end) { ends[next[place]++] = end; });
     // Each end is in one place.
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, places, piecesATime), [&](const auto& run) {
+    forRangesInTurns(places, piecesATime, [&](const auto& run) {
         for (auto place = run.begin(); place < run.end(); ++place)
             join(links, std::span(ends).subspan(begins[place], begins[place + 1] - begins[place]));
     });
@@ -230,16 +230,19 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
                              const std::vector<EdgeLine>& pieces, std::optional<double> extent,
                              const std::stop_token& stop) {
     std::vector<Link> links(pieces.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces.size(), piecesATime), [&](const auto& run) {
-        if (stop.stop_requested()) return;
+    forRangesInTurns(pieces.size(), piecesATime, [&](const auto& run) {
+        if (isStopped(stop)) return;
         for (auto i = run.begin(); i < run.end(); ++i) links[i] = linkOf(surface, view, pieces[i]);
         if (extent)
             StepFinder(surface, view, *extent).find(std::span(links).subspan(run.begin(), run.size()));
     });
-    if (stop.stop_requested()) return {};
+    if (isStopped(stop)) return {};
     joinAll(links, numberPlaces(surface.mesh(), pieces, links));
     std::vector<InkLine> lines;
-    const auto take = [&](std::uint32_t i, std::size_t side) { lines.push_back(follow(links, i, side)); };
+    const auto take = [&](std::uint32_t i, std::size_t side) {
+        giveWay();
+        lines.push_back(follow(links, i, side));
+    };
     for (std::uint32_t i = 0; i < links.size(); ++i) {
         for (std::size_t side = 0; side < 2; ++side) {
             if (!links[i].taken && links[i].next[side] == nowhere) take(i, side);
@@ -248,7 +251,7 @@ std::vector<InkLine> chained(const MeshSurface& surface, const LineView& view,
     for (std::uint32_t i = 0; i < links.size(); ++i) {
         if (!links[i].taken) take(i, 0);  // closed
     }
-    tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) { simplify(lines[i].points); });
+    forInTurns(std::size_t{0}, lines.size(), [&](std::size_t i) { simplify(lines[i].points); });
     return lines;
 }
 

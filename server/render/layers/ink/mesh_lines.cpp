@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/mesh_lines.h"
 
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -19,10 +19,12 @@ glm::dvec3 area(const storage::SurfaceMesh& mesh, std::uint32_t triangle) {
 /// On which side of each triangle the eye is: 1, -1, or 0.
 std::vector<std::int8_t> facings(const storage::SurfaceMesh& mesh, const LineView& view) {
     std::vector<std::int8_t> sides(mesh.triangles.size());
-    tbb::parallel_for(std::size_t{0}, sides.size(), [&](std::size_t i) {
-        const auto [a, b, c] = mesh.triangles[i];
-        const double side = view.facing(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
-        sides[i] = static_cast<std::int8_t>((side > 0.0) - (side < 0.0));
+    forRangesInTurns(sides.size(), 1024, [&](const auto& range) {
+        for (auto i = range.begin(); i < range.end(); ++i) {
+            const auto [a, b, c] = mesh.triangles[i];
+            const double side = view.facing(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+            sides[i] = static_cast<std::int8_t>((side > 0.0) - (side < 0.0));
+        }
     });
     return sides;
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/mesh_modalities.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,8 @@
 #include "server/render/ink/complexity.h"
 #include "server/render/layers/ink/ambient_occlusion.h"
 #include "server/render/layers/mesh/mesh_sight.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -38,7 +38,7 @@ MeshStyle white(const InkStyle& style) {
     return mesh;
 }
 
-/// Rows of a mesh's modalities, one thread's.
+/// Parts of rows of a mesh's modalities, one thread's.
 class RowMaker {
   public:
     /// `closed`: the share of light from all sides that is kept away; or empty.
@@ -55,10 +55,10 @@ class RowMaker {
           farthest_(made.farthest),
           closed_(closed) {}
 
-    void make(std::uint32_t row) {
+    void make(std::uint32_t row, std::uint32_t from, std::uint32_t to) {
         const std::uint32_t step = MeshRays::packet / samples_;
-        for (std::uint32_t column = 0; column < made_.grey.width; column += step) {
-            const std::uint32_t count = std::min(step, made_.grey.width - column);
+        for (std::uint32_t column = from; column < to; column += step) {
+            const std::uint32_t count = std::min(step, to - column);
             look(column, count, row);
             for (std::uint32_t i = 0; i < count; ++i) take(column + i, row, i * samples_);
         }
@@ -149,11 +149,11 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
     const AmbientOcclusion occlusion(surface, plan.exact ? exactOcclusion : quickOcclusion);
     Raster<float> closed;
     if (style.occlusion > 0.0) closed = Raster<float>(width, height);
-    tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
-        if (stop.stop_requested()) return;
-        RowMaker(sight, surface, occlusion, paper, samples, made, closed).make(row);
+    forPixelsInTurns(width, height, [&](std::uint32_t row, std::uint32_t from, std::uint32_t to) {
+        if (isStopped(stop)) return;
+        RowMaker(sight, surface, occlusion, paper, samples, made, closed).make(row, from, to);
     });
-    if (!closed.values.empty() && !stop.stop_requested()) darken(made.modalities, closed, style);
+    if (!closed.values.empty() && !isStopped(stop)) darken(made.modalities, closed, style);
     return made;
 }
 

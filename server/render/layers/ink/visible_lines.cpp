@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/visible_lines.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,8 @@
 #include <span>
 
 #include "server/render/layers/ink/line_crossings.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -41,10 +41,10 @@ class PieceFinder {
     void find(std::span<const EdgeLine> edges, std::vector<EdgeLine>& pieces, const std::stop_token& stop) {
         tried_.clear();
         covered_.assign(edges.size(), {});
-        for (std::uint32_t i = 0; i < edges.size() && !stop.stop_requested(); ++i) choosePlaces(edges[i], i);
+        for (std::uint32_t i = 0; i < edges.size() && !isStopped(stop); ++i) choosePlaces(edges[i], i);
         tryPlaces(edges, stop);
         auto next = tried_.begin();
-        for (std::uint32_t i = 0; i < edges.size() && !stop.stop_requested(); ++i) {
+        for (std::uint32_t i = 0; i < edges.size() && !isStopped(stop); ++i) {
             const Ends ends = endsOf(surface_.mesh(), edges[i], view_);
             hidden_ = std::move(covered_[i]);
             seen_.clear();
@@ -138,7 +138,7 @@ class PieceFinder {
         std::array<MeshRay, MeshRays::packet> rays;
         std::array<IgnoredTriangles, MeshRays::packet> own;
         std::array<MeshMeeting, MeshRays::packet> met;
-        for (std::size_t first = 0; first < tried_.size() && !stop.stop_requested(); first += rays.size()) {
+        for (std::size_t first = 0; first < tried_.size() && !isStopped(stop); first += rays.size()) {
             rays.fill({});
             const std::size_t count = std::min(rays.size(), tried_.size() - first);
             for (std::size_t i = 0; i < count; ++i) {
@@ -240,7 +240,7 @@ class PieceFinder {
 Raster<float> greatestAround(const Raster<float>& picture) {
     const auto along = [](const Raster<float>& of, bool down) {
         Raster<float> made(of.width, of.height);
-        tbb::parallel_for(std::uint32_t{0}, of.height, [&](std::uint32_t row) {
+        forInTurns(std::uint32_t{0}, of.height, [&](std::uint32_t row) {
             for (std::uint32_t column = 0; column < of.width; ++column) {
                 const std::uint32_t here = down ? row : column, last = (down ? of.height : of.width) - 1;
                 const std::uint32_t before = here > 0 ? here - 1 : 0, next = std::min(here + 1, last);

@@ -10,6 +10,7 @@
 
 #include "server/render/ink/simplify.h"
 #include "server/render/layers/ink/volume_rims.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -36,7 +37,7 @@ class Cracks {
   public:
     Cracks(const VolumeModalities& seen, const std::stop_token& stop)
         : seen_(seen), flags_(seen.opacity.width, seen.opacity.height) {
-        for (std::uint32_t y = 0; y < flags_.height && !stop.stop_requested(); ++y) {
+        for (std::uint32_t y = 0; y < flags_.height && !isStopped(stop); ++y) {
             for (std::uint32_t x = 0; x < flags_.width; ++x) {
                 unsigned flags = 0;
                 for (const bool below : {false, true}) {
@@ -136,7 +137,7 @@ class Tracer {
     std::vector<InkLine> trace(const std::stop_token& stop) {
         // Lines that begin and end somewhere, then closed ones.
         for (const bool closed : {false, true}) {
-            for (std::uint32_t y = 0; y < cracks_.rows() && !stop.stop_requested(); ++y) {
+            for (std::uint32_t y = 0; y < cracks_.rows() && !isStopped(stop); ++y) {
                 for (std::uint32_t x = 0; x < cracks_.columns(); ++x) begin({x, y}, closed);
             }
         }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/ink/volume_modalities.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -10,6 +8,8 @@
 
 #include "server/render/layers/ink/volume_rays.h"
 #include "server/render/layers/ink/volume_rims.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -20,25 +20,29 @@ constexpr std::uint64_t mostFine = 1U << 23U;  // pixels of a picture with four 
 constexpr float evenOpacity = 0.1F;            // around a pixel of which one ray tells enough
 constexpr std::uint32_t between = 64;          // pixels between looks for a request to stop
 
-/// Rows of a field's modalities, one thread's.
+/// Parts of rows of a field's modalities, one thread's.
 class RowMaker {
   public:
+    struct Part {
+        std::uint32_t row, from, to;  ///< columns
+    };
+
     RowMaker(const VolumeRays& rays, float paper, VolumeModalities& made)
         : rays_(rays), paper_(static_cast<double>(paper)), side_(made.side), made_(made) {}
 
-    void make(std::uint32_t row, const std::stop_token& stop) {
-        const std::uint32_t width = made_.modalities.grey.width;
-        for (std::uint32_t column = 0; column < width; ++column) {
-            if (column % between == 0 && stop.stop_requested()) return;
+    void make(const Part& part, const std::stop_token& stop) {
+        const auto [row, from, to] = part;
+        for (std::uint32_t column = from; column < to; ++column) {
+            if (column % between == 0 && isStopped(stop)) return;
             makePixel(column, row);
         }
     }
 
     /// Where one ray a pixel sees no detail its values are good for all.
-    void refine(const VolumeModalities& first, std::uint32_t row, const std::stop_token& stop) {
-        const std::uint32_t width = first.opacity.width;
-        for (std::uint32_t column = 0; column < width; ++column) {
-            if (column % between == 0 && stop.stop_requested()) return;
+    void refine(const VolumeModalities& first, const Part& part, const std::stop_token& stop) {
+        const auto [row, from, to] = part;
+        for (std::uint32_t column = from; column < to; ++column) {
+            if (column % between == 0 && isStopped(stop)) return;
             if (detailed(first, column, row)) {
                 clear(column, row);
                 makePixel(column, row);
@@ -130,6 +134,7 @@ Raster<float> opacityOf(const VolumeModalities& seen) {
     Raster<float> made(seen.modalities.grey.width, seen.modalities.grey.height);
     const float each = 1.0F / static_cast<float>(seen.side * seen.side);
     for (std::uint32_t y = 0; y < seen.opacity.height; ++y) {
+        giveWay();
         for (std::uint32_t x = 0; x < seen.opacity.width; ++x)
             made.at(x / seen.side, y / seen.side) += each * seen.opacity.at(x, y);
     }
@@ -170,8 +175,9 @@ VolumeModalities refined(const VolumeRays& rays, float paper, VolumeModalities f
                           .opacity = Raster<float>(2 * width, 2 * height),
                           .depth = Raster<float>(2 * width, 2 * height, HUGE_VALF)};
     first.modalities.extent = made.modalities.extent;
-    tbb::parallel_for(std::uint32_t{0}, height,
-                      [&](std::uint32_t row) { RowMaker(rays, paper, made).refine(first, row, stop); });
+    forPixelsInTurns(width, height, [&](std::uint32_t row, std::uint32_t from, std::uint32_t to) {
+        RowMaker(rays, paper, made).refine(first, {row, from, to}, stop);
+    });
     return made;
 }
 
@@ -186,12 +192,13 @@ VolumeModalities modalitiesOf(const InkVolume& volume, const glm::dmat4& transfo
     const double nearest = std::max(-inEye.max.z, nearLimit(plan.camera));
     made.modalities.extent = std::max(-inEye.min.z - nearest, 1e-300);
     if (!rays.any()) return made;
-    tbb::parallel_for(std::uint32_t{0}, plan.height,
-                      [&](std::uint32_t row) { RowMaker(rays, paper, made).make(row, stop); });
-    if (stop.stop_requested()) return made;
+    forPixelsInTurns(plan.width, plan.height, [&](std::uint32_t row, std::uint32_t from, std::uint32_t to) {
+        RowMaker(rays, paper, made).make({row, from, to}, stop);
+    });
+    if (isStopped(stop)) return made;
     if (plan.exact && std::uint64_t{plan.width} * plan.height <= mostFine)
         made = refined(rays, paper, std::move(made), stop);
-    if (!stop.stop_requested()) dropRims(paper, made);
+    if (!isStopped(stop)) dropRims(paper, made);
     return made;
 }
 

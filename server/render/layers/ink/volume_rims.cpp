@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "server/render/plan/work_in_turns.h"
+
 namespace mote::render {
 namespace {
 
@@ -26,6 +28,7 @@ void spread(Raster<float>& distance, int direction) {
         return distance.at(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
     };
     for (int i = 0; i < height; ++i) {
+        giveWay();
         for (int k = 0; k < width; ++k) {
             const int row = direction > 0 ? i : height - 1 - i, column = direction > 0 ? k : width - 1 - k;
             for (const auto& one : before) {

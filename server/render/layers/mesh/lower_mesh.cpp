@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/mesh/lower_mesh.h"
 
-#include <tbb/parallel_for.h>
-
 #include <array>
 #include <atomic>
 #include <new>
@@ -10,11 +8,12 @@
 
 #include "server/render/layers/mesh/mesh_sight.h"
 #include "server/render/layers/mesh/pixel_fragments.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
 
-constexpr std::uint32_t bandRows = 4;
 /// Fragments of a layer, and meetings of a pixel, at most: 2 GB and 48 MB.
 constexpr std::size_t mostFragments = std::size_t{1} << 26, mostMeetings = std::size_t{1} << 20;
 /// Places in a pixel from its centre at which a surface is seen at rest (docs/PICTURE.md), in sixteenths of
@@ -22,7 +21,7 @@ constexpr std::size_t mostFragments = std::size_t{1} << 26, mostMeetings = std::
 constexpr std::array<std::array<int, 2>, PixelFragments::mostSamples> places{
     {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}}};
 
-/// The fragments of some pixels, one thread's.
+/// The fragments of part of a row, one thread's.
 class Band {
   public:
     /// `firstOnly`: nothing is seen behind what a ray meets first.
@@ -33,10 +32,10 @@ class Band {
           samples_(fragments.samples()),
           pixels_(MeshRays::packet / samples_, fragments) {}
 
-    void drawRow(const PixelRect& rect, std::uint32_t row, const std::stop_token& stop) {
+    void draw(std::uint32_t row, std::uint32_t from, std::uint32_t to, const std::stop_token& stop) {
         const auto step = static_cast<std::uint32_t>(pixels_.size());
-        for (std::uint32_t column = rect.left; column < rect.right && !stop.stop_requested(); column += step)
-            drawPacket(column, std::min(rect.right - column, step), row);
+        for (std::uint32_t column = from; column < to && !isStopped(stop); column += step)
+            drawPacket(column, std::min(to - column, step), row);
     }
     Fragments take() { return std::exchange(fragments_, {}); }
 
@@ -98,18 +97,22 @@ void lowerMesh(const Layer& layer, const MeshStyle& style, const MeshSurface& su
     const PixelFragments pixel(plan.exact ? PixelFragments::mostSamples : 1, opacity,
                                (sight.farDepth() - sight.nearDepth()) / out.slabs);
     const bool firstOnly = !style.wire && opacity == 1.0;
-    std::vector<Fragments> bands((rect.bottom - rect.top + bandRows - 1) / bandRows);
+    const std::uint32_t width = rect.right - rect.left, height = rect.bottom - rect.top;
+    std::vector<Fragments> bands(partsOfRows(width, height));
     std::atomic<std::size_t> count{0};
-    tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t i) {
+    forPixelsInTurns(width, height, [&](std::uint32_t row, std::uint32_t from, std::uint32_t to) {
         Band band(sight, surface.rays(), firstOnly, pixel);
-        const auto top = rect.top + static_cast<std::uint32_t>(i) * bandRows;
-        for (auto row = top; row < std::min(top + bandRows, rect.bottom); ++row)
-            band.drawRow(rect, row, out.stop);
-        bands[i] = band.take();
-        if (count += bands[i].size(); count > mostFragments) throw std::bad_alloc();
+        band.draw(rect.top + row, rect.left + from, rect.left + to, out.stop);
+        auto& made = bands[partOfRows(width, row, from)];
+        made = band.take();
+        if (count += made.size(); count > mostFragments) throw std::bad_alloc();
     });
     auto all = std::make_shared<Fragments>();
-    for (const auto& band : bands) all->insert(all->end(), band.begin(), band.end());
+    all->reserve(count);
+    for (const auto& band : bands) {
+        giveWay();
+        all->insert(all->end(), band.begin(), band.end());
+    }
     if (all->empty()) return;
     out.addDots(sight.nearDepth(), sight.farDepth());
     out.plan.fragments.push_back(std::move(all));

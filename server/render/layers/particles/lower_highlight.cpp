@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/particles/lower_highlight.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -14,6 +11,7 @@
 #include <vector>
 
 #include "protocol/scene/drawn_points.h"
+#include "server/render/plan/in_turns.h"
 #include "server/render/plan/octree_cell.h"
 
 namespace mote::render {
@@ -87,7 +85,7 @@ void addPoints(const storage::ParticleStep& step, const glm::dmat4& boxToEye, do
                HighlightSums& sums) {
     const auto nodes = step.nodes();
     const auto leaves = step.leaves();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), blockLeaves), [&](const auto& block) {
+    forRangesInTurns(leaves.size(), blockLeaves, [&](const auto& block) {
         for (std::size_t leaf = block.begin(); leaf < block.end(); ++leaf) {
             const auto node = leaves.node[leaf];
             const double edge = std::ldexp(1.0, -nodes.level[node]);

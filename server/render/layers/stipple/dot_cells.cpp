@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/dot_cells.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -175,7 +175,7 @@ void addBlock(const PixelMap& wanted, std::span<const glm::vec2> dots, int colum
 std::vector<DotCell> dotCells(const PixelMap& wanted, std::span<const glm::vec2> dots) {
     const Blocks blocks(wanted, dots);
     std::vector<std::vector<Part>> rows(static_cast<std::size_t>(blocks.rows()));
-    tbb::parallel_for(Range(0, rows.size(), 1), [&](const Range& range) {
+    forRangesInTurns(rows.size(), 1, [&](const Range& range) {
         Nearby nearby(dots, blocks);
         for (auto row = range.begin(); row != range.end(); ++row) {
             for (int column = 0; column < blocks.columns(); ++column) {
@@ -186,6 +186,7 @@ std::vector<DotCell> dotCells(const PixelMap& wanted, std::span<const glm::vec2>
     // In the order of the blocks, so that sums do not depend on threads.
     std::vector<DotCell> cells(dots.size());
     for (const auto& parts : rows) {
+        giveWay();
         for (const auto& [dot, sums] : parts) {
             auto& cell = cells[dot];
             cell.mass += sums.mass;

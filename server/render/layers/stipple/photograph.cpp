@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/photograph.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "server/render/layers/stipple/dot_cells.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -38,7 +37,7 @@ glm::vec2 weighted(const PixelMap& wanted, const glm::vec2& place) {
 
 void weigh(const PixelMap& wanted, std::vector<TileDot>& dots) {
     using Range = tbb::blocked_range<std::size_t>;
-    tbb::parallel_for(Range(0, dots.size(), 1024), [&](const Range& range) {
+    forRangesInTurns(dots.size(), 1024, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) dots[i].place = weighted(wanted, dots[i].place);
     });
 }
@@ -64,6 +63,7 @@ void relax(const PlaneTiles& tiles, const PixelMap& wanted, TileSelection& selec
     std::vector<TileDot> next;
     next.reserve(selection.dots.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
+        giveWay();
         const auto& cell = cells[i];
         auto dot = selection.dots[i];
         if (cell.mass < (last ? leastAtLast : least)) {

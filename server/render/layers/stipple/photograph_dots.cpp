@@ -7,6 +7,7 @@
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "server/render/layers/stipple/photograph_tone.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 
@@ -16,6 +17,7 @@ Dots photographDots(const PlaneTiles& tiles, const PixelMap& luminance, std::uin
     const auto wanted = wantedDensity(luminance, width, height, tone);
     Dots dots;
     for (const auto& dot : stipplePhotograph(tiles, wanted, {tone.fullDensity()}, effort)) {
+        giveWay();
         dots.push_back({dot.place.x, dot.place.y, std::numeric_limits<double>::infinity(),
                         static_cast<float>(0.5 * style.dotSize), static_cast<float>(style.opacity),
                         glm::vec3(style.color)});

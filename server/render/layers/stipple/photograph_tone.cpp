@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/photograph_tone.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "server/render/layers/stipple/tone.h"
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -62,7 +60,7 @@ PixelMap wantedDensity(const PixelMap& luminance, std::uint32_t width, std::uint
     const double step = 1.0 / fit.scale;  // pixels of the photograph a pixel of the picture
     std::vector<float> density(std::size_t{width} * height);
     using Range = tbb::blocked_range<std::size_t>;
-    tbb::parallel_for(Range(0, height, 32), [&](const Range& rows) {
+    forRangesInTurns(height, 32, [&](const Range& rows) {
         for (auto y = rows.begin(); y != rows.end(); ++y) {
             const double v = (static_cast<double>(y) + 0.5 - fit.top) * step;
             if (v < 0.0 || v >= luminance.height()) continue;

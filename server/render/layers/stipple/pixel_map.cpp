@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/pixel_map.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "protocol/scene/mote_check.h"
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 
@@ -17,18 +15,18 @@ PixelMap::PixelMap(std::uint32_t width, std::uint32_t height, std::vector<float>
     const std::size_t stride = std::size_t{width_} + 1;
     sums_.resize(stride * (std::size_t{height_} + 1));
     using Range = tbb::blocked_range<std::size_t>;
-    tbb::parallel_for(Range(0, height_, 64), [&](const Range& rows) {
+    forRangesInTurns(height_, 64, [&](const Range& rows) {
         for (auto y = rows.begin(); y != rows.end(); ++y) {
             double sum = 0.0;
             double* to = &sums_[(y + 1) * stride];
             for (std::size_t x = 0; x < width_; ++x) to[x + 1] = sum += values_[y * width_ + x];
         }
     });
-    tbb::parallel_for(Range(1, stride, 256), [&](const Range& columns) {
+    forRangesInTurns(width_, 256, [&](const Range& columns) {
         for (std::size_t y = 1; y <= height_; ++y) {
             const double* above = &sums_[(y - 1) * stride];
             double* to = &sums_[y * stride];
-            for (auto x = columns.begin(); x != columns.end(); ++x) to[x] += above[x];
+            for (auto x = columns.begin(); x != columns.end(); ++x) to[x + 1] += above[x + 1];
         }
     });
 }

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/plane_tiles.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -12,6 +9,7 @@
 #include <numeric>
 
 #include "protocol/scene/mote_check.h"
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -89,7 +87,7 @@ std::vector<TileDot> PlaneTiles::find(const PixelMap& wanted, const Tiling& tili
             }
         }
     };
-    tbb::parallel_for(Range(0, strips, 1), [&](const Range& range) {
+    forRangesInTurns(strips, 1, [&](const Range& range) {
         for (auto strip = range.begin(); strip != range.end(); ++strip) {
             const int row = tiling.firstRow + static_cast<int>(strip) / gridSide_;
             const int cellRow = static_cast<int>(strip) % gridSide_;
@@ -113,9 +111,11 @@ glm::vec2 PlaneTiles::placed(const TileDot& dot, const TileSelection& selection)
     const auto& h = *hierarchy_;
     const auto& tiling = selection.tiling;
     const glm::vec3 first = h.positions[dot.point];
-    // The neighbour is its image that lies nearest, which may be in the next tile.
+    // The neighbour is its image that lies nearest, which may be in the next tile. A forged one may lie
+    // further than there are numbers of tiles.
+    constexpr float furthest = 1e6F;
     const auto isDrawn = [&](std::uint32_t neighbour) {
-        const glm::vec3 apart = first - h.positions[neighbour];
+        const glm::vec3 apart = glm::clamp(first - h.positions[neighbour], -furthest, furthest);
         const int column = dot.column + static_cast<int>(std::lround(apart.x));
         const int row = dot.row + static_cast<int>(std::lround(apart.y));
         return tiling.has(column, row) &&
@@ -142,7 +142,7 @@ TileSelection PlaneTiles::select(const PixelMap& wanted, const TileFrame& frame)
 
 void PlaneTiles::place(TileSelection& selection) const {
     auto& dots = selection.dots;
-    tbb::parallel_for(Range(0, dots.size(), 1024), [&](const Range& range) {
+    forRangesInTurns(dots.size(), 1024, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) dots[i].place = placed(dots[i], selection);
     });
 }
@@ -151,7 +151,11 @@ std::optional<TileDot> PlaneTiles::wake(TileSelection& selection, const glm::dve
     const auto& tiling = selection.tiling;
     std::optional<TileDot> nearest;
     double least = std::numeric_limits<double>::max();
-    const auto middle = glm::ivec2(glm::floor(place / tiling.side * static_cast<double>(gridSide_)));
+    const auto cellAt = glm::floor(place / tiling.side * static_cast<double>(gridSide_));
+    // A forged hierarchy's dots may lie anywhere, and so may the middles of what is theirs.
+    constexpr double furthest = 1e9;
+    if (!(std::abs(cellAt.x) < furthest && std::abs(cellAt.y) < furthest)) return nearest;
+    const glm::ivec2 middle(cellAt);
     for (int y = middle.y - 1; y <= middle.y + 1; ++y) {
         for (int x = middle.x - 1; x <= middle.x + 1; ++x) {
             const int column = static_cast<int>(std::floor(static_cast<double>(x) / gridSide_));

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/replay.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
+
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -35,7 +34,7 @@ std::size_t StippleReplay::bytes() const {
 std::vector<std::uint8_t> StippleReplay::select(std::span<const float> shares) const {
     MOTE_CHECK(shares.size() == size());
     std::vector<std::uint8_t> drawn(size());
-    tbb::parallel_for(Range(0, size(), grain), [&](const Range& range) {
+    forRangesInTurns(size(), grain, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) drawn[i] = selects(i, shares[i]) ? 1 : 0;
     });
     return drawn;
@@ -54,7 +53,7 @@ std::vector<PlacedPoint> StippleReplay::place(std::span<const std::uint8_t> draw
     for (std::uint32_t i = 0; i < size(); ++i) {
         if (drawn[i] != 0) points.push_back({i, {}});
     }
-    tbb::parallel_for(Range(0, points.size(), grain), [&](const Range& range) {
+    forRangesInTurns(points.size(), grain, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) {
             points[i].position = placed(points[i].point, drawn);
         }

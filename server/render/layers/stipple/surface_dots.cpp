@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/surface_dots.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
 #include <numbers>
+
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -66,7 +65,7 @@ bool SurfaceDots::visible(std::size_t point, const glm::vec3& position) const {
 
 std::vector<ShownPoint> SurfaceDots::seen(const std::vector<PlacedPoint>& points) const {
     std::vector<std::uint8_t> visibility(points.size());
-    tbb::parallel_for(Range(0, points.size(), grain), [&](const Range& range) {
+    forRangesInTurns(points.size(), grain, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i)
             visibility[i] = visible(points[i].point, points[i].position) ? 1 : 0;
     });
@@ -79,7 +78,7 @@ std::vector<ShownPoint> SurfaceDots::seen(const std::vector<PlacedPoint>& points
 
 Dots SurfaceDots::onScreen(const std::vector<ShownPoint>& points) const {
     Dots dots(points.size());
-    tbb::parallel_for(Range(0, points.size(), grain), [&](const Range& range) {
+    forRangesInTurns(points.size(), grain, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) dots[i] = dotOf(points[i]);
     });
     return dots;

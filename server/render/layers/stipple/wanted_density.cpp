@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/layers/stipple/wanted_density.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <numbers>
+
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -79,7 +78,7 @@ WantedDensity::Wanted WantedDensity::at(std::size_t point) const {
 
 std::vector<float> WantedDensity::shares() const {
     std::vector<float> shares(surface_.replay().size());
-    tbb::parallel_for(Range(0, shares.size(), grain), [&](const Range& range) {
+    forRangesInTurns(shares.size(), grain, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) shares[i] = at(i).share;
     });
     return shares;
