@@ -45,6 +45,12 @@ const ServerOption table[] = {
      "a run of a job or film is ended then; 0: no limit, which is the default"},
     {"allow-unconfined-jobs", &Settings::allowUnconfinedJobs, "",
      "run jobs even where the kernel cannot take rights away from them (Landlock, seccomp)"},
+    {"silence", Seconds{&Settings::silence, 86400}, "SECONDS",
+     "a client's session ends when nothing was heard of it for so long, though it was asked; 0: never; "
+     "default 30"},
+    {"idle", Seconds{&Settings::idle, 30 * 86400}, "SECONDS",
+     "a client's session ends when it has asked for nothing and waited for nothing for so long; 0: never; "
+     "default 43200, twelve hours"},
     {"log", &Settings::logFile, "FILE", "where the log goes; default stderr"},
     {"log-format", Choice{&Settings::logFormat, {"text", "json"}}, "text|json",
      "lines for people, or an object of JSON each; default text"},
@@ -110,16 +116,24 @@ struct Setter {
         return success();
     }
     Status operator()(const WholeNumber& number) const {
+        MOTE_ASSIGN_OR_RETURN(settings.*number.value, wholeNumber(number.least, number.greatest));
+        return success();
+    }
+    Status operator()(const Seconds& seconds) const {
+        MOTE_ASSIGN_OR_RETURN(const auto value, wholeNumber(0, seconds.greatest));
+        settings.*seconds.value = std::chrono::seconds(value);
+        return success();
+    }
+
+    Result<unsigned> wholeNumber(unsigned least, unsigned greatest) const {
         std::int64_t value = 0;
         const char* const end = text().data() + text().size();
         const auto [rest, code] = std::from_chars(text().data(), end, value);
-        if (code != std::errc{} || rest != end || value < number.least || value > number.greatest) {
-            return Error{
-                ErrorCode::invalidArgument, "",
-                fmt::format("\"{}\" is no whole number of {} to {}", text(), number.least, number.greatest)};
+        if (code != std::errc{} || rest != end || value < least || value > greatest) {
+            return Error{ErrorCode::invalidArgument, "",
+                         fmt::format("\"{}\" is no whole number of {} to {}", text(), least, greatest)};
         }
-        settings.*number.value = static_cast<unsigned>(value);
-        return success();
+        return static_cast<unsigned>(value);
     }
 };
 

@@ -5,6 +5,7 @@
 // Values, free of threads.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -23,6 +24,12 @@ namespace mote::server {
 struct WholeNumber {
     unsigned ServerSettings::*value;
     unsigned least, greatest;
+};
+
+/// Whole seconds, `greatest` at most.
+struct Seconds {
+    std::chrono::milliseconds ServerSettings::*value;
+    unsigned greatest;
 };
 
 /// Bytes, as "8G".
@@ -45,7 +52,8 @@ struct HttpAddress {
 using OptionTarget =
     std::variant<std::vector<std::string> ServerSettings::*, std::filesystem::path ServerSettings::*,
                  std::string ServerSettings::*, render::DeviceKind ServerSettings::*, bool ServerSettings::*,
-                 std::optional<wire::Address> ServerSettings::*, WholeNumber, Size, Choice, HttpAddress>;
+                 std::optional<wire::Address> ServerSettings::*, WholeNumber, Seconds, Size, Choice,
+                 HttpAddress>;
 
 struct ServerOption {
     const char* name;
@@ -56,7 +64,9 @@ struct ServerOption {
 
     bool isList() const { return target.index() == 0; }
     bool isFlag() const { return std::holds_alternative<bool ServerSettings::*>(target); }
-    bool isNumber() const { return std::holds_alternative<WholeNumber>(target); }
+    bool isNumber() const {
+        return std::holds_alternative<WholeNumber>(target) || std::holds_alternative<Seconds>(target);
+    }
     /// Sets it to what was given, as text; a flag's is "true" or "false". Errors: invalidArgument, which does
     /// not name the option.
     Status set(const std::vector<std::string>& values, ServerSettings& settings) const;

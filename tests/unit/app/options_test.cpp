@@ -86,6 +86,19 @@ TEST(Options, OfJobsAreTaken) {
     }
 }
 
+TEST(Options, SilenceAndIdlenessAreSeconds) {
+    using namespace std::chrono_literals;
+    const auto unset = std::get<ServerSettings>(parse(needed));
+    EXPECT_EQ(unset.silence, 30s);
+    EXPECT_EQ(unset.idle, 12h);
+    const auto settings = std::get<ServerSettings>(parse(with({"--silence", "120", "--idle", "0"})));
+    EXPECT_EQ(settings.silence, 2min);
+    EXPECT_EQ(settings.idle, 0s);
+    for (const Words& words :
+         {with({"--silence", "-1"}), with({"--silence", "30s"}), with({"--idle", "2592001"})})
+        EXPECT_EQ(std::get<int>(parse(words)), 2) << testing::PrintToString(words);
+}
+
 TEST(Options, TcpIsAHostAndAPort) {
     EXPECT_FALSE(std::get<ServerSettings>(parse(with({"--listen", "unix"}))).tcp);
     const auto settings = std::get<ServerSettings>(parse(with({"--listen", "tcp:[::1]:0"})));
@@ -159,7 +172,9 @@ std::string lineOf(const ServerOption& option) {
     const std::string name = option.name;
     if (option.isList()) return name + " = [\"data=/file\"]\n";
     if (option.isFlag()) return name + " = true\n";
-    if (option.isNumber()) return fmt::format("{} = {}\n", name, std::get<WholeNumber>(option.target).least);
+    if (const auto* number = std::get_if<WholeNumber>(&option.target))
+        return fmt::format("{} = {}\n", name, number->least);
+    if (option.isNumber()) return name + " = 10\n";
     if (std::holds_alternative<Size>(option.target)) return name + " = \"8G\"\n";
     if (const auto* choice = std::get_if<Choice>(&option.target)) {
         return fmt::format("{} = \"{}\"\n", name, choice->words.back());
