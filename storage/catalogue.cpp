@@ -101,6 +101,12 @@ void Catalogue::walkRoot(const Roots::Entry& root, Walk& walk) {
     walkFolders(root.folder, folders);
 }
 
+/// What the place is to blame for may have passed, and no stamp tells of that.
+bool Catalogue::Cached::holds(const Stamp& now, const Stamp& digestNow) const {
+    const auto ofThePlace = [](const Error& why) { return why.passing || why.code == ErrorCode::internal; };
+    return stamp == now && digest == digestNow && (manifest.ok() || !ofThePlace(manifest.error()));
+}
+
 /// False, and errno, where there is none: its stamp is that of nothing then.
 bool Catalogue::look(const FileDescriptor& directory, const char* file, Stamp& stamp) {
     struct stat status {};
@@ -122,7 +128,7 @@ void Catalogue::addDataset(const PathBeneath& directory, std::string name, Walk&
     }
     look(folder, manifestDigestName, digest);  // a dataset may have none
     auto known = cache_.find(directory.path());
-    if (known == cache_.end() || !(known->second.stamp == stamp && known->second.digest == digest)) {
+    if (known == cache_.end() || !known->second.holds(stamp, digest)) {
         auto read = readManifest(PathBeneath::in(folder, directory.path()));
         using Shared = std::shared_ptr<const proto::Manifest>;
         auto shared = read.ok() ? Result<Shared>(std::make_shared<const proto::Manifest>(*std::move(read)))

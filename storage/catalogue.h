@@ -64,6 +64,9 @@ class Catalogue {
     struct Cached {
         Stamp stamp, digest;
         Result<std::shared_ptr<const proto::Manifest>> manifest;
+
+        /// Whether it is what would be read again.
+        bool holds(const Stamp& now, const Stamp& digestNow) const;
     };
     struct Walk;
 

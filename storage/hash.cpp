@@ -21,10 +21,6 @@ std::string toHex(XXH128_hash_t hash) {
     return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
-struct FreeState {
-    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
-};
-
 }  // namespace
 
 std::uint64_t hashBlock(std::span<const std::byte> bytes) {
@@ -43,8 +39,8 @@ Result<FileHash> hashFile(const std::filesystem::path& path, const std::function
 
 Result<FileHash> hashFile(int descriptor, const std::filesystem::path& name,
                           const std::function<bool()>& cancelled) {
-    const std::unique_ptr<XXH3_state_t, FreeState> state(XXH3_createState());
-    XXH3_128bits_reset(state.get());
+    XXH3_state_t state{};
+    XXH3_128bits_reset(&state);
     constexpr std::size_t piece = 4 * blockBytes;
     const auto buffer = std::make_unique_for_overwrite<char[]>(piece);  // not cleared: most files are short
     FileHash result;
@@ -54,10 +50,10 @@ Result<FileHash> hashFile(int descriptor, const std::filesystem::path& name,
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) return systemError(errno, name.string(), "cannot be read");
         if (got == 0) break;
-        XXH3_128bits_update(state.get(), buffer.get(), static_cast<std::size_t>(got));
+        XXH3_128bits_update(&state, buffer.get(), static_cast<std::size_t>(got));
         result.size += static_cast<std::uint64_t>(got);
     }
-    result.xxh3_128 = toHex(XXH3_128bits_digest(state.get()));
+    result.xxh3_128 = toHex(XXH3_128bits_digest(&state));
     return result;
 }
 

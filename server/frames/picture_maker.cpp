@@ -136,7 +136,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
             if (waits || !planning->planning->advance(job.stop)) return made;
         }
         Attempt attempt(*job.task, history.dots);
-        auto draft = draftOf(job, history);
+        auto draft = draftOf(history);
         if (draft == nullptr) {
             MOTE_ASSIGN_OR_RETURN(
                 draft, planning ? planning->planning->take(history, made) : newDraft(job, history, made));
@@ -280,18 +280,15 @@ std::optional<render::FramePlan> PictureMaker::planFor(const RenderJob& job, con
     return plan(render::Reading::all);
 }
 
-/// The draft of the same job; null: there is none that is any good.
-std::unique_ptr<Draft> PictureMaker::draftOf(const RenderJob& job, PictureHistory& history) const {
+/// The draft of the same job, which planningOf() has left; null: there is none.
+std::unique_ptr<Draft> PictureMaker::draftOf(PictureHistory& history) {
     auto draft = std::move(history.draft);
-    if (draft == nullptr || draft->planning || draft->task != job.task || draft->stage != job.stage)
-        return nullptr;
-    if (draft->device.lock() != device_) return nullptr;
-    if (draft->after) history.dots = *std::exchange(draft->after, std::nullopt);
+    if (draft && draft->after) history.dots = *std::exchange(draft->after, std::nullopt);
     return draft;
 }
 
-/// A draft that is being planned in turns, of the same job or a new one; null where there is none: it is
-/// planned at once.
+/// A draft that is being planned in turns, of the same job or a new one; null where it is planned already or
+/// is planned at once. What the history keeps of another job, or of a device that is gone, goes.
 std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHistory& history) {
     auto& latest = history.draft;
     if (latest && latest->task == job.task && latest->stage == job.stage && latest->device.lock() == device_)

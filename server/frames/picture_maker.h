@@ -70,7 +70,7 @@ class PictureMaker {
     void trim();
 
   private:
-    std::unique_ptr<Draft> draftOf(const RenderJob& job, PictureHistory& history) const;
+    static std::unique_ptr<Draft> draftOf(PictureHistory& history);
     std::unique_ptr<Draft> planningOf(const RenderJob& job, PictureHistory& history);
     Result<std::unique_ptr<Draft>> newDraft(const RenderJob& job, PictureHistory& history, Making& why);
     std::unique_ptr<Draft> planned(const RenderJob& job, render::Scene scene, Clock::time_point begun,

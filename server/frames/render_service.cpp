@@ -100,8 +100,9 @@ class RenderService::Impl {
     }
 
     void close(SessionId session) {
+        decltype(clients_)::node_type gone;  // what it planned ends when nobody waits for the lock
         const std::lock_guard lock(mutex_);
-        clients_.erase(session);
+        gone = clients_.extract(session);
         schedule_.close(session);
     }
 

@@ -8,8 +8,8 @@
 
 #include "server/jobs/drafts.h"
 #include "server/jobs/job_queue.h"
-#include "server/log.h"
 #include "server/jobs/job_request_check.h"
+#include "server/log.h"
 
 namespace mote::server {
 

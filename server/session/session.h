@@ -29,6 +29,7 @@
 #include "server/frames/render_service.h"
 #include "server/jobs/job_service.h"
 #include "server/jobs/uploads.h"
+#include "server/log.h"
 #include "server/metrics/metrics.h"
 #include "server/numbers/query_service.h"
 #include "server/session/flow_control.h"
@@ -166,7 +167,8 @@ class Session : public std::enable_shared_from_this<Session> {
     void orClose(Work work) {
         try {
             work();
-        } catch (const std::exception&) {
+        } catch (const std::exception& failure) {
+            log::failure("a session cannot go on", failure);
             close();
         }
     }

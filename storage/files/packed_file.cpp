@@ -7,6 +7,7 @@
 #include <bit>
 #include <cerrno>
 #include <fstream>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -25,6 +26,7 @@ constexpr int windowBits = std::countr_zero(unpackingBytes);
 class Packer {
   public:
     explicit Packer(std::ostream& out) : out_(out), packed_(ZSTD_CStreamOutSize()) {
+        if (context_ == nullptr) throw std::bad_alloc();
         ZSTD_CCtx_setParameter(context_, ZSTD_c_compressionLevel, level);
         ZSTD_CCtx_setParameter(context_, ZSTD_c_windowLog, windowBits);
         ZSTD_CCtx_setParameter(context_, ZSTD_c_checksumFlag, 1);
@@ -76,7 +78,10 @@ Status packFile(const std::filesystem::path& path) {
 
 struct PackedSource::Stream {
     ZSTD_DCtx* context = ZSTD_createDCtx();
-    Stream() { ZSTD_DCtx_setParameter(context, ZSTD_d_windowLogMax, windowBits); }
+    Stream() {
+        if (context == nullptr) throw std::bad_alloc();
+        ZSTD_DCtx_setParameter(context, ZSTD_d_windowLogMax, windowBits);
+    }
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
     ~Stream() { ZSTD_freeDCtx(context); }

@@ -50,8 +50,7 @@ FileDescriptor openRealAt(int folder, const std::filesystem::path& path, int fla
         const long opened = ::syscall(SYS_openat2, folder, path.c_str(), &how, sizeof how);
         if (opened >= 0) return FileDescriptor(static_cast<int>(opened));
         if (errno == ENOSYS) return walkRealAt(folder, path, flags);
-        // EAGAIN: something was renamed meanwhile and the kernel cannot be sure.
-        if (errno != EINTR && errno != EAGAIN) return {};
+        if (errno != EINTR) return {};
     }
 }
 

@@ -159,8 +159,20 @@ WorkInTurns::~WorkInTurns() {
 }
 
 bool WorkInTurns::advance(const std::stop_token& pause) {
-    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+    if (!thread_.joinable() && !begin()) {
+        work_();
+        return true;
+    }
     return gate_->turn(pause);
+}
+
+bool WorkInTurns::begin() {
+    try {
+        thread_ = std::thread([this] { run(); });
+        return true;
+    } catch (const std::system_error&) {
+        return false;
+    }
 }
 
 void WorkInTurns::run() {
@@ -203,7 +215,8 @@ void bothInTurns(const std::function<void()>& one, const std::function<void()>& 
             failure = failureOf(one);
             gate->end(fork);
         });
-    } catch (const std::system_error&) {
+    } catch (const std::exception&) {
+        // There is no thread, or no memory, for it: the owner would wait for what is counted.
         gate->end(fork);
         one();
         return other();

@@ -30,10 +30,11 @@ class WorkInTurns {
     WorkInTurns& operator=(const WorkInTurns&) = delete;
 
     /// Goes on until the work is done or, where `pause` is requested, gives way. Whether it is done. Throws
-    /// what it threw, std::system_error where there are no threads.
+    /// what it threw. Where there is no thread for it, all of it is done at once on this one.
     bool advance(const std::stop_token& pause);
 
   private:
+    bool begin();
     void run();
 
     const std::function<void()> work_;

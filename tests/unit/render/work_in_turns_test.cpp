@@ -4,6 +4,7 @@
 #include "server/render/plan/work_in_turns.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <atomic>
 #include <numeric>
@@ -17,6 +18,28 @@ namespace mote::render {
 namespace {
 
 constexpr WorkInTurns::Duration none{0};
+
+/// While it lives no thread begins: none finds a place for its stack.
+class NoThreads {
+  public:
+    NoThreads() {
+        pthread_attr_t vast;
+        EXPECT_EQ(pthread_getattr_default_np(&before_), 0);
+        EXPECT_EQ(pthread_getattr_default_np(&vast), 0);
+        EXPECT_EQ(pthread_attr_setstacksize(&vast, std::size_t{1} << 60), 0);
+        EXPECT_EQ(pthread_setattr_default_np(&vast), 0);
+        pthread_attr_destroy(&vast);
+    }
+    ~NoThreads() {
+        EXPECT_EQ(pthread_setattr_default_np(&before_), 0);
+        pthread_attr_destroy(&before_);
+    }
+    NoThreads(const NoThreads&) = delete;
+    NoThreads& operator=(const NoThreads&) = delete;
+
+  private:
+    pthread_attr_t before_;
+};
 
 class InTurns : public testing::Test {
   protected:
@@ -178,6 +201,25 @@ TEST_F(InTurns, WorkThatNobodyWantsEndsWhereItIs) {
     EXPECT_FALSE(wentOn);
     const WorkInTurns neverBegun([&] { wentOn = true; }, none);
     EXPECT_FALSE(wentOn);
+}
+
+TEST_F(InTurns, WhereThereAreNoThreadsAllIsDone) {
+    int done = 0;
+    WorkInTurns half([&] {
+        const NoThreads noThreads;
+        bothInTurns([&] { done += 1; }, [&] { done += 2; });
+    });
+    EXPECT_TRUE(half.advance({}));
+    EXPECT_EQ(done, 3);
+    const auto owner = std::this_thread::get_id();
+    const NoThreads noThreads;
+    WorkInTurns whole([&] {
+        EXPECT_EQ(std::this_thread::get_id(), owner);
+        giveWay();
+        done = 7;
+    });
+    EXPECT_TRUE(whole.advance(others_.get_token()));
+    EXPECT_EQ(done, 7);
 }
 
 TEST_F(InTurns, ATurnThatIsNotOverIsNotCutShort) {

@@ -7,6 +7,8 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <csignal>
 #include <functional>
 #include <optional>
 #include <thread>
@@ -107,6 +109,26 @@ TEST_F(SwappedDatasetTest, OpenFoldersStayWhatTheyAre) {
     fs::remove(real / "sub" / "a.mote" / manifestName);
     EXPECT_EQ(readManifest(PathBeneath::in(folder, "the dataset")).error().where,
               "the dataset/manifest.json");
+}
+
+/// What another program holds by a lease is not waited for: it may never let go of it.
+TEST_F(SwappedDatasetTest, AFileUnderALeaseIsRefusedAtOnce) {
+    const FileDescriptor holder(::open((real / "sub" / "a.mote" / manifestName).c_str(), O_RDWR | O_CLOEXEC));
+    const auto ignored = std::signal(SIGIO, SIG_IGN);  // who asks for it
+    if (::fcntl(holder.get(), F_SETLEASE, F_WRLCK) != 0) GTEST_SKIP() << "there are no leases here";
+    const auto begun = std::chrono::steady_clock::now();
+    const auto manifest = readManifest(found.directory);
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(10));
+    ASSERT_FALSE(manifest.ok());
+    EXPECT_EQ(manifest.error().code, ErrorCode::resourceExhausted);
+    EXPECT_TRUE(manifest.error().passing);
+    Catalogue other(*Roots::parse({"data=" + dir.path().string()}));
+    other.refresh();
+    EXPECT_EQ(other.entries().size(), 0U);
+    EXPECT_EQ(::fcntl(holder.get(), F_SETLEASE, F_UNLCK), 0);
+    other.refresh();
+    EXPECT_EQ(other.entries().size(), 1U);
+    std::signal(SIGIO, ignored);
 }
 
 /// Who names a dataset on a command line may do so by a link.
