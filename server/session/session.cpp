@@ -102,6 +102,8 @@ void Session::welcome(const proto::ClientMessage& message, const ParkedSessions:
         *resumedView_->mutable_set_view() = *view;
     }
     this->reply(message.request(), std::move(reply));
+    if (admission.state.uploads) uploads_ = admission.state.uploads;
+    context_.parked->setUploads(id_, uploads_);
     watchesJobs_ = admission.state.watchesJobs;
     if (watchesJobs_) outbox_.allJobsChanged();
 }

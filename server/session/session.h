@@ -193,9 +193,9 @@ class Session : public std::enable_shared_from_this<Session> {
     MessageAccount commandAccount_;
     std::deque<Command> commands_;
     SessionQueries queries_;
-    const std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
-    std::uint64_t sequence_ = 0;              // of the latest frame
-    std::optional<FlowControl> flow_;         // once it is known what the client can do
+    std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
+    std::uint64_t sequence_ = 0;        // of the latest frame
+    std::optional<FlowControl> flow_;   // once it is known what the client can do
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool watchesJobs_ = false;
