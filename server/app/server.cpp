@@ -294,6 +294,7 @@ class Server::Impl {
         rescan_.async_wait([this](const asio::error_code& code) {
             if (code || stopping_) return;
             keepMemoryReserve();
+            parked_.sweepUploads(Clock::now());
             // Memory may have been too short to hear of their end.
             std::erase_if(sessions_, [](const auto& entry) { return entry.second->closed(); });
             if (!sessions_.empty()) datasets_->rescan();

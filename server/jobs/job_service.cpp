@@ -100,10 +100,15 @@ void JobService::tellCounts() {
 }
 
 void JobService::fetchFilm(const proto::FetchFilm& request, JobQueue::FilmListener done) {
-    asio::post(*context_, [this, request, done = std::move(done)] {
-        queue_.fetchFilm(request, [&home = home_, done](Result<FilmPiece> piece) {
-            asio::post(home, [done, piece = std::move(piece)]() mutable { done(std::move(piece)); });
-        });
+    auto answer = [&home = home_, done = std::move(done)](Result<FilmPiece> piece) {
+        asio::post(home, [done, piece = std::move(piece)]() mutable { done(std::move(piece)); });
+    };
+    asio::post(*context_, [this, request, answer = std::move(answer)] {
+        try {
+            queue_.fetchFilm(request, answer);
+        } catch (const std::exception& failure) {
+            surely([&] { answer(Error{ErrorCode::resourceExhausted, "id", failure.what()}); });
+        }
     });
 }
 

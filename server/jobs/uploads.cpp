@@ -68,6 +68,12 @@ bool isUpload(const std::string& name) {
     return name.starts_with(std::string(Uploads::root) + "/");
 }
 
+/// Sent again, as nobody knew whether it had arrived. The first part begins a file anew in any case.
+bool isThere(const proto::Upload& part, std::uint64_t written) {
+    const auto size = part.data().size();
+    return part.begin() > 0 && size > 0 && size <= written && part.begin() <= written - size;
+}
+
 /// A second name of the same file, which a new upload of the first name does not touch; a place that knows no
 /// second names gives the file away. A file that is named twice is there already.
 Status takeFile(const fs::path& from, const fs::path& to) {
@@ -130,6 +136,7 @@ Status Uploads::begin(const proto::Upload& part) {
     if (::mkdir(own_.c_str(), 0700) != 0 && errno != EEXIST)
         return systemError(errno, own_.string(), "cannot be made");
     bytes_ += part.size() - before;
+    if (known) written_ -= files_[part.name()].written;
     files_[part.name()] = {part.size(), 0};
     return success();
 }
@@ -161,21 +168,24 @@ Result<std::uint64_t> Uploads::add(const proto::Upload& part) {
     MOTE_RETURN_IF_ERROR(checkName(part.name()));
     if (part.begin() == 0) MOTE_RETURN_IF_ERROR(begin(part));
     const auto found = files_.find(part.name());
+    const auto size = part.data().size();
+    if (found != files_.end() && isThere(part, found->second.written)) return found->second.written;
     if (found == files_.end() || found->second.written != part.begin()) {
         return invalid("upload.begin", fmt::format("the file has {} bytes so far",
                                                    found == files_.end() ? 0 : found->second.written));
     }
-    if (part.data().size() > found->second.size - part.begin())
+    if (size > found->second.size - part.begin())
         return invalid("upload.data", fmt::format("the file was said to have {} bytes", found->second.size));
     MOTE_RETURN_IF_ERROR(write(part));
-    return found->second.written += part.data().size();
+    written_ += size;
+    return found->second.written += size;
 }
 
 Status Uploads::resolveName(std::string& name, const std::string& field) const {
     if (!isUpload(name) || folder_.empty()) return success();
     const auto found = files_.find(name.substr(name.find('/') + 1));
     if (found == files_.end())
-        return Error{ErrorCode::notFound, field, "no file of this name was uploaded on this connection"};
+        return Error{ErrorCode::notFound, field, "no file of this name was uploaded in this session"};
     if (found->second.written != found->second.size) {
         return invalid(field, fmt::format("{} of {} bytes were uploaded so far", found->second.written,
                                           found->second.size));

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Uploads: the files that one client has sent for its jobs, which it names "uploads/NAME" until it leaves.
-// They lie in a folder of the client's own beneath STATE/uploads, which jobs know as a root of that name; its
-// name is drawn anew for each client, so that no job ever finds another's files there. A job that is
-// submitted takes those that it reads into a folder of its own beside that, named by its id: they live and
-// die with it. Owned by the client's session; one thread.
+// Uploads: the files that one client has sent for its jobs, which it names "uploads/NAME" until it leaves,
+// and when it is back after its line broke (server/session/parked_sessions.h). They lie in a folder of the
+// client's own beneath STATE/uploads, which jobs know as a root of that name; its name is drawn anew for each
+// client, so that no job ever finds another's files there. A job that is submitted takes those that it reads
+// into a folder of its own beside that, named by its id: they live and die with it. Shared by those who know
+// the client's session; used on the jobs' thread, let go on any.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -44,8 +46,12 @@ class Uploads {
     Uploads(const Uploads&) = delete;
     Uploads& operator=(const Uploads&) = delete;
 
-    /// How long the file is now. Errors: invalidArgument (a name, a place that is not its end), at the field;
-    /// resourceExhausted (a limit, the disk).
+    /// Bytes that were sent of all files. Any thread.
+    std::uint64_t bytes() const { return written_; }
+
+    /// How long the file is now; a part that is there already, as after a line broke, changes nothing.
+    /// Errors: invalidArgument (a name, a place that is not its end), at the field; resourceExhausted (a
+    /// limit, the disk).
     Result<std::uint64_t> add(const proto::Upload& part);
 
     /// The request with inputs of this client's in place of "uploads/NAME". Errors: notFound, invalidArgument
@@ -65,6 +71,7 @@ class Uploads {
     const Remove remove_;
     std::map<std::string, File> files_;
     std::uint64_t bytes_ = 0;  // said of all files
+    std::atomic<std::uint64_t> written_{0};
 };
 
 }  // namespace mote::server

@@ -104,6 +104,28 @@ void ParkedSessions::watchJobs(SessionId session) {
 void ParkedSessions::left(SessionId session, Time now) {
     auto* const entry = find(session);
     if (entry != nullptr) entry->left = now;
+    sweepUploads(now);
+}
+
+void ParkedSessions::setUploads(SessionId session, std::shared_ptr<Uploads> uploads) {
+    auto* const entry = find(session);
+    if (entry != nullptr) entry->state.uploads = std::move(uploads);
+}
+
+void ParkedSessions::sweepUploads(Time now) {
+    std::uint64_t sum = 0;
+    for (auto& entry : entries_) {
+        if (!entry.left || !entry.state.uploads) continue;
+        if (now - *entry.left >= limits_.uploadsKept) {
+            entry.state.uploads.reset();
+        } else {
+            sum += entry.state.uploads->bytes();
+        }
+    }
+    while (sum > limits_.uploadBytes) {
+        const auto gone = std::exchange(firstThatLeft(0, true)->state.uploads, nullptr);
+        sum -= std::min(sum, gone->bytes());
+    }
 }
 
 void ParkedSessions::forgetOld(Time now) {
@@ -111,15 +133,22 @@ void ParkedSessions::forgetOld(Time now) {
                   [&](const Entry& entry) { return entry.left && now - *entry.left > limits_.kept; });
 }
 
+/// Null where all others are connected. `keep` 0: none.
+ParkedSessions::Entry* ParkedSessions::firstThatLeft(SessionId keep, bool withUploads) {
+    Entry* first = nullptr;
+    for (auto& entry : entries_) {
+        if (!entry.left || (keep != 0 && entry.session == keep)) continue;
+        if (withUploads && !entry.state.uploads) continue;
+        if (first == nullptr || *entry.left < *first->left) first = &entry;
+    }
+    return first;
+}
+
 /// The one that left first. False where all others are connected.
 bool ParkedSessions::forgetOne(SessionId keep) {
-    auto first = entries_.end();
-    for (auto entry = entries_.begin(); entry != entries_.end(); ++entry) {
-        if (!entry->left || entry->session == keep) continue;
-        if (first == entries_.end() || *entry->left < *first->left) first = entry;
-    }
-    if (first == entries_.end()) return false;
-    entries_.erase(first);
+    const auto* const first = firstThatLeft(keep, false);
+    if (first == nullptr) return false;
+    entries_.erase(entries_.begin() + (first - entries_.data()));
     return true;
 }
 

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,13 +18,16 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/frames/view_task.h"
+#include "server/jobs/uploads.h"
 
 namespace mote::server {
 
 struct ParkingLimits {
-    std::size_t number = 256;                  ///< of sessions, the connected ones among them
-    std::size_t bytes = std::size_t{8} << 20;  ///< of their views
-    std::chrono::seconds kept{24 * 3600};      ///< after the connection's end
+    std::size_t number = 256;                            ///< of sessions, the connected ones among them
+    std::size_t bytes = std::size_t{8} << 20;            ///< of their views
+    std::chrono::seconds kept{24 * 3600};                ///< after the connection's end
+    std::chrono::seconds uploadsKept{60};                ///< likewise; clients try to come back for less
+    std::uint64_t uploadBytes = std::uint64_t{1} << 34;  ///< of those without a connection, together
 };
 
 class ParkedSessions {
@@ -34,6 +38,7 @@ class ParkedSessions {
     struct State {
         std::optional<proto::SetView> view;  ///< the latest that was not queued
         bool watchesJobs = false;
+        std::shared_ptr<Uploads> uploads = {};  ///< null: none
     };
     /// Who is let in, and with what.
     struct Admission {
@@ -60,6 +65,9 @@ class ParkedSessions {
     /// A view that finds no room is not kept, and none in its place.
     void setView(SessionId session, const proto::SetView& view);
     void watchJobs(SessionId session);
+    void setUploads(SessionId session, std::shared_ptr<Uploads> uploads);
+    /// Lets uploads go that were kept for long enough, or are too many. Of connected clients they stay.
+    void sweepUploads(Time now);
     /// Its connection ended.
     void left(SessionId session, Time now);
 
@@ -86,6 +94,7 @@ class ParkedSessions {
     const Entry* find(std::string_view secret) const;
     void forgetOld(Time now);
     bool forgetOne(SessionId keep);
+    Entry* firstThatLeft(SessionId keep, bool withUploads);
     std::size_t bytes() const;
 
     ParkingLimits limits_;

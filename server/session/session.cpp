@@ -32,7 +32,8 @@ Session::Session(SessionId id, wire::MessageStream stream, SessionContext& conte
       workerWake_(executor_),
       writerWake_(executor_),
       answersWake_(executor_),
-      queries_(context.queries, executor_),
+      commandAccount_(maxCommandBytes, context.datasets->budget()),
+      queries_(context.queries, executor_, context.datasets->budget()),
       uploads_(std::make_shared<Uploads>(context.uploads, context.removeUploads)) {}
 
 void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission) {
@@ -101,6 +102,8 @@ void Session::welcome(const proto::ClientMessage& message, const ParkedSessions:
         *resumedView_->mutable_set_view() = *view;
     }
     this->reply(message.request(), std::move(reply));
+    if (admission.state.uploads) uploads_ = admission.state.uploads;
+    context_.parked->setUploads(id_, uploads_);
     watchesJobs_ = admission.state.watchesJobs;
     if (watchesJobs_) outbox_.allJobsChanged();
 }
@@ -157,8 +160,8 @@ asio::awaitable<void> Session::handle(proto::ClientMessage message) {
             break;
         default:
             while (!commandsHaveRoom() && !closed_) co_await readerWake_.wait();
-            commandBytes_ += message.SpaceUsedLong();
-            commands_.push_back(std::move(message));
+            auto hold = commandAccount_.hold(message.SpaceUsedLong());
+            commands_.push_back({std::move(message), std::move(hold)});
             workerWake_.notify();
     }
 }
@@ -277,20 +280,24 @@ asio::awaitable<void> Session::work() {
             co_await workerWake_.wait();
             continue;
         }
-        proto::ClientMessage command = std::move(commands_.front());
+        Command command = std::move(commands_.front());
         commands_.pop_front();
-        commandBytes_ -= command.SpaceUsedLong();
         readerWake_.notify();
-        // The writer wakes readers and workers alike when there is room again.
-        if (auto question = jobQuestion(command)) {
-            while (!outbox_.room() && !closed_) co_await readerWake_.wait();
-            co_await askJobs(command.request(), std::move(question), workerWake_);
-            continue;
-        }
-        auto answered = co_await answer(command);
-        while (!outbox_.room() && !closed_) co_await readerWake_.wait();
-        reply(command.request(), std::move(answered));
+        co_await workOn(command.message);
+        command.hold = {};
+        readerWake_.notify();
     }
+}
+
+/// The writer wakes readers and workers alike when there is room again.
+asio::awaitable<void> Session::workOn(proto::ClientMessage& command) {
+    if (auto question = jobQuestion(command)) {
+        while (!outbox_.room() && !closed_) co_await readerWake_.wait();
+        co_return co_await askJobs(command.request(), std::move(question), workerWake_);
+    }
+    auto answered = co_await answer(command);
+    while (!outbox_.room() && !closed_) co_await readerWake_.wait();
+    reply(command.request(), std::move(answered));
 }
 
 asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {

@@ -34,6 +34,7 @@
 #include "server/numbers/query_service.h"
 #include "server/session/flow_control.h"
 #include "server/session/following.h"
+#include "server/session/message_account.h"
 #include "server/session/outbox.h"
 #include "server/session/parked_sessions.h"
 #include "server/session/role.h"
@@ -137,10 +138,14 @@ class Session : public std::enable_shared_from_this<Session> {
     void dropStaleFrames();
     void viewFailed(std::uint64_t request, bool queued, const Error& error);
 
-    bool commandsHaveRoom() const {
-        return commands_.size() < maxCommands && commandBytes_ < maxCommandBytes;
-    }
+    /// A command, until it is answered.
+    struct Command {
+        proto::ClientMessage message;
+        MessageAccount::Hold hold;
+    };
+    bool commandsHaveRoom() const { return commands_.size() < maxCommands && commandAccount_.room(); }
     asio::awaitable<void> work();
+    asio::awaitable<void> workOn(proto::ClientMessage& command);
     asio::awaitable<Reply> answer(const proto::ClientMessage& command);
     asio::awaitable<proto::ServerMessage> listDatasets();
     asio::awaitable<proto::ServerMessage> describe(const std::string& dataset);
@@ -187,12 +192,12 @@ class Session : public std::enable_shared_from_this<Session> {
 
     Wakeup readerWake_, workerWake_, writerWake_, answersWake_;
     Outbox outbox_;
-    std::deque<proto::ClientMessage> commands_;
-    std::size_t commandBytes_ = 0;  // in memory
+    MessageAccount commandAccount_;
+    std::deque<Command> commands_;
     SessionQueries queries_;
-    const std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
-    std::uint64_t sequence_ = 0;              // of the latest frame
-    std::optional<FlowControl> flow_;         // once it is known what the client can do
+    std::shared_ptr<Uploads> uploads_;  // of the jobs' thread
+    std::uint64_t sequence_ = 0;        // of the latest frame
+    std::optional<FlowControl> flow_;   // once it is known what the client can do
     EncodingTarget target_;
     std::uint64_t viewId_ = 0;  // of the latest view that replaced those before it
     bool watchesJobs_ = false;

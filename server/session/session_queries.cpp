@@ -9,24 +9,28 @@
 
 namespace mote::server {
 
-SessionQueries::SessionQueries(QueryService* service, asio::any_io_executor executor)
-    : service_(service), executor_(std::move(executor)), desk_(std::make_shared<Desk>()) {}
+SessionQueries::SessionQueries(QueryService* service, asio::any_io_executor executor,
+                               std::shared_ptr<storage::BlockBudget> budget)
+    : service_(service),
+      executor_(std::move(executor)),
+      account_(mostBytes, std::move(budget)),
+      desk_(std::make_shared<Desk>()) {}
 
 Status SessionQueries::ask(std::uint64_t request, proto::Query query, std::function<void()> ready) {
     if (service_ == nullptr) return Error{ErrorCode::unsupported, "query", "this server answers no queries"};
-    const auto bytes = query.ByteSizeLong();
-    if (waiting_.size() >= mostWaiting || waitingBytes_ + bytes > mostWaitingBytes) {
+    const auto bytes = query.SpaceUsedLong();
+    // Refused, and not left unread: an answer may take longer than anybody waits for a sign of life.
+    if (waiting_.size() >= mostWaiting || !account_.roomFor(bytes)) {
         return Error{
             ErrorCode::resourceExhausted, "query",
-            fmt::format("at most {} queries of a client wait, of {} MiB in all; ask again when some are "
-                        "answered",
-                        mostWaiting, mostWaitingBytes >> 20)};
+            fmt::format("at most {} queries of a client wait, and all take {} MiB in memory; ask again when "
+                        "some are answered",
+                        mostWaiting, mostBytes >> 20)};
     }
     const auto same = [&](const Waiting& one) { return one.request == request; };
     if ((desk_ && desk_->atWork.contains(request)) || std::ranges::any_of(waiting_, same))
         return Error{ErrorCode::invalidArgument, "request", "a query with this number is not answered yet"};
-    waitingBytes_ += bytes;
-    waiting_.push_back({request, std::move(query), std::move(ready)});
+    waiting_.push_back({request, std::move(query), std::move(ready), account_.hold(bytes)});
     start();
     return success();
 }
@@ -35,7 +39,6 @@ void SessionQueries::start() {
     while (desk_ && desk_->atWork.size() < mostAtWork && !waiting_.empty()) {
         auto next = std::move(waiting_.front());
         waiting_.pop_front();
-        waitingBytes_ -= next.query.ByteSizeLong();
         auto answered = [executor = executor_, desk = std::weak_ptr(desk_), request = next.request,
                          serial = ++serial_, ready = std::move(next.ready)](Result<QueryAnswer> answer) {
             asio::post(executor, [desk, request, serial, ready, answer = std::move(answer)]() mutable {
@@ -51,7 +54,8 @@ void SessionQueries::start() {
                 ready();
             });
         };
-        desk_->atWork[next.request] = {serial_, service_->ask(std::move(next.query), std::move(answered))};
+        desk_->atWork[next.request] = {serial_, service_->ask(std::move(next.query), std::move(answered)),
+                                       std::move(next.hold)};
     }
 }
 
@@ -76,7 +80,6 @@ void SessionQueries::cancel(std::uint64_t request) {
     const auto waits = std::ranges::find(waiting_, request, &Waiting::request);
     const auto works = desk_->atWork.find(request);
     if (waits != waiting_.end()) {
-        waitingBytes_ -= waits->query.ByteSizeLong();
         waiting_.erase(waits);
     } else if (works != desk_->atWork.end()) {
         service_->cancel(works->second.ticket);

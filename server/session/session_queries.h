@@ -15,6 +15,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "server/numbers/query_service.h"
+#include "server/session/message_account.h"
 
 namespace mote::server {
 
@@ -22,17 +23,18 @@ class SessionQueries {
   public:
     static constexpr std::size_t mostAtWork = 4;  ///< whose answer is made, or not yet taken
     static constexpr std::size_t mostWaiting = 64;
-    static constexpr std::size_t mostWaitingBytes = std::size_t{8} << 20;  ///< of their messages
+    static constexpr std::size_t mostBytes = std::size_t{16} << 20;  ///< of all their messages, in memory
 
     struct Answered {
         std::uint64_t request = 0;
         Result<QueryAnswer> answer;
     };
 
-    /// `service` may be null: then nothing is answered.
-    SessionQueries(QueryService* service, asio::any_io_executor executor);
+    /// `service` may be null: then nothing is answered. `budget`: what messages are counted to, or null.
+    SessionQueries(QueryService* service, asio::any_io_executor executor,
+                   std::shared_ptr<storage::BlockBudget> budget);
 
-    /// `ready` is called when take() may have something. Errors: resourceExhausted (too many wait),
+    /// `ready` is called when take() may have something. Errors: resourceExhausted (there are too many),
     /// invalidArgument (a query with this number is not answered yet), unsupported.
     Status ask(std::uint64_t request, proto::Query query, std::function<void()> ready);
     /// The next answer that is to be sent; with that the query goes on. Throws std::bad_alloc where memory
@@ -48,10 +50,12 @@ class SessionQueries {
         std::uint64_t request;
         proto::Query query;
         std::function<void()> ready;
+        MessageAccount::Hold hold;
     };
     struct AtWork {
         std::uint64_t serial;  ///< tells it from an earlier query of its number
         QueryService::Ticket ticket;
+        MessageAccount::Hold hold;
     };
     /// What queries at work share with their session, on the executor's thread.
     struct Desk {
@@ -63,8 +67,8 @@ class SessionQueries {
 
     QueryService* const service_;
     const asio::any_io_executor executor_;
+    MessageAccount account_;
     std::deque<Waiting> waiting_;
-    std::size_t waitingBytes_ = 0;
     std::uint64_t serial_ = 0;
     std::shared_ptr<Desk> desk_;  // null once closed
 };

@@ -74,6 +74,28 @@ class Resume(Case):
             self.assertEqual(self.connect(server).datasets, [])
             self.assertEqual(len(refused), 4)
 
+    def test_an_upload_goes_on_with_its_session(self):
+        for resumed in (False, True):
+            parts = []
+
+            def answer(peer, message, parts=parts):
+                parts.append(message.upload.begin)
+                if len(parts) == 1:
+                    peer.hang_up()
+                peer.reply(message, "uploaded", name="a", size=9)
+
+            with FakeServer(answer, minor=3, more=lambda hello, on=resumed: {"resumed": on}) as server:
+                part = messages.new("ClientMessage")
+                part.upload.name, part.upload.begin, part.upload.data = "a", 3, b"abcdef"
+                connection = self.connect(server).connection
+                request = connection.submit(part, "uploaded")
+                if resumed:
+                    self.assertEqual(connection.collect(request)[-1].message.uploaded.size, 9)
+                else:
+                    with self.assertRaises(mote.Error):
+                        connection.collect(request)
+            self.assertEqual(parts, [3, 3] if resumed else [3])
+
     def test_pings_of_the_server_are_answered(self):
         def answer(peer, message):
             if message.WhichOneof("body") == "list_datasets":

@@ -325,14 +325,14 @@ class Connection:
         return True
 
     def _ask_again(self) -> None:
-        """After a line broke: all but jobs, of which nobody knows whether they were submitted, and half an upload."""
+        """After a line broke: all but jobs that may have been submitted, and half an upload that the server has not kept."""
         self._outbox.clear()
         for request in sorted(self._questions):
             question = self._questions[request]
             body = question.message.WhichOneof("body")
             if question.finished:
                 continue
-            if question.sent and body in ("submit_job", "retry_job", "upload"):
+            if question.sent and (body in ("submit_job", "retry_job") or body == "upload" and not self.welcome.resumed):
                 question.fail(Error("internal", "", "the line broke while the server was asked, and nobody knows what it did"))
                 continue
             question.answers.clear()

@@ -5,6 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "tests/support/temp_dir.h"
+
 namespace mote::server {
 namespace {
 
@@ -34,6 +38,55 @@ TEST(ParkedSessions, AreTakenUpWithWhatTheyHad) {
     EXPECT_EQ(again.state.view->view_id(), 7u);
     EXPECT_TRUE(again.state.watchesJobs);
     EXPECT_EQ(parked.size(), 1u);
+}
+
+/// Uploads of a client that sent so many bytes.
+std::shared_ptr<Uploads> uploadsOf(const std::filesystem::path& folder, std::size_t size) {
+    auto uploads = std::make_shared<Uploads>(folder);
+    proto::Upload part;
+    part.set_name("a");
+    part.set_size(size);
+    part.set_data(std::string(size, 'x'));
+    EXPECT_TRUE(uploads->add(part).ok());
+    return uploads;
+}
+
+TEST(ParkedSessions, UploadsStayForAWhile) {
+    const test::TempDir folder;
+    ParkingLimits limits;
+    limits.uploadsKept = 60s;
+    ParkedSessions parked(limits);
+    const auto first = parked.admit("", 1, start);
+    parked.setUploads(1, uploadsOf(folder.path(), 10));
+    parked.sweepUploads(start + 1h);
+    EXPECT_FALSE(std::filesystem::is_empty(folder.path())) << "it is connected";
+    parked.left(1, start);
+    parked.sweepUploads(start + 59s);
+    const auto second = parked.admit(first.secret, 2, start + 59s);
+    ASSERT_TRUE(second.state.uploads);
+    EXPECT_EQ(second.state.uploads->bytes(), 10U);
+    parked.left(2, start + 1min);
+    parked.sweepUploads(start + 2min);
+    EXPECT_FALSE(std::filesystem::is_empty(folder.path())) << "who goes on with it has it still";
+    EXPECT_FALSE(parked.admit(second.secret, 3, start + 2min).state.uploads);
+}
+
+TEST(ParkedSessions, UploadsOfWhoLeftFirstGoWhereTheyAreTooMany) {
+    const test::TempDir folder;
+    ParkingLimits limits;
+    limits.uploadBytes = 250;
+    ParkedSessions parked(limits);
+    std::vector<std::string> secrets;
+    for (SessionId session = 1; session <= 4; ++session) {
+        secrets.push_back(parked.admit("", session, start).secret);
+        parked.setUploads(session, uploadsOf(folder.path(), 100));
+    }
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 4);
+    for (const SessionId session : {2, 1, 3})
+        parked.left(session, start + std::chrono::seconds(session != 2));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 3);
+    EXPECT_FALSE(parked.admit(secrets[1], 5, start).state.uploads);
+    EXPECT_TRUE(parked.admit(secrets[0], 6, start).state.uploads);
 }
 
 TEST(ParkedSessions, ASecretIsGoodOnce) {
