@@ -10,6 +10,7 @@
 
 #include "client/frames/film_run.h"
 #include "client/frames/frame_key.h"
+#include "client/frames/frame_store.h"
 #include "client/frames/picture_files.h"
 #include "client/frames/video/video_key.h"
 #include "client/frames/video_file.h"
@@ -184,8 +185,12 @@ Status drawFilm(const FramesOptions& options, const proto::Script& script, const
                      film.error().message};
     const auto video = videoOf(options, *film);
     const auto key = video ? videoKey(options, *video, script, known.key) : std::string();
-    if (video && options.resume && !options.keepFrames && readVideoKey(options.video, video->format) == key)
+    if (video && options.resume && !options.keepFrames && readVideoKey(options.video, video->format) == key) {
+        // Who was killed between the last two steps left frames that nobody needs.
+        if (FrameStore left(options.video); std::filesystem::exists(left.folder()) && left.open(true).ok())
+            left.discard();
         return success();
+    }
     MOTE_ASSIGN_OR_RETURN(const auto sink, sinkOf(options, *film, key));
     MOTE_RETURN_IF_ERROR(sink->open(options.resume));
     const auto order = orderOf(options, *film);

@@ -117,10 +117,13 @@ TEST_F(Films, GoOnWhereTheyWereKilled) {
     ASSERT_EQ(last.status, 0) << last.errors;
     EXPECT_EQ(bytesOf(video), bytesOf(videos() / "whole.mp4"));
     EXPECT_THAT(namesIn(videos()), testing::ElementsAre("film.mp4", "whole.mp4"));
-    // What is complete is not begun again.
+    // What is complete is not begun again, though its frames are still there.
+    std::filesystem::create_directory(store);
+    std::ofstream(store / "frame-000000") << "left";
     const auto again = film(turn(128, 2.0), video, spawn({"--resume", "--json"}));
     EXPECT_EQ(again.status, 0) << again.errors;
     EXPECT_EQ(again.output, "");
+    EXPECT_THAT(namesIn(videos()), testing::ElementsAre("film.mp4", "whole.mp4"));
 }
 
 TEST_F(Films, KeepTheirFrames) {

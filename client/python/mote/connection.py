@@ -320,11 +320,11 @@ class Connection:
             self.welcome = message.welcome
             self._credits = 0
             self._abandoned.clear()
-            self._ask_again()
+            self._ask_again(message.welcome.resumed)
             self._changed.notify_all()
         return True
 
-    def _ask_again(self) -> None:
+    def _ask_again(self, resumed: bool) -> None:
         """After a line broke: all but jobs that may have been submitted, and half an upload that the server has not kept."""
         self._outbox.clear()
         for request in sorted(self._questions):
@@ -332,7 +332,7 @@ class Connection:
             body = question.message.WhichOneof("body")
             if question.finished:
                 continue
-            if question.sent and (body in ("submit_job", "retry_job") or body == "upload" and not self.welcome.resumed):
+            if question.sent and (body in ("submit_job", "retry_job") or body == "upload" and not resumed):
                 question.fail(Error("internal", "", "the line broke while the server was asked, and nobody knows what it did"))
                 continue
             question.answers.clear()
