@@ -17,6 +17,7 @@
 #include "storage/manifest.h"
 #include "storage/storage_error.h"
 #include "storage/verify.h"
+#include "tests/support/dataset_content.h"
 #include "tests/support/random.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/damage/forged_hashes.h"

@@ -3,15 +3,11 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <span>
 
-#include "server/render/layers/hybrid/hybrid_load.h"
 #include "storage/dataset_writer.h"
 #include "storage/image/image_file.h"
 #include "storage/manifest.h"
 #include "storage/mesh/mesh_file.h"
-#include "storage/particles/mapped_columns.h"
-#include "storage/particles/mapped_step.h"
 #include "storage/stipple/stipple_hierarchy.h"
 #include "storage/storage_error.h"
 #include "tests/unit/damage/written_run.h"
@@ -22,8 +18,6 @@ namespace mote::test {
 namespace {
 
 using storage::StorageError;
-
-constexpr std::uint64_t mostBytes = std::uint64_t{64} << 20;
 
 template <class T>
 T must(Result<T> result) {
@@ -111,102 +105,6 @@ void writePicture(const std::filesystem::path& output) {
     publish(writer, {storage::imageName}, manifest);
 }
 
-/// Bytes, one thing after the other.
-class Content {
-  public:
-    template <class T>
-    void add(std::span<const T> values) {
-        const auto bytes = std::as_bytes(values);
-        text_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    }
-    template <class T>
-    void add(const std::vector<T>& values) {
-        add(std::span<const T>(values));
-    }
-    std::string take() { return std::move(text_); }
-
-  private:
-    std::string text_;
-};
-
-void addStep(const std::filesystem::path& dataset, const proto::Manifest& manifest, std::uint32_t index,
-             Content& content) {
-    const auto step = must(storage::ParticleStep::open(dataset, manifest, index));
-    const auto nodes = step->nodes();
-    content.add(nodes.level);
-    content.add(nodes.morton);
-    content.add(nodes.firstChild);
-    content.add(nodes.childCount);
-    content.add(nodes.count);
-    content.add(nodes.density);
-    content.add(nodes.minDensity);
-    const auto leaves = step->leaves();
-    content.add(leaves.node);
-    content.add(leaves.pointBegin);
-    content.add(leaves.pointCount);
-    content.add(leaves.density);
-    content.add(step->positions(0, step->pointCount()));
-    content.add(step->rows(0, step->pointCount()));
-    content.add(step->volume());
-    const auto preview = step->preview(storage::Preview::mostPoints);
-    content.add(preview.points);
-    content.add(preview.threshold);
-    step->check();
-    if (manifest.particles().steps(static_cast<int>(index)).columns_file().empty()) return;
-    const auto columns = must(storage::ParticleColumns::open(dataset, manifest, index));
-    for (std::size_t c = 0; c < columns->columns().size(); ++c)
-        content.add(columns->values(c, 0, columns->pointCount()));
-    for (std::uint64_t rank = 0; columns->hasIds() && rank < columns->pointCount(); ++rank)
-        content.add(columns->ids(columns->pointOfRank(rank), 1));
-    columns->check();
-}
-
-void addField(const render::GridField& field, Content& content) {
-    content.add(field.coarse.values);
-    content.add(field.coarse.normals);
-    const double range[] = {field.range.low, field.range.high};
-    content.add(std::span<const double>(range));
-    if (!field.bricks) return;
-    content.add(std::span<const std::int32_t>(field.bricks->numbers));
-    content.add(std::span<const std::uint16_t>(field.bricks->values));
-    content.add(std::span<const std::uint8_t>(field.bricks->normals));
-}
-
-void addHybrid(const std::filesystem::path& dataset, const proto::Manifest& manifest, Content& content) {
-    const auto& hybrid = manifest.hybrid();
-    for (std::uint32_t step = 0; step < static_cast<std::uint32_t>(hybrid.steps_size()); ++step) {
-        for (const auto asked :
-             {HybridRepresentation::volume, HybridRepresentation::points, HybridRepresentation::residual}) {
-            const auto parts = must(render::hybridParts(hybrid, asked));
-            // The bytes as the server counts them against its memory, before anything is read.
-            if (render::hybridBytes(hybrid, step, parts) + render::hybridLoadingBytes(hybrid, step, parts) >
-                mostBytes) {
-                throw StorageError(Error{ErrorCode::resourceExhausted, "hybrid", "takes too much memory"});
-            }
-            addField(*must(render::loadHybrid(dataset, manifest, step, parts)), content);
-        }
-    }
-}
-
-void addHierarchy(const storage::StippleHierarchy& hierarchy, Content& content) {
-    content.add(hierarchy.positions);
-    content.add(hierarchy.normals);
-    content.add(hierarchy.removal);
-    content.add(hierarchy.deathArea);
-    content.add(hierarchy.locked);
-    content.add(hierarchy.movesBegin);
-    content.add(hierarchy.moveNeighbour);
-    content.add(hierarchy.movePosition);
-}
-
-void addMesh(const storage::SurfaceMesh& mesh, Content& content) {
-    content.add(mesh.positions);
-    content.add(mesh.normals);
-    content.add(mesh.triangles);
-    content.add(mesh.edges);
-    content.add(mesh.parts);
-}
-
 }  // namespace
 
 const std::vector<SampleDataset>& sampleDatasets() {
@@ -218,18 +116,6 @@ const std::vector<SampleDataset>& sampleDatasets() {
                                                 {"mesh", writeMeshDataset},
                                                 {"image", writePicture}};
     return all;
-}
-
-std::string contentOfDataset(const std::filesystem::path& dataset) {
-    const auto manifest = must(storage::readManifest(dataset));
-    Content content;
-    for (int i = 0; i < manifest.particles().steps_size(); ++i)
-        addStep(dataset, manifest, static_cast<std::uint32_t>(i), content);
-    if (manifest.has_hybrid()) addHybrid(dataset, manifest, content);
-    if (manifest.has_stipple()) addHierarchy(must(storage::readHierarchy(dataset, manifest)), content);
-    if (manifest.has_mesh()) addMesh(must(storage::readMesh(dataset, manifest)), content);
-    if (manifest.has_image()) content.add(must(storage::readImage(dataset, manifest)).values);
-    return manifest.SerializeAsString() + content.take();
 }
 
 }  // namespace mote::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A small dataset of each kind, and all that a program of ours may read of any dataset. Plain functions.
+// A small dataset of each kind. Plain functions.
 #pragma once
 
 #include <filesystem>
@@ -15,10 +15,5 @@ struct SampleDataset {
 };
 
 const std::vector<SampleDataset>& sampleDatasets();
-
-/// Loads all of a dataset as the server does, whatever its kind, and refuses what it would say takes more
-/// than 64 MiB: its content as bytes, the same for datasets that give the same pictures and numbers. Throws
-/// storage::StorageError, and nothing else.
-std::string contentOfDataset(const std::filesystem::path& dataset);
 
 }  // namespace mote::test
