@@ -276,8 +276,10 @@ Result<std::uint64_t> bytesOfLines(ByteStream& stream, std::uint64_t lines) {
 /// Turns a file's bytes into its `needed` bytes of numbers: lines skipped, decompressed, bytes skipped.
 Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std::uint64_t needed) {
     MOTE_ASSIGN_OR_RETURN(const auto lines, bytesOfLines(*stream, header.lineSkip));
+    // A data file that is gzipped as a whole was decompressed when it was opened.
+    const bool done = !header.dataFiles.empty() && !stream->size();
     auto unwrapped = partStream(std::move(stream), lines);
-    if (unwrapped && header.encoding == NrrdHeader::Encoding::gzip) {
+    if (unwrapped && header.encoding == NrrdHeader::Encoding::gzip && !done) {
         unwrapped = inflatedStream(std::move(unwrapped).value(), Inflater::Form::gzip);
     }
     if (!unwrapped) return unwrapped;
@@ -311,7 +313,7 @@ Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path
     samples.type = text ? ScalarType::f64 : header.shape.type;
     samples.bigEndian = header.bigEndian && !text;
     const std::uint64_t needed = header.shape.voxels() * bytesOf(samples.type);
-    DataFiles files{path, std::move(file), header.bytes, std::move(header.dataFiles)};
+    DataFiles files{path, std::move(file), header.bytes, header.dataFiles};
     MOTE_ASSIGN_OR_RETURN(
         auto data, dataStream(std::move(files), needed, [header](ByteStreamPtr stream, std::uint64_t share) {
             return unwrap(std::move(stream), header, share);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <span>
 
@@ -12,63 +9,19 @@
 #include "protocol/scene/json.h"
 #include "storage/hash.h"
 #include "storage/manifest.h"
+#include "storage/storage_error.h"
 #include "storage/verify.h"
+#include "tests/fuzz/input_folder.h"
 #include "tests/fuzz/inputs.h"
 #include "tests/fuzz/require.h"
+#include "tests/support/dataset_content.h"
 
 namespace mote::test {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t mostFiles = 32;
-
 using Files = std::map<std::string, std::string>;
-
-/// In memory, where the machine has such a place: readers map files by their names.
-class Folder {
-  public:
-    Folder() {
-        std::error_code code;
-        const bool memory = fs::is_directory("/dev/shm", code);
-        std::string name = (memory ? fs::path("/dev/shm") : fs::temp_directory_path()) / "mote-fuzz-XXXXXX";
-        require(mkdtemp(name.data()) != nullptr);
-        path_ = name;
-    }
-    ~Folder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    void write(const std::string& name, std::string_view bytes) const {
-        std::ofstream(path_ / name, std::ios::binary) << bytes;
-    }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
-
-/// Names that are none of a file in the folder are left out; a size beyond the end means up to it.
-Files filesOf(std::string_view input) {
-    Files files;
-    while (!input.empty() && files.size() < mostFiles) {
-        const auto [line, rest] = firstLine(input);
-        const auto blank = std::min(line.find(' '), line.size());
-        const std::string name(line.substr(0, blank));
-        const auto digits = line.substr(std::min(blank + 1, line.size()));
-        std::size_t size = 0;
-        std::from_chars(digits.data(), digits.data() + digits.size(), size);
-        size = std::min(size, rest.size());
-        const bool plain = !name.empty() && name.size() < 100 && name.front() != '.' &&
-                           name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
-        if (plain) files[name] = rest.substr(0, size);
-        input = rest.substr(size);
-    }
-    return files;
-}
 
 std::span<const std::byte> bytesOf(std::string_view text) {
     return std::as_bytes(std::span(text.data(), text.size()));
@@ -125,7 +78,7 @@ void forge(Files& files) {
 std::string datasetInput(std::string_view input) {
     auto files = filesOf(input);
     forge(files);
-    const Folder folder;
+    const InputFolder folder;
     for (const auto& [name, bytes] : files) folder.write(name, bytes);
     const auto errors = storage::verifyDataset(folder.path());
     if (!errors.empty()) return errors.front().toString();
@@ -134,6 +87,12 @@ std::string datasetInput(std::string_view input) {
     const auto box = datasetBounds(*manifest);
     for (int axis = 0; axis < 3; ++axis)
         require(std::isfinite(box.min[axis]) && std::isfinite(box.max[axis]));
+    // What the server reads of it may yet be wrong, in ways that only who reads it meets.
+    try {
+        contentOfDataset(folder.path());
+    } catch (const storage::StorageError& error) {
+        return error.error().toString();
+    }
     return "";
 }
 

@@ -11,12 +11,25 @@
 namespace mote::test {
 
 /// A dataset on disk: files one after the other, each "NAME SIZE\n" and its bytes. Hashes are made anew, as
-/// an enemy would, and everything is verified. Contract: what verifies has a box that is finite.
+/// an enemy would, everything is verified, and then loaded as the server does. Contract: what verifies has a
+/// box that is finite.
 std::string datasetInput(std::string_view input);
+
+/// Several files and a reader of theirs: a line, "particles FORMAT NAME..." or "volume FORMAT NAME [FIELD]",
+/// then the files, as of a dataset. Contracts: as of one file.
+std::string filesInput(std::string_view input);
+
+/// A file of HDF5: its first line says who reads it, "particles FORMAT [SPECIES...]" or "volume FORMAT
+/// [FIELD]", the rest what is in it (hdf5_text.h). Contracts: as of other files.
+std::string hdf5Input(std::string_view input);
 
 /// A mesh: its first line names the format (obj, off, ply, stl, or auto, which may be gzipped), the rest is
 /// the file. Contract: every triangle has three of the vertices, every vertex is finite.
 std::string meshInput(std::string_view input);
+
+/// A stack of pictures: its first line names the format and what is opened, a name or "." for all; each
+/// further line is a picture. Contracts: as of a volume.
+std::string picturesInput(std::string_view input);
 
 /// JSON of the schema: its first line says of what (view, script, job, selection, manifest). Contract: what
 /// was taken and made a message again is taken again, and every frame of a film is a valid view.

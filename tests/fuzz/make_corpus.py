@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the seeds of the corpora dataset, mesh, scene and wire, and those of table that are binary.
+"""Makes the seeds of the corpora, but those of table and volume that are written by hand.
 
     make_corpus.py [--build build/release]
 
@@ -9,7 +9,6 @@ not touched. The files are committed: this is run when a format changes.
 """
 import argparse
 import gzip
-import io
 import json
 import pathlib
 import struct
@@ -24,6 +23,10 @@ CORPUS = pathlib.Path(__file__).resolve().parent / "corpus"
 sys.path.insert(0, str(ROOT / "client" / "python"))
 
 from mote.messages import new  # noqa: E402
+
+import seed_files  # noqa: E402
+import seed_hdf5  # noqa: E402
+import seed_tables  # noqa: E402
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
@@ -205,18 +208,9 @@ def make_streams():
 # ------------------------------------------------------------------------------------------------- tables
 
 
-def npy(values, kind="<f8"):
-    head = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': ({len(values)},), }}"
-    head = head.ljust(117) + "\n"
-    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode() + struct.pack(f"<{len(values)}d", *values)
-
-
-def npz(method=zipfile.ZIP_STORED):
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", method) as archive:
-        for number, name in enumerate(("x", "px", "y", "py", "z", "pz")):
-            archive.writestr(zipfile.ZipInfo(name + ".npy"), npy([number, number + 1.5]), method)
-    return data.getvalue()
+def numbered(method=zipfile.ZIP_STORED):
+    names = ("x", "px", "y", "py", "z", "pz")
+    return seed_tables.npz(method, **{name: seed_tables.npy([number, number + 1.5]) for number, name in enumerate(names)})
 
 
 def astra():
@@ -231,9 +225,9 @@ def dst():
 
 
 def make_tables():
-    whole = npz()
+    whole = numbered()
     put("table", "ok-npz", b"npz\n" + whole)
-    put("table", "ok-npz-deflated", b"npz\n" + npz(zipfile.ZIP_DEFLATED))
+    put("table", "ok-npz-deflated", b"npz\n" + numbered(zipfile.ZIP_DEFLATED))
     put("table", "ok-auto-npz", b"auto\n" + whole)
     put("table", "bad-npz-cut", b"npz\n" + whole[:-40])
     put("table", "bad-npz-noise", b"npz\nPK\x03\x04 no archive")
@@ -320,6 +314,9 @@ def main():
     make_scenes()
     make_streams()
     make_tables()
+    for module in (seed_files, seed_hdf5, seed_tables):
+        for corpus, name, data in module.seeds():
+            put(corpus, name, data)
     make_datasets((options.build / "bin" / "mote-prep").resolve())
 
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What the fuzzers' inputs share: a file that never touches the disk, and a job that says nothing. Any
-// thread.
+// MemoryFile: an input as a file that never touches the disk. Any thread.
 #pragma once
 
 #include <sys/mman.h>
@@ -12,16 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "preprocess/job.h"
-
 namespace mote::test {
-
-class Silent final : public prep::Progress {
-  public:
-    void report(double, std::string_view) override {}
-    void note(std::string_view) override {}
-    bool cancelled() const override { return false; }
-};
 
 /// A file in memory, with a path.
 class MemoryFile {

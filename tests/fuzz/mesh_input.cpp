@@ -6,6 +6,7 @@
 #include "tests/fuzz/inputs.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/require.h"
+#include "tests/fuzz/silent.h"
 
 namespace mote::test {
 namespace {
@@ -32,6 +33,11 @@ std::string whole(std::string_view bytes) {
     if (!read) return read.error().toString();
     require(!read->mesh.triangles.empty());
     checkMesh(read->mesh);
+    const auto& counts = read->counts;
+    const bool repaired = counts.notFinite + counts.degenerate + counts.repeated + counts.duplicates +
+                              counts.unused + counts.needles >
+                          0;
+    require(prep::describeRepairs(counts).empty() != repaired);
     for (const auto& place : read->mesh.positions) {
         require(std::isfinite(place.x) && std::isfinite(place.y) && std::isfinite(place.z));
     }

@@ -11,6 +11,7 @@
 #include "protocol/scene/view_message.h"
 #include "storage/manifest.h"
 #include "tests/fuzz/inputs.h"
+#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/require.h"
 
 namespace mote::test {
@@ -60,7 +61,13 @@ std::string takeManifest(const proto::Manifest& manifest) {
 template <class Message>
 std::string takeJson(std::string_view text, std::string (*take)(const Message&)) {
     Message message;
-    if (const auto status = parseJson(text, message, "input"); !status) return status.error().toString();
+    // As a file of it, and as one that may be no larger than it is.
+    const MemoryFile file(text);
+    if (!text.empty()) require(!readJsonFile(file.path(), message, text.size() - 1).ok());
+    if (const auto status = readJsonFile(file.path(), message, text.size()); !status)
+        return status.error().toString();
+    Message again;
+    require(parseJson(toJsonLine(message, true), again, "again").ok());
     return take(message);
 }
 

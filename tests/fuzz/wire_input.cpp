@@ -88,8 +88,10 @@ std::string readFrame(Stream& stream, wire::FrameLimits limits) {
 template <class Message>
 std::string readStream(Stream stream, wire::FrameLimits first, wire::FrameLimits later) {
     if (!stream.has(sizeof(wire::Greeting))) return "it ends within the greeting";
-    const auto version = wire::decodeGreeting(stream.takeArray<sizeof(wire::Greeting)>());
+    const auto greeting = stream.takeArray<sizeof(wire::Greeting)>();
+    const auto version = wire::decodeGreeting(greeting);
     if (!version) return version.error().toString();
+    require(wire::encodeGreeting(*version) == greeting);
     for (auto limits = first; !stream.atEnd(); limits = later) {
         if (auto error = readFrame<Message>(stream, limits); !error.empty()) return error;
     }

@@ -74,7 +74,9 @@ void eachIndex(std::uint32_t width, std::uint32_t height, const Change& change) 
 /// does as well, but no surface without lines behind a step in depth.
 Raster<std::uint8_t> complexOf(const SolidScene& scene, double least, double reading,
                                const std::stop_token& stop) {
-    const auto& [modalities, wanted, cover] = scene;
+    // By name: clang 14 lets no lambda use a structured binding.
+    const auto& modalities = scene.modalities;
+    const auto& cover = scene.cover;
     const auto complexity = blurredWithin(cover, modalities.depth, modalities.extent, reading, stop);
     Raster<float> crowd(cover.width, cover.height);
     eachIndex(crowd.width, crowd.height, [&](std::size_t i) {

@@ -9,7 +9,7 @@
 #include <chrono>
 
 #include "storage/storage_error.h"
-#include "tests/unit/damage/dataset_content.h"
+#include "tests/support/dataset_content.h"
 #include "tests/unit/damage/file_bytes.h"
 
 namespace mote::test {

@@ -15,9 +15,9 @@
 #include "storage/numbers/histogram.h"
 #include "storage/numbers/point_statistics.h"
 #include "storage/particles/mapped_step.h"
+#include "tests/support/dataset_content.h"
+#include "tests/support/must.h"
 #include "tests/support/view_text.h"
-#include "tests/unit/damage/dataset_content.h"
-#include "tests/unit/damage/must.h"
 
 namespace mote::test {
 namespace {

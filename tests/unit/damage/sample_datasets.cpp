@@ -12,7 +12,7 @@
 #include "storage/mesh/mesh_file.h"
 #include "storage/stipple/stipple_hierarchy.h"
 #include "tests/support/ball_surface.h"
-#include "tests/unit/damage/must.h"
+#include "tests/support/must.h"
 #include "tests/unit/damage/written_run.h"
 #include "tests/unit/hybrid/small_hybrid.h"
 #include "tests/unit/stipple/small_hierarchy.h"

@@ -15,6 +15,7 @@ using testing::ElementsAreArray;
 using testing::HasSubstr;
 
 const std::string plain = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nencoding: raw\n";
+const std::string packed = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nencoding: gzip\n";
 
 class Nrrd : public testing::Test {
   protected:
@@ -119,6 +120,10 @@ TEST_F(Nrrd, DataMayLieBesideTheHeader) {
                 ElementsAreArray(numbers));
     EXPECT_THAT(read(plain + "byte skip: -1\ndata file: data/a.raw\n")->values, ElementsAreArray(numbers));
     EXPECT_THAT(error(plain + "line skip: 5\ndata file: data/a.raw\n"), HasSubstr("line skip: is more"));
+    writeFile(folder_ / "data/a.raw.gz", gzipped(numberBytes<std::uint8_t>(numbers)));
+    EXPECT_THAT(read(packed + "data file: data/a.raw.gz\n")->values, ElementsAreArray(numbers));
+    writeFile(folder_ / "data/a.raw.gz", "one\n" + gzipped(numberBytes<std::uint8_t>(numbers)));
+    EXPECT_THAT(read(packed + "line skip: 1\ndata file: data/a.raw.gz\n")->values, ElementsAreArray(numbers));
     EXPECT_THAT(error(plain + "data file: none.raw\n"), HasSubstr("not_found: a.nrrd: data file none.raw"));
 }
 

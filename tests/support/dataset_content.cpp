@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/unit/damage/dataset_content.h"
+#include "tests/support/dataset_content.h"
 
 #include <span>
 #include <utility>
@@ -12,7 +12,7 @@
 #include "storage/particles/mapped_columns.h"
 #include "storage/particles/mapped_step.h"
 #include "storage/stipple/stipple_hierarchy.h"
-#include "tests/unit/damage/must.h"
+#include "tests/support/must.h"
 
 namespace mote::test {
 namespace {
