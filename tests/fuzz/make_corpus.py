@@ -274,8 +274,10 @@ def make_datasets(prep):
         commands = {
             "particles": ["particles", "run.csv", "--axes", "x,px,y", "--volume-level", "1", "--columns", "none"],
             "columns": ["particles", "run.csv", "--axes", "x,px,y", "--volume-level", "1"],
-            "residual": ["volume", *volume], "points": ["volume", *volume, "--representation", "points"],
+            "residual": ["volume", *volume],
             "both": ["volume", *volume, "--representation", "both", "--point-bytes", "6", "--value-bits", "16"],
+            "octree": ["particles", "run.csv", "--axes", "x,px,y", "--volume-level", "1", "--leaf-capacity", "2", "--columns", "px,id"],
+            "points": ["volume", *volume, "--representation", "points"], "places": ["volume", *volume, "--representation", "points", "--point-bytes", "9"],
             "mesh": ["mesh", "t.obj"], "parts": ["mesh", "p.obj"], "image": ["image", "g.png"],
             "hierarchy": ["stipple", "plane", "--points", "20"], "surface": ["stipple", "t.obj", "--points", "20"],
         }
