@@ -27,6 +27,7 @@ from mote.messages import new  # noqa: E402
 import seed_files  # noqa: E402
 import seed_hdf5  # noqa: E402
 import seed_tables  # noqa: E402
+import seed_volumes  # noqa: E402
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
@@ -316,7 +317,7 @@ def main():
     make_scenes()
     make_streams()
     make_tables()
-    for module in (seed_files, seed_hdf5, seed_tables):
+    for module in (seed_files, seed_hdf5, seed_tables, seed_volumes):
         for corpus, name, data in module.seeds():
             put(corpus, name, data)
     make_datasets((options.build / "bin" / "mote-prep").resolve())
