@@ -7,8 +7,13 @@
 
 #include "protocol/scene/dataset.h"
 #include "protocol/scene/json.h"
+#include "storage/dataset_kind.h"
+#include "storage/dataset_writer.h"
 #include "storage/hash.h"
+#include "storage/image/image_file.h"
 #include "storage/manifest.h"
+#include "storage/mesh/mesh_file.h"
+#include "storage/stipple/stipple_hierarchy.h"
 #include "storage/storage_error.h"
 #include "storage/verify.h"
 #include "tests/fuzz/input_folder.h"
@@ -73,27 +78,68 @@ void forge(Files& files) {
     files[storage::manifestDigestName] = storage::manifestDigest(found->second);
 }
 
+/// What is written again is loaded as it was.
+template <class Write>
+void writeAgain(const fs::path& dataset, const proto::Manifest& manifest, const Write& write) {
+    const auto again = dataset.parent_path() / "again.mote";
+    auto writer = storage::DatasetWriter::create(again);
+    require(writer.ok() && write(writer->directory()).ok());
+    for (const auto& entry : fs::directory_iterator(writer->directory()))
+        require(writer->add(entry.path().filename().string()).ok());
+    require(writer->publish(manifest).ok() && storage::verifyDataset(again).empty());
+}
+
+/// Of kinds that are loaded as a whole.
+void writeAgain(const fs::path& dataset, const proto::Manifest& manifest) {
+    if (manifest.kind() == "image") {
+        const auto image = *storage::readImage(dataset, manifest);
+        writeAgain(dataset, manifest, [&](const fs::path& to) { return storage::writeImage(to, image); });
+    }
+    if (manifest.kind() == "mesh") {
+        const auto mesh = *storage::readMesh(dataset, manifest);
+        writeAgain(dataset, manifest, [&](const fs::path& to) { return storage::writeMesh(to, mesh); });
+    }
+    if (manifest.kind() == "stipple" && !manifest.has_mesh()) {
+        const auto hierarchy = *storage::readHierarchy(dataset, manifest);
+        writeAgain(dataset, manifest,
+                   [&](const fs::path& to) { return storage::writeHierarchy(to, hierarchy); });
+    }
+}
+
+std::string load(const fs::path& dataset, const proto::Manifest& manifest) {
+    constexpr std::uint64_t plenty = 1 << 26, little = 1 << 16;
+    try {
+        const auto content = contentOfDataset(dataset);
+        require(contentOfDataset(dataset, std::make_shared<storage::BlockBudget>(plenty)) == content);
+        writeAgain(dataset, manifest);
+        require(contentOfDataset(dataset, std::make_shared<storage::BlockBudget>(little)) == content);
+    } catch (const storage::StorageError& error) {
+        const bool tooMuch = error.error().code == ErrorCode::resourceExhausted;
+        return tooMuch ? "" : error.error().toString();
+    }
+    return "";
+}
+
 }  // namespace
 
 std::string datasetInput(std::string_view input) {
     auto files = filesOf(input);
-    forge(files);
+    // With this one beside them hashes stay as they are.
+    if (files.erase("unforged") == 0) forge(files);
     const InputFolder folder;
-    for (const auto& [name, bytes] : files) folder.write(name, bytes);
-    const auto errors = storage::verifyDataset(folder.path());
+    const auto dataset = folder.path() / "a.mote";
+    fs::create_directory(dataset);
+    for (const auto& [name, bytes] : files) folder.write("a.mote/" + name, bytes);
+    const auto errors = storage::verifyDataset(dataset);
     if (!errors.empty()) return errors.front().toString();
-    const auto manifest = storage::readManifest(folder.path());
+    const auto manifest = storage::readManifest(dataset);
     require(manifest.ok());
+    const auto& kind = *storage::findKind(*manifest);
+    require(!kind.describe(*manifest).empty() && !kind.summarize(*manifest).text.empty());
     const auto box = datasetBounds(*manifest);
     for (int axis = 0; axis < 3; ++axis)
         require(std::isfinite(box.min[axis]) && std::isfinite(box.max[axis]));
-    // What the server reads of it may yet be wrong, in ways that only who reads it meets.
-    try {
-        contentOfDataset(folder.path());
-    } catch (const storage::StorageError& error) {
-        return error.error().toString();
-    }
-    return "";
+    return load(dataset, *manifest);
 }
 
 }  // namespace mote::test

@@ -28,7 +28,7 @@ std::string hdf5Input(std::string_view input);
 std::string meshInput(std::string_view input);
 
 /// A stack of pictures: its first line names the format and what is opened, a name or "." for all; each
-/// further line is a picture. Contracts: as of a volume.
+/// further line is a picture (picture_text.h). Contracts: as of a volume.
 std::string picturesInput(std::string_view input);
 
 /// JSON of the schema: its first line says of what (view, script, job, selection, manifest). Contract: what

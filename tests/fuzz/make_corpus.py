@@ -27,6 +27,7 @@ from mote.messages import new  # noqa: E402
 import seed_files  # noqa: E402
 import seed_hdf5  # noqa: E402
 import seed_tables  # noqa: E402
+import seed_volumes  # noqa: E402
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
@@ -274,8 +275,10 @@ def make_datasets(prep):
         commands = {
             "particles": ["particles", "run.csv", "--axes", "x,px,y", "--volume-level", "1", "--columns", "none"],
             "columns": ["particles", "run.csv", "--axes", "x,px,y", "--volume-level", "1"],
-            "residual": ["volume", *volume], "points": ["volume", *volume, "--representation", "points"],
+            "residual": ["volume", *volume],
             "both": ["volume", *volume, "--representation", "both", "--point-bytes", "6", "--value-bits", "16"],
+            "octree": ["particles", "run.csv", "--axes", "x,px,y", "--volume-level", "1", "--leaf-capacity", "2", "--columns", "px,id"],
+            "points": ["volume", *volume, "--representation", "points"], "places": ["volume", *volume, "--representation", "points", "--point-bytes", "9"],
             "mesh": ["mesh", "t.obj"], "parts": ["mesh", "p.obj"], "image": ["image", "g.png"],
             "hierarchy": ["stipple", "plane", "--points", "20"], "surface": ["stipple", "t.obj", "--points", "20"],
         }
@@ -314,7 +317,7 @@ def main():
     make_scenes()
     make_streams()
     make_tables()
-    for module in (seed_files, seed_hdf5, seed_tables):
+    for module in (seed_files, seed_hdf5, seed_tables, seed_volumes):
         for corpus, name, data in module.seeds():
             put(corpus, name, data)
     make_datasets((options.build / "bin" / "mote-prep").resolve())

@@ -78,11 +78,11 @@ TEST_P(Corpus, SurvivesBeingCutAndAltered) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, Corpus,
-                         testing::Values(Fuzzed{"dataset", datasetInput, 40}, Fuzzed{"files", filesInput, 20},
-                                         Fuzzed{"hdf5", hdf5Input, 10}, Fuzzed{"mesh", meshInput, 150},
+                         testing::Values(Fuzzed{"dataset", datasetInput, 8}, Fuzzed{"files", filesInput, 20},
+                                         Fuzzed{"hdf5", hdf5Input, 6}, Fuzzed{"mesh", meshInput, 50},
                                          Fuzzed{"pictures", picturesInput, 5},
-                                         Fuzzed{"scene", sceneInput, 400}, Fuzzed{"table", tableInput, 40},
-                                         Fuzzed{"volume", volumeInput, 150}, Fuzzed{"wire", wireInput, 1000}),
+                                         Fuzzed{"scene", sceneInput, 150}, Fuzzed{"table", tableInput, 30},
+                                         Fuzzed{"volume", volumeInput, 80}, Fuzzed{"wire", wireInput, 1000}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "protocol/scene/selection.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
+#include "storage/dataset_kind.h"
 #include "storage/manifest.h"
 #include "tests/fuzz/inputs.h"
 #include "tests/fuzz/memory_file.h"
@@ -54,8 +55,10 @@ std::string takeManifest(const proto::Manifest& manifest) {
     // Before it is checked, too.
     require(stepCount(manifest) >= 0);
     datasetBounds(manifest);
-    const auto status = storage::checkManifest(manifest);
-    return status ? "" : status.error().toString();
+    if (const auto status = storage::checkManifest(manifest); !status) return status.error().toString();
+    const auto& kind = *storage::findKind(manifest);
+    require(!kind.describe(manifest).empty() && !kind.summarize(manifest).text.empty());
+    return "";
 }
 
 template <class Message>

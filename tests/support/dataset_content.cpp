@@ -37,9 +37,18 @@ class Content {
     std::string text_;
 };
 
+/// What a picture may take that waits for nothing.
+void askWhatIsReady(const storage::ParticleStep& step) {
+    const bool all = step.octreeReady() && step.volumeReady();
+    const auto points = step.positionsReady(0, step.pointCount());
+    if (all && points > 0) step.positions(0, points);
+    step.preview(step.previewReady(storage::Preview::mostPoints));
+}
+
 void addStep(const std::filesystem::path& dataset, const proto::Manifest& manifest, std::uint32_t index,
-             Content& content) {
-    const auto step = must(storage::ParticleStep::open(dataset, manifest, index));
+             const std::shared_ptr<storage::BlockBudget>& budget, Content& content) {
+    const auto step = must(storage::ParticleStep::open(dataset, manifest, index, budget));
+    askWhatIsReady(*step);
     const auto nodes = step->nodes();
     content.add(nodes.level);
     content.add(nodes.morton);
@@ -60,8 +69,9 @@ void addStep(const std::filesystem::path& dataset, const proto::Manifest& manife
     content.add(preview.points);
     content.add(preview.threshold);
     step->check();
+    askWhatIsReady(*step);
     if (manifest.particles().steps(static_cast<int>(index)).columns_file().empty()) return;
-    const auto columns = must(storage::ParticleColumns::open(dataset, manifest, index));
+    const auto columns = must(storage::ParticleColumns::open(dataset, manifest, index, budget));
     for (std::size_t c = 0; c < columns->columns().size(); ++c)
         content.add(columns->values(c, 0, columns->pointCount()));
     for (std::uint64_t rank = 0; columns->hasIds() && rank < columns->pointCount(); ++rank)
@@ -119,11 +129,12 @@ void addMesh(const storage::SurfaceMesh& mesh, Content& content) {
 
 }  // namespace
 
-std::string contentOfDataset(const std::filesystem::path& dataset) {
+std::string contentOfDataset(const std::filesystem::path& dataset,
+                             std::shared_ptr<storage::BlockBudget> budget) {
     const auto manifest = must(storage::readManifest(dataset));
     Content content;
     for (int i = 0; i < manifest.particles().steps_size(); ++i)
-        addStep(dataset, manifest, static_cast<std::uint32_t>(i), content);
+        addStep(dataset, manifest, static_cast<std::uint32_t>(i), budget, content);
     if (manifest.has_hybrid()) addHybrid(dataset, manifest, content);
     if (manifest.has_stipple()) addHierarchy(must(storage::readHierarchy(dataset, manifest)), content);
     if (manifest.has_mesh()) addMesh(must(storage::readMesh(dataset, manifest)), content);

@@ -5,7 +5,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
+
+#include "storage/blocks/block_budget.h"
 
 namespace mote::test {
 
@@ -14,7 +17,9 @@ inline constexpr std::uint64_t mostSampleBytes = std::uint64_t{64} << 20;
 
 /// Loads all of a dataset as the server does, whatever its kind, and refuses what it would say takes more
 /// than `mostSampleBytes`: its content as bytes, the same for datasets that give the same pictures and
-/// numbers. Throws storage::StorageError, and nothing else.
-std::string contentOfDataset(const std::filesystem::path& dataset);
+/// numbers. Throws storage::StorageError, and nothing else. `budget`: of what stays in memory of particles;
+/// null: all.
+std::string contentOfDataset(const std::filesystem::path& dataset,
+                             std::shared_ptr<storage::BlockBudget> budget = nullptr);
 
 }  // namespace mote::test

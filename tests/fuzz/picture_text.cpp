@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/fuzz/picture_text.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "tests/fuzz/words.h"
+
+namespace mote::test {
+namespace {
+
+constexpr int mostPixels = 4096, mostChannels = 5, mostPages = 8;
+
+/// What a line says of a picture.
+struct Picture {
+    OIIO::ImageSpec spec;
+    int pages = 1;
+    std::uintmax_t cut = 0;  ///< bytes that are cut off its end
+};
+
+/// "WIDTH HEIGHT CHANNELS TYPE [tiled] [alpha] [bits=N] [pages=N] [cut=N]..."
+Picture pictureOf(Words words) {
+    const int width = std::clamp(words.number(3), 1, mostPixels);
+    const int height = std::clamp(words.number(2), 1, mostPixels / width);
+    const int channels = std::clamp(words.number(1), 1, mostChannels);
+    Picture picture{{width, height, channels, OIIO::TypeDesc(words.next())}, 1, 0};
+    while (!words.atEnd()) {
+        Words option(words.next(), '=');
+        const std::string name = option.next();
+        if (name == "tiled") picture.spec.tile_width = picture.spec.tile_height = 16;
+        if (name == "alpha") picture.spec.alpha_channel = channels - 1;
+        if (name == "bits") picture.spec.attribute("oiio:BitsPerSample", option.number(8));
+        if (name == "pages") picture.pages = std::clamp(option.number(2), 1, mostPages);
+        if (name == "cut") picture.cut = option.number<std::uintmax_t>(1);
+    }
+    return picture;
+}
+
+/// One after the other, with values of no meaning; what the format cannot hold is left out.
+void writePages(const std::filesystem::path& path, const Picture& picture) {
+    const auto output = OIIO::ImageOutput::create(path.string());
+    if (!output) return;
+    const auto& spec = picture.spec;
+    std::vector<float> pixels(spec.image_pixels() * static_cast<std::size_t>(spec.nchannels));
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<float>(i % 7) / 7.0F;
+    for (int page = 0; page < picture.pages; ++page) {
+        const auto mode = page == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendSubimage;
+        if (!output->open(path.string(), spec, mode)) return;
+        if (!output->write_image(OIIO::TypeDesc::FLOAT, pixels.data())) return;
+    }
+    output->close();
+}
+
+}  // namespace
+
+void writePicture(const InputFolder& folder, std::string_view line) {
+    Words words(line);
+    const std::string name = words.next();
+    if (!isPlainName(name)) return;
+    const auto path = folder.path() / name;
+    if (!name.ends_with(".png") && !name.ends_with(".tif")) return folder.write(name, words.rest());
+    const Picture picture = pictureOf(words);
+    writePages(path, picture);
+    std::error_code code;
+    const auto bytes = std::filesystem::file_size(path, code);
+    if (!code && picture.cut > 0) std::filesystem::resize_file(path, bytes - std::min(bytes, picture.cut));
+}
+
+}  // namespace mote::test
