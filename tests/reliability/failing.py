@@ -2,6 +2,7 @@
 """Allocations that fail: orders for failing_allocation.cpp, the library that makes them fail."""
 import mmap
 import os
+import re
 import pathlib
 import struct
 
@@ -72,6 +73,10 @@ class Order:
         Of an exception that nobody caught it is our own where any of ours called the library, which may well throw.
         """
         frames = self._frames("abort")
+        # An exception that leaves a destructor ends the program, whoever called.
+        destructors = [frame for frame in frames if re.search(r"D[012]Ev\+", frame)]
+        if destructors and not destructors[0].startswith("mote-"):
+            return destructors[0].partition("(")[0]
         if any(frame.startswith("mote-") for frame in frames):
             return None
         for frame in frames or self._frames("trace"):
