@@ -2,8 +2,8 @@
 """Allocations that fail: orders for failing_allocation.cpp, the library that makes them fail."""
 import mmap
 import os
-import re
 import pathlib
+import re
 import struct
 
 _FIELDS = ("process", "least", "first", "many", "count", "failed")  # of 8 bytes each, as the library has them
