@@ -17,7 +17,7 @@ std::string volumeInput(std::string_view input) {
         for (const std::uint32_t n : {3u, 4u, 5u}) options.add_dimensions(n);
         options.set_type("i16");
     }
-    if (options.format() == "auto" &&
+    if ((options.format().empty() || options.format() == "auto") &&
         (bytes.starts_with(" BDV") || bytes.starts_with("\x89PNG") || bytes.starts_with("II") ||
          bytes.starts_with("MM") || bytes.starts_with("\x89HDF"))) {
         return "another reader";
