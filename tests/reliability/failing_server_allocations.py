@@ -76,6 +76,7 @@ class Run:
         self.preloaded = preloaded
         self.sessions = self.deaths = 0
         self.right = None
+        self.hurt_jobs = set()  # whose supervisors were
 
     def start(self):
         self.order["first"] = 0
@@ -166,6 +167,8 @@ class Run:
             elif job.state != "succeeded":
                 wrongs.append(f"its job is {job.state}: {job.error or job.waits_for}")
             self.told.update(session.connection.jobs)
+            if order["failed"]:
+                self.hurt_jobs.add(job.id)
         if self.server.is_hurt():
             wrongs.append("the server died of a job's supervisor")
         self.place.hurt_jobs("")
@@ -175,8 +178,11 @@ class Run:
         """Of the jobs, after all faults: the server is killed and started again without the library."""
         self.server.kill()
         del self.order
-        return kill_server_everywhere.judge(self.place, self.here, self.told, kill_server_everywhere.Verdict(),
-                                            places_fault=False)
+        wrongs = kill_server_everywhere.judge(self.place, self.here, self.told, kill_server_everywhere.Verdict(),
+                                              places_fault=False)
+        # A job whose supervisor was hurt was not interrupted: it is run again as after any fault of the place.
+        again = tuple(f"job {identity} ran 2 times and was interrupted 0 times" for identity in self.hurt_jobs)
+        return [wrong for wrong in wrongs if wrong not in again]
 
 
 class Tally:
