@@ -74,7 +74,8 @@ class Order:
         """
         frames = self._frames("abort")
         # An exception that leaves a destructor ends the program, whoever called.
-        destructors = [frame for frame in frames if re.search(r"D[012]Ev\+", frame)]
+        # (Those of std are compiled into whoever used them first.)
+        destructors = [frame for frame in frames if re.search(r"D[012]Ev\+", frame) and "(_ZNSt" not in frame]
         if destructors and not destructors[0].startswith("mote-"):
             return destructors[0].partition("(")[0]
         if any(frame.startswith("mote-") for frame in frames):
