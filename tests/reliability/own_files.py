@@ -152,7 +152,8 @@ def main():
         with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
             pieces = {pool.submit(piece, program, folder, *what): what for what in plan(program, folder, options)}
             for done in concurrent.futures.as_completed(pieces):
-                sample, way = pieces[done][:2]
+                sample, way, first, _ = pieces[done]
+                print(f"{sample}, {WAYS[way]}, from {first}: {done.result()}", flush=True)
                 join(all_figures.setdefault((way, sample), Figures()), done.result())
     total = Figures()
     for (way, sample), figures in sorted(all_figures.items()):
