@@ -12,7 +12,7 @@ _SIZE = 8 * len(_FIELDS)
 _CARRIERS = ("failing_allocation", "libc.so", "libgcc_s.so", "libstdc++.so")
 
 
-def library(build):
+def preload(build):
     """None where it was not built."""
     path = (pathlib.Path(build) / "tests" / "failing_allocation.so").resolve()
     return path if path.exists() else None

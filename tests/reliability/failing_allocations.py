@@ -155,7 +155,7 @@ def main():
     parser.add_argument("--most", default=200, type=int, help="so many k of each kind of job")
     parser.add_argument("--only", nargs="+", choices=KINDS, default=list(KINDS), metavar="KIND")
     options = parser.parse_args()
-    preloaded = failing.library(options.build)
+    preloaded = failing.preload(options.build)
     if preloaded is None:
         print("skipped: the tests were not built, or with a sanitizer, which has its own malloc")
         return 77

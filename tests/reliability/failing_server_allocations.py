@@ -207,7 +207,7 @@ def main():
     parser.add_argument("--most", default=200, type=int, help="so many k of each number of failures in a row")
     parser.add_argument("--many", nargs="+", type=int, default=[1, 4, 64])
     options = parser.parse_args()
-    preloaded = failing.library(options.build)
+    preloaded = failing.preload(options.build)
     if preloaded is None:
         print("skipped: the tests were not built, or with a sanitizer, which has its own malloc")
         return 77
