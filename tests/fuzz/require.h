@@ -4,15 +4,18 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <string_view>
 #include <utility>
 
 namespace mote::test {
 
-/// Aborts, which a fuzzer and a test both notice, whatever the build defines.
-inline void require(bool condition) {
-    if (!condition) std::abort();
+/// Aborts, which a fuzzer and a test both notice, whatever the build defines, and says where.
+inline void require(bool condition, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+    if (condition) return;
+    std::fprintf(stderr, "%s:%d: what is required does not hold\n", file, line);
+    std::abort();
 }
 
 /// The first line without its end, and what follows it.

@@ -43,6 +43,7 @@ class OpenpmdSource : public ParticleSource {
     Result<std::optional<std::string>> choose(const H5File& file, const OpenpmdIteration& iteration,
                                               const std::vector<OpenpmdSpeciesPath>& all) const;
     void addSpecies(const OpenpmdSpecies& species, SourceStep& step);
+    void addWeightUnit(const std::string& unit);
     void noteOnce(const std::string& sentence) {
         if (noted_.insert(sentence).second) progress_.note(sentence);
     }
@@ -56,7 +57,7 @@ class OpenpmdSource : public ParticleSource {
     bool has_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
     double mass_ = 0.0;
-    std::string weightUnit_;  ///< of the first step with particles
+    std::string weightUnit_;  ///< of all steps with particles; empty where they differ
 
     std::size_t openStep_ = static_cast<std::size_t>(-1);
     std::optional<OpenpmdSpecies> open_;
@@ -129,12 +130,20 @@ void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) 
     }
     // What an empty step lacks is missed by no particle.
     if (step.particles == 0 && anyParticles_) return;
-    if (!anyParticles_) weightUnit_ = species.weightUnit();
+    addWeightUnit(species.weightUnit());
     for (std::size_t i = 0; i < columnCount; ++i) {
         const bool here = species.has(static_cast<Column>(i));
         has_[i] = anyParticles_ ? has_[i] && here : here;
     }
     if (step.particles > 0) anyParticles_ = true;
+}
+
+void OpenpmdSource::addWeightUnit(const std::string& unit) {
+    if (!anyParticles_) weightUnit_ = unit;
+    if (unit == weightUnit_) return;
+    if (!unit.empty() && !weightUnit_.empty())
+        noteOnce("weights count real particles in some steps and charge in others");
+    weightUnit_.clear();
 }
 
 Status OpenpmdSource::finish() {

@@ -118,6 +118,30 @@ TEST(Openpmd, hasAColumnWhereEveryStepHasIt) {
     EXPECT_FALSE(source->has(Column::px));
 }
 
+TEST(Openpmd, saysWhatWeightsCountWhereAllStepsAgree) {
+    struct Case {
+        const char *first, *second, *unit;
+        bool noted;
+    };
+    for (const auto& [first, second, unit, noted] :
+         {Case{"weighting", "weighting", "1", false}, Case{"weight", "weight", "C", false},
+          Case{"weighting", "other", "", false}, Case{"weighting", "weight", "", true}}) {
+        const TempDir folder;
+        {
+            H5TestFile file(folder / "run.h5");
+            writeRoot(file, "/data/%T/", "particles/");
+            for (const std::string species : {"/data/1/particles/e/", "/data/2/particles/e/"}) {
+                writeParticles(file, species.substr(0, species.size() - 1));
+                file.data(species + (species[6] == '1' ? first : second), std::vector<double>{7, 8, 9});
+            }
+        }
+        NoteKeeper progress;
+        MOTE_OPEN(source, {folder / "run.h5"}, progress);
+        EXPECT_EQ(source->weightUnit(), unit) << first << ' ' << second;
+        EXPECT_EQ(progress.noted("weights count real particles in some steps and charge in others"), noted);
+    }
+}
+
 TEST(Openpmd, followsLinksWithinTheFile) {
     const TempDir folder;
     {
