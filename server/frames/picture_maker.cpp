@@ -17,7 +17,7 @@
 namespace mote::server {
 namespace {
 
-using render::Quality;
+using render::FramePlan, render::PixelFormat, render::Quality;
 
 // A device that fails twice in a row (a driver was reset, its memory is lost) is made anew. Not after the
 // first time: one picture may simply be too large for it.
@@ -58,7 +58,7 @@ Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controll
 }
 
 /// The share of the exact picture's points that is drawn; the least, where layers have one each.
-double shareOf(const render::FramePlan& plan, const Quality& quality) {
+double shareOf(const FramePlan& plan, const Quality& quality) {
     double share = quality.pointFraction;
     for (const auto& points : plan.points) share = std::min(share, points.share);
     return share;
@@ -89,16 +89,6 @@ Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& 
     if (stage == Stage::intermediate) return Stage::exact;
     if (!history.dots.settled()) return Stage::quick;  // soft dots come to rest first
     return history.quality.worthIntermediate(loadOf(scene, history)) ? Stage::intermediate : Stage::exact;
-}
-
-/// What is seen beside the dots of layer `index`, which stipples those before it: what it leaves of them, and
-/// those after it.
-View besideDots(View view, std::size_t index) {
-    const auto dots = view.layers.begin() + static_cast<std::ptrdiff_t>(index);
-    const double left = 1.0 - dots->opacity;
-    std::for_each(view.layers.begin(), dots, [left](Layer& layer) { layer.opacity *= left; });
-    view.layers.erase(left > 0.0 ? dots : view.layers.begin(), dots + 1);
-    return view;
 }
 
 /// Whether there is anything of any layer.
@@ -205,15 +195,21 @@ Result<std::optional<render::Dots>> PictureMaker::stippled(const render::Scene& 
                                                 scene.view.height, *layer.stipple(), effortOf(job.stage)));
 }
 
+/// A quick picture is drawn at once, since it is never paused. Null where it was stopped.
+std::unique_ptr<render::UnfinishedPicture> PictureMaker::begin(const FramePlan& plan, PixelFormat format,
+                                                               Stage stage, const std::stop_token& stop) {
+    return stage == Stage::quick ? device_->Device::begin(plan, format, stop)
+                                 : device_->begin(plan, format, stop);
+}
+
 /// Drawn by the thread that has the device, wherever the plan was made. Nothing where it was stopped.
-std::optional<render::Picture> PictureMaker::drawnBefore(const render::FramePlan& plan,
-                                                         const RenderJob& job) {
-    std::unique_ptr<render::UnfinishedPicture> unfinished;
+std::optional<render::Picture> PictureMaker::drawnBefore(const FramePlan& plan, const RenderJob& job) {
+    std::unique_ptr<render::UnfinishedPicture> begun;
     std::optional<render::Picture> picture;
     const auto draw = [&](const std::stop_token& pause) {
-        if (unfinished == nullptr) unfinished = device_->begin(plan, render::PixelFormat::srgb8, stop_);
-        if (unfinished == nullptr || !unfinished->advance(pause)) return false;
-        picture = unfinished->take();
+        if (begun == nullptr) begun = begin(plan, PixelFormat::srgb8, job.stage, stop_);
+        if (begun == nullptr || !begun->advance(pause)) return false;
+        picture = begun->take();
         return true;
     };
     render::byOwner(draw, job.stop);
@@ -261,15 +257,15 @@ Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job,
 }
 
 /// Says what the pictures need; whether some of it is on its way.
-bool PictureMaker::want(const render::FramePlan& plan) {
+bool PictureMaker::want(const FramePlan& plan) {
     bool coming = false;
     for (const auto& points : plan.points) coming = steps_.want(*points.step, points.need) || coming;
     return coming;
 }
 
 /// Nothing where the picture waits for data.
-std::optional<render::FramePlan> PictureMaker::planFor(const RenderJob& job, const render::Scene& scene,
-                                                       const Quality& quality) {
+std::optional<FramePlan> PictureMaker::planFor(const RenderJob& job, const render::Scene& scene,
+                                               const Quality& quality) {
     const auto plan = [&](render::Reading reading) {
         return render::makeFramePlan(scene, quality, selections_, device_->abilities(), reading, job.stop);
     };
@@ -343,8 +339,8 @@ std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene
 /// Whether the picture is done.
 bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_token& pause) {
     const auto begun = Clock::now();
-    const auto format = job.stage == Stage::exact ? job.task->format : render::PixelFormat::srgb8;
-    if (draft.picture == nullptr) draft.picture = device_->begin(draft.plan, format, job.stop);
+    const auto format = job.stage == Stage::exact ? job.task->format : PixelFormat::srgb8;
+    if (draft.picture == nullptr) draft.picture = begin(draft.plan, format, job.stage, job.stop);
     const bool done = draft.picture != nullptr && draft.picture->advance(pause);
     check(draft.scene);
     // Not before: what is read for this picture goes first.

@@ -76,6 +76,9 @@ class PictureMaker {
     std::unique_ptr<Draft> planned(const RenderJob& job, render::Scene scene, Clock::time_point begun,
                                    PictureHistory& history);
     std::optional<render::Picture> drawnBefore(const render::FramePlan& plan, const RenderJob& job);
+    std::unique_ptr<render::UnfinishedPicture> begin(const render::FramePlan& plan,
+                                                     render::PixelFormat format, Stage stage,
+                                                     const std::stop_token& stop);
     bool draw(const RenderJob& job, Draft& draft, const std::stop_token& pause);
     void keep(std::unique_ptr<Draft> draft, PictureHistory& history);
     MadePicture finished(const RenderJob& job, Draft& draft, PictureHistory& history);

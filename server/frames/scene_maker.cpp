@@ -42,6 +42,14 @@ Status fitLayers(View& view, StepSource& data) {
     return success();
 }
 
+View besideDots(View view, std::size_t index) {
+    const auto dots = view.layers.begin() + static_cast<std::ptrdiff_t>(index);
+    const double left = 1.0 - dots->opacity;
+    std::for_each(view.layers.begin(), dots, [left](Layer& layer) { layer.opacity *= left; });
+    view.layers.erase(left > 0.0 ? dots : view.layers.begin(), dots + 1);
+    return view;
+}
+
 Result<std::optional<render::Scene>> makeScene(const View& view, const RenderJob& job, StepSource& data,
                                                DrawnPhotographs& photographs, DotHistory& history) {
     std::vector<LayerPart> parts;

@@ -26,6 +26,10 @@ inline Error inLayer(std::size_t index, const Error& error) {
 /// layer's place.
 Status fitLayers(View& view, StepSource& data);
 
+/// What is seen beside the dots of layer `index`, which stipples those before it: what it leaves of them, and
+/// those after it.
+View besideDots(View view, std::size_t index);
+
 /// The scene of a view, with the data of each of its layers; nothing where some are on their way: all that is
 /// missing was asked for. `history` changes with a scene alone. Errors: as partOf (layer_kinds.h), with the
 /// layer's place.

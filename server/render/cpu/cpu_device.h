@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "server/render/device.h"
+#include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 
@@ -16,6 +17,8 @@ std::string cpuName(int threads);
 
 struct CpuOptions {
     unsigned threads = 0;  ///< 0: as many as the process may use
+    /// Of what comes before a picture's first tile, as WorkInTurns.
+    WorkInTurns::Duration leastTurn = WorkInTurns::shortTurn;
 };
 
 class CpuDevice final : public Device {

@@ -6,6 +6,9 @@
 #include <atomic>
 #include <utility>
 
+#include "server/render/cpu/value_sums.h"
+#include "server/render/plan/long_list.h"
+
 namespace mote::render {
 namespace {
 
@@ -14,24 +17,91 @@ constexpr std::size_t tilesOfATurn = 8;
 
 }  // namespace
 
-CpuPicture::CpuPicture(CpuParts& parts, const FramePlan& plan, PixelFormat format, FrameColors colors)
+CpuPicture::CpuPicture(CpuParts& parts, const FramePlan& plan, PixelFormat format, std::stop_token stop,
+                       WorkInTurns::Duration leastTurn)
     : parts_(parts),
       plan_(plan),
-      colors_(std::move(colors)),
-      points_(std::exchange(parts.points, {})),
-      dots_(std::exchange(parts.dots, {})),
+      stop_(std::move(stop)),
+      leastTurn_(leastTurn),
       picture_{.width = plan.width, .height = plan.height, .format = format, .pixels = {}},
-      left_(std::size_t{tilesAcross(plan.width)} * tilesAcross(plan.height)) {
-    picture_.pixels.resize(std::size_t{plan.width} * plan.height * bytesPerPixel(format));
-    picture_.pointsDrawn = points_.pointsDrawn();
-    done_.resize(left_);
+      turns_(parts.arena.max_concurrency()) {}
+
+void CpuPicture::borrowLists() {
+    points_ = std::exchange(parts_.points, {});
+    dots_ = std::exchange(parts_.dots, {});
+    flat_ = std::exchange(parts_.flat, {});
+}
+
+void CpuPicture::giveListsBack() {
+    parts_.points = std::move(points_);
+    parts_.dots = std::move(dots_);
+    parts_.flat = std::move(flat_);
+}
+
+bool CpuPicture::draw() {
+    borrowLists();
+    const bool done = parts_.arena.execute([&] { return prepare(stop_) && drawTiles(stop_); });
+    if (!done) giveListsBack();
+    return done;
 }
 
 bool CpuPicture::advance(const std::stop_token& pause) {
+    if (!prepared_ && !prepareInTurns(pause)) return false;
     return parts_.arena.execute([&] { return drawTiles(pause); });
 }
 
+bool CpuPicture::prepareInTurns(const std::stop_token& pause) {
+    if (!work_) {
+        borrowLists();
+        work_.emplace([this] { turns_.execute([this] { prepare({}); }); }, leastTurn_);
+    }
+    prepared_ = work_->advance(pause);
+    if (prepared_) {
+        work_.reset();
+    } else {
+        waited_ = true;
+        if (stop_.stop_requested()) {
+            work_.reset();
+            giveListsBack();
+        }
+    }
+    return prepared_;
+}
+
+/// False where it was stopped.
+bool CpuPicture::prepare(const std::stop_token& stop) {
+    auto colors = frameColors(plan_, parts_.leaves, stop);
+    if (!colors) return false;
+    colors_ = *std::move(colors);
+    if (const auto only = flatPoints(plan_, parts_.fields.of(plan_)))
+        return drawFlat(plan_.points[*only], colors_[*only].get(), stop);
+    if (!points_.sort(plan_, parts_.leaves, colors_, stop)) return false;
+    dots_.sort(plan_, stop);
+    if (stop.stop_requested()) return false;
+    beginTiles();
+    return true;
+}
+
+bool CpuPicture::drawFlat(const PointsPlan& only, const PixelColors* colors, const std::stop_token& stop) {
+    if (colors != nullptr && !colors->counts().empty()) {
+        flat_.take(colors->counts());
+    } else {
+        const auto cells = parts_.leaves.of(only.step).upTo(*only.step, only.selection->drawn.size());
+        if (!flat_.draw(plan_, only, cells, stop)) return false;
+    }
+    picture_ = flatPicture(plan_, only, flat_, colors, picture_.format);
+    return true;
+}
+
+void CpuPicture::beginTiles() {
+    resizeInTurns(picture_.pixels, std::size_t{plan_.width} * plan_.height * bytesPerPixel(picture_.format));
+    picture_.pointsDrawn = points_.pointsDrawn();
+    left_ = std::size_t{tilesAcross(plan_.width)} * tilesAcross(plan_.height);
+    done_.resize(left_);
+}
+
 bool CpuPicture::drawTiles(const std::stop_token& pause) {
+    if (left_ == 0) return true;
     // What others drew meanwhile may have driven blocks out of memory.
     if (std::exchange(waited_, true)) points_.verify(plan_);
     const CompositeFrame frame(plan_, picture_.format, parts_.fields.of(plan_), colors_);
@@ -55,13 +125,12 @@ void CpuPicture::drawTile(const CompositeFrame& frame, Tile tile) {
 }
 
 Picture CpuPicture::take() {
-    parts_.points = std::move(points_);
-    parts_.dots = std::move(dots_);
+    giveListsBack();
     return std::move(picture_);
 }
 
 std::uint64_t CpuPicture::bytes() const {
-    return picture_.pixels.capacity() + points_.bytes() + dots_.bytes() + done_.capacity();
+    return picture_.pixels.capacity() + points_.bytes() + dots_.bytes() + flat_.bytes() + done_.capacity();
 }
 
 }  // namespace mote::render

@@ -20,6 +20,8 @@
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/point_stream.h"
 #include "server/render/cpu/points_kernel.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 namespace {
@@ -211,7 +213,7 @@ class PixelBytes {
 
 template <std::size_t bytes>
 void fill(const PixelBytes& shades, std::span<const std::uint32_t> counts, std::uint8_t* pixels) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, counts.size(), 1 << 14), [&](const auto& block) {
+    forRangesInTurns(counts.size(), std::size_t{1} << 14, [&](const auto& block) {
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
             std::memcpy(pixels + i * bytes, shades(counts[i]).data(), bytes);
         }
@@ -221,7 +223,7 @@ void fill(const PixelBytes& shades, std::span<const std::uint32_t> counts, std::
 void fillColored(const PixelBytes& shades, const FlatPoints& points, const PixelColors& colors,
                  PixelFormat format, std::uint8_t* pixels) {
     const std::size_t bytes = bytesPerPixel(format);
-    tbb::parallel_for(std::uint32_t{0}, colors.height(), [&](std::uint32_t row) {
+    forInTurns(std::uint32_t{0}, colors.height(), [&](std::uint32_t row) {
         for (std::uint32_t column = 0; column < colors.width(); ++column) {
             const std::size_t i = std::size_t{row} * colors.width() + column;
             const std::uint32_t count = points.counts()[i];
@@ -241,24 +243,21 @@ bool FlatPoints::draw(const FramePlan& plan, const PointsPlan& layer, std::span<
     const Counting counting(layer, map, stream ? std::span<const LeafCell>() : cells,
                             stream ? PreviewBlocks(stream_.of(layer, cells)) : PreviewBlocks(layer));
     weightOfOne_ = layer.look.size > 1.0 ? 1.0 / discUnit(layer.look) : 1.0;
-    const std::size_t parts = partsFor(pixels);
-    parts_.resize(parts - 1);
+    parts_.resize(partsFor(pixels) - 1);
     pixels_ = pixels;
-    std::atomic<std::size_t> next{0};
+    const auto countsOf = [this](std::size_t part) -> std::vector<std::uint32_t>& {
+        return part == 0 ? counts_ : parts_[part - 1];
+    };
+    const std::size_t parts = parts_.size() + 1;
+    forInTurns(std::size_t{0}, parts,
+               [&](std::size_t part) { countsOf(part).assign(pixels + spareCounts, 0); });
     std::atomic<std::uint64_t> drawn{0};
-    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-        auto& counts = part == 0 ? counts_ : parts_[part - 1];
-        counts.assign(pixels + spareCounts, 0);
-        std::uint64_t mine = 0;
-        for (std::size_t chunk = next++; chunk < counting.chunks() && !stop.stop_requested();
-             chunk = next++) {
-            mine += counting.count(chunk, counts);
-        }
-        drawn += mine;
+    forPartsInTurns(parts, counting.chunks(), stop, [&](std::size_t part, std::size_t chunk) {
+        drawn += counting.count(chunk, countsOf(part));
     });
     pointsDrawn_ = drawn;
     if (stop.stop_requested()) return false;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1 << 14), [&](const auto& block) {
+    forRangesInTurns(pixels, std::size_t{1} << 14, [&](const auto& block) {
         for (const auto& part : parts_) {
             for (std::size_t i = block.begin(); i < block.end(); ++i)
                 counts_[i] = saturatingSum(counts_[i], part[i]);
@@ -294,7 +293,7 @@ Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoi
                     .format = format,
                     .pixels = {},
                     .pointsDrawn = points.pointsDrawn()};
-    picture.pixels.resize(points.counts().size() * bytesPerPixel(format));
+    resizeInTurns(picture.pixels, points.counts().size() * bytesPerPixel(format));
     const PixelBytes shades(plan, only, points, format);
     if (colors != nullptr) {
         fillColored(shades, points, *colors, format, picture.pixels.data());

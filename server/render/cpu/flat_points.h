@@ -2,7 +2,7 @@
 //
 // FlatPoints: the points of a layer where depth does not matter, since nothing else is in the picture: how
 // much of them each pixel holds. Owned by the device, its memory reused from picture to picture; one thread,
-// which uses all threads of the calling arena.
+// which uses all threads of the calling arena, in turns (plan/in_turns.h).
 #pragma once
 
 #include <cstdint>
@@ -38,6 +38,8 @@ class FlatPoints {
     /// The same, to add what others counted.
     std::span<std::uint32_t> counts() { return {counts_.data(), pixels_}; }
     std::uint64_t pointsDrawn() const { return pointsDrawn_; }
+    /// In memory, about.
+    std::uint64_t bytes() const { return (parts_.size() + 1) * counts_.capacity() * sizeof(std::uint32_t); }
 
   private:
     std::size_t pixels_ = 0;
@@ -53,7 +55,7 @@ class FlatPoints {
 std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector<VisibleField>& fields);
 
 /// n points of opacity a leave (1 - a)^n of the background. `colors`: of the points by pixel; null: they have
-/// one. Uses all threads of the calling arena.
+/// one. Uses all threads of the calling arena, in turns.
 Picture flatPicture(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points,
                     const PixelColors* colors, PixelFormat format);
 

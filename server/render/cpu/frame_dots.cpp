@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/render/plan/in_turns.h"
+
 namespace mote::render {
 namespace {
 
@@ -33,18 +35,26 @@ void FrameDots::sort(const FramePlan& plan, const std::stop_token& stop) {
     slabs_ = plan.slabs;
     columns_ = tilesAcross(plan.width);
     const std::uint32_t rows = tilesAcross(plan.height);
-    dots_ = screenDots(plan);
-    tiles_.clear(std::size_t{columns_} * rows);
-    const std::size_t chunks = (dots_.size() + chunkDots - 1) / chunkDots;
+    const std::size_t tiles = std::size_t{columns_} * rows;
+    placeDots(plan, placed_);
+    const auto& dots = placed_.dots;
+    const std::size_t chunks = (dots.size() + chunkDots - 1) / chunkDots;
+    if (chunks == 0) return tiles_.clear(tiles);
     tiles_.fill(
-        std::size_t{columns_} * rows, chunks, stop, [](std::size_t) {},
+        tiles, chunks, stop, [](std::size_t) {},
         [&](std::size_t chunk, auto visit) {
-            const std::size_t end = std::min(dots_.size(), (chunk + 1) * chunkDots);
+            const std::size_t end = std::min(dots.size(), (chunk + 1) * chunkDots);
             for (std::size_t i = chunk * chunkDots; i < end; ++i) {
                 const auto item = static_cast<std::uint32_t>(i);
-                forTiles(dots_[i], columns_, rows, [&](std::size_t tile) { visit(tile, item); });
+                forTiles(dots[i], columns_, rows, [&](std::size_t tile) { visit(tile, item); });
             }
         });
+    if (stop.stop_requested()) return;
+    forInTurns(std::size_t{0}, tiles, [&](std::size_t tile) {
+        const auto list = tiles_.of(tile);
+        std::sort(list.begin(), list.end(),
+                  [&](std::uint32_t a, std::uint32_t b) { return placed_.before(a, b); });
+    });
 }
 
 const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
@@ -53,9 +63,9 @@ const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
     local.all.clear();
     points.appendAlone(tile, local.points);
     for (const auto& point : local.points) local.all.push_back({&point.dot, point.thinned, point.colors});
-    if (!dots_.empty()) {
+    if (!placed_.dots.empty()) {
         for (const auto dot : tiles_.of(std::size_t{tile.row} * columns_ + tile.column))
-            local.all.push_back({&dots_[dot]});
+            local.all.push_back({&placed_.dots[dot]});
     }
     if (local.all.empty()) return nullptr;
     // Dots are front to back already; one at a point's depth lies behind it.

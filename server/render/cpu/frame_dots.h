@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// FrameDots: the dots of one picture, sorted by depth and by the tiles that they touch; with them, points
+// FrameDots: the dots of one picture, sorted by the tiles that they touch and by depth; with them, points
 // that stand alone. Owned by the device, its memory reused from picture to picture.
 #pragma once
 
@@ -19,7 +19,8 @@ namespace mote::render {
 
 class FrameDots {
   public:
-    /// Uses all threads of the calling arena. Stops early where `stop` is requested.
+    /// In turns (plan/in_turns.h), on all threads of the calling arena. Stops early where `stop` is
+    /// requested.
     void sort(const FramePlan& plan, const std::stop_token& stop);
 
     /// A tile's dots with its points that stand alone; null where it has neither. It belongs to the calling
@@ -27,7 +28,10 @@ class FrameDots {
     const TileDots* of(Tile tile, const FramePoints& points);
 
     /// In memory, about.
-    std::uint64_t bytes() const { return dots_.capacity() * sizeof(ScreenDot) + tiles_.bytes(); }
+    std::uint64_t bytes() const {
+        return placed_.dots.capacity() * sizeof(ScreenDot) + placed_.depths.capacity() * sizeof(double) +
+               tiles_.bytes();
+    }
 
   private:
     struct Local {
@@ -37,9 +41,9 @@ class FrameDots {
     };
 
     std::uint32_t slabs_ = 0;
-    std::uint32_t columns_ = 0;       // of tiles
-    std::vector<ScreenDot> dots_;     // front to back
-    TileLists<std::uint32_t> tiles_;  // indices into them
+    std::uint32_t columns_ = 0;  // of tiles
+    PlacedDots placed_;
+    TileLists<std::uint32_t> tiles_;  // indices into them, front to back
     tbb::enumerable_thread_specific<Local> local_;
 };
 

@@ -31,13 +31,14 @@ std::span<const LeafCell> LeafCells::upTo(const storage::ParticleStep& step, std
         const std::size_t known = cells_.size();
         const auto nodes = step.nodes();
         const auto leaves = step.leaves();
-        std::vector<LeafCell> cells(count);
-        std::copy(cells_.begin(), cells_.end(), cells.begin());
+        // Once for all, so that what somebody reads stays where it is.
+        cells_.reserve(leaves.size());
+        std::vector<LeafCell> more(count - known);
         tbb::parallel_for(tbb::blocked_range<std::size_t>(known, count, blockLeaves), [&](const auto& block) {
             for (std::size_t i = block.begin(); i < block.end(); ++i)
-                cells[i] = cellOf(nodes, leaves.node[i], i);
+                more[i - known] = cellOf(nodes, leaves.node[i], i);
         });
-        cells_ = std::move(cells);
+        cells_.insert(cells_.end(), more.begin(), more.end());
     }
     return {cells_.data(), count};
 }

@@ -37,8 +37,9 @@ constexpr std::uint32_t cellLevel(LeafCell cell) {
 
 class LeafCells {
   public:
-    /// The cells of the first `count` leaves. Uses all threads of the calling arena. Throws
-    /// storage::StorageError where a leaf refers to a node that is not there or that lies too deep.
+    /// The cells of the first `count` leaves, which stay where they are. Uses all threads of the calling
+    /// arena. Throws storage::StorageError where a leaf refers to a node that is not there or that lies too
+    /// deep.
     std::span<const LeafCell> upTo(const storage::ParticleStep& step, std::size_t count);
     std::uint64_t bytes() const { return cells_.size() * sizeof(LeafCell); }
 

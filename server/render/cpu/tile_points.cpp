@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "server/render/cpu/point_footprint.h"
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 namespace {
@@ -146,8 +147,8 @@ void TilePoints::sortPixels(const PreviewBlocks& blocks, const std::stop_token& 
     constexpr std::size_t chunkPoints = chunkBlocks * PreviewBlocks::blockPoints;
     const std::size_t chunks = (blocks.count() + chunkBlocks - 1) / chunkBlocks;
     std::vector<std::size_t> hits(chunks, 0);
-    pointTiles_.resize(blocks.points());
-    unsorted_.resize(blocks.points());
+    resizeInTurns(pointTiles_, blocks.points());
+    resizeInTurns(unsorted_, blocks.points());
     const auto prepare = [&](std::size_t chunk) {
         const std::size_t end = std::min(blocks.count(), (chunk + 1) * chunkBlocks);
         for (std::size_t block = chunk * chunkBlocks; block < end; ++block) {

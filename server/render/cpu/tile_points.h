@@ -39,8 +39,9 @@ struct PointRun {
 
 class TilePoints {
   public:
-    /// Sorts what the plan selects; uses all threads of the calling arena. False where `stop` was requested
-    /// meanwhile. Throws storage::StorageError. The step must outlive what follows.
+    /// Sorts what the plan selects, on all threads of the calling arena, in turns (plan/in_turns.h). False
+    /// where `stop` was requested meanwhile. Throws storage::StorageError. The step must outlive what
+    /// follows.
     bool sort(const FramePlan& plan, const PointsPlan& layer, std::span<const LeafCell> cells,
               const PixelColors* colors, const std::stop_token& stop);
 

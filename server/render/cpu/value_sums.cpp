@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/cpu/value_sums.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -15,6 +13,8 @@
 #include "protocol/scene/mote_check.h"
 #include "server/render/cpu/point_footprint.h"
 #include "server/render/cpu/values_kernel.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 namespace {
@@ -53,7 +53,7 @@ class Summing {
           sums_{nearest_, {}} {
         MOTE_CHECK(codes_.size() == points.step->pointCount());
         const std::size_t pixels = std::size_t{plan.width} * plan.height;
-        sums_.words.assign(2 * pixels, 0);
+        resizeInTurns(sums_.words, 2 * pixels);
         if (nearest_) {
             for (std::size_t i = 0; i < pixels; ++i) sums_.words[2 * i] = noKey;
         }
@@ -65,36 +65,40 @@ class Summing {
         const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
         const std::size_t parts =
             discs_ ? threads : std::clamp<std::size_t>(sumBytes / (pixels * sizeof(ValueSum)), 1, threads);
-        std::atomic<std::size_t> next{0};
         const std::size_t chunks = (cells_.size() + chunkLeaves - 1) / chunkLeaves;
-        tbb::parallel_for(std::size_t{0}, std::min(parts, chunks), [&](std::size_t) {
-            const ValueSum none = nearest_ ? noKey : 0;
-            std::vector<ValueSum> own(discs_ ? 0 : pixels + spareCounts, none);
-            std::uint64_t added = 0;
-            for (auto number = next++; number < chunks && !stop.stop_requested(); number = next++) {
-                const Chunk chunk = chunkOf(number);
-                if (chunk.points == 0) continue;
-                if (discs_ || (!nearest_ && chunk.points > mostAdded)) {
-                    addOneByOne(chunk);
-                    continue;
-                }
-                const ValueCode* const codes = codes_.data() + chunk.begin;
-                if (nearest_) {
-                    addNearest(map_, chunk.run, codes, own.data());
-                    added = 1;
-                    continue;
-                }
-                if (added + chunk.points > mostAdded) carryOff(own, added);
-                addValues(map_, chunk.run, codes, own.data());
-                added += chunk.points;
-            }
-            if (added > 0) carryOff(own, added);
+        std::vector<Part> own(std::min(parts, chunks));
+        forPartsInTurns(own.size(), chunks, stop, [&](std::size_t part, std::size_t number) {
+            if (const Chunk chunk = chunkOf(number); chunk.points > 0) add(chunk, own[part]);
+        });
+        forInTurns(std::size_t{0}, own.size(), [&](std::size_t part) {
+            if (own[part].added > 0) carryOff(own[part]);
         });
         if (stop.stop_requested()) return std::nullopt;
         return std::move(sums_);
     }
 
   private:
+    /// What one thread found and has not carried off yet.
+    struct Part {
+        std::vector<ValueSum> sums = {};  ///< by pixel, spareCounts longer; empty: there is nothing yet
+        std::uint64_t added = 0;          ///< points
+    };
+
+    void add(const Chunk& chunk, Part& part) {
+        if (discs_ || (!nearest_ && chunk.points > mostAdded)) return addOneByOne(chunk);
+        if (part.sums.empty())
+            part.sums.assign(sums_.words.size() / 2 + spareCounts, nearest_ ? ValueSum{noKey} : 0);
+        const ValueCode* const codes = codes_.data() + chunk.begin;
+        if (nearest_) {
+            addNearest(map_, chunk.run, codes, part.sums.data());
+            part.added = 1;
+            return;
+        }
+        if (part.added + chunk.points > mostAdded) carryOff(part);
+        addValues(map_, chunk.run, codes, part.sums.data());
+        part.added += chunk.points;
+    }
+
     Chunk chunkOf(std::size_t number) const {
         const std::size_t first = number * chunkLeaves;
         const std::size_t size = std::min(chunkLeaves, cells_.size() - first);
@@ -115,15 +119,16 @@ class Summing {
         return chunk;
     }
 
-    void carryOff(std::vector<ValueSum>& own, std::uint64_t& added) {
+    void carryOff(Part& part) {
         for (std::size_t i = 0; i < sums_.words.size() / 2; ++i) {
+            const ValueSum own = part.sums[i];
             if (nearest_)
-                least(sums_.words[2 * i], own[i]);
-            else if (own[i] != 0)
-                addTo(i, own[i] >> countShift, own[i] & ((ValueSum{1} << countShift) - 1));
+                least(sums_.words[2 * i], own);
+            else if (own != 0)
+                addTo(i, own >> countShift, own & ((ValueSum{1} << countShift) - 1));
         }
-        std::fill(own.begin(), own.end(), 0);
-        added = 0;
+        std::fill(part.sums.begin(), part.sums.end(), 0);
+        part.added = 0;
     }
 
     void addTo(std::size_t pixel, std::uint64_t weight, std::uint64_t sum) {
@@ -241,17 +246,17 @@ PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const V
     MOTE_CHECK(sums.words.size() == 2 * pixels);
     const bool all = points.colors->values->complete;
     const bool counted = all && !sums.nearest && points.look.size <= 1.0;
-    std::vector<std::uint32_t> counts(counted ? pixels : 0);
-    std::vector<ValueCode> codes(pixels);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1 << 14), [&](const auto& block) {
+    auto counts = listInTurns<std::uint32_t>(counted ? pixels : 0);
+    auto codes = listInTurns<ValueCode>(pixels);
+    forRangesInTurns(pixels, std::size_t{1} << 14, [&](const auto& block) {
         constexpr std::uint64_t most = std::numeric_limits<std::uint32_t>::max();
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
             codes[i] = codeOf(sums, i);
             if (counted) counts[i] = static_cast<std::uint32_t>(std::min(sums.words[2 * i], most));
         }
     });
-    std::vector<std::uint16_t> places(pixels);
-    tbb::parallel_for(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
+    auto places = listInTurns<std::uint16_t>(pixels);
+    forInTurns(std::uint32_t{0}, plan.height, [&](std::uint32_t row) {
         for (std::uint32_t column = 0; column < plan.width; ++column) {
             const std::size_t pixel = std::size_t{row} * plan.width + column;
             ValueCode code = codes[pixel];

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // ValueSums: what is found of the colours of pixels (plan/pixel_colors.h) from some points of a layer; sums
-// of parts are those of the whole, to the bit. Values; functions use all threads of the calling arena.
+// of parts are those of the whole, to the bit. Values; functions use all threads of the calling arena, in
+// turns (plan/in_turns.h).
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,7 @@ struct ValueSums {
 std::optional<ValueSums> valueSums(const FramePlan& plan, const PointsPlan& points,
                                    std::span<const LeafCell> cells, const std::stop_token& stop);
 
-/// The colours of a layer's points, which have colours. Uses all threads of the calling arena.
+/// The colours of a layer's points, which have colours.
 PixelColors pixelColors(const FramePlan& plan, const PointsPlan& points, const ValueSums& sums);
 
 /// Nothing where `stop` was requested meanwhile. Throws storage::StorageError.

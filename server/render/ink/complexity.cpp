@@ -55,6 +55,7 @@ Raster<float> coverOf(const std::vector<InkLine>& lines, std::uint32_t columns, 
                       double width) {
     Raster<float> cover(columns, rows);
     for (const auto& line : lines) {
+        giveWay();
         for (std::size_t i = 0; i + 1 < line.points.size(); ++i) {
             eachSquare(line.points[i].at, line.points[i + 1].at, columns, rows,
                        [&](std::uint32_t column, std::uint32_t row, double length) {
@@ -67,7 +68,7 @@ Raster<float> coverOf(const std::vector<InkLine>& lines, std::uint32_t columns, 
 
 Raster<float> blurredWithin(const Raster<float>& picture, const Raster<float>& depth, double extent,
                             double deviation, const std::stop_token& stop) {
-    Raster<float> made = picture;
+    auto made = picture.copy();
     const auto step = static_cast<float>(farStep * extent);
     for (int pass = 0; pass < passes; ++pass) {
         const double share =

@@ -2,12 +2,13 @@
 #include "server/render/ink/direction.h"
 
 #include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
 
 std::vector<Direction> directionsOf(const Raster<float>& angles, const std::stop_token& stop) {
-    std::vector<Direction> made(angles.values.size());
+    auto made = listInTurns<Direction>(angles.values.size());
     forInTurns(std::uint32_t{0}, angles.height, [&](std::uint32_t row) {
         if (isStopped(stop)) return;
         const std::size_t first = angles.index(0, row);

@@ -27,15 +27,7 @@ constexpr double hatchBlur = 1.5;        // strokes' spacings over which the ton
 constexpr double sideShare = 0.5;        // of the reading distance: tones beside a line are taken so far off
 constexpr double contrast = 0.25;        // of tones that part two sides without a line, share of the paper
 constexpr double besideNothing = 0.999;  // step of a line
-
-/// How much of each pixel ink is to cover.
-Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
-    Raster<float> wanted = modalities.grey;
-    if (inkIsDark) {
-        for (auto& value : wanted.values) value = 1.0F - value;
-    }
-    return wanted;
-}
+constexpr std::size_t grain = std::size_t{1} << 16;  // pixels of a step
 
 /// take(value, the pixel's middle) for each pixel.
 template <class Take>
@@ -44,6 +36,13 @@ void eachPixel(Raster<float>& picture, const Take& take) {
         for (std::uint32_t column = 0; column < picture.width; ++column)
             take(picture.at(column, row), glm::dvec2(column + 0.5, row + 0.5));
     });
+}
+
+/// How much of each pixel ink is to cover.
+Raster<float> wantedOf(const Modalities& modalities, bool inkIsDark) {
+    auto wanted = modalities.grey.copy();
+    if (inkIsDark) eachPixel(wanted, [](float& value, const glm::dvec2&) { value = 1.0F - value; });
+    return wanted;
 }
 
 /// One drawing's stages.
@@ -129,10 +128,12 @@ class DrawingMaker {
         if (isStopped(stop_)) return {{}, {}, target_};
         rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
                                  {.leastStep = contourStep(), .shortest = reading_}, stop_);
-        auto wanted = wanted_;
-        for (std::size_t i = 0; i < wanted.values.size(); ++i) {
-            if (rest.solid.ground.values[i] == Ground::solid) wanted.values[i] = 0.0F;
-        }
+        auto wanted = wanted_.copy();
+        forRangesInTurns(wanted.values.size(), grain, [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                if (rest.solid.ground.values[i] == Ground::solid) wanted.values[i] = 0.0F;
+            }
+        });
         rest.target = blurred(meansOf(wanted, cells_), cells_.blur);
         return rest;
     }
@@ -184,9 +185,12 @@ class DrawingMaker {
                 .shortest = std::max(2.0, 2.0 * hatchStyle.width * pixels_)};
     }
     HatchPlan hatchPlan(const Rest& rest, Segments regions, const ToneGrid& drawn) const {
-        for (std::size_t i = 0; i < regions.label.values.size(); ++i) {
-            if (!rest.isSimple(i)) regions.label.values[i] = Segments::nothing;
-        }
+        auto& labels = regions.label.values;
+        forRangesInTurns(labels.size(), grain, [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                if (!rest.isSimple(i)) labels[i] = Segments::nothing;
+            }
+        });
         HatchPlan plan{std::move(regions), {}, missing(rest, drawn, hatchOptions().spacing)};
         if (carry_) carry_->even(plan.density);
         plan.axes = hatchAxes(hatchRegions(plan));
@@ -223,7 +227,7 @@ class DrawingMaker {
         const auto& modalities = scene_.modalities;
         auto density =
             blurredWithin(wanted_, modalities.depth, modalities.extent, hatchBlur * spacing, stop_);
-        auto inked = density;  // once it is hatched
+        auto inked = density.copy();  // once it is hatched
         eachPixel(density, [&](float& value, const glm::dvec2& place) {
             const double lines = static_cast<double>(toneAt(drawn, cells_, place));
             const double more =

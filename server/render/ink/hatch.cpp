@@ -5,10 +5,13 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 #include <numeric>
+#include <span>
 
 #include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
@@ -57,55 +60,39 @@ struct Run {
     double begin, end;
 };
 
-/// One region after another; one thread's.
-class RegionHatcher {
-  public:
-    RegionHatcher(const HatchRegions& regions, const HatchOptions& options)
-        : regions_(regions), options_(options), added_(densities(options)) {}
+bool comesFirst(const Run& a, const Run& b) {
+    return a.line != b.line ? a.line < b.line : a.begin < b.begin;
+}
 
-    void hatch(const std::uint32_t* first, const std::uint32_t* last, const HatchAxes& axes,
-               std::vector<HatchStroke>& strokes) {
-        double most = 0.0;
-        for (const auto* pixel = first; pixel != last; ++pixel)
-            most = std::max(most, static_cast<double>(regions_.density.values[*pixel]));
-        origin_ = axes.origin;
-        double before = 0.0;
-        for (std::size_t layer = 0; layer < layers && before < most; ++layer) {
-            fill(first, last, axes.direction, layer, before);
-            take(strokes);
-            before += added_[layer];
+/// The parallel lines along which a region is hatched in one layer.
+class LayerLines {
+  public:
+    LayerLines(const HatchAxes& axes, std::size_t layer, double spacing)
+        : spacing_(spacing), origin_(axes.origin), offset_(layer < turns.size() ? 0.0 : 0.5) {
+        const double angle = axes.direction + turns[layer % turns.size()];
+        along_ = {std::cos(angle), std::sin(angle)};
+        across_ = {-along_.y, along_.x};
+        half_ = 0.5 * (std::abs(across_.x) + std::abs(across_.y));
+    }
+
+    /// Adds the runs through a pixel that wants such a share of all lines.
+    void addRuns(const glm::dvec2& pixel, double share, std::vector<Run>& runs) const {
+        const glm::dvec2 middle = pixel - origin_;
+        const double place = glm::dot(across_, middle);
+        const auto begin = static_cast<std::int64_t>(std::ceil((place - half_) / spacing_ - offset_));
+        const auto end = static_cast<std::int64_t>(std::floor((place + half_) / spacing_ - offset_));
+        for (auto line = begin; line <= end; ++line) {
+            const auto turn = static_cast<std::size_t>(((line % 4) + 4) % 4);
+            if (share * 4.0 > order[turn] + 0.5) addRun(line, middle, runs);
         }
+    }
+    HatchStroke stroke(const Run& run) const {
+        const glm::dvec2 start = origin_ + distance(run.line) * across_;
+        return {start + run.begin * along_, start + run.end * along_};
     }
 
   private:
-    /// The runs of a layer's lines through the pixels that want them.
-    void fill(const std::uint32_t* first, const std::uint32_t* last, double direction, std::size_t layer,
-              double before) {
-        const double angle = direction + turns[layer % turns.size()];
-        along_ = {std::cos(angle), std::sin(angle)};
-        across_ = {-along_.y, along_.x};
-        offset_ = layer < turns.size() ? 0.0 : 0.5;
-        const double half = 0.5 * (std::abs(across_.x) + std::abs(across_.y));
-        runs_.clear();
-        for (const auto* pixel = first; pixel != last; ++pixel) {
-            const double share =
-                (static_cast<double>(regions_.density.values[*pixel]) - before) / added_[layer];
-            if (!(share > 0.0)) continue;
-            const glm::dvec2 middle =
-                glm::dvec2(*pixel % regions_.label.width + 0.5, *pixel / regions_.label.width + 0.5) -
-                origin_;
-            const double place = glm::dot(across_, middle);
-            const auto begin =
-                static_cast<std::int64_t>(std::ceil((place - half) / options_.spacing - offset_));
-            const auto end =
-                static_cast<std::int64_t>(std::floor((place + half) / options_.spacing - offset_));
-            for (auto line = begin; line <= end; ++line) {
-                const auto turn = static_cast<std::size_t>(((line % 4) + 4) % 4);
-                if (share * 4.0 > order[turn] + 0.5) addRun(line, middle);
-            }
-        }
-    }
-    void addRun(std::int64_t line, const glm::dvec2& middle) {
+    void addRun(std::int64_t line, const glm::dvec2& middle, std::vector<Run>& runs) const {
         const glm::dvec2 start = distance(line) * across_ - middle;
         double begin = -HUGE_VAL, end = HUGE_VAL;
         for (int axis = 0; axis < 2; ++axis) {
@@ -115,33 +102,117 @@ class RegionHatcher {
             begin = std::max(begin, std::min(one, other));
             end = std::min(end, std::max(one, other));
         }
-        if (begin < end) runs_.push_back({line, begin, end});
+        if (begin < end) runs.push_back({line, begin, end});
     }
-    double distance(std::int64_t line) const {
-        return (static_cast<double>(line) + offset_) * options_.spacing;
+    double distance(std::int64_t line) const { return (static_cast<double>(line) + offset_) * spacing_; }
+
+    double spacing_;
+    glm::dvec2 origin_, along_{0.0}, across_{0.0};
+    double offset_, half_ = 0.0;
+};
+
+using Pixels = std::span<const std::uint32_t>;
+
+/// Hatches one region; used from any number of threads.
+class RegionHatcher {
+  public:
+    RegionHatcher(const HatchRegions& regions, const HatchOptions& options)
+        : regions_(regions), options_(options), added_(densities(options)) {}
+
+    void hatch(Pixels pixels, const HatchAxes& axes, std::vector<HatchStroke>& strokes) const {
+        eachLayer(mostOf(pixels), axes, [&](const LayerLines& lines, std::size_t layer, double before) {
+            auto runs = runsOf(pixels, lines, layer, before);
+            take(lines, runs, strokes);
+        });
+    }
+    /// The same by steps of many threads, in turns.
+    void hatchLarge(Pixels pixels, const HatchAxes& axes, std::vector<HatchStroke>& strokes) const {
+        const std::size_t chunks = (pixels.size() + mostAtOnce - 1) / mostAtOnce;
+        const auto chunk = [&](std::size_t i) {
+            return pixels.subspan(i * mostAtOnce, std::min(mostAtOnce, pixels.size() - i * mostAtOnce));
+        };
+        std::vector<double> most(chunks);
+        forInTurns(std::size_t{0}, chunks, [&](std::size_t i) { most[i] = mostOf(chunk(i)); });
+        const double densest = *std::max_element(most.begin(), most.end());
+        eachLayer(densest, axes, [&](const LayerLines& lines, std::size_t layer, double before) {
+            std::vector<std::vector<Run>> runs(chunks);
+            forInTurns(std::size_t{0}, chunks,
+                       [&](std::size_t i) { runs[i] = runsOf(chunk(i), lines, layer, before); });
+            takeAll(lines, runs, strokes);
+        });
     }
 
-    /// Runs that touch become strokes.
-    void take(std::vector<HatchStroke>& strokes) {
-        std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) {
-            return a.line != b.line ? a.line < b.line : a.begin < b.begin;
-        });
-        for (std::size_t i = 0; i < runs_.size();) {
-            Run run = runs_[i++];
-            for (; i < runs_.size() && runs_[i].line == run.line && runs_[i].begin <= run.end + gap; ++i)
-                run.end = std::max(run.end, runs_[i].end);
-            if (run.end - run.begin < options_.shortest) continue;
-            const glm::dvec2 start = origin_ + distance(run.line) * across_;
-            strokes.push_back({start + run.begin * along_, start + run.end * along_});
+    static constexpr std::size_t mostAtOnce = std::size_t{1} << 15;  ///< pixels
+
+  private:
+    template <class Take>
+    void eachLayer(double most, const HatchAxes& axes, const Take& take) const {
+        double before = 0.0;
+        for (std::size_t layer = 0; layer < layers && before < most; ++layer) {
+            take(LayerLines(axes, layer, options_.spacing), layer, before);
+            before += added_[layer];
         }
+    }
+    double mostOf(Pixels pixels) const {
+        double most = 0.0;
+        for (const auto pixel : pixels)
+            most = std::max(most, static_cast<double>(regions_.density.values[pixel]));
+        return most;
+    }
+    /// Of a layer's lines through the pixels that want them, sorted.
+    std::vector<Run> runsOf(Pixels pixels, const LayerLines& lines, std::size_t layer, double before) const {
+        std::vector<Run> runs;
+        const std::uint32_t width = regions_.label.width;
+        for (const auto pixel : pixels) {
+            const double share =
+                (static_cast<double>(regions_.density.values[pixel]) - before) / added_[layer];
+            if (share > 0.0) lines.addRuns({pixel % width + 0.5, pixel / width + 0.5}, share, runs);
+        }
+        std::sort(runs.begin(), runs.end(), comesFirst);
+        return runs;
+    }
+    /// Runs that touch become strokes.
+    void take(const LayerLines& lines, const std::vector<Run>& runs,
+              std::vector<HatchStroke>& strokes) const {
+        for (std::size_t i = 0; i < runs.size();) {
+            Run run = runs[i++];
+            for (; i < runs.size() && runs[i].line == run.line && runs[i].begin <= run.end + gap; ++i)
+                run.end = std::max(run.end, runs[i].end);
+            if (run.end - run.begin >= options_.shortest) strokes.push_back(lines.stroke(run));
+        }
+    }
+    /// Of lists that are sorted each, some lines at a time.
+    void takeAll(const LayerLines& lines, const std::vector<std::vector<Run>>& lists,
+                 std::vector<HatchStroke>& strokes) const {
+        std::int64_t first = std::numeric_limits<std::int64_t>::max(), end = -first;
+        for (const auto& list : lists) {
+            if (list.empty()) continue;
+            first = std::min(first, list.front().line);
+            end = std::max(end, list.back().line + 1);
+        }
+        if (first >= end) return;
+        const auto groups = static_cast<std::int64_t>(lists.size());
+        std::vector<std::vector<HatchStroke>> made(lists.size());
+        forInTurns(std::int64_t{0}, groups, [&](std::int64_t group) {
+            const auto from = first + (end - first) * group / groups,
+                       to = first + (end - first) * (group + 1) / groups;
+            std::vector<Run> runs;
+            for (const auto& list : lists) {
+                const auto at = [&](std::int64_t line) {
+                    return std::partition_point(list.begin(), list.end(),
+                                                [line](const Run& run) { return run.line < line; });
+                };
+                runs.insert(runs.end(), at(from), at(to));
+            }
+            std::sort(runs.begin(), runs.end(), comesFirst);
+            take(lines, runs, made[static_cast<std::size_t>(group)]);
+        });
+        for (const auto& some : made) strokes.insert(strokes.end(), some.begin(), some.end());
     }
 
     const HatchRegions& regions_;
     const HatchOptions& options_;
     const std::array<double, layers> added_;
-    glm::dvec2 origin_{0.0}, along_{0.0}, across_{0.0};
-    double offset_ = 0.0;
-    std::vector<Run> runs_;
 };
 
 /// Pixels by their regions: those of region i from begins[i] to begins[i + 1].
@@ -150,19 +221,26 @@ struct RegionPixels {
     std::vector<std::uint32_t> pixels;
 };
 
+/// take(pixel, label) for each pixel that is of a region.
+template <class Take>
+void eachLabel(const HatchRegions& regions, const Take& take) {
+    const auto& labels = regions.label.values;
+    for (std::size_t pixel = 0; pixel < labels.size(); ++pixel) {
+        if (pixel % longListStep<std::uint32_t> == 0) giveWay();
+        if (labels[pixel] < regions.count) take(pixel, labels[pixel]);
+    }
+}
+
 RegionPixels pixelsOf(const HatchRegions& regions) {
     RegionPixels made;
     made.begins.assign(std::size_t{regions.count} + 1, 0);
-    const auto& labels = regions.label.values;
-    for (const auto label : labels) {
-        if (label < regions.count) ++made.begins[label + 1];
-    }
+    eachLabel(regions, [&](std::size_t, std::uint32_t label) { ++made.begins[label + 1]; });
     std::partial_sum(made.begins.begin(), made.begins.end(), made.begins.begin());
-    made.pixels.resize(made.begins.back());
+    resizeInTurns(made.pixels, made.begins.back());
     auto next = made.begins;
-    for (std::uint32_t pixel = 0; pixel < labels.size(); ++pixel) {
-        if (labels[pixel] < regions.count) made.pixels[next[labels[pixel]]++] = pixel;
-    }
+    eachLabel(regions, [&](std::size_t pixel, std::uint32_t label) {
+        made.pixels[next[label]++] = static_cast<std::uint32_t>(pixel);
+    });
     return made;
 }
 
@@ -175,10 +253,10 @@ double mostHatched(const HatchOptions& options) {
 
 std::vector<HatchAxes> hatchAxes(const HatchRegions& regions) {
     std::vector<DirectionSum> sums(regions.count);
-    for (std::size_t i = 0; i < regions.label.values.size(); ++i) {
-        const double angle = static_cast<double>(regions.angle.values[i]);
-        if (regions.label.values[i] < regions.count && angle != 0.0) sums[regions.label.values[i]].add(angle);
-    }
+    eachLabel(regions, [&](std::size_t pixel, std::uint32_t label) {
+        const double angle = static_cast<double>(regions.angle.values[pixel]);
+        if (angle != 0.0) sums[label].add(angle);
+    });
     std::vector<HatchAxes> axes;
     for (const auto& sum : sums) axes.push_back({.direction = sum.mean()});
     return axes;
@@ -187,12 +265,22 @@ std::vector<HatchAxes> hatchAxes(const HatchRegions& regions) {
 std::vector<HatchStroke> hatch(const HatchRegions& regions, const std::vector<HatchAxes>& axes,
                                const HatchOptions& options, const std::stop_token& stop) {
     const auto all = pixelsOf(regions);
+    const auto pixelsOfRegion = [&](std::uint32_t region) {
+        return Pixels(all.pixels).subspan(all.begins[region], all.begins[region + 1] - all.begins[region]);
+    };
+    const RegionHatcher hatcher(regions, options);
     std::vector<std::vector<HatchStroke>> made(regions.count);
-    forInTurns(std::uint32_t{0}, regions.count, [&](std::uint32_t region) {
-        if (isStopped(stop)) return;
-        RegionHatcher hatcher(regions, options);
-        hatcher.hatch(all.pixels.data() + all.begins[region], all.pixels.data() + all.begins[region + 1],
-                      axes[region], made[region]);
+    std::vector<std::uint32_t> small;
+    for (std::uint32_t region = 0; region < regions.count && !isStopped(stop); ++region) {
+        const auto pixels = pixelsOfRegion(region);
+        if (pixels.size() > RegionHatcher::mostAtOnce)
+            hatcher.hatchLarge(pixels, axes[region], made[region]);
+        else
+            small.push_back(region);
+    }
+    forInTurns(std::size_t{0}, small.size(), [&](std::size_t i) {
+        const auto region = small[i];
+        if (!isStopped(stop)) hatcher.hatch(pixelsOfRegion(region), axes[region], made[region]);
     });
     std::vector<HatchStroke> strokes;
     for (const auto& region : made) strokes.insert(strokes.end(), region.begin(), region.end());

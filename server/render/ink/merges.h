@@ -6,16 +6,21 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <vector>
+
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 
 /// Each number stands for the least of those that it has become one with.
 class Merges {
   public:
-    explicit Merges(std::uint32_t count) : parents_(count) {
-        std::iota(parents_.begin(), parents_.end(), 0U);
+    explicit Merges(std::uint32_t count) {
+        parents_.reserve(count);
+        for (std::uint32_t number = 0; number < count; ++number) {
+            if (number % longListStep<std::uint32_t> == 0) giveWay();
+            parents_.push_back(number);
+        }
     }
     std::uint32_t root(std::uint32_t number) {
         while (parents_[number] != number) number = parents_[number] = parents_[parents_[number]];

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Raster: a picture of one value a pixel, row 0 on top. A value.
+// Raster: a picture of one value a pixel, row 0 on top. A value, of which a large one is made in turns
+// (plan/long_list.h).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 
@@ -16,7 +19,15 @@ struct Raster {
 
     Raster() = default;
     Raster(std::uint32_t columns, std::uint32_t rows, T fill = T())
-        : width(columns), height(rows), values(std::size_t{columns} * rows, fill) {}
+        : width(columns), height(rows), values(listInTurns(std::size_t{columns} * rows, fill)) {}
+
+    Raster copy() const {
+        Raster made;
+        made.width = width;
+        made.height = height;
+        made.values = copyInTurns(values);
+        return made;
+    }
 
     std::size_t index(std::uint32_t column, std::uint32_t row) const {
         return std::size_t{row} * width + column;

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "server/render/ink/direction.h"
+#include "server/render/plan/long_list.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
@@ -107,7 +108,7 @@ std::vector<Neighbour> nearestOfSmall(const Segments& segments, const Raster<std
 
 void renumber(Segments& segments, Merges& merges, const std::stop_token& stop) {
     if (isStopped(stop)) return;
-    std::vector<std::uint32_t> numbers(segments.count, Segments::nothing);
+    auto numbers = listInTurns(segments.count, Segments::nothing);
     std::uint32_t count = 0;
     eachPixel(segments.label, stop, [&](std::size_t i) {
         auto& label = segments.label.values[i];

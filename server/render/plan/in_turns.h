@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "server/render/plan/work_in_turns.h"
@@ -49,6 +50,23 @@ void forRangesInTurns(std::size_t end, std::size_t grain, const Body& body) {
     }
     forInTurns(std::size_t{0}, (end + grain - 1) / grain,
                [&](std::size_t i) { body(Range(i * grain, std::min(end, (i + 1) * grain), grain)); });
+}
+
+/// body(part, i) for each i from 0 to before `end`, in any order, those of one part one after the other.
+/// Stops early where `stop` is requested.
+template <class Body>
+void forPartsInTurns(std::size_t parts, std::size_t end, const std::stop_token& stop, const Body& body) {
+    Undisturbed loop;
+    std::atomic<std::size_t> next{0};
+    while (next < end && !stop.stop_requested()) {
+        tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+            for (auto i = next++; i < end && !stop.stop_requested(); i = next++) {
+                body(part, i);
+                if (loop.inTurns() && loop.isOver()) return;
+            }
+        });
+        if (loop.inTurns()) loop.giveWay();
+    }
 }
 
 /// Pixels of which each takes long are drawn by parts of rows, which begin at multiples of so many.

@@ -4,8 +4,12 @@
 #include <tbb/parallel_sort.h>
 
 #include <cstdint>
+#include <numeric>
+#include <span>
 #include <utility>
 
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 #include "server/render/plan/stroke_fragments.h"
 
 namespace mote::render {
@@ -25,30 +29,56 @@ ScreenDot toScreen(const Fragment& fragment) {
             .color = fragment.color};
 }
 
+/// Places a list from index `at` on.
+template <class List>
+void place(const List& list, std::span<const DepthSection> sections, std::size_t at, PlacedDots& placed) {
+    constexpr std::size_t grain = std::size_t{1} << 13;
+    forRangesInTurns(list.size(), grain, [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            auto& dot = placed.dots[at + i] = toScreen(list[i]);
+            dot.place = static_cast<float>(slabOf(sections, list[i].depth));
+            placed.depths[at + i] = list[i].depth;
+        }
+    });
+}
+
+std::vector<Fragments> fragmentsOf(const FramePlan& plan) {
+    std::vector<Fragments> all;
+    for (const auto& strokes : plan.strokes) {
+        for (auto& part : strokeFragments(*strokes, plan.width, plan.height, nearLimit(plan.camera)))
+            all.push_back(std::move(part));
+    }
+    return all;
+}
+
 }  // namespace
 
-std::vector<ScreenDot> screenDots(const FramePlan& plan) {
-    std::vector<ScreenDot> dots;
-    std::vector<std::pair<double, std::uint32_t>> order;  // depth; which one
+void placeDots(const FramePlan& plan, PlacedDots& placed) {
+    auto strokes = fragmentsOf(plan);
+    std::size_t count = plan.dots ? plan.dots->size() : 0;
+    for (const auto& fragments : plan.fragments) count += fragments->size();
+    for (const auto& fragments : strokes) count += fragments.size();
+    resizeInTurns(placed.dots, count);
+    resizeInTurns(placed.depths, count);
+    std::size_t at = 0;
     const auto append = [&](const auto& list) {
-        for (const auto& one : list) {
-            order.emplace_back(one.depth, static_cast<std::uint32_t>(dots.size()));
-            dots.push_back(toScreen(one));
-        }
+        place(list, plan.sections, at, placed);
+        at += list.size();
     };
     if (plan.dots) append(*plan.dots);
     for (const auto& fragments : plan.fragments) append(*fragments);
-    for (const auto& strokes : plan.strokes) {
-        for (const auto& part : strokeFragments(*strokes, plan.width, plan.height, nearLimit(plan.camera)))
-            append(part);
-    }
-    tbb::parallel_sort(order);
+    for (auto& fragments : strokes) append(std::exchange(fragments, {}));
+}
+
+std::vector<ScreenDot> screenDots(const FramePlan& plan) {
+    PlacedDots placed;
+    placeDots(plan, placed);
+    std::vector<std::uint32_t> order(placed.dots.size());
+    std::iota(order.begin(), order.end(), 0U);
+    tbb::parallel_sort(order, [&](std::uint32_t a, std::uint32_t b) { return placed.before(a, b); });
     std::vector<ScreenDot> sorted;
-    sorted.reserve(dots.size());
-    for (const auto& [depth, index] : order) {
-        sorted.push_back(dots[index]);
-        sorted.back().place = static_cast<float>(slabOf(plan.sections, depth));
-    }
+    sorted.reserve(order.size());
+    for (const auto index : order) sorted.push_back(placed.dots[index]);
     return sorted;
 }
 

@@ -18,8 +18,21 @@ struct ScreenDot {
     glm::vec3 color{0.0F};     ///< linear RGB
 };
 
-/// The plan's dots, fragments and strokes front to back; those of equal depth in this order, and in their
-/// own. Uses all threads of the calling arena. Throws std::bad_alloc.
+/// In any order: one hides others that are deeper, or as deep and listed after it.
+struct PlacedDots {
+    std::vector<ScreenDot> dots;
+    std::vector<double> depths;  ///< of each, as the plan's
+
+    bool before(std::size_t a, std::size_t b) const {
+        return depths[a] < depths[b] || (depths[a] == depths[b] && a < b);
+    }
+};
+
+/// The plan's dots, fragments and strokes, in this order, in place of what `placed` has. In turns
+/// (in_turns.h), on all threads of the calling arena. Throws std::bad_alloc.
+void placeDots(const FramePlan& plan, PlacedDots& placed);
+
+/// The same front to back. Uses all threads of the calling arena. Throws std::bad_alloc.
 std::vector<ScreenDot> screenDots(const FramePlan& plan);
 
 }  // namespace mote::render

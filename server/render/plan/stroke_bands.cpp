@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/plan/stroke_bands.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
+
+#include "server/render/plan/in_turns.h"
 
 namespace mote::render {
 namespace {
@@ -43,7 +43,7 @@ StrokeBands::StrokeBands(const Strokes& strokes, std::uint32_t width, std::uint3
     : reach_(strokes.lines.size()), begin_((height + rows - 1) / rows + 1) {
     const std::size_t lines = strokes.lines.size();
     std::vector<PixelSpan> touched(lines + strokes.areas.size());
-    tbb::parallel_for(std::size_t{0}, touched.size(), [&](std::size_t i) {
+    const auto touch = [&](std::size_t i) {
         Extent extent;
         if (i < lines) {
             extent.add(pointsOf(strokes, strokes.lines[i]));
@@ -54,6 +54,10 @@ StrokeBands::StrokeBands(const Strokes& strokes, std::uint32_t width, std::uint3
             for (auto j = area.begin; j < area.end; ++j) extent.add(pointsOf(strokes, strokes.outlines[j]));
             touched[i] = extent.bands(0.5, width, height);
         }
+    };
+    constexpr std::size_t grain = 256;
+    forRangesInTurns(touched.size(), grain, [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) touch(i);
     });
     for (const auto& bands : touched) {
         for (auto band = bands.begin; band < bands.end; ++band) ++begin_[band + 1];

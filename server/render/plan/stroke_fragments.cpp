@@ -2,7 +2,6 @@
 #include "server/render/plan/stroke_fragments.h"
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "server/render/plan/in_turns.h"
 #include "server/render/plan/stroke_bands.h"
 
 namespace mote::render {
@@ -256,7 +256,7 @@ std::vector<Fragments> strokeFragments(const Strokes& strokes, std::uint32_t wid
     std::atomic<std::size_t> count{0};
     tbb::enumerable_thread_specific<BandPainter> painters(
         [&] { return BandPainter(strokes, width, nearDepth); });
-    tbb::parallel_for(0U, bands.count(), [&](std::uint32_t i) {
+    forInTurns(0U, bands.count(), [&](std::uint32_t i) {
         if (bands.of(i).empty()) return;
         BandPainter& painter = painters.local();
         painter.begin(i * StrokeBands::rows, std::min((i + 1) * StrokeBands::rows, height));

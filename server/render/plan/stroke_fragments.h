@@ -13,7 +13,8 @@
 namespace mote::render {
 
 /// Those in a picture of so many pixels that lie no nearer than a depth, in parts, whose order counts as that
-/// of fragments does. Uses all threads of the calling arena; the same fragments on any number of them. Throws
+/// of fragments does. In turns (in_turns.h), on all threads of the calling arena; the same fragments on any
+/// number of them. Throws
 /// std::bad_alloc, also where there would be more fragments than fit.
 std::vector<Fragments> strokeFragments(const Strokes& strokes, std::uint32_t width, std::uint32_t height,
                                        double nearDepth);

@@ -79,9 +79,11 @@ class PiecewiseDevice final : public render::Device {
     explicit PiecewiseDevice(Counts& counts) : counts_(counts) { ++counts_.devices; }
     std::string name() const override { return "piecewise"; }
     void trim() override {}
-    std::optional<render::Picture> render(const render::FramePlan&, render::PixelFormat,
-                                          std::stop_token) override {
-        return std::nullopt;
+    std::optional<render::Picture> render(const render::FramePlan& plan, render::PixelFormat format,
+                                          std::stop_token stop) override {
+        const auto picture = begin(plan, format, stop);
+        if (picture == nullptr || !picture->advance(stop)) return std::nullopt;
+        return picture->take();
     }
     std::unique_ptr<render::UnfinishedPicture> begin(const render::FramePlan& plan,
                                                      render::PixelFormat format,

@@ -5,9 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "server/render/ink/tone.h"
 #include "tests/support/random.h"
@@ -42,6 +45,31 @@ double lengthOf(const std::vector<HatchStroke>& strokes) {
     double length = 0.0;
     for (const auto& stroke : strokes) length += glm::distance(stroke.from, stroke.to);
     return length;
+}
+
+// Regions of many pixels are hatched in pieces, which leave no trace.
+TEST(Hatch, NoStrokeOfALargeRegionIsBroken) {
+    constexpr std::uint32_t large = 500;
+    for (const double spacing : {3.0, 7.0}) {
+        const HatchOptions options{.spacing = spacing, .width = 1.0};
+        const Region region(large, 0.4F, mostHatched(options));
+        const auto strokes = region.hatched(options);
+        std::set<std::array<std::int64_t, 2>> lines;  // by direction and distance, in thousandths
+        std::size_t count = 0;
+        for (const auto& stroke : strokes) {
+            if (glm::distance(stroke.from, stroke.to) < 5.0) continue;  // in a corner: of no clear direction
+            const auto way = glm::normalize(stroke.to - stroke.from);
+            const double distance = way.x * stroke.from.y - way.y * stroke.from.x;
+            lines.insert({std::llround(1e3 * std::atan2(way.y, way.x)), std::llround(1e3 * distance)});
+            ++count;
+        }
+        EXPECT_EQ(lines.size(), count);
+        const double length = lengthOf(strokes);
+        // Eight layers, of which each has the area over its spacing.
+        EXPECT_NEAR(length, 8.0 * large * large / spacing, 0.01 * length);
+        EXPECT_NEAR(coverOf(drawnDensity(strokes, options.width, large)), coverOf(mostHatched(options)),
+                    0.032);
+    }
 }
 
 TEST(Hatch, CoversWhatIsWanted) {

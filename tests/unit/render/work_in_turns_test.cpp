@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <atomic>
 #include <numeric>
 #include <stdexcept>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 namespace {
@@ -90,6 +92,42 @@ TEST_F(InTurns, LoopsGoOnWhereTheyWere) {
         for (const auto& once : times) EXPECT_EQ(once, 1);
         for (const auto& once : inRanges) EXPECT_EQ(once, 1);
     }
+}
+
+TEST_F(InTurns, PartsShareALoop) {
+    for (const bool paused : {false, true}) {
+        std::vector<int> times(300);
+        std::vector<std::atomic<int>> inUse(3);
+        WorkInTurns work(
+            [&] {
+                forPartsInTurns(inUse.size(), times.size(), {}, [&](std::size_t part, std::size_t i) {
+                    EXPECT_EQ(inUse[part]++, 0);
+                    ++times[i];
+                    --inUse[part];
+                });
+            },
+            none);
+        const int turns = turnsOf(work, paused);
+        EXPECT_TRUE(paused ? turns >= 100 : turns == 1) << turns;
+        EXPECT_EQ(times, std::vector<int>(300, 1));
+    }
+    int count = 0;
+    std::stop_source stop;
+    forPartsInTurns(1, 300, stop.get_token(), [&](std::size_t, std::size_t) {
+        if (++count == 5) stop.request_stop();
+    });
+    EXPECT_EQ(count, 5);
+}
+
+TEST_F(InTurns, ListsGrowInSteps) {
+    constexpr std::size_t size = std::size_t{5} << 20;  // of 20 MiB
+    std::vector<std::uint32_t> list;
+    WorkInTurns work([&] { resizeInTurns(list, size); }, none);
+    EXPECT_GT(turnsOf(work, true), 4);
+    EXPECT_EQ(list.size(), size);
+    EXPECT_EQ(std::count(list.begin(), list.end(), 0U), static_cast<std::ptrdiff_t>(size));
+    resizeInTurns(list, 3);
+    EXPECT_EQ(list.size(), 3U);
 }
 
 TEST_F(InTurns, AStepOfALoopDoesNotGiveWay) {

@@ -7,6 +7,8 @@
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/srgb.h"
 #include "server/render/layers/stipple/photograph_tone.h"
+#include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 #include "server/render/plan/work_in_turns.h"
 
 namespace mote::render {
@@ -31,11 +33,14 @@ PixelMap luminanceOf(const Picture& picture) {
     for (std::size_t i = 0; i < linear.size(); ++i) {
         linear[i] = static_cast<float>(srgbToLinear(static_cast<double>(i) / 255.0));
     }
-    std::vector<float> values(picture.pixels.size() / 4);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const std::uint8_t* pixel = &picture.pixels[4 * i];
-        values[i] = 0.2126F * linear[pixel[0]] + 0.7152F * linear[pixel[1]] + 0.0722F * linear[pixel[2]];
-    }
+    constexpr std::size_t grain = std::size_t{1} << 16;
+    auto values = listInTurns<float>(picture.pixels.size() / 4);
+    forRangesInTurns(values.size(), grain, [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            const std::uint8_t* pixel = &picture.pixels[4 * i];
+            values[i] = 0.2126F * linear[pixel[0]] + 0.7152F * linear[pixel[1]] + 0.0722F * linear[pixel[2]];
+        }
+    });
     return {picture.width, picture.height, std::move(values)};
 }
 

@@ -8,6 +8,7 @@
 
 #include "server/render/layers/stipple/tone.h"
 #include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 namespace {
@@ -58,7 +59,7 @@ PixelMap wantedDensity(const PixelMap& luminance, std::uint32_t width, std::uint
     const ToneTable table(tone);
     const auto fit = PictureFit::within(width, height, luminance);
     const double step = 1.0 / fit.scale;  // pixels of the photograph a pixel of the picture
-    std::vector<float> density(std::size_t{width} * height);
+    auto density = listInTurns<float>(std::size_t{width} * height);
     using Range = tbb::blocked_range<std::size_t>;
     forRangesInTurns(height, 32, [&](const Range& rows) {
         for (auto y = rows.begin(); y != rows.end(); ++y) {

@@ -6,6 +6,7 @@
 
 #include "protocol/scene/mote_check.h"
 #include "server/render/plan/in_turns.h"
+#include "server/render/plan/long_list.h"
 
 namespace mote::render {
 
@@ -13,7 +14,7 @@ PixelMap::PixelMap(std::uint32_t width, std::uint32_t height, std::vector<float>
     : width_(width), height_(height), values_(std::move(values)) {
     MOTE_CHECK(width_ > 0 && height_ > 0 && values_.size() == std::size_t{width_} * height_);
     const std::size_t stride = std::size_t{width_} + 1;
-    sums_.resize(stride * (std::size_t{height_} + 1));
+    resizeInTurns(sums_, stride * (std::size_t{height_} + 1));
     using Range = tbb::blocked_range<std::size_t>;
     forRangesInTurns(height_, 64, [&](const Range& rows) {
         for (auto y = rows.begin(); y != rows.end(); ++y) {
