@@ -27,6 +27,7 @@
 #include "server/app/http_listener.h"
 #include "server/app/memory_reserve.h"
 #include "server/app/parked_file.h"
+#include "server/app/run_through.h"
 #include "server/data/data_memory.h"
 #include "server/log.h"
 #include "server/metrics/exposition.h"
@@ -35,9 +36,6 @@
 
 namespace mote::server {
 namespace {
-
-/// Memory comes back by waiting, not by asking at once again.
-constexpr std::chrono::milliseconds shortagePause(10);
 
 unsigned processors(const ServerSettings& settings) {
     return settings.threads > 0 ? settings.threads : std::thread::hardware_concurrency();
@@ -69,8 +67,12 @@ class Server::Impl {
         : settings_(std::move(settings)), device_(std::move(device)) {}
 
     ~Impl() {
-        withdraw();
-        if (jobs_) jobs_->stop();
+        try {
+            withdraw();
+            if (jobs_) jobs_->stop();
+        } catch (const std::exception& failure) {
+            log::failure("something is left behind", failure);
+        }
         render_.reset();
         queries_.reset();
         datasets_.reset();
@@ -101,24 +103,13 @@ class Server::Impl {
     }
 
     void run() {
-        for (;;) {
-            try {
-                keepMemoryReserve();
-                rescanLater();
-                entrance_->accept();
-                io_.run();
-                return;
-            } catch (const std::exception& failure) {
-                // Memory was short, say: what was being done is lost, the server is not.
-                log::failure("something was left undone", failure);
-                if (stopping_) return;
-                std::this_thread::sleep_for(shortagePause);
-            }
-        }
+        runThrough(
+            io_, [this] { endAt_ ? sayFarewell() : serve(); },
+            [this] { return endAt_ && Clock::now() >= *endAt_; });
     }
 
     void stop() {
-        asio::post(io_, [this] { stopNow(); });
+        asio::post(io_, [this] { end(); });
     }
 
     void withdraw() {
@@ -129,6 +120,12 @@ class Server::Impl {
     const std::string& deviceName() const { return context_.device; }
 
   private:
+    void serve() {
+        keepMemoryReserve();
+        rescanLater();
+        entrance_->accept();
+    }
+
     /// Before there is anything that a killed server would leave behind. Who started us under nohup wants no
     /// SIGHUP.
     void stopOnSignals() {
@@ -138,8 +135,9 @@ class Server::Impl {
         if (hangUp.sa_handler != SIG_IGN) signals_->add(SIGHUP);
         signals_->async_wait([this](const asio::error_code& code, int number) {
             if (code) return;
+            // In this order: nobody listens to the next signal.
+            end();
             log::info("SIG{}: the server ends", ::sigabbrev_np(number));
-            stopNow();
         });
     }
 
@@ -166,7 +164,7 @@ class Server::Impl {
             // Later: the session that says so is in the midst of its own function.
             asio::post(io_, [this, id] {
                 sessions_.erase(id);
-                if (stopping_ && sessions_.empty()) io_.stop();
+                if (endAt_ && sessions_.empty()) io_.stop();
             });
             parked_.left(id, Clock::now());
             following_.leave(id);
@@ -185,7 +183,7 @@ class Server::Impl {
     /// Why no client should be sent here. Whether a device that failed draws again only a view can tell: it
     /// gets the next one after a while, so that an idle server does not stay ill for ever.
     std::optional<std::string> trouble() const {
-        if (stopping_) return "the server ends";
+        if (endAt_) return "the server ends";
         const auto failed = render_->deviceFailed();
         if (failed && Clock::now() - *failed < settings_.deviceFailureTold)
             return "the device failed at the latest picture";
@@ -292,11 +290,10 @@ class Server::Impl {
         rescan_.expires_after(
             std::max<Clock::duration>(settings_.rescanInterval, 20 * datasets_->lookTime()));
         rescan_.async_wait([this](const asio::error_code& code) {
-            if (code || stopping_) return;
+            if (code || endAt_) return;
             keepMemoryReserve();
             parked_.sweepUploads(Clock::now());
-            // Memory may have been too short to hear of their end.
-            std::erase_if(sessions_, [](const auto& entry) { return entry.second->closed(); });
+            dropClosed();
             if (!sessions_.empty()) datasets_->rescan();
             rescanLater();
         });
@@ -312,9 +309,20 @@ class Server::Impl {
         for (const auto& [id, session] : sessions_) session->jobChanged(shared);
     }
 
-    /// Sessions have a second for their last word; then nothing is left that run() waits for.
-    void stopNow() {
-        if (std::exchange(stopping_, true)) return;
+    void end() {
+        if (endAt_) return;
+        endAt_ = Clock::now() + 2 * context_.farewellTimeout;
+        sayFarewell();
+    }
+
+    /// Sessions have a second for their last word; then nothing is left that run() waits for. Goes on where
+    /// it was broken off.
+    void sayFarewell() {
+        if (!ending_) {
+            finish_.expires_at(*endAt_);
+            finish_.async_wait([this](const asio::error_code&) { io_.stop(); });
+            ending_ = true;
+        }
         asio::error_code ignored;
         entrance_->close();
         http_.reset();
@@ -324,9 +332,13 @@ class Server::Impl {
         for (const auto& [id, session] : sessions_) {
             session->leave({ErrorCode::cancelled, "server", "the server ends"});
         }
-        finish_.expires_after(2 * context_.farewellTimeout);
-        finish_.async_wait([this](const asio::error_code&) { io_.stop(); });
+        dropClosed();
         if (sessions_.empty()) io_.stop();
+    }
+
+    /// Memory may have been too short to hear of their end.
+    void dropClosed() {
+        std::erase_if(sessions_, [](const auto& entry) { return entry.second->closed(); });
     }
 
     const ServerSettings settings_;
@@ -346,7 +358,8 @@ class Server::Impl {
     std::map<SessionId, std::shared_ptr<Session>> sessions_;
     std::optional<Entrance> entrance_;
     SessionId lastSession_ = 0;
-    bool stopping_ = false;
+    std::optional<Clock::time_point> endAt_;  // at the latest, once the server ends
+    bool ending_ = false;                     // the timer for that runs
 };
 
 Server::Server(ServerSettings settings, DeviceFactory device)

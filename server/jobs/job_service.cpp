@@ -32,10 +32,7 @@ JobService::JobService(asio::io_context& home, JobSettings settings)
 
 JobService::~JobService() {
     if (!thread_.joinable()) return;
-    asio::post(*context_, [this] {
-        queue_.stop();
-        context_->stop();
-    });
+    context_->stop();  // which takes no memory, as asking the thread for it would
     thread_.join();
 }
 
