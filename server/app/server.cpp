@@ -293,6 +293,7 @@ class Server::Impl {
             if (code || endAt_) return;
             keepMemoryReserve();
             parked_.sweepUploads(Clock::now());
+            for (const auto& [id, session] : sessions_) session->closeIfInVain();
             dropClosed();
             if (!sessions_.empty()) datasets_->rescan();
             rescanLater();

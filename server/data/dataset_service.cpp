@@ -30,6 +30,11 @@ Error unknownDataset(const std::string& dataset) {
                         toUtf8(dataset.substr(0, 200)))};
 }
 
+Error notLooked() {
+    return {ErrorCode::resourceExhausted, "dataset",
+            "there is not enough memory to look at the datasets now; ask again"};
+}
+
 /// The request for another plot of a dataset's run, as a client may submit it: of its columns, where it keeps
 /// all that the run had; else the request that made it, whose inputs are relative to the folder that holds
 /// the dataset. The result names inputs "ROOT/PATH" and has no output. Nothing where an input is no longer
@@ -111,20 +116,26 @@ void DatasetService::run() {
     }
 }
 
-/// Somebody waits for its end: where memory was too short for that, it is tried again.
-void DatasetService::perform(const std::function<void()>& work) {
+void DatasetService::perform(const Work& work) {
+    if (!tryAgainAndAgain(work.task) && work.inVain) work.inVain();
+}
+
+/// Whether it came to its end, at the latest when memory was back a moment later.
+bool DatasetService::tryAgainAndAgain(const std::function<void()>& task) {
     using namespace std::chrono_literals;
     for (auto pause = 10ms; pause < 320ms; pause *= 2) {
         try {
-            return work();
+            task();
+            return true;
         } catch (const std::exception& failure) {
             log::failure("the datasets could not be looked at", failure);
         }
         std::this_thread::sleep_for(pause);
     }
+    return false;
 }
 
-void DatasetService::enqueue(std::function<void()> work) {
+void DatasetService::enqueue(Work work) {
     {
         const std::lock_guard lock(mutex_);
         work_.push_back(std::move(work));
@@ -148,8 +159,8 @@ void DatasetService::look() {
         const std::lock_guard lock(mutex_);
         known_ = std::move(known);
     }
-    behind_ = false;
     changed_();
+    behind_ = false;
 }
 
 /// Every broken dataset is said once, not at every look.
@@ -166,22 +177,27 @@ void DatasetService::rescan() {
     {
         const std::lock_guard lock(mutex_);
         if (rescanWaits_) return;
-        work_.emplace_back([this] {
+        work_.push_back({[this] {
             {
                 const std::lock_guard begun(mutex_);
                 rescanWaits_ = false;
             }
+            looked_ = false;
             look();
+            looked_ = true;
             report();
-        });
+        }});
         rescanWaits_ = true;
     }
     wake_.notify_one();
 }
 
-void DatasetService::rescan(std::function<void()> done) {
+void DatasetService::rescan(Asker<Status> asker) {
     rescan();
-    enqueue(std::move(done));
+    enqueue({[this, answered = std::move(asker.answered)] {
+                 answered(looked_ ? success() : Status(notLooked()));
+             },
+             std::move(asker.inVain)});
 }
 
 std::shared_ptr<const DatasetService::Known> DatasetService::known() const {
@@ -198,11 +214,12 @@ bool DatasetService::contains(const std::string& dataset) const {
     return known()->entries.contains(withoutSuffix(dataset));
 }
 
-void DatasetService::describe(std::string dataset, std::function<void(Result<proto::Description>)> done) {
+void DatasetService::describe(std::string dataset, Asker<Result<proto::Description>> asker) {
     if (!contains(dataset)) rescan();
-    enqueue([this, dataset = std::move(dataset), done = std::move(done)] {
-        done(answerOf([&] { return describeKnown(dataset); }));
-    });
+    enqueue({[this, dataset = std::move(dataset), answered = std::move(asker.answered)] {
+                 answered(answerOf([&] { return describeKnown(dataset); }));
+             },
+             std::move(asker.inVain)});
 }
 
 Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& name) {
@@ -213,6 +230,7 @@ Result<storage::Catalogue::Entry> DatasetService::dataset(const std::string& nam
 }
 
 Result<proto::Description> DatasetService::describeKnown(const std::string& name) {
+    if (!looked_ && !contains(name)) return notLooked();
     MOTE_ASSIGN_OR_RETURN(const auto entry, dataset(name));
     proto::Description description;
     description.set_dataset(entry.name);

@@ -29,6 +29,15 @@
 
 namespace mote::server {
 
+/// Whoever waits for an answer, which comes unless the service ends first.
+template <class Answer>
+struct Asker {
+    /// Called on the service's thread; a few times, with pauses, where it throws, as memory may come back.
+    std::function<void(Answer)> answered;
+    /// Called there in place of the answer where that threw every time. Needs no memory and throws nothing.
+    std::function<void()> inVain;
+};
+
 class DatasetService final : public StepSource, public RunSource {
   public:
     /// `changed` is called on the service's thread when the datasets are not the same as before.
@@ -43,9 +52,9 @@ class DatasetService final : public StepSource, public RunSource {
 
     /// Looks at the disk soon. Requests that come meanwhile are one.
     void rescan();
-    /// As rescan(), then calls `done` on the service's thread: what was on the disk when this was called is
-    /// known then.
-    void rescan(std::function<void()> done);
+    /// As rescan(), then answers: what was on the disk when this was called is known then. Errors:
+    /// resourceExhausted (there was no memory for that).
+    void rescan(Asker<Status> asker);
 
     /// What the last look at the disk took: whoever looks often should mind it.
     std::chrono::steady_clock::duration lookTime() const { return lookTime_; }
@@ -53,8 +62,8 @@ class DatasetService final : public StepSource, public RunSource {
     std::shared_ptr<const proto::Catalogue> catalogue() const;
     bool contains(const std::string& dataset) const;
 
-    /// Calls `done` on the service's thread. Errors: notFound.
-    void describe(std::string dataset, std::function<void(Result<proto::Description>)> done);
+    /// Errors: notFound, resourceExhausted.
+    void describe(std::string dataset, Asker<Result<proto::Description>> asker);
 
     Result<storage::Catalogue::Entry> dataset(const std::string& name) override;
     Result<std::shared_ptr<const storage::ParticleStep>> step(const std::string& dataset,
@@ -74,11 +83,17 @@ class DatasetService final : public StepSource, public RunSource {
         std::map<std::string, storage::Catalogue::Entry> entries;
     };
 
+    struct Work {
+        std::function<void()> task;
+        std::function<void()> inVain = {};  ///< as an asker's; empty: nobody waits for it
+    };
+
     void run();
-    static void perform(const std::function<void()>& work);
+    static void perform(const Work& work);
+    static bool tryAgainAndAgain(const std::function<void()>& task);
     void look();
     void report();
-    void enqueue(std::function<void()> work);
+    void enqueue(Work work);
     std::shared_ptr<const Known> known() const;
     struct OpenRun {
         std::shared_ptr<const proto::Manifest> manifest;  ///< tells a dataset from a later one of its name
@@ -89,7 +104,8 @@ class DatasetService final : public StepSource, public RunSource {
     // The thread's own.
     storage::Catalogue catalogue_;
     std::set<std::string> reported_;  // what the last look left out
-    bool behind_ = false;             // known_ lacks what the catalogue has seen
+    bool behind_ = false;             // known_ lacks what the catalogue has seen, or nobody was told
+    bool looked_ = true;              // the latest look came to its end
     const std::function<void()> changed_;
     std::atomic<std::chrono::steady_clock::duration> lookTime_{std::chrono::steady_clock::duration::zero()};
 
@@ -97,7 +113,7 @@ class DatasetService final : public StepSource, public RunSource {
     std::condition_variable wake_;
     // Under the mutex.
     std::shared_ptr<const Known> known_;
-    std::deque<std::function<void()>> work_;
+    std::deque<Work> work_;
     bool rescanWaits_ = false;
     bool stopping_ = false;
     std::list<OpenRun> runs_;  // the latest first

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <asio/co_spawn.hpp>
-#include <asio/detached.hpp>
 #include <asio/post.hpp>
 
 #include "protocol/scene/utf8.h"
@@ -49,15 +48,26 @@ void Session::start(const proto::ClientMessage& hello, const ParkedSessions::Adm
 void Session::spawnAll() {
     const auto spawn = [this](asio::awaitable<void> (Session::*coroutine)()) {
         asio::co_spawn(
-            executor_, [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
+            executor_, [self = shared_from_this(), coroutine] { return self->runOrClose(coroutine); },
             [self = shared_from_this()](const std::exception_ptr& failure) {
-                if (failure) self->close();  // memory is short: this connection ends, the server goes on
+                if (failure) self->close();  // there was no memory to begin it
             });
     };
     spawn(&Session::read);
     spawn(&Session::work);
     spawn(&Session::write);
     spawn(&Session::handOnAnswers);
+}
+
+/// Memory is short, say: this connection ends, the server goes on. Not left to the handler of co_spawn(),
+/// which takes memory itself.
+asio::awaitable<void> Session::runOrClose(asio::awaitable<void> (Session::*coroutine)()) {
+    try {
+        co_await (this->*coroutine)();
+    } catch (const std::exception& failure) {
+        log::failure("a session cannot go on", failure);
+        close();
+    }
 }
 
 // --------------------------------------------------------------------------------------------- reading
@@ -242,6 +252,10 @@ void Session::leave(const Error& reason) {
     const bool gone = reason.code == ErrorCode::cancelled && reason.where == "connection";
     if (gone) return close();
     leaving_ = true;
+    orClose([&] { sayFarewell(reason); });
+}
+
+void Session::sayFarewell(const Error& reason) {
     log::info(log::session(id_), "closed: {}", toLogText(reason.toString()));
     context_.render->close(id_);  // nothing more is drawn or counted for it
     queries_.close();
@@ -258,8 +272,8 @@ void Session::leave(const Error& reason) {
 void Session::close() {
     if (std::exchange(closed_, true)) return;
     const bool told = std::exchange(leaving_, true);
+    stream_.close();  // first, as it takes no memory: whatever follows, the client is not left waiting
     context_.render->close(id_);
-    stream_.close();
     deadline_.cancel();
     pace_.cancel();
     life_.cancel();
@@ -272,6 +286,12 @@ void Session::close() {
     // Who was told why it ends has its line in the log. Last: where memory is too short for it, all else is
     // done.
     if (!told) log::info(log::session(id_), "left");
+}
+
+void Session::closeIfInVain() {
+    if (!*inVain_ || closed_) return;
+    close();
+    log::warn(log::session(id_), "memory was too short to answer it");
 }
 
 asio::awaitable<void> Session::work() {
@@ -314,20 +334,29 @@ asio::awaitable<Reply> Session::answer(const proto::ClientMessage& command) {
     }
 }
 
-asio::awaitable<void> Session::rescan(Wakeup& wake) {
-    const auto done = std::make_shared<bool>(false);
-    context_.datasets->rescan([weak = weak_from_this(), executor = executor_, &wake, done] {
-        asio::post(executor, [weak, &wake, done] {
-            *done = true;
-            if (const auto self = weak.lock()) wake.notify();
-        });
-    });
-    while (!*done && !closed_) co_await wake.wait();
+template <class Answer>
+Asker<Answer> Session::asker(std::shared_ptr<std::optional<Answer>> answer, Wakeup& wake) {
+    return {[weak = weak_from_this(), executor = executor_, answer = std::move(answer), &wake](Answer told) {
+                asio::post(executor, [weak, answer, &wake, told = std::move(told)]() mutable {
+                    answer->emplace(std::move(told));
+                    if (const auto self = weak.lock()) wake.notify();
+                });
+            },
+            [inVain = inVain_] { *inVain = true; }};
+}
+
+asio::awaitable<Status> Session::rescan(Wakeup& wake) {
+    const auto answer = std::make_shared<std::optional<Status>>();
+    context_.datasets->rescan(asker(answer, wake));
+    while (!*answer && !closed_) co_await wake.wait();
+    if (!*answer) co_return Error{ErrorCode::cancelled, "connection", "closed"};
+    co_return *std::move(*answer);
 }
 
 /// What is on the disk now, not what was at the last look.
 asio::awaitable<proto::ServerMessage> Session::listDatasets() {
-    co_await rescan(workerWake_);
+    const auto looked = co_await rescan(workerWake_);
+    if (!looked.ok()) co_return failure(looked.error());
     proto::ServerMessage message;
     *message.mutable_catalogue() = *context_.datasets->catalogue();
     co_return message;
@@ -335,14 +364,7 @@ asio::awaitable<proto::ServerMessage> Session::listDatasets() {
 
 asio::awaitable<proto::ServerMessage> Session::describe(const std::string& dataset) {
     const auto answer = std::make_shared<std::optional<Result<proto::Description>>>();
-    const auto done = [weak = weak_from_this(), executor = executor_,
-                       answer](Result<proto::Description> description) {
-        asio::post(executor, [weak, answer, description = std::move(description)]() mutable {
-            answer->emplace(std::move(description));
-            if (const auto self = weak.lock()) self->workerWake_.notify();
-        });
-    };
-    context_.datasets->describe(dataset, done);
+    context_.datasets->describe(dataset, asker(answer, workerWake_));
     while (!*answer && !closed_) co_await workerWake_.wait();
     if (!*answer) co_return failure({ErrorCode::cancelled, "connection", "closed"});
     if (!(*answer)->ok()) co_return failure((*answer)->error());

@@ -13,11 +13,13 @@
 #include <asio/experimental/as_tuple.hpp>
 #include <asio/steady_timer.hpp>
 #include <asio/use_awaitable.hpp>
+#include <atomic>
 #include <chrono>
 #include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "protocol/mote.pb.h"
@@ -99,6 +101,8 @@ class Session : public std::enable_shared_from_this<Session> {
     void leave(const Error& reason);
     /// Whether nothing comes of it any more; nobody need keep it.
     bool closed() const { return closed_; }
+    /// Closes where memory was too short to tell the client what it waits for: it comes back and asks again.
+    void closeIfInVain();
     /// The datasets are not the same as before.
     void catalogueChanged();
     /// What a job is now.
@@ -109,6 +113,7 @@ class Session : public std::enable_shared_from_this<Session> {
     static constexpr std::size_t maxCommandBytes = 2 << 20;  ///< in memory, from which on there is no room
 
     void spawnAll();
+    asio::awaitable<void> runOrClose(asio::awaitable<void> (Session::*coroutine)());
     asio::awaitable<void> read();
     void welcome(const proto::ClientMessage& hello, const ParkedSessions::Admission& admission);
     asio::awaitable<void> goOn();
@@ -126,9 +131,12 @@ class Session : public std::enable_shared_from_this<Session> {
     void follow(std::uint64_t request, SessionId whom);
     void show(const proto::Followed& followed);
     Status beware(ViewTask& task) const;
-    asio::awaitable<void> findDatasets(const View& view);
-    /// Until the disk was looked at; `wake`: of the coroutine that waits, a member.
-    asio::awaitable<void> rescan(Wakeup& wake);
+    asio::awaitable<Status> findDatasets(const View& view);
+    /// Whom the datasets' thread answers; `wake`: of the coroutine that waits, a member.
+    template <class Answer>
+    Asker<Answer> asker(std::shared_ptr<std::optional<Answer>> answer, Wakeup& wake);
+    /// Until the disk was looked at. Errors: as DatasetService::rescan, cancelled ("connection").
+    asio::awaitable<Status> rescan(Wakeup& wake);
     void returnCredit(const proto::Credit& message);
     void begin(const proto::Hello& hello);
     void beginFrames();
@@ -165,6 +173,7 @@ class Session : public std::enable_shared_from_this<Session> {
     void fill(Outbox::Item& item);
     void fillFrame(Outbox::Item& item);
     void reply(std::uint64_t to, Reply reply);
+    void sayFarewell(const Error& reason);
     void close();
     /// Memory that is short ends this connection, not the server; the client comes back and asks again for
     /// what it would wait for in vain.
@@ -205,6 +214,8 @@ class Session : public std::enable_shared_from_this<Session> {
     std::uint64_t followRequest_ = 0;                  // that failures of followed views answer
     std::uint64_t followReply_ = 0;                    // not answered yet
     std::optional<proto::ClientMessage> resumedView_;  // as the client would ask for it
+    /// What the client waits for was lost; set on any thread, which need have no memory for that.
+    const std::shared_ptr<std::atomic<bool>> inVain_ = std::make_shared<std::atomic<bool>>(false);
     bool leaving_ = false;
     bool closed_ = false;
 };

@@ -8,9 +8,11 @@ namespace mote::server {
 /// A dataset that was published a moment ago may not be known yet: only then is the disk asked first.
 asio::awaitable<void> Session::query(proto::ClientMessage message) {
     auto& query = *message.mutable_query();
+    auto found = success();
     if (!query.dataset().empty() && !context_.datasets->contains(query.dataset()))
-        co_await rescan(readerWake_);
+        found = co_await rescan(readerWake_);
     if (closed_) co_return;
+    if (!found.ok()) co_return reply(message.request(), failureMessage(0, found.error(), false));
     const auto ready = [weak = weak_from_this()] {
         if (const auto self = weak.lock()) self->answersWake_.notify();
     };

@@ -59,8 +59,12 @@ asio::awaitable<void> Session::setView(std::uint64_t request, const proto::SetVi
     }
     (*task)->arrived = arrived;
     if (!message.queued()) context_.parked->setView(id_, message);
-    co_await findDatasets((*task)->view);
+    const auto found = co_await findDatasets((*task)->view);
     if (closed_) co_return;
+    if (!found.ok()) {
+        reply(request, failureMessage(request, found.error(), false));
+        co_return;
+    }
     if (!message.queued()) {
         context_.following->unfollow(id_);
         context_.following->viewChanged(id_, message);
@@ -104,7 +108,7 @@ Status Session::beware(ViewTask& task) const {
 }
 
 /// A dataset that was published a moment ago may not be known yet: only then is the disk asked first.
-asio::awaitable<void> Session::findDatasets(const View& view) {
+asio::awaitable<Status> Session::findDatasets(const View& view) {
     bool known = true;
     for (const auto& layer : view.layers) {
         known = known && context_.datasets->contains(layer.dataset);
@@ -112,7 +116,8 @@ asio::awaitable<void> Session::findDatasets(const View& view) {
         if (stipple != nullptr && !stipple->image.empty())
             known = known && context_.datasets->contains(stipple->image);
     }
-    if (!known) co_await rescan(readerWake_);
+    if (known) co_return success();
+    co_return co_await rescan(readerWake_);
 }
 
 /// Flow control and the renderer learn who it is; nothing is drawn before.
