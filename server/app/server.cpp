@@ -161,13 +161,14 @@ class Server::Impl {
         context_.idle = settings_.idle;
         context_.staleAfter = settings_.staleAfter;
         context_.closed = [this](SessionId id) {
-            // Later: the session that says so is in the midst of its own function.
+            following_.leave(id);
+            parked_.left(id, Clock::now());
+            // Later: the session that says so is in the midst of its own function. Last: where memory is too
+            // short for it, dropClosed() does it.
             asio::post(io_, [this, id] {
                 sessions_.erase(id);
                 if (endAt_ && sessions_.empty()) io_.stop();
             });
-            parked_.left(id, Clock::now());
-            following_.leave(id);
         };
     }
 

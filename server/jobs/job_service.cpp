@@ -15,7 +15,7 @@ namespace {
 
 /// Somebody waits for it: where memory is short, it is tried again until there is some.
 template <class Work>
-void surely(Work work) {
+auto surely(Work work) {
     constexpr std::chrono::milliseconds pause(10);
     for (;; std::this_thread::sleep_for(pause)) {
         try {
@@ -79,7 +79,9 @@ Result<proto::ServerMessage> JobService::answerOf(const Question& question) {
         return question(queue_);
     } catch (const std::exception& failure) {
         log::failure("a question about jobs has no answer", failure);
-        return Error{ErrorCode::resourceExhausted, "", "there is not enough memory for it now"};
+        return surely([] {
+            return Error{ErrorCode::resourceExhausted, "", "there is not enough memory for it now"};
+        });
     }
 }
 
