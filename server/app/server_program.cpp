@@ -133,6 +133,18 @@ bool allReady(render::Ranks& ranks, const ServerSettings& settings, const Result
     return ranks.greatest(error ? 1 : 0) == 0;
 }
 
+/// However the first rank ends: the others wait for its word.
+class Dismissal {
+  public:
+    explicit Dismissal(render::Ranks& ranks) : ranks_(ranks) {}
+    ~Dismissal() { render::dismissRanks(ranks_); }
+    Dismissal(const Dismissal&) = delete;
+    Dismissal& operator=(const Dismissal&) = delete;
+
+  private:
+    render::Ranks& ranks_;
+};
+
 /// What mote-server does as one of several ranks: the first serves the clients, the others draw for it.
 /// Returns the exit code. Throws what `serve` throws.
 int runRank(render::Ranks& ranks, const ServerSettings& settings, const Serve& serve) {
@@ -144,10 +156,9 @@ int runRank(render::Ranks& ranks, const ServerSettings& settings, const Serve& s
         render::serveRanks(ranks, *steps, settings.threads);
         return 0;
     }
-    const int code = serve(
-        settings, [&] { return std::make_unique<render::RankedDevice>(ranks, *steps, settings.threads); });
-    render::dismissRanks(ranks);
-    return code;
+    const Dismissal atLast(ranks);
+    return serve(settings,
+                 [&] { return std::make_unique<render::RankedDevice>(ranks, *steps, settings.threads); });
 }
 
 }  // namespace

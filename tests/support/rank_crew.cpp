@@ -37,6 +37,10 @@ Result<std::shared_ptr<const render::GridField>> SceneSteps::openGrid(const Name
     return hybrids_.at(std::stoul(name.file));
 }
 
+void SceneSteps::beginPicture() {
+    if (onBegin) onBegin();
+}
+
 RankCrew::RankCrew(int size, const render::Scene& scene)
     : ranks_(size), steps_(static_cast<std::size_t>(size), SceneSteps(scene)) {
     for (int rank = 1; rank < size; ++rank) {

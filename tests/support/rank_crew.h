@@ -25,10 +25,12 @@ class SceneSteps final : public render::RankSteps {
     Result<std::shared_ptr<const storage::ParticleStep>> open(const Name& name) override;
     Result<Name> nameOf(const render::GridField& step) override;
     Result<std::shared_ptr<const render::GridField>> openGrid(const Name& name) override;
+    void beginPicture() override;
 
     std::function<void()>
-        onName;           ///< called before a step of particles is named, so before an order goes out
-    bool broken = false;  ///< no step of particles can be opened
+        onName;  ///< called before a step of particles is named, so before an order goes out
+    std::function<void()> onBegin;  ///< called on other ranks than the first when a picture begins
+    bool broken = false;            ///< no step of particles can be opened
 
   private:
     std::vector<std::shared_ptr<const storage::ParticleStep>> steps_;

@@ -43,7 +43,7 @@ class Packing {
 class Unpacking {
   public:
     static constexpr bool reads = true;
-    explicit Unpacking(const Bytes& bytes) : in_(bytes) {}
+    explicit Unpacking(std::span<const std::byte> bytes) : in_(bytes) {}
     template <class... Parts>
     void operator()(Parts&... parts) {
         (get(parts), ...);
@@ -181,7 +181,7 @@ Bytes packOrder(const FrameOrder& order) {
     return packing.take();
 }
 
-FrameOrder unpackOrder(const Bytes& bytes) {
+FrameOrder unpackOrder(std::span<const std::byte> bytes) {
     Unpacking unpacking(bytes);
     FrameOrder order;
     passOrder(unpacking, order);

@@ -4,8 +4,10 @@
 // of the steps, their data and their selections. A value; pure functions.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "server/render/plan/frame_plan.h"
@@ -30,6 +32,6 @@ Bytes packOrder(const FrameOrder& order);
 
 /// In the plan nothing has its data. `selection` is null too, but for points that are of no leaves, which
 /// have an empty one.
-FrameOrder unpackOrder(const Bytes& bytes);
+FrameOrder unpackOrder(std::span<const std::byte> bytes);
 
 }  // namespace mote::render

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/ranks/rank_frame.h"
 
-#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -53,19 +52,34 @@ void add(const Bytes& bytes, Counts sums) {
     }
 }
 
+/// What a rank sends for the sums of counts: made before all agree to add them up.
+struct CountMessages {
+    CountMessages(const Ranks& ranks, Counts counts) : parts(static_cast<std::size_t>(ranks.size())) {
+        const auto mine = static_cast<std::size_t>(ranks.rank());
+        for (std::size_t rank = 0; rank < parts.size(); ++rank)
+            if (rank != mine) parts[rank] = bytesOf(partOf(counts, rank, parts.size()));
+        if (mine != 0) sums.resize(partOf(counts, mine, parts.size()).size_bytes());
+    }
+
+    std::vector<Bytes> parts;  ///< of the rank's counts, one a rank
+    Bytes sums;                ///< room for those of its own part
+};
+
 /// The sums of all ranks' counts of the points in each pixel, on rank 0; they stay at the greatest number
 /// rather than wrap. Each rank adds up a part of them, so none receives more than twice what there is.
-void addUpCounts(Ranks& ranks, Counts counts) {
-    const auto size = static_cast<std::size_t>(ranks.size()), mine = static_cast<std::size_t>(ranks.rank());
-    std::vector<Bytes> outgoing(size);
-    for (std::size_t rank = 0; rank < size; ++rank)
-        if (rank != mine) outgoing[rank] = bytesOf(partOf(counts, rank, size));
+void addUpCounts(Ranks& ranks, Counts counts, CountMessages messages) noexcept {
+    auto& outgoing = messages.parts;
+    const auto size = outgoing.size(), mine = static_cast<std::size_t>(ranks.rank());
     const auto parts = ranks.exchange(outgoing);
     const Counts own = partOf(counts, mine, size);
     for (std::size_t rank = 0; rank < size; ++rank)
         if (rank != mine) add(parts[rank], own);
-    outgoing.assign(size, {});
-    if (mine != 0) outgoing[0] = bytesOf(own);
+    for (auto& bytes : outgoing) bytes.clear();
+    if (mine != 0) {
+        const auto bytes = std::as_bytes(own);
+        std::copy(bytes.begin(), bytes.end(), messages.sums.begin());
+        outgoing[0] = std::move(messages.sums);
+    }
     const auto sums = ranks.exchange(outgoing);
     if (mine != 0) return;
     for (std::size_t rank = 1; rank < size; ++rank) {
@@ -78,6 +92,7 @@ void addUpCounts(Ranks& ranks, Counts counts) {
 /// A picture of points where depth does not matter is the sum of everyone's counts.
 std::optional<Picture> drawFlat(Ranks& ranks, CpuParts& parts, const FrameOrder& order, Agreement& agreement,
                                 const std::stop_token& stop) {
+    std::optional<CountMessages> messages;
     agreement.attempt([&] {
         const PointsPlan& only = order.plan.points[*order.flatPoints];
         const StopRelay relay(ranks, order.number, stop);
@@ -86,9 +101,10 @@ std::optional<Picture> drawFlat(Ranks& ranks, CpuParts& parts, const FrameOrder&
             parts.flat.draw(order.plan, only, cells, relay.token());
         });
         only.step->check();
+        messages.emplace(ranks, parts.flat.counts());
     });
     if (!agreement.all(stop)) return std::nullopt;
-    addUpCounts(ranks, parts.flat.counts());
+    addUpCounts(ranks, parts.flat.counts(), *std::move(messages));
     const auto drawn = ranks.sum(parts.flat.pointsDrawn());
     if (ranks.rank() != 0) return std::nullopt;
     auto picture = parts.arena.execute([&] {
@@ -158,10 +174,12 @@ bool SharedPicture::advance(const std::stop_token& pause) {
         if (!first && agreement_.paused(pause)) return false;
         if (!drawBatch()) return true;
     }
-    agreement_.attempt([this] {
+    std::vector<Bytes> rows;
+    agreement_.attempt([&] {
         for (const auto& points : plan_.points) points.step->check();
+        rows = ownRows();
     });
-    if (agreement_.all({})) collect();
+    if (agreement_.all({})) collect(rows);
     return true;
 }
 
@@ -265,11 +283,15 @@ void SharedPicture::forRows(std::uint32_t rank, Visit visit) {
     }
 }
 
-void SharedPicture::collect() {
+std::vector<Bytes> SharedPicture::ownRows() {
     std::vector<Bytes> outgoing(tiles_.ranks);
     if (rank_ != 0) {
         forRows(rank_, [&](auto row) { outgoing[0].insert(outgoing[0].end(), row.begin(), row.end()); });
     }
+    return outgoing;
+}
+
+void SharedPicture::collect(const std::vector<Bytes>& outgoing) noexcept {
     const auto incoming = ranks_.exchange(outgoing);
     // Every rank has all points that stand alone: rank 0 counts them.
     picture_.pointsDrawn = ranks_.sum(points_.pointsDrawn(rank_ == 0));
@@ -280,40 +302,6 @@ void SharedPicture::collect() {
             std::copy_n(next, row.size(), row.data());
             next += row.size();
         });
-    }
-}
-
-bool Agreement::all(const std::stop_token& stop) {
-    constexpr std::uint64_t well = 0, stopped = 1, failed = 2;
-    const std::uint64_t worst = ranks_.greatest(error_ ? failed : stop.stop_requested() ? stopped : well);
-    if (worst == failed) collectErrors();
-    wentOn_ = worst == well;
-    return wentOn_;
-}
-
-bool Agreement::paused(const std::stop_token& pause) {
-    return ranks_.greatest(pause.stop_requested() ? 1 : 0) != 0;
-}
-
-void Agreement::collectErrors() {
-    ByteWriter mine;
-    if (error_) {
-        mine.put(error_->code);
-        mine.putList(error_->where);
-        mine.putList(error_->message);
-    }
-    std::vector<Bytes> outgoing(static_cast<std::size_t>(ranks_.size()));
-    outgoing[0] = mine.take();
-    const auto all = ranks_.exchange(outgoing);
-    if (ranks_.rank() != 0) return;
-    for (std::size_t rank = 0; rank < all.size(); ++rank) {
-        if (all[rank].empty()) continue;
-        ByteReader in(all[rank]);
-        const auto code = in.get<ErrorCode>();
-        auto where = in.getList<std::string>();
-        error_ = Error{code, std::move(where), in.getList<std::string>()};
-        if (rank != 0) error_->message = fmt::format("rank {}: {}", rank, error_->message);
-        return;
     }
 }
 

@@ -4,62 +4,24 @@
 // their cells to the owners of the tiles, who composite them with the volumes, which every rank has. Sums do
 // not depend on which rank's points lie in front: no order of the ranks is needed. All ranks call it alike.
 // It may give way between batches of tiles, and then keeps what it sorted.
+//
+// What throws between two messages would leave the other ranks waiting: whatever takes much memory is done in
+// an attempt, before all agree to go on; where there is none for the few words that are left, all end
+// (ranks.h).
 #pragma once
 
-#include <exception>
-#include <new>
 #include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
 
-#include "protocol/scene/error.h"
 #include "server/render/cpu/cpu_parts.h"
+#include "server/render/ranks/agreement.h"
 #include "server/render/ranks/distribution.h"
 #include "server/render/ranks/frame_order.h"
 #include "server/render/ranks/ranks.h"
-#include "storage/storage_error.h"
 
 namespace mote::render {
-
-/// Agreement: how a picture goes on or ends on all ranks alike, though one of them fails or the picture is
-/// stopped. One a picture and rank; one thread.
-class Agreement {
-  public:
-    explicit Agreement(Ranks& ranks) : ranks_(ranks) {}
-
-    /// Does this rank's work, unless some of it failed before. What is thrown waits for all().
-    template <class Work>
-    void attempt(Work work) {
-        if (error_) return;
-        try {
-            work();
-        } catch (const storage::StorageError& failure) {
-            error_ = failure.error();
-        } catch (const std::bad_alloc&) {
-            error_ = Error{ErrorCode::resourceExhausted, "view", "there is not enough memory to draw it"};
-        } catch (const std::exception& failure) {
-            error_ = Error{ErrorCode::internal, "view", failure.what()};
-        }
-    }
-
-    /// All ranks call it: whether they go on. Not where one of them failed, or `stop` was requested on one.
-    bool all(const std::stop_token& stop);
-    /// What all() said latest.
-    bool wentOn() const { return wentOn_; }
-    /// All ranks call it: whether `pause` was requested on one.
-    bool paused(const std::stop_token& pause);
-
-    /// The first failure, naming its rank, on rank 0 once all() said no; nothing where it was a stop.
-    const std::optional<Error>& failure() const { return error_; }
-
-  private:
-    void collectErrors();
-
-    Ranks& ranks_;
-    std::optional<Error> error_;
-    bool wentOn_ = true;
-};
 
 /// A rank's part of a picture. It stays where it is made.
 class SharedPicture {
@@ -98,8 +60,9 @@ class SharedPicture {
     std::vector<Bytes> gather(Batch batch);
     void composite(Batch batch, const std::vector<Bytes>& incoming);
     void compositeTile(std::uint32_t tile, const std::vector<std::span<const std::byte>>& packed);
-    /// Brings the pixels of all tiles to rank 0.
-    void collect();
+    std::vector<Bytes> ownRows();
+    /// Brings the pixels of all tiles, each rank's ownRows(), to rank 0.
+    void collect(const std::vector<Bytes>& outgoing) noexcept;
     template <class Visit>
     void forRows(std::uint32_t rank, Visit visit);
 

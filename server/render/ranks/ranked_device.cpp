@@ -3,10 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -19,6 +24,7 @@
 #include "server/render/plan/selection_cache.h"
 #include "server/render/ranks/byte_stream.h"
 #include "server/render/ranks/rank_frame.h"
+#include "storage/storage_error.h"
 
 namespace mote::render {
 namespace {
@@ -47,40 +53,32 @@ void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
     }
 }
 
-/// What rank 0 says to the others; no bytes at all dismiss them.
-struct RankMessage {
-    std::vector<std::uint64_t> forgotten = {};  ///< pictures that are not gone on with
-    std::uint64_t number = 0;                   ///< of the picture that is begun or gone on with; 0: none
-    Bytes order = {};                           ///< of one that is begun
-};
-
-Bytes pack(const RankMessage& message) {
+/// What rank 0 says to the others; no bytes at all dismiss them. `forgotten`: pictures that are not gone on
+/// with. `number`: of the picture that is begun or gone on with; 0: none. `order`: of one that is begun.
+Bytes pack(const std::vector<std::uint64_t>& forgotten, std::uint64_t number, const Bytes& order) {
     ByteWriter out;
-    out.putList(message.forgotten);
-    out.put(message.number);
-    out.putList(message.order);
+    out.putList(forgotten);
+    out.put(number);
+    out.putList(order);
     return out.take();
-}
-
-RankMessage unpack(const Bytes& bytes) {
-    ByteReader in(bytes);
-    RankMessage message;
-    message.forgotten = in.getList<std::vector<std::uint64_t>>();
-    message.number = in.get<std::uint64_t>();
-    message.order = in.getList<Bytes>();
-    return message;
 }
 
 /// Pictures that gave way and then went, from any thread: the others hear of them with the next message.
 class ForgottenPictures {
   public:
-    void add(std::uint64_t number) {
+    /// `picture`: a list of its number alone, so that this takes no memory.
+    void add(std::list<std::uint64_t>& picture) noexcept {
         const std::lock_guard lock(mutex_);
-        numbers_.push_back(number);
+        numbers_.splice(numbers_.end(), picture);
     }
-    std::vector<std::uint64_t> take() {
+    std::vector<std::uint64_t> all() {
         const std::lock_guard lock(mutex_);
-        return std::exchange(numbers_, {});
+        return {numbers_.begin(), numbers_.end()};
+    }
+    /// The others have heard of the first so many.
+    void told(std::size_t count) noexcept {
+        const std::lock_guard lock(mutex_);
+        numbers_.erase(numbers_.begin(), std::next(numbers_.begin(), static_cast<std::ptrdiff_t>(count)));
     }
     bool any() {
         const std::lock_guard lock(mutex_);
@@ -89,7 +87,7 @@ class ForgottenPictures {
 
   private:
     std::mutex mutex_;
-    std::vector<std::uint64_t> numbers_;
+    std::list<std::uint64_t> numbers_;
 };
 
 /// The pictures of a rank that is not the first.
@@ -98,12 +96,17 @@ class ServedPictures {
     ServedPictures(Ranks& ranks, RankSteps& steps, unsigned threads)
         : ranks_(ranks), steps_(steps), parts_(threads) {}
 
-    void serve(const RankMessage& message) {
-        for (const auto number : message.forgotten) pictures_.erase(number);
+    /// `message`: as pack() made it.
+    void serve(const Bytes& message) {
+        ByteReader in(message);
+        for (auto count = in.get<std::uint64_t>(); count > 0; --count)
+            pictures_.erase(in.get<std::uint64_t>());
         parts_.dropExpired();
-        if (!message.order.empty()) return begin(unpackOrder(message.order));
-        if (message.number == 0) return;
-        const auto found = pictures_.find(message.number);
+        const auto number = in.get<std::uint64_t>();
+        const auto order = in.getSpan();
+        if (!order.empty()) return begin(number, order);
+        if (number == 0) return;
+        const auto found = pictures_.find(number);
         MOTE_CHECK(found != pictures_.end());
         if (!found->second->advance({})) return;
         found->second->giveBack();
@@ -113,15 +116,25 @@ class ServedPictures {
     void end() { ranks_.stopArrived(latest_); }
 
   private:
-    void begin(FrameOrder order) {
-        latest_ = order.number;
+    void begin(std::uint64_t number, std::span<const std::byte> order) {
+        latest_ = number;
         // A device that was made anew counts from the first one again.
-        pictures_.erase(pictures_.lower_bound(latest_), pictures_.end());
-        steps_.beginPicture();
-        auto picture = std::make_unique<SharedPicture>(ranks_, parts_, std::move(order));
-        picture->agreement().attempt(
-            [&] { parts_.arena.execute([&] { complete(picture->order(), steps_, selections_); }); });
-        if (picture->begin({}) && !picture->drawn()) pictures_.emplace(latest_, std::move(picture));
+        pictures_.erase(pictures_.lower_bound(number), pictures_.end());
+        Agreement before(ranks_);
+        before.attempt([&] {
+            pictures_.emplace(number, std::make_unique<SharedPicture>(ranks_, parts_, unpackOrder(order)));
+        });
+        const auto made = pictures_.find(number);
+        if (made == pictures_.end()) {
+            before.all({});  // the others hear of it where they first agree
+            return;
+        }
+        SharedPicture& picture = *made->second;
+        picture.agreement().attempt([&] {
+            steps_.beginPicture();
+            parts_.arena.execute([&] { complete(picture.order(), steps_, selections_); });
+        });
+        if (!picture.begin({}) || picture.drawn()) pictures_.erase(made);
     }
 
     Ranks& ranks_;
@@ -149,9 +162,12 @@ struct RankedDevice::State {
     std::uint64_t pictures = 0;
     std::shared_ptr<ForgottenPictures> forgotten = std::make_shared<ForgottenPictures>();
 
-    void say(std::uint64_t number, Bytes packed = {}) {
-        auto bytes = pack({forgotten->take(), number, std::move(packed)});
+    /// Where it throws, nothing was said.
+    void say(std::uint64_t number, const Bytes& order = {}) {
+        const auto gone = forgotten->all();
+        auto bytes = pack(gone, number, order);
         ranks.broadcast(bytes);
+        forgotten->told(gone.size());
     }
 };
 
@@ -159,17 +175,21 @@ struct RankedDevice::State {
 class RankedDevice::Unfinished final : public UnfinishedPicture {
   public:
     Unfinished(State& state, FrameOrder order)
-        : state_(state), forgotten_(state.forgotten), shared_(state.ranks, state.parts, std::move(order)) {}
+        : state_(state),
+          forgotten_(state.forgotten),
+          shared_(state.ranks, state.parts, std::move(order)),
+          number_(1, shared_.number()) {}
     ~Unfinished() override {
-        if (waits_) forgotten_->add(shared_.number());
+        if (waits_) forgotten_->add(number_);
     }
 
     /// As Device::begin.
     bool begin(const std::stop_token& stop) {
         state_.say(shared_.number(), packOrder(shared_.order()));
+        waits_ = true;
         const bool begun = shared_.begin(stop);
-        throwFailure();
         waits_ = begun && !shared_.drawn();
+        throwFailure();
         return begun;
     }
     bool advance(const std::stop_token& pause) override {
@@ -190,7 +210,8 @@ class RankedDevice::Unfinished final : public UnfinishedPicture {
     State& state_;
     const std::shared_ptr<ForgottenPictures> forgotten_;
     SharedPicture shared_;
-    bool waits_ = false;  // the others keep their parts of it
+    std::list<std::uint64_t> number_;  // what is said of it when it goes
+    bool waits_ = false;               // the others may keep their parts of it
 };
 
 FrameOrder RankedDevice::State::orderOf(const FramePlan& plan, PixelFormat format) {
@@ -261,7 +282,12 @@ std::unique_ptr<UnfinishedPicture> RankedDevice::begin(const FramePlan& plan, Pi
 
 void RankedDevice::trim() {
     state_->parts.dropExpired();
-    if (state_->forgotten->any()) state_->say(0);
+    if (!state_->forgotten->any()) return;
+    try {
+        state_->say(0);
+    } catch (const std::bad_alloc&) {
+        // The next message says it.
+    }
 }
 
 void dismissRanks(Ranks& ranks) {
@@ -269,12 +295,12 @@ void dismissRanks(Ranks& ranks) {
     ranks.broadcast(nothing);
 }
 
-void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads) {
+void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads) noexcept {
     ServedPictures pictures(ranks, steps, threads);
     for (Bytes bytes;;) {
         ranks.broadcast(bytes);
         if (bytes.empty()) break;
-        pictures.serve(unpack(bytes));
+        pictures.serve(bytes);
     }
     pictures.end();
 }

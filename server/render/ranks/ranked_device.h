@@ -38,7 +38,8 @@ class RankedDevice final : public Device {
 /// Called on rank 0 when no device is left: the others leave serveRanks().
 void dismissRanks(Ranks& ranks);
 
-/// Called on the others: draws what rank 0 asks for until it dismisses them.
-void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads = 0);
+/// Called on the others: draws what rank 0 asks for until it dismisses them. What keeps a rank from its part
+/// of a picture fails the picture; what keeps it from taking part at all ends it, and so all of them.
+void serveRanks(Ranks& ranks, RankSteps& steps, unsigned threads = 0) noexcept;
 
 }  // namespace mote::render

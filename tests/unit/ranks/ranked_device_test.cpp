@@ -3,6 +3,8 @@
 // Pictures that several ranks draw against those of the cpu device alone, with ranks that are threads.
 #include <gtest/gtest.h>
 
+#include <new>
+
 #include "server/render/cpu/cpu_device.h"
 #include "server/render/layers/make_frame_plan.h"
 #include "storage/storage_error.h"
@@ -179,6 +181,23 @@ TEST(RankedDevice, AFailureOnOneRankEndsThePictureAndNoMore) {
         EXPECT_EQ(failure.error().toString(), "/data/beam.mote/step-000000.h5: rank 2: is not there");
     }
     crew.steps(2).broken = false;
+    render::CpuDevice alone;
+    expectSame(draw(crew.device(), plan), draw(alone, plan));
+}
+
+TEST(RankedDevice, ARankWithoutMemoryEndsThePictureAndNoMore) {
+    const auto scene = mixedScene();
+    RankCrew crew(3, scene);
+    const auto plan = makeFramePlan(scene, render::Quality::exact());
+    crew.steps(1).onBegin = [] { throw std::bad_alloc(); };
+    try {
+        draw(crew.device(), plan);
+        FAIL() << "a picture without the part of rank 1";
+    } catch (const storage::StorageError& failure) {
+        EXPECT_EQ(failure.error().code, ErrorCode::resourceExhausted);
+        EXPECT_EQ(failure.error().toString(), "view: rank 1: there is not enough memory to draw it");
+    }
+    crew.steps(1).onBegin = {};
     render::CpuDevice alone;
     expectSame(draw(crew.device(), plan), draw(alone, plan));
 }

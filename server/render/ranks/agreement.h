@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Agreement: how a picture goes on or ends on all ranks alike, though one of them fails or the picture is
+// stopped. One a picture and rank; one thread.
+#pragma once
+
+#include <exception>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "protocol/scene/error.h"
+#include "server/render/ranks/ranks.h"
+
+namespace mote::render {
+
+class Agreement {
+  public:
+    explicit Agreement(Ranks& ranks) : ranks_(ranks) {}
+
+    /// Does this rank's work, unless some of it failed before. What is thrown waits for all().
+    template <class Work>
+    void attempt(Work work) {
+        if (failed_) return;
+        try {
+            work();
+        } catch (const std::exception&) {
+            failed_ = true;
+            keepHandled();
+        }
+    }
+
+    /// All ranks call it: whether they go on. Not where one of them failed, or `stop` was requested on one.
+    /// Throws nothing before the others know; std::bad_alloc on rank 0 alone, where that has no memory for
+    /// the failure.
+    bool all(const std::stop_token& stop);
+    /// What all() said latest.
+    bool wentOn() const { return wentOn_; }
+    /// All ranks call it: whether `pause` was requested on one.
+    bool paused(const std::stop_token& pause);
+
+    /// The first failure, naming its rank, on rank 0 once all() said no; nothing where it was a stop.
+    const std::optional<Error>& failure() const { return error_; }
+
+  private:
+    void keepHandled() noexcept;
+    std::vector<Bytes> exchangeErrors() const noexcept;
+    void takeFirst(const std::vector<Bytes>& errors);
+
+    Ranks& ranks_;
+    bool failed_ = false;
+    std::optional<Error> error_;  // nothing, too, where memory was too short to keep it
+    bool wentOn_ = true;
+};
+
+}  // namespace mote::render
