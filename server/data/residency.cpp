@@ -31,6 +31,7 @@ Residency::~Residency() {
     stopping_ = true;
     threads_.stop();
     budget_->leave(*this);
+    for (Slot& slot : slots_) clear(slot);
 }
 
 Result<Resident> Residency::get(const AnyLoadable& what) {
@@ -51,7 +52,7 @@ Result<Resident> Residency::get(const AnyLoadable& what) {
 Result<Resident> Residency::take(Slot& slot) {
     if (slot.state == State::ready) {
         slot.wanted = false;
-        return slot.resident;
+        return Resident{{slot.kept, slot.kept->value.get()}, slot.kept->counted.bytes()};
     }
     if (!slot.error) return Resident();
     Error error = *std::move(slot.error);
@@ -78,14 +79,15 @@ std::size_t Residency::underWay() const {
 }
 
 std::uint64_t Residency::giveUp(std::size_t index, Generation used) const {
-    Resident gone;  // it ends when the mutex is free
+    std::shared_ptr<Kept> gone;  // it ends when the mutex is free
     const std::lock_guard lock(mutex_);
     Slot& slot = slots_[index];
     if (slot.state != State::ready || slot.used != used) return 0;
-    gone = std::exchange(slot.resident, {});
+    gone = std::move(slot.kept);
+    gone->counted.giveUp();
     slot.used = 0;
     slot.state = slot.wanted ? State::late : State::empty;
-    return gone.bytes;
+    return 0;
 }
 
 Residency::Slot* Residency::find(const AnyLoadable& what) {
@@ -95,8 +97,9 @@ Residency::Slot* Residency::find(const AnyLoadable& what) {
 }
 
 void Residency::clear(Slot& slot) {
-    if (slot.used.exchange(0) != 0) budget_->giveBack(slot.resident.bytes);
-    slot.resident = {};
+    if (slot.kept) slot.kept->counted.giveUp();
+    slot.kept.reset();
+    slot.used = 0;
     slot.error.reset();
     slot.wanted = false;
     slot.state = State::empty;
@@ -180,19 +183,14 @@ bool Residency::loadOne() {
 
 /// Counts what it takes. Errors: also resourceExhausted where there is no room but for what the present
 /// picture uses.
-Result<Resident> Residency::load(const AnyLoadable& what) const {
+Result<std::shared_ptr<Residency::Kept>> Residency::load(const AnyLoadable& what) const {
     const auto generation = budget_->generation();
     const auto expected = what.expected(what.step);
     if (!budget_->take(expected, generation)) return noRoom(expected);
-    auto loaded = read(what);
-    const auto bytes = loaded.ok() ? loaded->bytes : 0;
-    if (bytes <= expected) {
-        budget_->giveBack(expected - bytes);
-        return loaded;
-    }
-    if (budget_->take(bytes - expected, generation)) return loaded;
-    budget_->giveBack(expected);
-    return noRoom(bytes);
+    storage::CountedMemory counted(budget_, expected);
+    MOTE_ASSIGN_OR_RETURN(auto loaded, read(what));
+    if (!counted.resize(loaded.bytes, generation)) return noRoom(loaded.bytes);
+    return std::make_shared<Kept>(Kept{std::move(counted), std::move(loaded.value)});
 }
 
 Result<Resident> Residency::read(const AnyLoadable& what) const {
@@ -208,10 +206,10 @@ Result<Resident> Residency::read(const AnyLoadable& what) const {
 }
 
 /// What is wrong with something that nobody asked for will be said when it is asked for.
-void Residency::finish(Slot& slot, Result<Resident> loaded) {
+void Residency::finish(Slot& slot, Result<std::shared_ptr<Kept>> loaded) {
     if (loaded.ok()) {
         slot.state = State::ready;
-        slot.resident = *std::move(loaded);
+        slot.kept = *std::move(loaded);
         slot.used = budget_->generation();
         return;
     }

@@ -2,8 +2,9 @@
 //
 // Residency keeps in memory what was drawn last of all that is loaded whole (Loadable), and the next steps of
 // a series while it is played. It reads on threads of its own that give way to those that draw, never on the
-// thread that asks. Each thing is a block of the budget, so that they and particles make room for each other.
-// Owned by DatasetService; any thread may ask.
+// thread that asks. Each thing is a block of the budget, so that they and particles make room for each other;
+// who still holds one that had to go keeps it, and it counts as long. Owned by DatasetService; any thread may
+// ask.
 #pragma once
 
 #include <array>
@@ -20,6 +21,7 @@
 #include "server/data/loading_threads.h"
 #include "server/data/played_series.h"
 #include "storage/blocks/block_budget.h"
+#include "storage/blocks/counted_memory.h"
 
 namespace mote::server {
 
@@ -56,11 +58,16 @@ class Residency final : private storage::BudgetedBlocks {
         late,   ///< was asked for, but there was no room, or it had to go before it was asked for again
         failed  ///< was asked for
     };
+    /// What is there; others hold it by its value.
+    struct Kept {
+        storage::CountedMemory counted;
+        std::shared_ptr<const void> value;
+    };
     struct Slot {
         std::optional<AnyLoadable> what;  ///< nothing: empty
         State state = State::empty;
         bool wanted = false;  ///< a picture asked for it and has not had it
-        Resident resident;
+        std::shared_ptr<Kept> kept;
         std::optional<Error> error;
         std::atomic<Generation> used{0};
 
@@ -72,14 +79,14 @@ class Residency final : private storage::BudgetedBlocks {
     Generation usedIn(std::size_t slot) const override {
         return slots_[slot].used.load(std::memory_order_relaxed);
     }
-    std::uint64_t blockSize(std::size_t slot) const override { return slots_[slot].resident.bytes; }
+    std::uint64_t blockSize(std::size_t) const override { return 0; }
     std::uint64_t giveUp(std::size_t slot, Generation used) const override;
 
-    Result<Resident> load(const AnyLoadable& what) const;
+    Result<std::shared_ptr<Kept>> load(const AnyLoadable& what) const;
     Result<Resident> read(const AnyLoadable& what) const;
     bool loadOne();
     // Under the mutex.
-    void finish(Slot& slot, Result<Resident> loaded);
+    void finish(Slot& slot, Result<std::shared_ptr<Kept>> loaded);
     Slot* find(const AnyLoadable& what);
     Slot& slotFor(const AnyLoadable& what);
     void clear(Slot& slot);

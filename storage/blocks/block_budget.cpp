@@ -47,9 +47,9 @@ std::vector<BlockBudget::Candidate> BlockBudget::oldest(Generation before, std::
 }
 
 /// Takes them of the room that there is; false where that is not enough.
-bool BlockBudget::takeFree(std::uint64_t bytes) {
+bool BlockBudget::takeFree(std::uint64_t bytes, std::uint64_t limit) {
     auto resident = resident_.load(std::memory_order_relaxed);
-    while (resident + bytes <= limit_) {
+    while (resident + bytes <= limit) {
         if (resident_.compare_exchange_weak(resident, resident + bytes, std::memory_order_relaxed))
             return true;
     }
@@ -57,7 +57,7 @@ bool BlockBudget::takeFree(std::uint64_t bytes) {
 }
 
 bool BlockBudget::take(std::uint64_t bytes, Generation generation) {
-    if (takeFree(bytes)) return true;
+    if (takeFree(bytes, limit_)) return true;
     const std::uint64_t slack = std::min(limit_ / slackShare / blockBytes * blockBytes, mostSlack);
     const auto over = [&] { return resident() + bytes + slack > limit_; };
     const std::lock_guard lock(mutex_);
@@ -69,8 +69,8 @@ bool BlockBudget::take(std::uint64_t bytes, Generation generation) {
         }
         if (over() && !candidates.empty()) continue;
         // What became free may have gone to another thread: then there is more to give up, or nothing.
-        if (takeFree(bytes)) return true;
-        if (candidates.empty()) return false;
+        if (takeFree(bytes, limit_)) return true;
+        if (candidates.empty()) return takeFree(bytes, limit_ + stillHeld_.load(std::memory_order_relaxed));
     }
 }
 

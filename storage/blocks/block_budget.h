@@ -25,9 +25,9 @@ class BudgetedBlocks {
     virtual std::size_t blockCount() const = 0;
     /// The generation in which a block was last used; 0: it is not in memory.
     virtual Generation usedIn(std::size_t block) const = 0;
-    virtual std::uint64_t blockSize(std::size_t block) const = 0;  ///< bytes
-    /// Takes a block out of memory, but not where it was used after `used`; bytes that are free now. Must not
-    /// ask the budget for anything.
+    virtual std::uint64_t blockSize(std::size_t block) const = 0;  ///< bytes; 0 where it counts itself
+    /// Takes a block out of memory, but not where it was used after `used`; bytes that are free now, 0 where
+    /// it counts itself (CountedMemory). Must not ask the budget for room.
     virtual std::uint64_t giveUp(std::size_t block, Generation used) const = 0;
 
   protected:
@@ -46,7 +46,7 @@ class BlockBudget {
     explicit BlockBudget(std::uint64_t bytes) : limit_(bytes) {}
 
     std::uint64_t limit() const { return limit_; }  ///< bytes
-    /// Bytes of the blocks that are in memory.
+    /// Bytes of the blocks that are in memory, those that were given up and are still held among them.
     std::uint64_t resident() const { return resident_.load(std::memory_order_relaxed); }
 
     Generation generation() const { return generation_.load(std::memory_order_relaxed); }
@@ -54,13 +54,18 @@ class BlockBudget {
 
     /// Counts so many bytes as in memory, after giving up blocks that were last used before `generation`
     /// where there is no room for them. False where that is not enough: nothing is counted then, though
-    /// blocks that are older may be gone. Counting is part of finding the room, so that two threads do not
-    /// find the same.
+    /// blocks that are older may be gone. Other blocks go for those that were given up and are still held;
+    /// but where none is left to go they are passed over, as nobody can be asked to let them go. Counting is
+    /// part of finding the room, so that two threads do not find the same.
     bool take(std::uint64_t bytes, Generation generation);
     /// Counts them whatever there is room for.
     void takeAnyway(std::uint64_t bytes) { resident_.fetch_add(bytes, std::memory_order_relaxed); }
     /// Gives back bytes that were taken and did not come in.
     void giveBack(std::uint64_t bytes) { resident_.fetch_sub(bytes, std::memory_order_relaxed); }
+
+    /// Of the bytes in memory, so many were given up and somebody still holds them; or no more does.
+    void stillHeld(std::uint64_t bytes) { stillHeld_.fetch_add(bytes, std::memory_order_relaxed); }
+    void heldNoMore(std::uint64_t bytes) { stillHeld_.fetch_sub(bytes, std::memory_order_relaxed); }
 
     /// Blocks that count from now on, none that counted before; both while they are not used.
     void enter(const BudgetedBlocks& blocks);
@@ -72,11 +77,11 @@ class BlockBudget {
         std::size_t block;
         const BudgetedBlocks* owner;
     };
-    bool takeFree(std::uint64_t bytes);
+    bool takeFree(std::uint64_t bytes, std::uint64_t limit);
     std::vector<Candidate> oldest(Generation before, std::size_t most) const;
 
     const std::uint64_t limit_;
-    std::atomic<std::uint64_t> resident_{0};
+    std::atomic<std::uint64_t> resident_{0}, stillHeld_{0};
     std::atomic<Generation> generation_{1};
     std::mutex mutex_;
     std::vector<const BudgetedBlocks*> owners_;  // under the mutex

@@ -104,7 +104,7 @@ Status MappedStep::readArrays(const proto::Digest& digest) {
         MOTE_ASSIGN_OR_RETURN(auto made, VerifiedArray::make(file_, *found, budget_.get()));
         arrays_.push_back(std::move(made));
     }
-    tree_.emplace(arrays_, budget_.get(), StepTree::Bounds{pointCount(), maxLevel_}, name_);
+    tree_.emplace(arrays_, budget_, StepTree::Bounds{pointCount(), maxLevel_}, name_);
     return success();
 }
 

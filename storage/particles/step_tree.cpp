@@ -27,19 +27,24 @@ struct BlockCopy {
 
 }  // namespace
 
-StepTree::StepTree(std::span<const VerifiedArray> arrays, BlockBudget* budget, Bounds bounds,
+StepTree::StepTree(std::span<const VerifiedArray> arrays, std::shared_ptr<BlockBudget> budget, Bounds bounds,
                    std::string file)
-    : arrays_(arrays.first(arrayCount)), budget_(budget), bounds_(bounds), file_(std::move(file)) {
+    : arrays_(arrays.first(arrayCount)), budget_(std::move(budget)), bounds_(bounds), file_(std::move(file)) {
     for (std::size_t i = 0; i < arrayCount; ++i) {
         begin_[i] = bytes_;
         bytes_ += (arrays_[i].bytes() + alignment - 1) / alignment * alignment;
     }
 }
 
+StepTree::~StepTree() {
+    if (copy_) copy_->memory->counted.giveUp();
+}
+
 std::optional<StepTree::Tree> StepTree::held(Generation generation) const {
     const std::lock_guard lock(holding_);
-    if (tree_) used_.store(std::max(used_.load(), generation));
-    return tree_;
+    if (!copy_) return std::nullopt;
+    used_.store(std::max(used_.load(), generation));
+    return copy_->tree;
 }
 
 StepTree::Tree StepTree::get() const {
@@ -50,7 +55,7 @@ StepTree::Tree StepTree::get() const {
     if (auto tree = held(generation)) return *std::move(tree);
     if (budget_ && !budget_->take(bytes_, generation) && !budget_->take(bytes_, generation + 1))
         budget_->takeAnyway(bytes_);
-    return load(generation);
+    return load(generation, {budget_, bytes_});
 }
 
 bool StepTree::bring(Generation generation) const {
@@ -59,7 +64,7 @@ bool StepTree::bring(Generation generation) const {
     if (wrong_ || held(generation)) return true;
     if (budget_ && !budget_->take(bytes_, generation)) return false;
     try {
-        load(generation);
+        load(generation, {budget_, bytes_});
     } catch (const StorageError&) {
         if (!wrong_) throw;
     }
@@ -71,36 +76,35 @@ bool StepTree::ready() const {
 }
 
 std::uint64_t StepTree::giveUp(std::size_t, Generation used) const {
-    std::optional<Tree> gone;  // freed when the mutex is
+    std::optional<Copy> gone;  // freed when the mutex is
     const std::lock_guard lock(holding_);
-    if (!tree_ || used_ != used) return 0;
-    gone = std::exchange(tree_, std::nullopt);
+    if (!copy_ || used_ != used) return 0;
+    gone = std::exchange(copy_, std::nullopt);
+    gone->memory->counted.giveUp();
     used_ = 0;
-    return bytes_;
+    return 0;
 }
 
-/// Under loading_, the budget having taken its bytes. What is wrong with the file stays wrong; memory that
-/// is short may be there the next time.
-StepTree::Tree StepTree::load(Generation generation) const {
+/// Under loading_. What is wrong with the file stays wrong; memory that is short may be there the next time.
+StepTree::Tree StepTree::load(Generation generation, CountedMemory counted) const {
     try {
-        auto tree = copy();
+        auto copied = copy(std::move(counted));
         const std::lock_guard lock(holding_);
-        tree_ = tree;
+        copy_ = std::move(copied);
         used_ = generation;
-        return tree;
+        return copy_->tree;
     } catch (const std::bad_alloc&) {
-        if (budget_) budget_->giveBack(bytes_);
         throw StorageError(Error{ErrorCode::resourceExhausted, file_, "there is no memory for its octree"});
     } catch (const StorageError& error) {
-        if (budget_) budget_->giveBack(bytes_);
         error_ = error.error();
         wrong_ = true;
         throw;
     }
 }
 
-StepTree::Tree StepTree::copy() const {
-    const auto memory = std::make_shared_for_overwrite<std::byte[]>(bytes_);
+StepTree::Copy StepTree::copy(CountedMemory counted) const {
+    const auto memory = std::make_shared<Memory>(
+        Memory{std::move(counted), std::make_unique_for_overwrite<std::byte[]>(bytes_)});
     std::vector<BlockCopy> blocks;
     for (std::size_t i = 0; i < arrayCount; ++i) {
         for (std::size_t block = 0; block < arrays_[i].blockCount(); ++block) {
@@ -116,22 +120,22 @@ StepTree::Tree StepTree::copy() const {
             std::size_t{0}, blocks.size(),
             [&](std::size_t i) {
                 const auto& [array, block, begin] = blocks[i];
-                array->copyBlock(block, {memory.get() + begin, array->blockSize(block)});
+                array->copyBlock(block, {memory->bytes.get() + begin, array->blockSize(block)});
             },
             context);
     });
     auto tree = over(memory);
     const auto checked = checkOctree(tree.nodes, tree.leaves, bounds_.points, bounds_.maxLevel);
-    if (checked.ok()) return tree;
+    if (checked.ok()) return {memory, std::move(tree)};
     Error error = checked.error();
     error.where = file_ + ":" + error.where;
     throw StorageError(std::move(error));
 }
 
-StepTree::Tree StepTree::over(const std::shared_ptr<const std::byte[]>& memory) const {
+StepTree::Tree StepTree::over(const std::shared_ptr<const Memory>& memory) const {
     const auto of = [&]<class T>(std::span<const T>& array, StepArray which) {
         const auto i = static_cast<std::size_t>(which);
-        array = {reinterpret_cast<const T*>(memory.get() + begin_[i]), arrays_[i].size()};
+        array = {reinterpret_cast<const T*>(memory->bytes.get() + begin_[i]), arrays_[i].size()};
     };
     Tree tree;
     of(tree.nodes.level, StepArray::octreeLevel);

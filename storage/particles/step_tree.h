@@ -4,11 +4,13 @@
 // they are copied from the mapping once, the copies held to the digests and checked: whoever writes into the
 // file afterwards changes nothing that a reader of the tree goes by. With a budget the tree counts as one
 // block, which may go while it is not used; it is copied and checked anew when it comes back. Who still reads
-// it then keeps it (OctreeNodes::keeper). Owned by MappedStep; any thread.
+// it then keeps it (OctreeNodes::keeper), and it counts as long. Owned by MappedStep; any thread.
 #pragma once
 
 #include <array>
 #include <atomic>
+#include <cstddef>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -16,6 +18,7 @@
 
 #include "protocol/scene/error.h"
 #include "storage/blocks/block_budget.h"
+#include "storage/blocks/counted_memory.h"
 #include "storage/blocks/verified_array.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_layout.h"
@@ -37,9 +40,13 @@ class StepTree final : public BudgetedBlocks {
         Leaves leaves;
     };
 
-    /// `arrays`: the step's, by StepArray; they and the budget, which may be null, outlive this. `file`: its
-    /// path, for errors.
-    StepTree(std::span<const VerifiedArray> arrays, BlockBudget* budget, Bounds bounds, std::string file);
+    /// `arrays`: the step's, by StepArray; they outlive this. `budget` may be null. `file`: its path, for
+    /// errors.
+    StepTree(std::span<const VerifiedArray> arrays, std::shared_ptr<BlockBudget> budget, Bounds bounds,
+             std::string file);
+    ~StepTree();
+    StepTree(const StepTree&) = delete;
+    StepTree& operator=(const StepTree&) = delete;
 
     /// Waits for it where it is not in memory. Uses all threads of the calling arena. Throws StorageError
     /// (corrupt, with file and array; resourceExhausted).
@@ -52,18 +59,28 @@ class StepTree final : public BudgetedBlocks {
     std::uint64_t bytes() const { return bytes_; }
 
     std::size_t blockCount() const override { return 1; }
-    std::uint64_t blockSize(std::size_t) const override { return bytes_; }
+    std::uint64_t blockSize(std::size_t) const override { return 0; }
     Generation usedIn(std::size_t) const override { return used_.load(std::memory_order_relaxed); }
     std::uint64_t giveUp(std::size_t block, Generation used) const override;
 
   private:
+    /// The copy's memory, which counts itself.
+    struct Memory {
+        CountedMemory counted;
+        std::unique_ptr<std::byte[]> bytes;
+    };
+    struct Copy {
+        std::shared_ptr<Memory> memory;
+        Tree tree;
+    };
+
     std::optional<Tree> held(Generation generation) const;
-    Tree load(Generation generation) const;
-    Tree copy() const;
-    Tree over(const std::shared_ptr<const std::byte[]>& memory) const;
+    Tree load(Generation generation, CountedMemory counted) const;
+    Copy copy(CountedMemory counted) const;
+    Tree over(const std::shared_ptr<const Memory>& memory) const;
 
     const std::span<const VerifiedArray> arrays_;
-    BlockBudget* const budget_;
+    const std::shared_ptr<BlockBudget> budget_;
     const Bounds bounds_;
     const std::string file_;
     std::array<std::uint64_t, arrayCount> begin_{};  ///< of each array in the copy
@@ -73,7 +90,7 @@ class StepTree final : public BudgetedBlocks {
     mutable std::optional<Error> error_;       ///< under loading_
     mutable std::atomic<bool> wrong_{false};   ///< whether there is an error_
     mutable std::mutex holding_;               ///< innermost: nothing is asked beneath it
-    mutable std::optional<Tree> tree_;         ///< under holding_
+    mutable std::optional<Copy> copy_;         ///< under holding_
     mutable std::atomic<Generation> used_{0};  ///< written under holding_; 0: not in memory
 };
 

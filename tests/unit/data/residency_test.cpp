@@ -166,6 +166,28 @@ TEST_F(ResidencyTest, WhatThePresentPictureUsesStaysAndTheRestIsSaidToBeTooMuch)
     EXPECT_NE(bring(thing(b_)), nullptr);
 }
 
+TEST_F(ResidencyTest, WhatIsStillHeldCountsAndOthersGoForIt) {
+    start(30);
+    auto held = bring(thing(a_));
+    for (const auto& entry : {b_, c_, d_}) ASSERT_NE(bring(thing(entry)), nullptr) << entry.name;
+    EXPECT_EQ(residency_->loaded(), 2U) << "the second oldest went as well";
+    EXPECT_EQ(budget_->resident(), 30U);
+    held.reset();
+    EXPECT_EQ(budget_->resident(), 20U);
+}
+
+TEST_F(ResidencyTest, NobodyIsRefusedForWhatOthersHold) {
+    start(15);
+    auto held = bring(thing(a_));
+    EXPECT_NE(bring(thing(b_)), nullptr);
+    EXPECT_EQ(budget_->resident(), 20U) << "what is there is counted";
+    residency_.reset();
+    EXPECT_EQ(budget_->resident(), 10U);
+    held.reset();
+    EXPECT_EQ(budget_->resident(), 0U);
+    EXPECT_FALSE(budget_->take(16, budget_->generation())) << "nothing is passed over any more";
+}
+
 TEST_F(ResidencyTest, WhatTurnsOutToBeTooMuchIsGivenUp) {
     start(15);
     EXPECT_EQ(get(thing(a_, 10, 20)), nullptr);

@@ -65,10 +65,25 @@ TEST_F(StepTreeTest, WhoHoldsItKeepsItWhenItGoes) {
     const auto nodes = step->nodes();
     const auto leaves = step->leaves();
     pushOut();
-    EXPECT_EQ(budget_->resident(), 0U);
     step.reset();
     EXPECT_TRUE(std::ranges::equal(nodes.firstChild, TinyDataset().firstChild));
     EXPECT_TRUE(std::ranges::equal(leaves.pointBegin, TinyDataset().leafPointBegin));
+}
+
+TEST_F(StepTreeTest, ItCountsUntilNobodyHoldsIt) {
+    auto step = open(1 << 20);
+    auto nodes = step->nodes();
+    const auto bytes = treeBytes(*step);
+    pushOut();
+    EXPECT_EQ(budget_->resident(), bytes) << "it was given up, and is held";
+    auto leaves = step->leaves();
+    EXPECT_EQ(budget_->resident(), 2 * bytes) << "another copy";
+    nodes = {};
+    EXPECT_EQ(budget_->resident(), bytes);
+    step.reset();
+    EXPECT_EQ(budget_->resident(), bytes);
+    leaves = {};
+    EXPECT_EQ(budget_->resident(), 0U);
 }
 
 TEST_F(StepTreeTest, ItIsNotGivenUpWhileItIsUsed) {
