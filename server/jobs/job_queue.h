@@ -248,7 +248,6 @@ class JobQueue {
     asio::steady_timer holdTimer_;
     std::chrono::milliseconds holdFor_{0};  // how long the next hold is
     std::map<std::string, Error> away_;     // roots, by name, when they were last looked for
-    bool beginning_ = false;                // a run is being started
     bool knowsAll_ = true;                  // jobs in the state directory, but for a broken database
     bool held_ = false;                     // nothing begins
     bool waiting_ = false;                  // the hold's timer runs

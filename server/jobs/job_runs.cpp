@@ -113,20 +113,20 @@ void JobQueue::begin(JobRecord& record) {
     // The state directory's, whatever it is.
     if (!order.ok()) return waitForPlace(record, order.error());
     const auto number = record.number;
+    const auto call = std::make_shared<bool>(true);  // this one, for as long as it lasts
+    const auto started = [this, number, within = std::weak_ptr(call),
+                          alive = std::weak_ptr(alive_)](auto run) {
+        if (alive.expired()) return;
+        if (!within.expired()) return begun(number, std::move(run));
+        inOrder([&] { begun(number, std::move(run)); });
+    };
     starting_.emplace(number, isFilm(record));
-    beginning_ = true;
     try {
-        runnerOf(record).start(*order, [this, number, alive = std::weak_ptr(alive_)](auto run) {
-            if (alive.expired()) return;
-            if (beginning_) return begun(number, std::move(run));
-            inOrder([&] { begun(number, std::move(run)); });
-        });
+        runnerOf(record).start(*order, started);
     } catch (...) {
-        beginning_ = false;
         starting_.erase(number);
         throw;
     }
-    beginning_ = false;
 }
 
 /// The run waits for go(). It may have been cancelled meanwhile.
