@@ -10,17 +10,11 @@
 #include "server/render/plan/point_selection.h"
 #include "storage/numbers/point_places.h"
 #include "storage/particles/octree_cell.h"
-#include "storage/storage_error.h"
 
 namespace mote::server {
 namespace {
 
 constexpr std::uint64_t askedEach = 4096;  // cells
-
-[[noreturn]] void damaged() {
-    throw storage::StorageError(Error{ErrorCode::corrupt, "/octree/first_child",
-                                      "the octree refers to something that it does not hold"});
-}
 
 class Search {
   public:
@@ -50,12 +44,8 @@ class Search {
                 look(nodes.firstChild[node]);
                 continue;
             }
-            const std::size_t first = nodes.firstChild[node];
-            // Children come after their parents: the walk ends.
-            if (first <= node || first >= nodes.size() || nodes.childCount[node] > nodes.size() - first)
-                damaged();
             for (std::uint32_t child = 0; child < nodes.childCount[node]; ++child) {
-                const auto next = static_cast<std::uint32_t>(first + child);
+                const std::uint32_t next = nodes.firstChild[node] + child;
                 const double nearest = distanceTo(next);
                 if (nearest <= best_.distance) open_.push({nearest, next});
             }
@@ -74,7 +64,6 @@ class Search {
     /// of it is seen, 0 where that cannot be told.
     double distanceTo(std::uint32_t node) const {
         const auto& nodes = walk_.nodes();
-        if (nodes.level[node] > storage::deepestLevel) damaged();
         const double edge = std::ldexp(2.0, -nodes.level[node]);
         const auto low = glm::dvec3(-1.0) + edge * glm::dvec3(storage::cellPlace(nodes.morton[node]));
         double lowX = INFINITY, lowY = INFINITY, highX = -INFINITY, highY = -INFINITY;
@@ -103,7 +92,6 @@ class Search {
     void look(std::size_t leaf) {
         const auto& leaves = walk_.leaves();
         const auto& nodes = walk_.nodes();
-        if (leaf >= leaves.size()) damaged();
         const auto cell = walk_.cell(leaf);
         const auto node = leaves.node[leaf];
         const double density = walk_.step().logDensity().ofLeaf(leaves.density[leaf]);

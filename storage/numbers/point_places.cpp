@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "storage/numbers/point_places.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -10,7 +8,6 @@
 
 #include "protocol/scene/near_share.h"
 #include "storage/particles/octree_cell.h"
-#include "storage/storage_error.h"
 
 namespace mote::storage {
 
@@ -21,10 +18,6 @@ std::size_t LeafWalk::leafOf(std::uint64_t point) const {
 
 LeafWalk::Cell LeafWalk::cell(std::size_t leaf) const {
     const std::size_t node = leaves_.node[leaf];
-    if (node >= nodes_.size() || nodes_.level[node] > deepestLevel) {
-        throw StorageError(Error{ErrorCode::corrupt, fmt::format("/leaves/node[{}]", leaf),
-                                 "the octree refers to something that it does not hold"});
-    }
     const double edge = std::ldexp(2.0, -nodes_.level[node]);
     return {glm::dvec3(-1.0) + edge * glm::dvec3(cellPlace(nodes_.morton[node])), edge};
 }

@@ -23,7 +23,7 @@ class LeafWalk {
 
     /// The leaf that holds a point of the step.
     std::size_t leafOf(std::uint64_t point) const;
-    /// Layer space. Throws StorageError where the leaf names a node that is not there.
+    /// Layer space.
     struct Cell {
         glm::dvec3 low{0.0};  ///< its least corner
         double edge = 0.0;

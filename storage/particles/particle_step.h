@@ -111,6 +111,7 @@ class ParticleStep {
                                                             std::shared_ptr<BlockBudget> budget = nullptr);
     virtual ~ParticleStep() = default;
 
+    /// What checkOctree() lets pass (octree_check.h): it is traversed without looking again.
     virtual OctreeNodes nodes() const = 0;
     virtual Leaves leaves() const = 0;
     virtual std::uint64_t pointCount() const = 0;

@@ -8,11 +8,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <string>
 
 #include "protocol/scene/drawn_points.h"
 #include "server/render/plan/octree_cell.h"
-#include "storage/storage_error.h"
 
 namespace mote::render {
 namespace {
@@ -22,12 +20,6 @@ constexpr std::size_t fewNodes = std::size_t{1} << 16;
 constexpr double smallPart = 0.25;
 constexpr std::uint8_t roughLevel = 4;
 constexpr std::size_t blockLeaves = std::size_t{1} << 14;
-
-[[noreturn]] void damaged(const char* array, std::size_t index) {
-    throw storage::StorageError(Error{ErrorCode::corrupt,
-                                      std::string(array) + "[" + std::to_string(index) + "]",
-                                      "the octree refers to something that it does not hold"});
-}
 
 /// The density at scaled log density t, a little raised, so that no leaf is lost by rounding.
 double densityAt(const LogDensity& scale, double t) {
@@ -78,7 +70,6 @@ class InView {
         walk([&](std::size_t node) {
             if (nodes_.childCount[node] != 0) return true;
             const std::size_t leaf = nodes_.firstChild[node];
-            if (leaf >= leaves_) damaged("/octree/first_child", node);
             bits[leaf / 64] |= std::uint64_t{1} << (leaf % 64);
             return false;
         });
@@ -92,7 +83,6 @@ class InView {
     };
 
     Frustum::Side sideOf(std::size_t node) const {
-        if (nodes_.level[node] > deepestLevel) damaged("/octree/level", node);
         const double half = std::ldexp(1.0, -nodes_.level[node]);
         const glm::dvec3 place(cellPlace(nodes_.morton[node]));
         return frustum_.of(glm::dvec3(-1.0) + 2.0 * half * (place + 0.5), half);
@@ -102,20 +92,14 @@ class InView {
     void walk(const std::function<bool(std::size_t)>& enter) {
         if (nodes_.size() == 0) return;
         stack_.assign(1, {0, Frustum::Side::partly});
-        std::size_t pushed = 1;
         while (!stack_.empty()) {
             auto [node, side] = stack_.back();
             stack_.pop_back();
             if (nodes_.count[node] == 0 || nodes_.minDensity[node] > limit_) continue;
             if (side == Frustum::Side::partly) side = sideOf(node);
             if (side == Frustum::Side::outside || !enter(node)) continue;
-            const std::uint32_t first = nodes_.firstChild[node];
-            pushed += nodes_.childCount[node];
-            if (first >= nodes_.size() || nodes_.childCount[node] > nodes_.size() - first ||
-                pushed > nodes_.size()) {
-                damaged("/octree/first_child", node);
-            }
-            for (std::uint32_t i = 0; i < nodes_.childCount[node]; ++i) stack_.push_back({first + i, side});
+            for (std::uint32_t i = 0; i < nodes_.childCount[node]; ++i)
+                stack_.push_back({nodes_.firstChild[node] + i, side});
         }
     }
 
@@ -142,7 +126,6 @@ PointSelection selectPoints(const storage::ParticleStep& step, const Curve& poin
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
             const double fraction = share * fractionOf(leaves.density[i]);
             const std::size_t node = leaves.node[i];
-            if (node >= nodes.size()) damaged("/leaves/node", i);
             std::uint32_t drawn = 0;
             if (fraction >= 1.0) {
                 drawn = leaves.pointCount[i];

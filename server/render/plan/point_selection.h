@@ -21,8 +21,7 @@ struct PointSelection {
     std::uint64_t points = 0;          ///< the sum
 };
 
-/// Where the curve's fraction is multiplied by `share`. Throws storage::StorageError where the leaves refer
-/// to nodes that are not there.
+/// Where the curve's fraction is multiplied by `share`. Throws storage::StorageError.
 PointSelection selectPoints(const storage::ParticleStep& step, const Curve& pointFraction, double share);
 
 /// The least t from which on a curve is zero; infinite where it never ends in zero.
@@ -34,7 +33,7 @@ std::uint64_t pointsUpTo(const storage::ParticleStep& step, const Curve& pointFr
 
 /// A bit a leaf, from the first: whether points of it can touch the picture. None at all: any leaf may, and
 /// it is not worth its time to tell which. Leaves above the density where `pointFraction` ends may be set or
-/// not. Throws storage::StorageError where the octree contradicts itself.
+/// not. Throws storage::StorageError.
 std::vector<std::uint64_t> leavesInView(const storage::ParticleStep& step, const Frustum& frustum,
                                         const Curve& pointFraction);
 

@@ -9,7 +9,6 @@
 
 #include "protocol/scene/drawn_points.h"
 #include "server/render/plan/octree_cell.h"
-#include "storage/storage_error.h"
 #include "tests/support/beams.h"
 #include "tests/support/memory_step.h"
 
@@ -130,72 +129,6 @@ TEST(SelectPoints, OneDensityIsTheLeast) {
     const auto step = MemoryStep::make({{{0.2, 0.3, 0.4}}});
     EXPECT_EQ(selectPoints(*step, curve({{0.0, 1.0}, {0.1, 0.0}}), 1.0).points, 1U);
     EXPECT_EQ(selectPoints(*step, curve({{0.0, 0.0}, {0.1, 1.0}}), 1.0).points, 0U);
-}
-
-/// A step of which one array of the octree says something else.
-class Altered final : public storage::ParticleStep {
-  public:
-    explicit Altered(std::shared_ptr<const MemoryStep> step) : step_(std::move(step)) {
-        const auto nodes = step_->nodes();
-        firstChild.assign(nodes.firstChild.begin(), nodes.firstChild.end());
-        level.assign(nodes.level.begin(), nodes.level.end());
-        const auto leaves = step_->leaves();
-        node.assign(leaves.node.begin(), leaves.node.end());
-    }
-    storage::OctreeNodes nodes() const override {
-        auto nodes = step_->nodes();
-        nodes.firstChild = firstChild;
-        nodes.level = level;
-        return nodes;
-    }
-    storage::Leaves leaves() const override {
-        auto leaves = step_->leaves();
-        leaves.node = node;
-        return leaves;
-    }
-    std::uint64_t pointCount() const override { return step_->pointCount(); }
-    std::span<const storage::PackedPosition> positions(std::uint64_t begin,
-                                                       std::uint64_t count) const override {
-        return step_->positions(begin, count);
-    }
-    std::span<const std::uint64_t> rows(std::uint64_t begin, std::uint64_t count) const override {
-        return step_->rows(begin, count);
-    }
-    std::span<const float> volume() const override { return step_->volume(); }
-    std::uint32_t volumeSize() const override { return step_->volumeSize(); }
-    LogDensity logDensity() const override { return step_->logDensity(); }
-
-    std::vector<std::uint32_t> firstChild, node;
-    std::vector<std::uint8_t> level;
-
-  private:
-    std::shared_ptr<const MemoryStep> step_;
-};
-
-void lookAt(const Altered& step) {
-    // Part of the box out of view, so that the octree is walked.
-    leavesInView(step, everything(0.9), Curve::constant(0.5));
-    selectPoints(step, Curve::constant(0.5), 1.0);
-}
-
-TEST(SelectPoints, RefusesAnOctreeThatContradictsItself) {
-    const Altered sound(beamStep());
-    EXPECT_NO_THROW(lookAt(sound));
-    auto damaged = sound;
-    damaged.firstChild[0] = static_cast<std::uint32_t>(damaged.firstChild.size());
-    EXPECT_THROW(lookAt(damaged), storage::StorageError);
-    damaged = sound;
-    damaged.firstChild[0] = 0;  // a circle
-    EXPECT_THROW(lookAt(damaged), storage::StorageError);
-    damaged = sound;
-    damaged.firstChild.back() = 4'000'000'000U;  // a leaf that is not there
-    EXPECT_THROW(lookAt(damaged), storage::StorageError);
-    damaged = sound;
-    damaged.level[1] = 200;
-    EXPECT_THROW(lookAt(damaged), storage::StorageError);
-    damaged = sound;
-    damaged.node[0] = 4'000'000'000U;
-    EXPECT_THROW(lookAt(damaged), storage::StorageError);
 }
 
 }  // namespace
