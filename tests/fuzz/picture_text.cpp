@@ -74,7 +74,9 @@ void writePicture(const InputFolder& folder, std::string_view line) {
     if (!isPlainName(name)) return;
     const auto path = folder.path() / name;
     if (!name.ends_with(".png") && !name.ends_with(".tif")) return folder.write(name, words.rest());
-    const Picture picture = pictureOf(words);
+    Picture picture = pictureOf(words);
+    // Its writer of PNG ends the process where it cannot begin one in tiles, which that format has not.
+    if (name.ends_with(".png")) picture.spec.tile_width = picture.spec.tile_height = 0;
     writePages(path, picture);
     std::error_code code;
     const auto bytes = std::filesystem::file_size(path, code);
