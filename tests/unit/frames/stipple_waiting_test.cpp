@@ -188,6 +188,19 @@ TEST_F(PlannedInTurns, SurfacesInkAndDotsThatGaveWayAreTheSameBytes) {
     }
 }
 
+TEST_F(PlannedInTurns, IsGivenUpWhereverItIs) {
+    for (const auto& layers : {photograph, mesh, inked, stippled}) {
+        // Step by step where lists are made, then further and further apart.
+        for (int turns = 1, all = 1 << 12; turns < all; turns += 1 + turns / 16) {
+            const auto task = taskOf(layers);
+            for (int i = 0; i < turns; ++i) {
+                if (turn(inTurns_, task, history_, others_.get_token()).picture) all = turns;
+            }
+            history_.draft.reset();
+        }
+    }
+}
+
 TEST_F(PlannedInTurns, APlanThatNobodyWantsAnyMoreIsGivenUp) {
     const auto expected = drawnAtOnce(inTurns_, mesh);
     const auto counted = source_.counted();

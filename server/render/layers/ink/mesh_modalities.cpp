@@ -136,12 +136,14 @@ MeshModalities modalitiesOf(const MeshSurface& surface, const glm::dmat4& transf
                             const FramePlan& plan, const std::stop_token& stop) {
     const float paper = style.inkIsDark ? 1.0F : 0.0F;
     const std::uint32_t width = plan.width, height = plan.height;
-    MeshModalities made{{.grey = Raster<float>(width, height, paper),
-                         .depth = Raster<float>(width, height, HUGE_VALF),
-                         .angle = Raster<float>(width, height),
-                         .part = Raster<std::uint32_t>(width, height, Modalities::nothing)},
-                        Raster<std::uint32_t>(width, height, MeshMeeting::none),
-                        Raster<float>(width, height, HUGE_VALF)};
+    // One after the other: g++ 12 frees what is in inner braces twice where what follows them throws.
+    MeshModalities made;
+    made.modalities.grey = Raster<float>(width, height, paper);
+    made.modalities.depth = Raster<float>(width, height, HUGE_VALF);
+    made.modalities.angle = Raster<float>(width, height);
+    made.modalities.part = Raster<std::uint32_t>(width, height, Modalities::nothing);
+    made.triangle = Raster<std::uint32_t>(width, height, MeshMeeting::none);
+    made.farthest = Raster<float>(width, height, HUGE_VALF);
     const MeshStyle mesh = white(style);
     const MeshSight sight(plan, transform, mesh, surface, 1.0);
     made.modalities.extent = std::max(sight.farDepth() - sight.nearDepth(), 1e-300);
