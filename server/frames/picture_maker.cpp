@@ -287,8 +287,10 @@ std::unique_ptr<Draft> PictureMaker::draftOf(PictureHistory& history) {
 /// is planned at once. What the history keeps of another job, or of a device that is gone, goes.
 std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHistory& history) {
     auto& latest = history.draft;
-    if (latest && latest->task == job.task && latest->stage == job.stage && latest->device.lock() == device_)
+    const bool ours = latest && latest->device.lock() == device_;
+    if (ours && latest->task == job.task && latest->stage == job.stage)
         return latest->planning ? std::move(latest) : nullptr;
+    if (ours && latest->picture) latest->picture->giveUp();
     latest.reset();
     if (!isPlannedInTurns(job)) return nullptr;
     return std::make_unique<Draft>(

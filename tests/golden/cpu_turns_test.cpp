@@ -97,17 +97,16 @@ TEST_F(CpuTurns, AndStrokes) {
     EXPECT_GT(turns_, 9);
 }
 
-TEST_F(CpuTurns, WhatWasStoppedBeforeItsFirstTileBeginsAnew) {
+TEST_F(CpuTurns, WhatIsGivenUpAnywhereLeavesNoTrace) {
     const auto plan = render::makeFramePlan(makeScene("dotPlane"), Quality::exact());
     const auto expected = drawnAtOnce(plan);
-    std::stop_source stop;
-    const auto begun = device_.begin(plan, PixelFormat::srgb8, stop.get_token());
-    EXPECT_FALSE(begun->advance(others_.get_token()));
-    stop.request_stop();
-    EXPECT_FALSE(begun->advance(others_.get_token()));
-    EXPECT_TRUE(drawnAtOnce(plan).pixels == expected.pixels) << "with the lists that it gave back";
-    ASSERT_TRUE(begun->advance(std::stop_token()));
-    EXPECT_TRUE(begun->take().pixels == expected.pixels);
+    drawnInTurns(plan, small_);
+    for (int turns = 0, all = turns_; turns < all; turns += 1 + all / 12) {
+        const auto begun = device_.begin(plan, PixelFormat::srgb8, std::stop_token());
+        for (int i = 0; i < turns; ++i) begun->advance(others_.get_token());
+        begun->giveUp();
+        EXPECT_TRUE(drawnAtOnce(plan).pixels == expected.pixels) << "given up after " << turns << " turns";
+    }
 }
 
 TEST_F(CpuTurns, WhatWaitsMayOutliveItsDevice) {

@@ -51,8 +51,8 @@ std::optional<Picture> CpuDevice::render(const FramePlan& plan, PixelFormat form
     check(plan);
     if (stop.stop_requested()) return std::nullopt;
     if (plan.blank()) return blankPicture(plan, format);
-    CpuPicture picture(*state_, plan, format, std::move(stop), state_->leastTurn);
-    if (!picture.draw()) return std::nullopt;
+    CpuPicture picture(*state_, plan, format, state_->leastTurn);
+    if (!picture.draw(stop)) return std::nullopt;
     return picture.take();
 }
 
@@ -61,7 +61,7 @@ std::unique_ptr<UnfinishedPicture> CpuDevice::begin(const FramePlan& plan, Pixel
     check(plan);
     if (stop.stop_requested()) return nullptr;
     if (plan.blank()) return finishedPicture(blankPicture(plan, format));
-    return std::make_unique<CpuPicture>(*state_, plan, format, std::move(stop), state_->leastTurn);
+    return std::make_unique<CpuPicture>(*state_, plan, format, state_->leastTurn);
 }
 
 void CpuDevice::trim() {

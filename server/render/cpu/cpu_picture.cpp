@@ -17,11 +17,10 @@ constexpr std::size_t tilesOfATurn = 8;
 
 }  // namespace
 
-CpuPicture::CpuPicture(CpuParts& parts, const FramePlan& plan, PixelFormat format, std::stop_token stop,
+CpuPicture::CpuPicture(CpuParts& parts, const FramePlan& plan, PixelFormat format,
                        WorkInTurns::Duration leastTurn)
     : parts_(parts),
       plan_(plan),
-      stop_(std::move(stop)),
       leastTurn_(leastTurn),
       picture_{.width = plan.width, .height = plan.height, .format = format, .pixels = {}},
       turns_(parts.arena.max_concurrency()) {}
@@ -38,9 +37,9 @@ void CpuPicture::giveListsBack() {
     parts_.flat = std::move(flat_);
 }
 
-bool CpuPicture::draw() {
+bool CpuPicture::draw(const std::stop_token& stop) {
     borrowLists();
-    const bool done = parts_.arena.execute([&] { return prepare(stop_) && drawTiles(stop_); });
+    const bool done = parts_.arena.execute([&] { return prepare(stop) && drawTiles(stop); });
     if (!done) giveListsBack();
     return done;
 }
@@ -56,15 +55,10 @@ bool CpuPicture::prepareInTurns(const std::stop_token& pause) {
         work_.emplace([this] { turns_.execute([this] { prepare({}); }); }, leastTurn_);
     }
     prepared_ = work_->advance(pause);
-    if (prepared_) {
+    if (prepared_)
         work_.reset();
-    } else {
+    else
         waited_ = true;
-        if (stop_.stop_requested()) {
-            work_.reset();
-            giveListsBack();
-        }
-    }
     return prepared_;
 }
 
@@ -127,6 +121,12 @@ void CpuPicture::drawTile(const CompositeFrame& frame, Tile tile) {
 Picture CpuPicture::take() {
     giveListsBack();
     return std::move(picture_);
+}
+
+/// Lists that are sorted in part are sorted anew by who has them next.
+void CpuPicture::giveUp() {
+    work_.reset();
+    giveListsBack();
 }
 
 std::uint64_t CpuPicture::bytes() const {

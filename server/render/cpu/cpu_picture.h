@@ -2,7 +2,7 @@
 //
 // CpuPicture: a picture on its way: prepared, which is counting colours and sorting points and dots by tiles,
 // and then drawn from tile to tile. As UnfinishedPicture. Its preparation is work in turns
-// (plan/work_in_turns.h). It has the device's lists for itself, and gives them back when it is done.
+// (plan/work_in_turns.h). It has the device's lists for itself until it is done or given up.
 #pragma once
 
 #include <oneapi/tbb/task_arena.h>
@@ -20,17 +20,15 @@ namespace mote::render {
 
 class CpuPicture final : public UnfinishedPicture {
   public:
-    /// Nothing is done yet. The parts outlive its work. A preparation that gives way while `stop` is
-    /// requested is lost. `leastTurn`: as WorkInTurns.
-    CpuPicture(CpuParts& parts, const FramePlan& plan, PixelFormat format, std::stop_token stop,
-               WorkInTurns::Duration leastTurn);
+    /// Nothing is done yet. The parts outlive its work. `leastTurn`: as WorkInTurns.
+    CpuPicture(CpuParts& parts, const FramePlan& plan, PixelFormat format, WorkInTurns::Duration leastTurn);
 
-    /// All of it at once. False where its stop was requested before it was done. Throws what advance()
-    /// throws.
-    bool draw();
+    /// All of it at once. False where `stop` was requested before it was done. Throws what advance() throws.
+    bool draw(const std::stop_token& stop);
     bool advance(const std::stop_token& pause) override;
     Picture take() override;
     std::uint64_t bytes() const override;
+    void giveUp() override;
 
   private:
     void borrowLists();
@@ -44,7 +42,6 @@ class CpuPicture final : public UnfinishedPicture {
 
     CpuParts& parts_;
     const FramePlan& plan_;
-    const std::stop_token stop_;
     const WorkInTurns::Duration leastTurn_;
     FrameColors colors_;  // of each of the plan's points
     FramePoints points_;

@@ -24,6 +24,8 @@ class UnfinishedPicture {
     virtual Picture take() = 0;
     /// What it keeps in memory, about, apart from its plan.
     virtual std::uint64_t bytes() const = 0;
+    /// It is not gone on with, and its device, which is still there, may have back what it used of it.
+    virtual void giveUp() {}
 };
 
 /// One that is done already.
