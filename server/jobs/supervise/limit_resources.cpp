@@ -23,6 +23,11 @@ using storage::FileDescriptor;
 constexpr int kLeastPriority = 19;
 constexpr std::uint64_t kDescriptors = 4096;
 constexpr std::uint64_t kHeadroom = std::uint64_t{1} << 29;  // libraries, stacks of threads
+#ifdef __SANITIZE_THREAD__
+constexpr bool kLimitsMemory = false;  // its shadow is as large as the address space, and counts
+#else
+constexpr bool kLimitsMemory = true;
+#endif
 
 Error failure(const char* what) {
     return {ErrorCode::internal, what, systemMessage(errno)};
@@ -79,7 +84,7 @@ Status limitResources(const Rights& rights) {
     MOTE_RETURN_IF_ERROR(limitFileSize(rights.writable));
     // RLIMIT_DATA and not RLIMIT_AS: mapped files are no memory that anyone else misses. What is shared and
     // no file's it does not count; such memory limitCalls() denies.
-    MOTE_RETURN_IF_ERROR(lower(RLIMIT_DATA, memoryFor(rights.memory) + kHeadroom));
+    if (kLimitsMemory) MOTE_RETURN_IF_ERROR(lower(RLIMIT_DATA, memoryFor(rights.memory) + kHeadroom));
     const int niceness =
         std::min(kLeastPriority, getpriority(PRIO_PROCESS, 0) + std::max(rights.niceness, 0));
     setpriority(PRIO_PROCESS, 0, niceness);

@@ -56,6 +56,9 @@ TEST(Supervisor, TheNextProcessKnowsWhichViewEndedTheOthers) {
 
 /// In a process of its own, which is then asked to end.
 TEST(Supervisor, PassesASignalOnAndEndsWithItsChild) {
+#ifdef __SANITIZE_THREAD__
+    GTEST_SKIP() << "it keeps signals back while a process waits for its child";
+#endif
     const pid_t supervisor = ::fork();
     if (supervisor == 0) {
         CrashRecord record;
