@@ -3,6 +3,9 @@
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #include <fstream>
 #include <limits>
@@ -155,6 +158,9 @@ TEST_F(ReadPicture, whatIsNoPicture) {
 
 /// Every file cut short anywhere is an error or, where only what follows the pixels is gone, the picture.
 TEST_F(ReadPicture, cutShort) {
+#ifdef __SANITIZE_ADDRESS__
+    const __lsan::ScopedDisabler libpngJumps;  // past the ends of OpenImageIO's strings
+#endif
     std::vector<float> values(64 * 64 * 3);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i * 7919 % 256) / 255.0F;
     for (const char* name : {"a.png", "a.jpg", "a.tif", "a.exr"}) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -55,7 +56,14 @@ class FakeSource final : public prep::ParticleSource {
             const auto first = values.begin() + static_cast<std::ptrdiff_t>(begin);
             std::copy(first, first + static_cast<std::ptrdiff_t>(count), to.begin());
         };
-        for (const auto column : wanted) part(from[column], chunk[column], 1.0);
+        for (const auto column : wanted) {
+            if (column != prep::Column::id) {
+                part(from[column], chunk[column], 1.0);
+                continue;
+            }
+            chunk.id.resize(count);
+            std::iota(chunk.id.begin(), chunk.id.end(), begin);
+        }
         part(from.lost, chunk.lost, std::uint8_t{0});
         return success();
     }
