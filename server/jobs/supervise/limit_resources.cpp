@@ -23,8 +23,8 @@ using storage::FileDescriptor;
 constexpr int kLeastPriority = 19;
 constexpr std::uint64_t kDescriptors = 4096;
 constexpr std::uint64_t kHeadroom = std::uint64_t{1} << 29;  // libraries, stacks of threads
-#ifdef __SANITIZE_THREAD__
-constexpr bool kLimitsMemory = false;  // its shadow is as large as the address space, and counts
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kLimitsMemory = false;  // their shadow is as large as the address space, and counts
 #else
 constexpr bool kLimitsMemory = true;
 #endif
