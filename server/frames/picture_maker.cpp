@@ -121,9 +121,11 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         Making made;
         auto planning = planningOf(job, history);
         if (planning && !planning->planning->advance(job.pause)) {
-            const bool waits = planning->planning->hold(steps_.budget());
-            if (waits) history.draft = std::move(planning);
-            if (waits || !planning->planning->advance(job.stop)) return made;
+            if (planning->planning->hold(steps_.budget())) {
+                history.draft = std::move(planning);
+                return made;
+            }
+            if (!planning->planning->advance(job.stop)) return made;
         }
         Attempt attempt(*job.task, history.dots);
         auto draft = draftOf(history);

@@ -166,7 +166,8 @@ class RegionHatcher {
         for (const auto pixel : pixels) {
             const double share =
                 (static_cast<double>(regions_.density.values[pixel]) - before) / added_[layer];
-            if (share > 0.0) lines.addRuns({pixel % width + 0.5, pixel / width + 0.5}, share, runs);
+            const std::uint32_t column = pixel % width, row = pixel / width;
+            if (share > 0.0) lines.addRuns({column + 0.5, row + 0.5}, share, runs);
         }
         std::sort(runs.begin(), runs.end(), comesFirst);
         return runs;
@@ -258,6 +259,7 @@ std::vector<HatchAxes> hatchAxes(const HatchRegions& regions) {
         if (angle != 0.0) sums[label].add(angle);
     });
     std::vector<HatchAxes> axes;
+    axes.reserve(sums.size());
     for (const auto& sum : sums) axes.push_back({.direction = sum.mean()});
     return axes;
 }
