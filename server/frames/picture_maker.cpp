@@ -360,6 +360,7 @@ void PictureMaker::keep(std::unique_ptr<Draft> draft, PictureHistory& history) {
     draft->held = {};  // of what it kept before
     auto held = HeldMemory::whereThereIsRoom(steps_.budget(), bytes);
     if (!held) {
+        draft->picture->giveUp();
         history.lost = draft->task;
         return;
     }

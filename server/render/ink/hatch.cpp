@@ -60,6 +60,7 @@ struct Run {
     double begin, end;
 };
 
+/// By lines, and along each.
 bool comesFirst(const Run& a, const Run& b) {
     return a.line != b.line ? a.line < b.line : a.begin < b.begin;
 }
@@ -121,8 +122,7 @@ class RegionHatcher {
 
     void hatch(Pixels pixels, const HatchAxes& axes, std::vector<HatchStroke>& strokes) const {
         eachLayer(mostOf(pixels), axes, [&](const LayerLines& lines, std::size_t layer, double before) {
-            auto runs = runsOf(pixels, lines, layer, before);
-            take(lines, runs, strokes);
+            take(lines, runsOf(pixels, lines, layer, before), strokes);
         });
     }
     /// The same by steps of many threads, in turns.
@@ -182,7 +182,7 @@ class RegionHatcher {
             if (run.end - run.begin >= options_.shortest) strokes.push_back(lines.stroke(run));
         }
     }
-    /// Of lists that are sorted each, some lines at a time.
+    /// The same of several lists that are each sorted, some lines at a time.
     void takeAll(const LayerLines& lines, const std::vector<std::vector<Run>>& lists,
                  std::vector<HatchStroke>& strokes) const {
         std::int64_t first = std::numeric_limits<std::int64_t>::max(), end = -first;
