@@ -90,15 +90,21 @@ class MpiCommunicator final : public Communicator {
         }
     }
 
-    /// Not MPI_Waitall, which never returns where another rank is gone, and never lets go of its core.
+    /// Not MPI_Waitall, which never returns where another rank is gone, and never lets go of its core. Bytes
+    /// come forward only while MPI is asked, so that it sleeps only once they should have arrived.
     Status waitFor(std::vector<MPI_Request>& requests) {
-        constexpr int quickTries = 200;
+        using Clock = std::chrono::steady_clock;
+        constexpr std::chrono::milliseconds awake(20);
+        const auto asleep = Clock::now() + awake;
         std::chrono::microseconds pause(20);
-        for (int tries = 0;; ++tries) {
+        while (true) {
             int done = 0;
             MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done, MPI_STATUSES_IGNORE);
             if (done != 0) return success();
-            if (tries < quickTries) continue;
+            if (Clock::now() < asleep) {
+                std::this_thread::yield();
+                continue;
+            }
             if (cancelled_()) break;
             std::this_thread::sleep_for(pause);
             pause = std::min(pause + pause / 4, std::chrono::microseconds(500));

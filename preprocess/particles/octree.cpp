@@ -22,20 +22,37 @@ struct LeafKey {
     std::uint64_t morton;
 };
 
-/// A stable sort by some bits of a number, the least significant first. Digits that are the same everywhere
-/// cost a look.
-template <class Key>
-void radixSort(std::vector<LeafKey>& leaves, std::vector<LeafKey>& other, unsigned bits, Key key) {
-    constexpr unsigned digitBits = 11;
-    constexpr std::uint64_t mask = (1U << digitBits) - 1;
-    other.resize(leaves.size());
+/// A stable sort by density, the least significant bits first. Digits that are the same everywhere cost a
+/// look.
+void sortByDensity(std::vector<LeafKey>& leaves) {
+    constexpr unsigned bits = 32, digitBits = 11;
+    constexpr std::uint32_t mask = (1U << digitBits) - 1;
+    std::vector<LeafKey> other(leaves.size());
     for (unsigned shift = 0; shift < bits; shift += digitBits) {
         std::array<std::size_t, mask + 1> next{};
-        for (const auto& leaf : leaves) ++next[key(leaf) >> shift & mask];
-        if (next[key(leaves.front()) >> shift & mask] == leaves.size()) continue;
+        for (const auto& leaf : leaves) ++next[leaf.density >> shift & mask];
+        if (next[leaves.front().density >> shift & mask] == leaves.size()) continue;
         std::exclusive_scan(next.begin(), next.end(), next.begin(), std::size_t{0});
-        for (const auto& leaf : leaves) other[next[key(leaf) >> shift & mask]++] = leaf;
+        for (const auto& leaf : leaves) other[next[leaf.density >> shift & mask]++] = leaf;
         leaves.swap(other);
+    }
+}
+
+/// A stable sort by Morton key of what is in order but for a few places: the runs between them are merged.
+void mergeRuns(std::vector<LeafKey>::iterator begin, std::vector<LeafKey>::iterator end) {
+    const auto less = [](const LeafKey& a, const LeafKey& b) { return a.morton < b.morton; };
+    const auto first = std::is_sorted_until(begin, end, less);
+    if (first == end) return;
+    std::vector runs{begin, first};
+    while (runs.back() != end) runs.push_back(std::is_sorted_until(runs.back(), end, less));
+    while (runs.size() > 2) {
+        std::size_t kept = 1;
+        for (std::size_t i = 2; i < runs.size(); i += 2) {
+            std::inplace_merge(runs[i - 2], runs[i - 1], runs[i], less);
+            runs[kept++] = runs[i];
+        }
+        if (runs.size() % 2 == 0) runs[kept++] = runs.back();
+        runs.resize(kept);
     }
 }
 
@@ -152,11 +169,14 @@ class Assembly {
     void orderLeaves() {
         levels_ = {};
         auto keys = leafKeys();
-        std::vector<LeafKey> other;
-        // By density, then Morton key, then level, in which order they come.
-        radixSort(keys, other, 48, [](const LeafKey& leaf) { return leaf.morton; });
-        radixSort(keys, other, 32, [](const LeafKey& leaf) { return std::uint64_t{leaf.density}; });
-        other = std::vector<LeafKey>();
+        // By density, then Morton key, then level. They come level by level, each in Morton order.
+        sortByDensity(keys);
+        for (auto begin = keys.begin(); begin != keys.end();) {
+            const auto end = std::find_if(
+                begin, keys.end(), [&](const LeafKey& leaf) { return leaf.density != begin->density; });
+            mergeRuns(begin, end);
+            begin = end;
+        }
         tree_.leafNode.resize(keys.size());
         tree_.leafPointBegin.resize(keys.size());
         tree_.leafPointCount.resize(keys.size());

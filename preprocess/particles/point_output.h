@@ -3,59 +3,19 @@
 // PointOutput: the points of a built step, from the ranks that have them to their places in the file, window
 // by window; and the candidates for the preview on the way. One object a step and rank, used from one thread;
 // works on all threads of its arena.
-//
-// The preview of a step: the points that are drawn first as the drawn fraction grows, with all that drawing
-// them needs. Gathered while points are written, then put in order; docs/FORMAT.md. PreviewSelection is
-// immutable and safe on any number of threads.
 #pragma once
 
 #include <functional>
 #include <span>
 #include <vector>
 
-#include "preprocess/particles/octree.h"
+#include "preprocess/particles/preview_selection.h"
 #include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
 #include "storage/particles/particle_step.h"
 #include "storage/particles/step_file.h"
 
 namespace mote::prep {
-
-struct PreviewCandidate {
-    double from;  ///< the fraction that draws it
-    storage::PreviewPoint point;
-};
-
-struct BuiltPreview {
-    std::vector<storage::PreviewPoint> points;
-    std::vector<float> threshold;  ///< by storage::Preview::blockPoints of them
-};
-
-/// A quarter of the points, at most Preview::mostPoints.
-std::uint64_t previewSize(std::uint64_t points);
-
-class PreviewSelection {
-  public:
-    /// `octree` outlives this. Uses all threads of the calling arena.
-    explicit PreviewSelection(const Octree& octree);
-
-    /// Appends those of a leaf's points that may be in the preview: `positions` are its points from `first`
-    /// on.
-    void add(std::size_t leaf, std::uint32_t first, std::span<const storage::PackedPosition> positions,
-             std::vector<PreviewCandidate>& candidates) const;
-
-    /// Chooses among all leaves' candidates, list after list and in each leaf by leaf in their order. The
-    /// same for any number of threads.
-    BuiltPreview choose(const std::vector<std::span<const PreviewCandidate>>& lists) const;
-
-  private:
-    double fractionFor(std::uint64_t total) const;
-
-    const Octree& octree_;
-    std::uint64_t total_ = 0;
-    double fraction_ = 0.0;  ///< draws all of the preview, and few points more
-    LogDensity scale_;       ///< of the leaves that weigh anything
-};
 
 class PointOutput {
   public:
@@ -67,8 +27,8 @@ class PointOutput {
     /// on all ranks.
     Status run();
 
-    /// The preview on rank 0, after run(); empty on the others. Errors: cancelled.
-    Result<BuiltPreview> preview();
+    /// Writes the preview, after run(). Errors: as run().
+    Status writePreview();
 
   private:
     /// Points of the file that are gathered and written at once.
@@ -77,11 +37,12 @@ class PointOutput {
     };
     /// A thread's memory.
     struct Worker {
-        std::vector<LeafPoint> gathered, buffer;
+        std::vector<LeafPoint> gathered;
         std::vector<storage::PackedPosition> positions;
         std::vector<std::uint64_t> rows;
     };
 
+    std::size_t own() const { return static_cast<std::size_t>(ranks_.rank()); }
     std::size_t windowCount() const;
     Window window(std::size_t index) const;
     template <class Use>
@@ -90,8 +51,12 @@ class PointOutput {
     Status runAlone();
     Status runRound(std::size_t first, std::size_t last);
     Result<std::vector<Bytes>> gatherRound(std::size_t first, std::size_t last);
-    Status gather(const Window& window, Worker& worker) const;
+    std::uint64_t ownPoints(const Window& window) const;
+    Status gather(const Window& window, std::span<std::byte> to) const;
     Status write(std::size_t index, std::vector<std::span<const LeafPoint>> streams, Worker& worker);
+    std::vector<Bytes> slices();
+    Status writePreview(const std::vector<std::span<const PreviewCandidate>>& lists);
+    Status write(const BuiltPreview& preview);
 
     const BuiltStep& step_;
     const storage::StepFile& file_;

@@ -38,8 +38,7 @@ class Output {
         tbb::parallel_invoke([&] { written = points.run(); }, [&] { tree = writeTree(); });
         MOTE_RETURN_IF_ERROR(written);
         MOTE_RETURN_IF_ERROR(agree(ranks_, tree));
-        MOTE_ASSIGN_OR_RETURN(const auto preview, points.preview());
-        MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writePreview(preview) : success()));
+        MOTE_RETURN_IF_ERROR(points.writePreview());
         MOTE_RETURN_IF_ERROR(hash());
         return file_->places();
     }
@@ -94,11 +93,6 @@ class Output {
                           [&](std::size_t i) { written[i] = parts[i](); });
         for (const auto& status : written) MOTE_RETURN_IF_ERROR(status);
         return success();
-    }
-
-    Status writePreview(const BuiltPreview& preview) {
-        MOTE_RETURN_IF_ERROR(write(StepArray::previewPoint, preview.points));
-        return write(StepArray::previewThreshold, preview.threshold);
     }
 
     /// Blocks by all ranks but the first, which meanwhile looks at the whole file.

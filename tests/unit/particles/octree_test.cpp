@@ -136,29 +136,37 @@ TEST(Octree, IsTheSameForAnyGrid) {
     }
 }
 
-TEST(Octree, LeavesHoldTheParticlesOfTheirCellsAndOrderByDensity) {
-    const auto run = randomRun(3000, 3);
-    // The deepest keys that there are: their bits and an index are more than one number holds.
-    for (const std::uint32_t maxLevel : {5U, 16U}) {
-        const auto [plan, tree, points, cells] = make(run, 2, {4, maxLevel}, 2);
-        std::vector<int> seen(run.particles.size());
-        for (std::size_t leaf = 0; leaf < tree.leafNode.size(); ++leaf) {
-            const auto node = tree.leafNode[leaf];
-            double weight = 0.0;
-            for (std::uint64_t i = 0; i < tree.leafPointCount[leaf]; ++i) {
-                const auto row = points[tree.leafSource[leaf] + i].row;
-                ++seen[row];
-                weight += run.weights[row];
-                EXPECT_EQ(cellOf(run.particles[row], tree.level[node]), tree.morton[node]);
-            }
-            EXPECT_FLOAT_EQ(tree.leafDensity[leaf],
-                            static_cast<float>(weight * std::pow(8.0, tree.level[node])));
-            if (leaf == 0) continue;
-            const auto before = tree.leafNode[leaf - 1];
-            EXPECT_LE(std::tie(tree.density[before], tree.morton[before], tree.level[before]),
-                      std::tie(tree.density[node], tree.morton[node], tree.level[node]));
+void checkLeaves(const Run& run, const Made& made) {
+    const auto& tree = made.tree;
+    std::vector<int> seen(run.particles.size());
+    for (std::size_t leaf = 0; leaf < tree.leafNode.size(); ++leaf) {
+        const auto node = tree.leafNode[leaf];
+        double weight = 0.0;
+        for (std::uint64_t i = 0; i < tree.leafPointCount[leaf]; ++i) {
+            const auto row = made.points[tree.leafSource[leaf] + i].row;
+            ++seen[row];
+            weight += run.weights[row];
+            EXPECT_EQ(cellOf(run.particles[row], tree.level[node]), tree.morton[node]);
         }
-        EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), 3000);
+        EXPECT_FLOAT_EQ(tree.leafDensity[leaf], static_cast<float>(weight * std::pow(8.0, tree.level[node])));
+        if (leaf == 0) continue;
+        const auto before = tree.leafNode[leaf - 1];
+        EXPECT_LE(std::tie(tree.density[before], tree.morton[before], tree.level[before]),
+                  std::tie(tree.density[node], tree.morton[node], tree.level[node]));
+    }
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+}
+
+TEST(Octree, LeavesHoldTheParticlesOfTheirCellsAndOrderByDensity) {
+    auto run = randomRun(3000, 3);
+    // The deepest keys that there are: their bits and an index are more than one number holds.
+    for (const std::uint32_t maxLevel : {5U, 16U}) checkLeaves(run, make(run, 2, {4, maxLevel}, 2));
+    // Leaves of two to nine levels that are equally dense.
+    for (const unsigned levels : {2U, 3U, 5U, 9U}) {
+        for (std::size_t i = 0; i < run.weights.size(); ++i) {
+            run.weights[i] = std::pow(8.0, static_cast<double>(i * 7919 % levels));
+        }
+        checkLeaves(run, make(run, 2, {1, 16}, 2));
     }
 }
 

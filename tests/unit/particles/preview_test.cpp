@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "preprocess/particles/point_output.h"
+#include "preprocess/particles/preview_selection.h"
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
@@ -57,8 +57,9 @@ Octree octreeOf(const storage::ParticleStep& step) {
 }
 
 /// As the job does it, `together` points at once: leaves come in pieces.
-BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::uint64_t together) {
-    const PreviewSelection selection(tree);
+std::vector<PreviewCandidate> candidatesOf(const PreviewSelection& selection,
+                                           const storage::ParticleStep& step, const Octree& tree,
+                                           std::uint64_t together) {
     std::vector<PreviewCandidate> candidates;
     for (std::size_t leaf = 0; leaf < tree.leafNode.size(); ++leaf) {
         const std::uint64_t begin = tree.leafPointBegin[leaf];
@@ -70,9 +71,15 @@ BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::u
             at = next;
         }
     }
+    return candidates;
+}
+
+BuiltPreview build(const storage::ParticleStep& step, const Octree& tree, std::uint64_t together) {
+    const PreviewSelection selection(tree);
+    const auto candidates = candidatesOf(selection, step, tree, together);
     const std::span all(candidates);
     const std::size_t half = all.size() / 2;
-    return selection.choose({all.first(half), {}, all.subspan(half)});
+    return selection.preview(selection.sorted({all.first(half), {}, all.subspan(half)}, 0, 1), 0);
 }
 
 /// Leaves of one point, of a few and of all.
@@ -86,6 +93,32 @@ TEST(Preview, IsWhatSortingAllPointsGives) {
         EXPECT_TRUE(same(built.points, expected.points));
         EXPECT_EQ(built.threshold, expected.threshold);
         EXPECT_EQ(built.threshold.size(), 3U);
+    }
+}
+
+/// The slices of several ranks in turn, also where some hold nothing or nothing that is in the preview.
+TEST(Preview, SlicesAreThoseOfTheWhole) {
+    const auto step = beam(20);
+    const auto tree = octreeOf(*step);
+    const PreviewSelection selection(tree);
+    const auto whole = build(*step, tree, 1000);
+    const auto candidates = candidatesOf(selection, *step, tree, 1000);
+    for (const std::size_t slices : {1U, 2U, 3U, 7U, 50000U}) {
+        SCOPED_TRACE(slices);
+        std::vector<std::vector<PreviewCandidate>> of(slices);
+        for (const auto& candidate : candidates)
+            of[selection.sliceOf(candidate, slices)].push_back(candidate);
+        BuiltPreview all;
+        std::uint64_t before = 0;
+        for (std::size_t slice = 0; slice < slices; ++slice) {
+            const auto part = selection.preview(selection.sorted({of[slice]}, slice, slices), before);
+            EXPECT_EQ(part.first, all.points.size());
+            all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+            all.threshold.insert(all.threshold.end(), part.threshold.begin(), part.threshold.end());
+            before += of[slice].size();
+        }
+        EXPECT_TRUE(same(all.points, whole.points));
+        EXPECT_EQ(all.threshold, whole.threshold);
     }
 }
 

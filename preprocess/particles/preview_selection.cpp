@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/particles/preview_selection.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "preprocess/particles/cell_plan.h"
+#include "protocol/scene/drawn_points.h"
+
+namespace mote::prep {
+namespace {
+
+using storage::Preview;
+
+std::uint32_t drawnOf(const Octree& octree, std::size_t leaf, double fraction) {
+    const auto node = octree.leafNode[leaf];
+    return drawnPoints(fraction, octree.leafPointCount[leaf], octree.level[node], octree.morton[node]);
+}
+
+/// Of `count` parts of [0, 1], the one that holds `at`; what lies outside is in the nearest.
+std::size_t partOf(double at, std::size_t count) {
+    return static_cast<std::size_t>(
+        std::clamp(at * static_cast<double>(count), 0.0, static_cast<double>(count - 1)));
+}
+
+}  // namespace
+
+std::uint64_t previewSize(std::uint64_t points) {
+    return std::min<std::uint64_t>(points / 4, Preview::mostPoints);
+}
+
+PreviewSelection::PreviewSelection(const Octree& octree)
+    : octree_(octree), total_(previewSize(octree.count.front())) {
+    if (total_ == 0) return;
+    fraction_ = fractionFor(total_);
+    const auto& density = octree.leafDensity;
+    const auto first = std::upper_bound(density.begin(), density.end(), 0.0F);
+    if (first != density.end()) scale_ = {*first, density.back()};
+}
+
+/// A fraction that draws at least `total` points, and few more.
+double PreviewSelection::fractionFor(std::uint64_t total) const {
+    double fraction = static_cast<double>(total) / static_cast<double>(octree_.count.front());
+    // The drawn points are as many as wanted but for chance; a fraction of 1 draws all.
+    for (; fraction < 1.0; fraction *= 1.01) {
+        const auto drawn = tbb::parallel_reduce(
+            tbb::blocked_range<std::size_t>(0, octree_.leafNode.size(), 1 << 14), std::uint64_t{0},
+            [&](const tbb::blocked_range<std::size_t>& part, std::uint64_t count) {
+                for (auto leaf = part.begin(); leaf < part.end(); ++leaf) {
+                    count += drawnOf(octree_, leaf, fraction);
+                }
+                return count;
+            },
+            std::plus<>());
+        if (drawn >= total) break;
+    }
+    // A little more, so that no point is lost to the rounding of drawnPoints.
+    return std::min(1.0, fraction * (1.0 + 1e-9));
+}
+
+void PreviewSelection::add(std::size_t leaf, std::uint32_t first,
+                           std::span<const storage::PackedPosition> positions,
+                           std::vector<PreviewCandidate>& candidates) const {
+    if (total_ == 0) return;
+    const auto drawn = drawnOf(octree_, leaf, fraction_);
+    if (drawn <= first) return;
+    const auto node = octree_.leafNode[leaf];
+    const unsigned level = octree_.level[node];
+    const double offset = leafOffset(octree_.level[node], octree_.morton[node]);
+    const auto cell = mortonCell(octree_.morton[node]);
+    const double density = octree_.leafDensity[leaf];
+    const double t = density > 0.0 ? scale_.ofLeaf(density) : 0.0;
+    const auto shade = static_cast<std::uint16_t>(std::lround(65535.0 * t));
+    const auto place = [&](std::size_t axis, std::uint16_t within) {
+        return static_cast<std::uint16_t>(((std::uint64_t{cell[axis]} << 16) | within) >> level);
+    };
+    for (std::size_t i = 0; i < std::min<std::size_t>(drawn - first, positions.size()); ++i) {
+        const auto& at = positions[i];
+        candidates.push_back(
+            {drawnFrom(static_cast<std::uint32_t>(first + i), octree_.leafPointCount[leaf], offset),
+             {place(0, at.x), place(1, at.y), place(2, at.z), shade}});
+    }
+}
+
+std::size_t PreviewSelection::sliceOf(const PreviewCandidate& candidate, std::size_t slices) const {
+    return partOf(candidate.from / fraction_, slices);
+}
+
+/// Fractions are spread evenly, so each of many parts is small.
+std::vector<PreviewCandidate> PreviewSelection::sorted(
+    const std::vector<std::span<const PreviewCandidate>>& lists, std::size_t slice,
+    std::size_t slices) const {
+    std::size_t size = 0;
+    for (const auto& list : lists) size += list.size();
+    const std::size_t parts = size / 1024 + 1;
+    const auto part = [&](const PreviewCandidate& candidate) {
+        const double at = candidate.from / fraction_ * static_cast<double>(slices);
+        return partOf(at - static_cast<double>(slice), parts);
+    };
+    std::vector<std::size_t> next(parts + 1);
+    for (const auto& list : lists) {
+        for (const auto& candidate : list) ++next[part(candidate) + 1];
+    }
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    const auto begin = next;
+    std::vector<PreviewCandidate> sorted(size);
+    for (const auto& list : lists) {
+        for (const auto& candidate : list) sorted[next[part(candidate)]++] = candidate;
+    }
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
+        std::stable_sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin[i]),
+                         sorted.begin() + static_cast<std::ptrdiff_t>(begin[i + 1]),
+                         [](const auto& a, const auto& b) { return a.from < b.from; });
+    });
+    return sorted;
+}
+
+BuiltPreview PreviewSelection::preview(std::span<const PreviewCandidate> sorted, std::uint64_t before) const {
+    BuiltPreview preview;
+    preview.first = std::min(before, total_);
+    const auto count = std::min<std::uint64_t>(sorted.size(), total_ - preview.first);
+    preview.points.reserve(count);
+    for (const auto& candidate : sorted.first(count)) {
+        if ((preview.first + preview.points.size()) % Preview::blockPoints == 0) {
+            preview.threshold.push_back(static_cast<float>(candidate.from));
+        }
+        preview.points.push_back(candidate.point);
+    }
+    return preview;
+}
+
+}  // namespace mote::prep
