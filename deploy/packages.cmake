@@ -23,6 +23,7 @@ set(CPACK_COMPONENT_PREP_DESCRIPTION
   "Makes datasets for Mote\n Turns runs of particles, volumes, meshes and images into datasets; alone or on several nodes.")
 # The server's jobs run mote-prep, its films mote-frames.
 set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS "mote-prep (= ${PROJECT_VERSION})")
-set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "mote-client (= ${PROJECT_VERSION})")
+# What draws on a GPU is loaded where it is there.
+set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "mote-client (= ${PROJECT_VERSION}), libegl1, libopengl0")
 set(CPACK_DEBIAN_PREP_PACKAGE_SUGGESTS "openmpi-bin")
 include(CPack)

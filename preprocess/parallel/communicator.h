@@ -65,6 +65,7 @@ template <class T>
 Result<std::vector<std::vector<T>>> shareValues(Communicator& ranks, std::span<const T> mine) {
     MOTE_ASSIGN_OR_RETURN(auto shared, ranks.share(std::as_bytes(mine)));
     std::vector<std::vector<T>> values;
+    values.reserve(shared.size());
     for (const auto& bytes : shared) values.push_back(valuesOf<T>(bytes));
     return values;
 }

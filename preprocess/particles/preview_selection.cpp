@@ -48,20 +48,21 @@ PreviewSelection::PreviewSelection(const Octree& octree)
 double PreviewSelection::fractionFor(std::uint64_t total) const {
     double fraction = static_cast<double>(total) / static_cast<double>(octree_.count.front());
     // The drawn points are as many as wanted but for chance; a fraction of 1 draws all.
-    for (; fraction < 1.0; fraction *= 1.01) {
-        const auto drawn = tbb::parallel_reduce(
-            tbb::blocked_range<std::size_t>(0, octree_.leafNode.size(), 1 << 14), std::uint64_t{0},
-            [&](const tbb::blocked_range<std::size_t>& part, std::uint64_t count) {
-                for (auto leaf = part.begin(); leaf < part.end(); ++leaf) {
-                    count += drawnOf(octree_, leaf, fraction);
-                }
-                return count;
-            },
-            std::plus<>());
-        if (drawn >= total) break;
-    }
+    while (fraction < 1.0 && drawnBy(fraction) < total) fraction *= 1.01;
     // A little more, so that no point is lost to the rounding of drawnPoints.
     return std::min(1.0, fraction * (1.0 + 1e-9));
+}
+
+/// How many points a fraction draws.
+std::uint64_t PreviewSelection::drawnBy(double fraction) const {
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, octree_.leafNode.size(), 1 << 14), std::uint64_t{0},
+        [&](const tbb::blocked_range<std::size_t>& part, std::uint64_t count) {
+            for (auto leaf = part.begin(); leaf < part.end(); ++leaf)
+                count += drawnOf(octree_, leaf, fraction);
+            return count;
+        },
+        std::plus<>());
 }
 
 void PreviewSelection::add(std::size_t leaf, std::uint32_t first,

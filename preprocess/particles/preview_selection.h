@@ -52,6 +52,7 @@ class PreviewSelection {
 
   private:
     double fractionFor(std::uint64_t total) const;
+    std::uint64_t drawnBy(double fraction) const;
 
     const Octree& octree_;
     std::uint64_t total_ = 0;

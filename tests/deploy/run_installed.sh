@@ -12,7 +12,7 @@ cat >server.toml <<'END'
 root = ["data=/root/data"]
 state = "/root/state"
 connection = "/root/connection.json"
-device = "cpu"
+device = "auto" # nothing that draws on a GPU is installed
 log = "/root/server.log"
 log-format = "json"
 metrics = "unix:/root/metrics.sock"

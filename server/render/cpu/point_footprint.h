@@ -58,6 +58,8 @@ void DiscFootprint::spread(float x, float y, const PixelBox& box, Add add) const
         for (std::int32_t column = left; column < right; ++column) {
             const float dx = static_cast<float>(column) + 0.5F - x;
             const float coverage = std::clamp(reach_ - std::sqrt(dx * dx + dy * dy), 0.0F, 1.0F);
+            // Never negative, and std::lround would be a call for each pixel:
+            // NOLINTNEXTLINE(bugprone-incorrect-roundings)
             const float weight = weight_[static_cast<std::uint32_t>(coverage * steps + 0.5F)];
             if (weight > 0.0F) add(column, row, weight);
         }

@@ -180,6 +180,7 @@ class Summing {
                                const bool half = std::sqrt(x * x + y * y) <= reach - 0.5F;
                                least(sums_.words[2 * pixel], half ? key : key | farBit);
                            } else {
+                               // As in PointFootprint: NOLINTNEXTLINE(bugprone-incorrect-roundings)
                                const auto units = static_cast<std::uint64_t>(weight * discUnit + 0.5F);
                                addTo(pixel, units, units * code);
                            }

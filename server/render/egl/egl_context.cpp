@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/render/egl/egl_context.h"
 
+#include <dlfcn.h>
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -71,9 +72,22 @@ EGLContext createContext(EGLDisplay display) {
     return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
 }
 
+bool isThere(const char* library) {
+    return ::dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr;
+}
+
+/// Epoxy loads these when they are first called, and ends the process where they are not installed.
+void requireLibraries() {
+    if (!isThere("libEGL.so.1")) throw DeviceError("there is no libEGL.so.1 here");
+    if (!isThere("libOpenGL.so.0") && !isThere("libGL.so.1")) {
+        throw DeviceError("there is neither libOpenGL.so.0 nor libGL.so.1 here");
+    }
+}
+
 }  // namespace
 
 EglContext::EglContext() {
+    requireLibraries();
     eglBindAPI(EGL_OPENGL_API);
     for (const EGLDisplay display : displays()) {
         context_ = createContext(display);

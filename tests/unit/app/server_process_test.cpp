@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The program itself: its one line, its signals and what it leaves behind. Skipped where there is no device.
+// The program itself: its one line, its signals and what it leaves behind.
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "protocol/wire/address.h"
 #include "protocol/wire/connection_file.h"
@@ -97,8 +99,7 @@ TEST_F(ServerProcess, SaysReadyServesAndEndsCleanlyOnASignal) {
     for (const int number : {SIGTERM, SIGINT, SIGHUP}) {
         Process server(command());
         const std::string line = server.line();
-        if (line.empty()) GTEST_SKIP() << "there is no device here";
-        EXPECT_TRUE(line.starts_with("ready ")) << line;
+        ASSERT_TRUE(line.starts_with("ready ")) << line;
         const auto connection = wire::readConnectionFile(file());
         ASSERT_TRUE(connection.ok()) << connection.error().toString();
         const fs::path socket = wire::parseAddress(connection->address())->path;
@@ -117,7 +118,7 @@ TEST_F(ServerProcess, SaysReadyServesAndEndsCleanlyOnASignal) {
 TEST_F(ServerProcess, KilledOneIsReplaced) {
     {
         Process server(command());
-        if (server.line().empty()) GTEST_SKIP() << "there is no device here";
+        ASSERT_TRUE(server.line().starts_with("ready "));
         server.signal(SIGKILL);
         EXPECT_EQ(server.wait(), -SIGKILL);
         EXPECT_TRUE(fs::exists(file()));
@@ -135,6 +136,29 @@ TEST_F(ServerProcess, KilledOneIsReplaced) {
     client.barrier();
     server.signal(SIGTERM);
     EXPECT_EQ(server.wait(), 0);
+}
+
+/// A library that is no library is found in the place of the one that is installed.
+TEST_F(ServerProcess, WhereThereIsNoEglTheProcessorDraws) {
+    const fs::path libraries = folder_ / "libraries";
+    fs::create_directory(libraries);
+    std::ofstream(libraries / "libEGL.so.1") << "none";
+    ::setenv("LD_LIBRARY_PATH", libraries.c_str(), 1);
+    const auto line = [&](const char* device) {
+        auto words = command();
+        words.insert(words.end(), {"--device", device});
+        Process server(words);
+        const auto said = server.line();
+        server.signal(SIGTERM);
+        return std::pair(said, server.wait());
+    };
+    const auto best = line("auto");
+    const auto egl = line("egl");
+    ::unsetenv("LD_LIBRARY_PATH");
+    EXPECT_TRUE(best.first.starts_with("ready ")) << best.first;
+    EXPECT_NE(best.first.find(" cpu "), std::string::npos) << best.first;
+    EXPECT_EQ(best.second, 0);
+    EXPECT_EQ(egl, std::pair(std::string(), 1));
 }
 
 TEST_F(ServerProcess, WrongUsageIsTwo) {
