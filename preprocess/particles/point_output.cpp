@@ -234,8 +234,12 @@ Status PointOutput::writePreview(const std::vector<std::span<const PreviewCandid
     const auto sorted = selection_.sorted(lists, own(), static_cast<std::size_t>(ranks_.size()));
     const std::uint64_t size = sorted.size();
     MOTE_ASSIGN_OR_RETURN(const auto sizes, shareValues<std::uint64_t>(ranks_, std::span(&size, 1)));
-    std::uint64_t before = 0;
-    for (std::size_t rank = 0; rank < own(); ++rank) before += sizes[rank].front();
+    std::uint64_t before = 0, all = 0;
+    for (std::size_t rank = 0; rank < sizes.size(); ++rank) {
+        if (rank == own()) before = all;
+        all += sizes[rank].front();
+    }
+    MOTE_CHECK(all >= previewSize(step_.counts.particles));
     return agree(ranks_, write(selection_.preview(sorted, before)));
 }
 

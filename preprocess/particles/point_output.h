@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // PointOutput: the points of a built step, from the ranks that have them to their places in the file, window
-// by window; and the candidates for the preview on the way. One object a step and rank, used from one thread;
-// works on all threads of its arena.
+// by window; and the preview, whose candidates are gathered on the way and put in order by each rank some.
+// One object a step and rank, used from one thread; works on all threads of its arena.
 #pragma once
 
 #include <functional>
