@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/json.h"
+#include "protocol/scene/empty_lists.h"
 #include "protocol/scene/system_error.h"
 
 #include <fmt/format.h>
@@ -20,7 +21,7 @@ std::string print(const google::protobuf::Message& message, bool indented, bool 
     std::string text;
     const auto status = json::MessageToJsonString(message, &text, options);
     MOTE_CHECK(status.ok());
-    return text;
+    return complete && !indented ? withoutEmptyLists(std::move(text), message) : text;
 }
 
 /// A field's path as it is written in JSON: fov_y_degrees is fovYDegrees there.
@@ -50,9 +51,11 @@ std::string withPath(std::string_view text) {
 Status parseJson(std::string_view text, google::protobuf::Message& message, std::string_view source) {
     const auto status =
         json::JsonStringToMessage({text.data(), text.size()}, &message, json::JsonParseOptions{});
-    if (status.ok()) return success();
-    return Error{ErrorCode::invalidArgument, std::string(source),
-                 withPath({status.message().data(), status.message().size()})};
+    if (!status.ok())
+        return Error{ErrorCode::invalidArgument, std::string(source),
+                     withPath({status.message().data(), status.message().size()})};
+    MOTE_RETURN_IF_ERROR(tellEmptyLists(text, message), source);
+    return success();
 }
 
 Status readJsonFile(const std::filesystem::path& path, google::protobuf::Message& message,

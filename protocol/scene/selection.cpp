@@ -31,6 +31,10 @@ class Reader {
         MOTE_RETURN_IF_ERROR(readParts(message, selection));
         MOTE_RETURN_IF_ERROR(readIds(message, selection));
         if (message.has_step()) selection.step = message.step();
+        if (message.nothing()) {
+            MOTE_RETURN_IF_ERROR(count(1, "nothing"));
+            selection.nothing = true;
+        }
         MOTE_RETURN_IF_ERROR(readList(message.all(), "all", depth, selection.all));
         MOTE_RETURN_IF_ERROR(readList(message.any(), "any", depth, selection.any));
         if (message.has_negated()) {

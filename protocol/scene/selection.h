@@ -64,6 +64,7 @@ struct Selection {
     std::optional<std::uint32_t> step;  ///< in which it was made: in other steps it holds the same ids
     std::vector<Selection> all, any;
     std::vector<Selection> negated;  ///< none or one
+    bool nothing = false;            ///< it holds no particle, whatever else it says
 
     /// Whether it holds every particle.
     bool everything() const { return *this == Selection(); }

@@ -42,6 +42,7 @@ void write(const Selection& selection, proto::Selection& message) {
     }
     message.mutable_ids()->Add(selection.ids.begin(), selection.ids.end());
     if (selection.step) message.set_step(*selection.step);
+    if (selection.nothing) message.set_nothing(true);
     for (const auto& inner : selection.all) write(inner, *message.add_all());
     for (const auto& inner : selection.any) write(inner, *message.add_any());
     for (const auto& inner : selection.negated) write(inner, *message.mutable_negated());
@@ -52,7 +53,7 @@ void write(const Selection& selection, proto::Selection& message) {
 bool Selection::operator==(const Selection& other) const {
     return ranges == other.ranges && density == other.density && polygon == other.polygon &&
            lasso == other.lasso && outermost == other.outermost && ids == other.ids && step == other.step &&
-           all == other.all && any == other.any && negated == other.negated;
+           all == other.all && any == other.any && negated == other.negated && nothing == other.nothing;
 }
 
 std::size_t valueCount(const Selection& selection) {

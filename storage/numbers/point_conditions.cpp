@@ -135,6 +135,11 @@ class InMask final : public PointCondition {
     const PointMask mask_;
 };
 
+class NoPoints final : public PointCondition {
+  public:
+    void keep(PointRange, Words words, Scratch&) const override { std::ranges::fill(words, 0); }
+};
+
 class AllOf final : public PointCondition {
   public:
     explicit AllOf(PointConditions parts) : parts_(std::move(parts)) {}
@@ -190,7 +195,8 @@ class NoneOf final : public PointCondition {
 
 MadeCondition rangeCondition(const Selection::Range& range, const StepNumbers& step) {
     MOTE_ASSIGN_OR_RETURN(auto reader, readerOf(step, std::span(&range.column, 1), "column"));
-    if (const auto column = step.columns->find(range.column)) {
+    const auto column = step.columns->find(range.column);
+    if (column && !step.columns->columns()[*column].doubles) {
         const auto bounds = floatRange(step.columns->columns()[*column].offset, range.min, range.max);
         return MadeCondition(std::make_unique<const StoredRange>(*step.columns, *column, bounds));
     }
@@ -235,6 +241,10 @@ std::unique_ptr<const PointCondition> lassoCondition(const Selection::Lasso& las
 
 std::unique_ptr<const PointCondition> maskCondition(PointMask mask) {
     return std::make_unique<const InMask>(std::move(mask));
+}
+
+std::unique_ptr<const PointCondition> noPoints() {
+    return std::make_unique<const NoPoints>();
 }
 
 std::unique_ptr<const PointCondition> allOf(PointConditions parts) {

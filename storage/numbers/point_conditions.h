@@ -45,6 +45,8 @@ std::unique_ptr<const PointCondition> densityCondition(const Selection::Density&
                                                        const ParticleStep& step);
 std::unique_ptr<const PointCondition> lassoCondition(const Selection::Lasso& lasso, const ParticleStep& step);
 std::unique_ptr<const PointCondition> maskCondition(PointMask mask);
+/// That no point meets.
+std::unique_ptr<const PointCondition> noPoints();
 
 std::unique_ptr<const PointCondition> allOf(PointConditions parts);
 std::unique_ptr<const PointCondition> anyOf(PointConditions parts);

@@ -90,6 +90,7 @@ class Selector {
 
     /// The conditions of the selection itself, those first that cost least.
     Status addOwn(const Selection& selection, const StepNumbers& step, PointConditions& parts) {
+        if (selection.nothing) parts.push_back(noPoints());
         if (selection.density) parts.push_back(densityCondition(*selection.density, *step.points));
         const auto add = [&](MadeCondition made) -> Status {
             MOTE_RETURN_IF_ERROR(made);

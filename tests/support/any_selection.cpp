@@ -99,6 +99,7 @@ Selection anySelection(Random& random, const SelectionShape& shape) {
     for (auto count = random.below(3); count > 0; --count) addCondition(random, shape, selection);
     if (shape.steps > 0 && random.chance(0.15))
         selection.step = static_cast<std::uint32_t>(random.below(shape.steps));
+    if (shape.nothing) selection.nothing = random.chance(0.1);
     if (shape.depth <= 1) return selection;
     SelectionShape inner = shape;
     --inner.depth;

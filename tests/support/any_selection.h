@@ -26,6 +26,7 @@ struct SelectionShape {
     std::uint32_t steps = 0;       ///< as many, from 0; 0: none
     int depth = 3;                 ///< of selections in each other
     std::uint64_t mostPoints = 9;  ///< of a polygon
+    bool nothing = false;          ///< some of them, or of their parts, hold no particle
 };
 
 /// A valid one; most hold some particles and not others.

@@ -127,6 +127,7 @@ bool drawParts(const NumbersPanel& panel, proto::Selection& selection) {
     if (selection.has_polygon()) *shape.mutable_polygon() = selection.polygon();
     if (selection.has_lasso()) *shape.mutable_lasso() = selection.lasso();
     *shape.mutable_ids() = selection.ids();
+    shape.set_nothing(selection.nothing());
     if (shape.ByteSizeLong() > 0) dim(describe(shape));
     changed |= drawList(panel, *selection.mutable_all(), "all of");
     changed |= drawList(panel, *selection.mutable_any(), "any of");

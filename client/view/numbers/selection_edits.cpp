@@ -79,6 +79,7 @@ std::string list(const google::protobuf::RepeatedPtrField<proto::Selection>& par
 
 std::vector<std::string> conditionsOf(const proto::Selection& selection) {
     std::vector<std::string> texts;
+    if (selection.nothing()) texts.emplace_back("no particle");
     if (!selection.named().empty()) texts.push_back(selection.named());
     for (const auto& range : selection.ranges()) texts.push_back(describeRange(range));
     if (selection.has_density()) texts.push_back(describeDensity(selection.density()));

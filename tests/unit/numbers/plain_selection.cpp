@@ -178,7 +178,7 @@ std::vector<double> plainQuantity(const std::string& name, const MemoryRun& run,
 
 std::vector<Chosen> plainSelection(const Selection& selection, const MemoryRun& run, std::uint32_t step) {
     const auto& here = run.at(step);
-    All all(here.points->pointCount(), Chosen::yes);
+    All all(here.points->pointCount(), selection.nothing ? Chosen::no : Chosen::yes);
     if (selection.step && *selection.step != step) {
         const auto there = plainSelection(selection, run, *selection.step);
         const auto ids = run.at(*selection.step).columns->ids(0, there.size());

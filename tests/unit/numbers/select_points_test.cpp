@@ -27,6 +27,7 @@ SelectionShape shapeOf(const AnyRun& run) {
                      {"xp", -5e-3, 5e-3}, {"delta", -1e-2, 1e-2}, {"energy", 3.4e6, 3.6e6}};
     shape.ids = run.ids ? run.most : 0;
     shape.steps = run.ids ? run.steps : 0;
+    shape.nothing = true;
     return shape;
 }
 
@@ -101,6 +102,30 @@ TEST(SelectPoints, NoColumnsAreNeededWhereNoneAreNamed) {
     EXPECT_EQ(missing.error().code, ErrorCode::notFound);
     EXPECT_EQ(missing.error().where, "any[1].ranges[0]");
     EXPECT_NE(missing.error().message.find("mote-prep particles"), std::string::npos);
+}
+
+TEST(SelectPoints, NothingIsNoParticleAndNotNothingIsAll) {
+    Random random(3, 76);
+    const auto run = anyRun(random, {.most = 5000, .steps = 2, .ids = true});
+    const auto countOf = [&](const Selection& selection) {
+        const auto mask = selectPoints(selection, *run, 0, {});
+        EXPECT_TRUE(mask.ok());
+        return mask.ok() ? mask->count() : 0;
+    };
+    const auto points = run->at(0).points->pointCount();
+    Selection nothing, made, opposite, either, both;
+    nothing.nothing = made.nothing = true;
+    made.step = 1;  // no particle has no ids
+    opposite.negated = {nothing};
+    either.any = {nothing, Selection()};
+    both.all = {nothing, Selection()};
+    ASSERT_GT(points, 0U);
+    EXPECT_EQ(countOf(Selection()), points);
+    EXPECT_EQ(countOf(nothing), 0U);
+    EXPECT_EQ(countOf(made), 0U);
+    EXPECT_EQ(countOf(opposite), points);
+    EXPECT_EQ(countOf(either), points);
+    EXPECT_EQ(countOf(both), 0U);
 }
 
 TEST(SelectPoints, SaysWhatIsMissing) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "protocol/scene/json.h"
@@ -13,8 +14,10 @@
 namespace mote::test {
 namespace {
 
-const SelectionShape everything{
-    .columns = {{"x", -1e-3, 1e-3}, {"px", -2e5, 3e5}, {"delta", -0.1, 0.1}}, .ids = 1000, .steps = 60};
+const SelectionShape everything{.columns = {{"x", -1e-3, 1e-3}, {"px", -2e5, 3e5}, {"delta", -0.1, 0.1}},
+                                .ids = 1000,
+                                .steps = 60,
+                                .nothing = true};
 
 proto::Selection messageOf(std::string json) {
     std::replace(json.begin(), json.end(), '\'', '"');
@@ -176,6 +179,98 @@ TEST(Selection, HasNoMoreConditionsThanItMay) {
     EXPECT_EQ(refusalOf(wide), "any[0]: a selection has at most 256 conditions in all");
     wide.add_ranges()->set_column("x");
     EXPECT_EQ(refusalOf(wide), "ranges: a selection has at most 256 conditions in all");
+}
+
+TEST(Selection, AListThatIsThereAndEmptySelectsNothing) {
+    for (const char* list : {"ids", "ranges", "any", "all"}) {
+        for (const char* empty : {"[]", " [ ] ", "[\n]", "[null]", "[[]]"}) {
+            const auto json = std::string("{'") + list + "': " + empty + "}";
+            const auto selection = selectionOf(json);
+            EXPECT_TRUE(selection.nothing) << json;
+            EXPECT_FALSE(selection.everything()) << json;
+        }
+        EXPECT_TRUE(selectionOf(std::string("{'") + list + "': null}").everything()) << list;
+    }
+    // However it is written; a word of its own does not take it back.
+    for (const char* json :
+         {"{ids: []}", "{'i\\u0064s': []}", "{'density': {'max': 0.5}, 'ids': [],}",
+          "{'nothing': false, 'any': []}", "{'any': [], 'nothing': false}", "{'nothing': true}"})
+        EXPECT_TRUE(selectionOf(json).nothing) << json;
+    for (const char* json : {"{'ids': [], 'ids': [3]}", "{'ids': [7]}", "{'ids': 7}", "{'any': [{}]}",
+                             "{'all': {}}", "{'step': 2}", "{'nothing': false}"})
+        EXPECT_FALSE(selectionOf(json).nothing) << json;
+    // What is empty in a text is no list.
+    EXPECT_FALSE(selectionOf("{'ranges': [{'column': '\\\"ids\\\": [], {'}]}").nothing);
+}
+
+TEST(Selection, EachPartKnowsItsOwnEmptyLists) {
+    const auto selection = selectionOf(
+        "{'all': [{'ids': [1]}, null, {'any': []}, {}], 'all': [{'not': {'ids': []}}],"
+        "'not': {'any': [{'ranges': []}, {'ids': [2]}]}, 'polygon': {'columns': ['x', 'y'],"
+        "'points': [[0, 0], [1, 0], [0, 1]]}}");
+    ASSERT_EQ(selection.all.size(), 4U);
+    EXPECT_FALSE(selection.nothing);
+    EXPECT_FALSE(selection.all[0].nothing);
+    EXPECT_TRUE(selection.all[1].nothing);
+    EXPECT_TRUE(selection.all[2].everything());
+    EXPECT_FALSE(selection.all[3].nothing);
+    EXPECT_TRUE(selection.all[3].negated.at(0).nothing);
+    EXPECT_TRUE(selection.negated.at(0).any.at(0).nothing);
+    EXPECT_FALSE(selection.negated.at(0).any.at(1).nothing);
+}
+
+TEST(Selection, EmptyListsAreToldWhereverASelectionIs) {
+    proto::Script script;
+    ASSERT_TRUE(parseJson(R"({"views": [{}, {"layers": [{"select": {"ids": []}, "paths": {"ids": []}},
+        {"highlight": {"selection": {"any": []}, "color": []}}],
+        "selections": [{"name": "a", "selection": {}}, {"name": "b", "selection": {"ranges": []}}]}]})",
+                          script, "script")
+                    .ok());
+    const auto& view = script.views(1);
+    EXPECT_TRUE(view.layers(0).select().nothing());
+    EXPECT_TRUE(view.layers(1).highlight().selection().nothing());
+    EXPECT_FALSE(view.selections(0).selection().nothing());
+    EXPECT_TRUE(view.selections(1).selection().nothing());
+    proto::JobRequest job;
+    ASSERT_TRUE(parseJson(R"({"export": {"columns": [], "select": {"not": {"ids": []}}}})", job, "job").ok());
+    EXPECT_TRUE(job.export_().select().negated().nothing());
+    EXPECT_FALSE(job.export_().select().nothing());
+}
+
+TEST(Selection, TheDeepestAndTheWidestTextIsFollowed) {
+    std::string deep = "{'ids': []}";
+    for (int i = 1; i < Selection::maxDepth; ++i) deep = "{'any': [" + deep + "]}";
+    const auto* selection = new proto::Selection(messageOf(deep));
+    const std::unique_ptr<const proto::Selection> outermost(selection);
+    for (int i = 1; i < Selection::maxDepth; ++i) selection = &selection->any(0);
+    EXPECT_TRUE(selection->nothing());
+    std::string wide = "{'any': [";
+    for (int i = 0; i < 120; ++i) wide += i % 3 == 0 ? "{'ids': []}," : "{'ids': [5]},";
+    const auto parts = selectionOf(wide + "]}").any;
+    ASSERT_EQ(parts.size(), 120U);
+    for (std::size_t i = 0; i < parts.size(); ++i) EXPECT_EQ(parts[i].nothing, i % 3 == 0) << i;
+}
+
+TEST(Selection, AllFieldsWrittenDownMeanTheSame) {
+    Random random(4);
+    for (int i = 0; i < 300; ++i) {
+        proto::JobRequest job, again;
+        *job.mutable_export_()->mutable_select() = toProto(anySelection(random, everything));
+        job.set_title("\"ids\":[],");
+        ASSERT_TRUE(parseJson(toJsonLine(job, true), again, "job").ok());
+        ASSERT_EQ(again.SerializeAsString(), job.SerializeAsString()) << toJsonLine(job, true);
+    }
+}
+
+TEST(Selection, NamesKeepWhatHoldsNothing) {
+    NamedSelectionMessages names;
+    names.Add()->set_name("none");
+    *names[0].mutable_selection() = messageOf("{'ids': []}");
+    EXPECT_TRUE(parseSelection(messageOf("{'named': 'none'}"), names)->nothing);
+    EXPECT_TRUE(parseSelection(messageOf("{'not': {'named': 'none'}}"), names)->negated.at(0).nothing);
+    // Conditions of a selection of nothing do not make it all.
+    const auto both = parseSelection(messageOf("{'named': 'none', 'ids': [1]}"), names).value();
+    EXPECT_TRUE(both.all.at(0).nothing);
 }
 
 /// "name=json" each.

@@ -21,7 +21,7 @@ test::SelectionShape shape() {
 
 /// A plain reading of a tree of ranges over one number for each column: what a step is does not matter here.
 bool holds(const Selection& selection, double x) {
-    bool inside = true;
+    bool inside = !selection.nothing;
     for (const auto& range : selection.ranges) inside &= x >= range.min && x <= range.max;
     for (const auto& part : selection.all) inside &= holds(part, x);
     bool any = selection.any.empty();
@@ -45,7 +45,9 @@ TEST(SelectionEdits, GesturesCombineAsSetsDo) {
         Random random(seed);
         const auto piece = [&] {
             const double low = random.between(-10.0, 10.0);
-            return between(low, low + random.between(0.0, 8.0), static_cast<int>(random.below(3)) - 1);
+            auto made = between(low, low + random.between(0.0, 8.0), static_cast<int>(random.below(3)) - 1);
+            if (random.chance(0.2)) made.set_nothing(true);
+            return made;
         };
         auto selection = piece();
         for (int gesture = 0; gesture < 6; ++gesture) {
@@ -123,6 +125,10 @@ TEST(SelectionEdits, AnySelectionIsDescribedInALine) {
         EXPECT_EQ(text.find('\n'), std::string::npos);
     }
     EXPECT_EQ(describe({}), "all particles");
+    proto::Selection nothing;
+    nothing.set_nothing(true);
+    EXPECT_EQ(describe(nothing), "no particle");
+    EXPECT_EQ(describe(combined({}, Combine::without, nothing)), "(all particles, not no particle)");
     EXPECT_EQ(describe(between(0.5, 2, 3)), "x 0.5 to 2 at step 3");
 }
 
