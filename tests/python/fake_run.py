@@ -79,8 +79,8 @@ class FakeRun:
         peer.send(message)
 
     def chosen(self, query, step):
-        """Of a selection's ranges and ids alone."""
-        keep = np.ones(len(self.ids[step]), bool)
+        """Of a selection's ranges and ids alone, and of nothing."""
+        keep = np.full(len(self.ids[step]), not query.select.nothing)
         for bounds in query.select.ranges:
             column = self.values[step][:, COLUMNS.index(bounds.column)]
             keep &= column >= (bounds.min if bounds.HasField("min") else -np.inf)

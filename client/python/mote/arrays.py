@@ -2,13 +2,13 @@
 """Columns straight from numpy: checked, packed as a file for each step, uploaded for a job to read."""
 from __future__ import annotations
 
-import re
 import tempfile
 import warnings
 from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import IO, TYPE_CHECKING, Any, Deque, Dict, List, Optional
 
+from . import arguments
 from .errors import Error, invalid
 from .messages import new
 
@@ -17,29 +17,65 @@ if TYPE_CHECKING:
 
     from .session import Session
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,62}\Z")
-_NOT_COLUMNS = ("time", "iteration", "mass")
+# What the job's reader of .npz knows, in any case; it passes by all others.
+_COLUMNS = ("x", "y", "z", "t", "px", "py", "pz", "weight", "charge", "id", "status", "lost", "alive")
+_SAME = {"w": "weight", "weighting": "weight", "q": "charge", "particleid": "id", "particle_id": "id",
+         "particlestatus": "status", "particle_status": "status",
+         **{f"position_{axis}": axis for axis in "xyz"},
+         **{f"{word}_{axis}": f"p{axis}" for axis in "xyz" for word in ("p", "momentum")}}
 _PIECE = (1 << 20) - 1024  # bytes of a file in a message
 _UNDER_WAY = 8  # pieces that are sent ahead of their answers
 
 
-def _column(name: Any, values: Any, where: str) -> NDArray[Any]:
-    """One column as float64, or uint64 where it is of ids."""
+def _meaning(name: Any, where: str) -> str:
+    """Which of _COLUMNS a name stands for."""
+    if isinstance(name, str):
+        lower = name.lower()
+        meaning = _SAME.get(lower, lower)
+        if meaning in _COLUMNS:
+            return meaning
+    raise invalid(where, f"{name!r} is no name of a column that can be prepared; there are {', '.join(_COLUMNS)}"
+                  + ("; it is an argument of its own" if name in ("time", "iteration", "mass") else ""))
+
+
+def _array(values: Any, place: str) -> NDArray[Any]:
     import numpy as np
 
-    if not isinstance(name, str) or not _NAME.match(name) or name in _NOT_COLUMNS:
-        raise invalid(where, f"{name!r} is no name of a column")
-    place = f"{where}[{name!r}]"
-    array = np.asarray(values)
+    try:
+        array: NDArray[Any] = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)
+    except ValueError:
+        raise invalid(place, "is numbers in a row; its parts differ in length") from None
     if array.ndim > 1:
         raise invalid(place, f"is numbers in a row, not of the shape {array.shape}")
-    if name == "id":
+    return array
+
+
+def _is_masked(array: Any) -> bool:
+    """Whether some of it is."""
+    return bool(getattr(array, "mask", None) is not None and array.mask.any())
+
+
+def _column(name: Any, values: Any, where: str) -> NDArray[Any]:
+    """One column as float64, NaN where it is masked, or uint64 where it is of ids."""
+    import numpy as np
+
+    meaning = _meaning(name, where)
+    place = f"{where}[{name!r}]"
+    array = _array(values, place)
+    masked = _is_masked(array)
+    if meaning == "id":
         if array.dtype.kind not in "iu" or (array.size and int(array.min()) < 0):
             raise invalid(place, f"ids are whole numbers from 0 on, not {array.dtype}")
-        return array.astype(np.uint64)
+        if masked or array.ndim == 0:
+            raise invalid(place, "each particle has an id of its own; none can be masked" if masked else
+                          "each particle has an id of its own: one number is none for all of them")
+        return np.asarray(array).astype(np.uint64)
     if array.dtype.kind not in "fiub":
         raise invalid(place, f"is of real numbers, not of {array.dtype}")
-    return array.astype(np.float64, copy=False)
+    if masked and meaning in ("status", "lost", "alive"):
+        raise invalid(place, "is masked, and whether a particle is lost cannot be left open")
+    floats: Any = array.astype(np.float64, copy=False)
+    return np.asarray(floats.filled(np.nan) if masked else floats)
 
 
 def _tell_not_finite(columns: Mapping[str, NDArray[Any]], where: str) -> None:
@@ -59,6 +95,10 @@ def check_step(arrays: Any, where: str) -> Dict[str, NDArray[Any]]:
     if not isinstance(arrays, Mapping) or not arrays:
         raise invalid(where, "is a dict of columns by name")
     columns = {name: _column(name, values, where) for name, values in arrays.items()}
+    meanings = [_meaning(name, where) for name in columns]
+    for index, meaning in enumerate(meanings):
+        if meaning in meanings[:index]:
+            raise invalid(where, f"{list(columns)[index]!r} is a column {meaning!r}, and there is another one")
     lengths = {name: len(column) for name, column in columns.items() if column.ndim == 1}
     if not lengths:
         raise invalid(where, "holds single numbers alone; at least one column must be an array")
@@ -76,15 +116,29 @@ def _numbers(values: Any, count: int, where: str) -> List[Any]:
 
     if values is None:
         return [None] * count
-    array = np.atleast_1d(np.asarray(values))
-    if array.shape != (count,) or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+    array = np.atleast_1d(_array(values, where))
+    if (array.shape != (count,) or array.dtype.kind not in "fiu" or _is_masked(array) or not np.isfinite(array).all()):
         raise invalid(where, f"is one number for each of {count} steps")
     return list(array.tolist())
 
 
-def _check_mass(mass: Optional[float]) -> None:
-    if mass is not None and not 0.0 < mass < float("inf"):
+def _iterations(values: Any, count: int) -> List[Any]:
+    """Whole numbers that a float holds, as the reader wants them."""
+    found = _numbers(values, count, "iteration")
+    for number in found:
+        if number is not None and (number != int(number) or abs(number) > 2**53):
+            raise invalid("iteration", f"is a whole number for each of {count} steps, within 2^53, not {number!r}")
+    return [None if number is None else int(number) for number in found]
+
+
+def checked_mass(mass: Any) -> Optional[float]:
+    """Raises Error (invalid_argument) where it is none."""
+    if mass is None:
+        return None
+    real = arguments.number(mass, "mass")
+    if not 0.0 < real < float("inf"):
         raise invalid("mass", f"is over 0, eV/c^2, not {mass!r}")
+    return real
 
 
 def _write(file: IO[bytes], columns: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
@@ -129,8 +183,7 @@ def upload_steps(session: Session, number: int, arrays: Any, mass: Optional[floa
         steps.append(check_step(step, f"arrays[{index}]" if several else "arrays"))
     if any(set(step) != set(steps[0]) for step in steps):
         raise invalid("arrays", "its steps differ in their columns")
-    times, numbers = _numbers(time, len(steps), "time"), _numbers(iteration, len(steps), "iteration")
-    _check_mass(mass)
+    times, numbers = _numbers(time, len(steps), "time"), _iterations(iteration, len(steps))
     names = []
     for index, columns in enumerate(steps):
         names.append(f"arrays-{number}-{index:06d}.npz")

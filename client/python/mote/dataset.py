@@ -6,7 +6,7 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 
-from . import queries
+from . import arguments, queries
 from .errors import Error, invalid
 from .messages import Message, to_dict
 
@@ -31,6 +31,8 @@ class Dataset:
         kind: "particles", "hybrid", "mesh", "stipple" or "image".
         title: for people.
     """
+
+    _BINS = 100
 
     def __init__(self, session: Session, description: Message) -> None:
         self.session = session
@@ -119,16 +121,16 @@ class Dataset:
 
         Args:
             columns: a name gives an array, several names a tuple of arrays: float64 in m, eV/c, s; "id" is uint64.
-            step: negative ones count from the end.
+            step: one of them; negative ones count from the end.
             select: these particles alone.
         """
         self._particles
-        names = [columns] if isinstance(columns, str) else list(columns)
-        index = queries.steps_of(step, len(self)).indices[0]
+        names = arguments.names(columns, "columns")
+        index = queries.one_step(step, len(self)).indices[0]
         values = queries.all_pieces(self.session.connection, self.name, index, select, names)
         return values[0] if isinstance(columns, str) else tuple(values)
 
-    def statistics(self, step: Steps = None, select: Optional[Selectable] = None, names: Optional[Sequence[str]] = None,
+    def statistics(self, step: Steps = None, select: Optional[Selectable] = None, names: Union[None, str, Sequence[str]] = None,
                    slices: Union[None, str, Tuple[str, int]] = None) -> Dict[str, Any]:
         """Statistics by name (docs/NUMBERS.md): of one step numbers, of several or all (None) arrays.
 
@@ -136,25 +138,25 @@ class Dataset:
         selection they are of the columns. What is not defined is NaN. "step", "iteration" and "time" stand beside them.
 
         Args:
-            step: one, a slice or range of them, or None: all.
+            step: one; a slice, range or list of them, ascending and evenly apart; or None: all.
             select: of these particles alone.
-            names: these alone; default all.
+            names: one or several, these alone; default all.
             slices: a column, or (column, count): also of even slices along it: "slices" is a dict of the same names,
                 with one number more a slice, and "slice_edges" says where they are.
         """
         particles = self._particles
         asked = queries.steps_of(step, len(self))
         own = list(particles.statistic_names)
+        wanted = [] if names is None else arguments.names(names, "names", "statistic")
         if select is None and slices is None and own:
             rows = [list(particles.steps[index].statistics) for index in asked.indices]
             if any(len(row) != len(own) for row in rows):
                 raise Error("corrupt", self.name, "its statistics do not belong to their names")
-            found = _some(queries.table(own, rows, asked.single), names)
+            found = _some(queries.table(own, rows, asked.single), wanted)
         else:
-            fields: Dict[str, Any] = {"names": list(names or [])}
+            fields: Dict[str, Any] = {"names": wanted}
             if slices is not None:
-                fields["slices"], *count = (slices,) if isinstance(slices, str) else slices
-                fields["sliceCount"] = count[0] if count else None
+                fields["slices"], fields["sliceCount"] = arguments.slices_of(slices)
             answers = queries.query(self.session.connection, self.name, asked, select, statistics=fields)
             found = queries.statistics_of(answers, asked.single, slices is not None)
         return {**self._when(asked), **found}
@@ -175,7 +177,7 @@ class Dataset:
             x, y: columns or derived quantities.
             bins: how many, or one number for each column; 1 to 4096.
             range: (low, high), or one for each column; default: the column's over all steps.
-            step: one, a slice or range of them, or None: all.
+            step: as of ``statistics``.
             select: of these particles alone.
             weighted: by the particles' weight; else a particle counts 1.
         """
@@ -198,7 +200,9 @@ class Dataset:
         self._particles
         if not queries.made_in_a_step(select):
             raise invalid("select.step", "what is followed through the steps must say in which it was selected")
-        names = [columns] if isinstance(columns, str) else list(columns)
+        names = arguments.names(columns, "columns", none=True)
+        if "id" in names:
+            raise invalid("columns", "holds \"id\", which is no number of a path: the ids are given beside it")
         return track(self.session.connection, self.name, queries.steps_of(step, len(self)), select, names)
 
     def pick(self, view: View, x: float, y: float, radius: Optional[float] = None) -> Optional[Dict[str, Any]]:
@@ -210,7 +214,10 @@ class Dataset:
             radius: pixels; default 8.
         """
         from .messages import to_dict as plain
+        from .view import View
 
+        if not isinstance(view, View):
+            raise invalid("view", f"is a mote.View, not the {arguments.told(view)}")
         fields = {"view": view.to_dict(), "x": x, "y": y, "radius": radius}
         query = {"dataset": self.name, "pick": fields}
         picked = queries.query_one(self.session.connection, query).message.answer.picked
@@ -222,15 +229,16 @@ class Dataset:
         found.pop("names", None)
         return {"layer": picked.layer, "point": picked.point, "row": picked.row, **found}
 
-    def figure(self, x: Optional[str] = None, y: Optional[str] = None, *, statistics: Optional[Sequence[str]] = None,
-               step: Steps = None, select: Optional[Selectable] = None, bins: Any = 100, range: Any = None,
+    def figure(self, x: Optional[str] = None, y: Optional[str] = None, *,
+               statistics: Union[None, str, Sequence[str]] = None,
+               step: Steps = None, select: Optional[Selectable] = None, bins: Any = _BINS, range: Any = None,
                weighted: bool = True, **options: Any) -> Figure:
         """A histogram, a waterfall (one column, several steps) or statistics over time, drawn with axes.
 
         Args:
             x, y: of a histogram: columns or derived quantities.
-            statistics: names of statistics instead.
-            step, select, bins, range, weighted: as of ``histogram``.
+            statistics: one or several names of statistics instead.
+            step, select: as of ``histogram``; and of a histogram bins, range, weighted.
             options: width, height (mm), font_points, dots_per_inch, dark, log_scale, marginals, ellipse, color_map,
                 title.
         """
@@ -239,18 +247,32 @@ class Dataset:
         self._particles
         if (x is None) == (statistics is None):
             raise invalid("figure", "is of columns, or of statistics")
+        for name in options:
+            if name in ("format", "histogram"):
+                raise invalid(name, "is no option of a figure: its format is that of the file's name in save(), its "
+                              "histogram that of x and y")
         fields = dict(options)
         if x is not None:
             fields["histogram"] = queries.histogram_query([x] if y is None else [x, y], bins, range, weighted)
+        elif y is None and range is None and weighted is True and bins is self._BINS:
+            fields["statistics"] = arguments.names(statistics, "statistics", "statistic")
         else:
-            fields["statistics"] = [statistics] if isinstance(statistics, str) else statistics
+            raise invalid("figure", "is of statistics, which have no y, bins, range and weighted")
         steps = queries.steps_of(step, len(self)).text
         return Figure(self.session, {"dataset": self.name, "steps": steps, "select": select}, fields)
 
     def export(self, step: Steps = None, select: Optional[Selectable] = None,
-               columns: Optional[Sequence[str]] = None) -> Job:
-        """A job that writes particles as openPMD-beamphysics HDF5: ``ds.export(step=3).wait().save("halo.h5")``."""
+               columns: Union[None, str, Sequence[str]] = None) -> Job:
+        """A job that writes particles as openPMD-beamphysics HDF5: ``ds.export(step=3).wait().save("halo.h5")``.
+
+        Args:
+            step: as of ``statistics``.
+            select: these particles alone.
+            columns: one or several, beside those without which a file would be of no use to others; default all.
+        """
         self._particles
+        if columns is not None:
+            columns = arguments.names(columns, "columns")
         fields = {"dataset": f"{self.name}.mote", "steps": queries.steps_of(step, len(self)).text, "select": select,
                   "columns": columns}
         return self.session.submit({"export": fields})
@@ -283,10 +305,9 @@ class Dataset:
         return f"<table><caption>{html.escape(self.name)}</caption><tbody>{rows}</tbody></table>"
 
 
-def _some(found: Dict[str, Any], names: Optional[Sequence[str]]) -> Dict[str, Any]:
-    """Those that are wanted. Raises Error where one is not there."""
-    wanted = [names] if isinstance(names, str) else names
-    for name in wanted or []:
+def _some(found: Dict[str, Any], wanted: Sequence[str]) -> Dict[str, Any]:
+    """Those that are wanted; all where none is named. Raises Error where one is not there."""
+    for name in wanted:
         if name not in found:
             raise invalid("names", f"there is no statistic {name!r}")
     return {name: found[name] for name in wanted} if wanted else found

@@ -8,6 +8,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import IO, TYPE_CHECKING, Any, Dict, List, Optional, Union
 
+from . import arguments
 from .errors import Error, invalid
 from .messages import Message, new
 
@@ -19,15 +20,30 @@ _INPUTS = {"particles": "inputs", "volume": "inputs", "mesh": "input", "image": 
 _BAR = 30  # characters
 
 
+def axis_names(axes: Any) -> List[str]:
+    """Several names; one text is not taken for its letters."""
+    if isinstance(axes, str):
+        raise invalid("axes", f"is a list of names, not the {arguments.told(axes)}")
+    return arguments.names(axes, "axes", "axis")
+
+
+def _fields(kind: str, options: Mapping[str, Any]) -> Dict[str, Any]:
+    """Of a job of a kind. Raises Error where one has an argument of its own."""
+    if kind not in _INPUTS:
+        raise invalid("kind", f"is one of {', '.join(_INPUTS)}, not {kind!r}")
+    for name in options:
+        if name in ("input", _INPUTS[kind]):
+            raise invalid(name, "is no option: the files are the first argument")
+    return dict(options)
+
+
 def request_of(kind: str, input: Union[str, Sequence[str]], output: str, axes: Optional[Sequence[str]], title: str,
                options: Mapping[str, Any]) -> Dict[str, Any]:
     """A JobRequest as plain values."""
-    if kind not in _INPUTS:
-        raise invalid("kind", f"is one of {', '.join(_INPUTS)}, not {kind!r}")
-    fields = dict(options)
+    fields = _fields(kind, options)
     if axes is not None:
-        fields["axes"] = axes
-    names = [input] if isinstance(input, str) else list(input)
+        fields["axes"] = axis_names(axes)
+    names = arguments.names(input, "input", "file")
     if _INPUTS[kind] == "inputs":
         fields["inputs"] = names
     elif len(names) == 1:
@@ -158,17 +174,22 @@ class Job:
 
     def save(self, path: Any, frame: Optional[int] = None) -> None:
         """Fetches what a film or an export has made, or one picture of a film, into a file."""
+        if frame is not None and not 0 <= arguments.whole(frame, "frame") < 2**32:
+            raise invalid("frame", f"is one of the film's, from 0 on, not {frame}")
+        answer, payload = self._fetch(0, frame)  # what is not there takes no file's place
         with open(os.fspath(path), "wb") as file:
-            while True:
-                message = new("ClientMessage")
-                message.fetch_film.id = self.id
-                message.fetch_film.begin = file.tell()
-                if frame is not None:
-                    message.fetch_film.frame = frame
-                answer, payload = self._session.connection.ask(message, "film_piece")
+            file.write(payload)
+            while payload and file.tell() < answer.film_piece.size:
+                answer, payload = self._fetch(file.tell(), frame)
                 file.write(payload)
-                if not payload or file.tell() >= answer.film_piece.size:
-                    return
+
+    def _fetch(self, begin: int, frame: Optional[int]) -> Any:
+        message = new("ClientMessage")
+        message.fetch_film.id = self.id
+        message.fetch_film.begin = begin
+        if frame is not None:
+            message.fetch_film.frame = arguments.whole(frame, "frame")
+        return self._session.connection.ask(message, "film_piece")
 
     def __repr__(self) -> str:
         status = self.status

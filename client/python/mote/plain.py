@@ -2,20 +2,22 @@
 """Messages from plain Python values, and back.
 
 Fields may be named as in JSON (``colorMap``) or as in the schema (``color_map``); numpy's arrays and numbers are
-lists and numbers; ``None`` is as good as absent. An unknown field or a bad value is an Error that names its path.
+lists and numbers; ``None`` is as good as absent, an empty list of a selection is not. An unknown field or a bad value is an Error that names its path.
 Any thread.
 """
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from typing import Any, Callable, Dict, List
 
+from . import arguments
 from .errors import Error, invalid
 from .messages import Message
 
 _LIST = "google.protobuf.ListValue"
+_SELECTION = "mote.proto.Selection"
 
 # Numbers of protobuf's CppType, which is the same in all of its versions.
 _INT32, _INT64, _UINT32, _UINT64, _DOUBLE, _FLOAT, _BOOL, _ENUM, _STRING, _MESSAGE = range(1, 11)
@@ -24,12 +26,12 @@ _RANGES = {_INT32: (-(2**31), 2**31 - 1), _INT64: (-(2**63), 2**63 - 1), _UINT32
 _REPEATED, _BYTES = 3, 12
 
 
-def _of_kind(value: Any) -> str:
-    return f"{type(value).__name__} {value!r}"[:80]
+_of_kind = arguments.told
 
 
 def _integer(field: Any, value: Any, where: str) -> int:
-    if isinstance(value, float) and value.is_integer():
+    # Beyond 2^53 a float is not the number that somebody wrote.
+    if isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
         value = int(value)
     try:
         number = operator.index(value)
@@ -42,21 +44,11 @@ def _integer(field: Any, value: Any, where: str) -> int:
 
 
 def _real(field: Any, value: Any, where: str) -> float:
-    if isinstance(value, (bool, str)):
-        raise invalid(where, f"is a number, not the {_of_kind(value)}")
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise invalid(where, f"is a number, not the {_of_kind(value)}") from None
-    if math.isnan(number):
-        raise invalid(where, "is not a number (NaN)")
-    return number
+    return arguments.number(value, where)
 
 
 def _boolean(field: Any, value: Any, where: str) -> bool:
-    if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):
-        return bool(value)
-    raise invalid(where, f"is True or False, not the {_of_kind(value)}")
+    return arguments.flag(value, where)
 
 
 def _text(field: Any, value: Any, where: str) -> Any:
@@ -79,12 +71,12 @@ _SCALARS: Dict[int, Callable[[Any, Any, str], Any]] = {
     _DOUBLE: _real, _FLOAT: _real, _BOOL: _boolean, _STRING: _text, _ENUM: _enumerator}
 
 
-def _items(value: Any, where: str) -> List[Any]:
-    if hasattr(value, "tolist") and not isinstance(value, (str, bytes)):
-        value = value.tolist()
-    if isinstance(value, (str, bytes, Mapping)) or not isinstance(value, Iterable):
-        raise invalid(where, f"is a list, not the {_of_kind(value)}")
-    return list(value)
+def _items(value: Any, where: str, any_order: bool = False) -> List[Any]:
+    if isinstance(value, Iterator):
+        raise invalid(where, f"is a list, not the {type(value).__name__}, which gives its items but once")
+    if any_order and isinstance(value, Set):
+        return list(value)
+    return arguments.items(value, where)
 
 
 def _fill_list(message: Message, value: Any, where: str) -> None:
@@ -103,7 +95,7 @@ def _put(message: Message, value: Any, where: str) -> None:
 
 def _fill_repeated(message: Message, field: Any, value: Any, where: str) -> None:
     target = getattr(message, field.name)
-    items = _items(value, where)
+    items = _items(value, where, field.name == "ids")
     if field.cpp_type == _MESSAGE:
         for index, item in enumerate(items):
             _put(target.add(), item, f"{where}[{index}]")
@@ -124,22 +116,28 @@ def _fill_field(message: Message, field: Any, value: Any, where: str) -> None:
 
 
 def _field(descriptor: Any, name: Any, where: str) -> Any:
-    found = descriptor.fields_by_camelcase_name.get(name) or descriptor.fields_by_name.get(name)
+    found = isinstance(name, str) and descriptor.fields_by_camelcase_name.get(name) or descriptor.fields_by_name.get(name)
     for field in descriptor.fields:
         if field.json_name == name:
             found = field
-    if found is None:
+    if not found:
         names = ", ".join(field.json_name for field in descriptor.fields)
         raise invalid(where, f"there is no field {name!r}; there are {names}")
     return found
 
 
+def _is_empty_list(message: Message, field: Any) -> bool:
+    return field.label == _REPEATED and message.DESCRIPTOR.full_name == _SELECTION and not getattr(message, field.name)
+
+
 def fill(message: Message, value: Any, where: str = "") -> None:
-    """Fills an empty message. Raises Error (invalid_argument)."""
+    """Fills an empty message. A list of a selection that is there and empty selects nothing. Raises Error
+    (invalid_argument)."""
     if hasattr(value, "to_dict"):
         value = value.to_dict()
     if not isinstance(value, Mapping):
         raise invalid(where or message.DESCRIPTOR.name, f"is a mapping of fields, not the {_of_kind(value)}")
+    given, nothing = set(), False
     for name, item in value.items():
         if item is None:
             continue
@@ -149,7 +147,13 @@ def fill(message: Message, value: Any, where: str = "") -> None:
         taken = message.WhichOneof(oneof.name) if oneof else None
         if taken is not None and taken != field.name:
             raise invalid(where, f"holds both {taken!r} and {field.name!r} where only one may be")
+        if field.name in given:
+            raise invalid(place, "is given twice, under both of its names")
+        given.add(field.name)
         _fill_field(message, field, item, place)
+        nothing = nothing or _is_empty_list(message, field)
+    if nothing:  # whatever it says of that itself
+        message.nothing = True
 
 
 def _value(field: Any, value: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
+from . import arguments
 from .connection import Connection
 from .errors import Error, invalid
 from .messages import Message, new, to_message
@@ -28,17 +29,20 @@ class Asked(NamedTuple):
 
 def steps_of(steps: Any, count: int) -> Asked:
     """Raises Error where there is no such step."""
-    from .view import step_index
-
     if steps is None:
         return Asked("", list(range(count)), False)
-    if isinstance(steps, (slice, range)):
-        chosen = list(range(count)[steps] if isinstance(steps, slice) else steps)
-        strides = {b - a for a, b in zip(chosen, chosen[1:])} or {1}
-        if not chosen or chosen[0] < 0 or chosen[-1] >= count or len(strides) > 1 or min(strides) < 1:
-            raise invalid("steps", f"{steps} are no steps in ascending order; the dataset has {count}")
-        return Asked(f"{chosen[0]}:{chosen[-1]}:{strides.pop()}", chosen, False)
-    index = step_index(steps, count)
+    if arguments.is_single(steps):
+        return one_step(steps, count)
+    chosen = arguments.even_steps(steps, count)
+    stride = chosen[1] - chosen[0] if len(chosen) > 1 else 1
+    return Asked(f"{chosen[0]}:{chosen[-1]}:{stride}", chosen, False)
+
+
+def one_step(step: Any, count: int) -> Asked:
+    """Raises Error where there is no such step, and where several are meant."""
+    if step is None or not arguments.is_single(step):
+        raise invalid("step", f"is one step, not the {arguments.told(step)}")
+    index = arguments.one_step(step, count)
     return Asked(f"{index}:{index}:1", [index], True)
 
 
@@ -126,12 +130,12 @@ def histogram_query(columns: Sequence[str], bins: Any, range: Any, weighted: boo
     """A HistogramQuery of one or two columns, from what numpy.histogram2d takes."""
     if not 1 <= len(columns) <= 2:
         raise invalid("columns", f"a histogram is of one column or two, not {len(columns)}")
-    counts = list(bins) if isinstance(bins, Sequence) or hasattr(bins, "tolist") else [bins] * len(columns)
-    ranges = [None] * len(columns) if range is None else [range] if len(columns) == 1 else list(range)
-    if len(counts) != len(columns) or len(ranges) != len(columns):
-        raise invalid("bins" if len(counts) != len(columns) else "range", f"says one for each of {len(columns)} columns")
+    for name in columns:
+        if not isinstance(name, str) or not name:
+            raise invalid("columns", f"is the name of a column, not the {arguments.told(name)}")
+    counts, ranges = arguments.bins_of(bins, len(columns)), arguments.ranges_of(range, len(columns))
     axes = [{"column": name, "bins": count, "range": limits} for name, count, limits in zip(columns, counts, ranges)]
-    return {"axes": axes, "unweighted": not weighted}
+    return {"axes": axes, "unweighted": not arguments.flag(weighted, "weighted")}
 
 
 class Histogram(Tuple[Any, Any]):
@@ -215,5 +219,7 @@ def all_pieces(connection: Connection, dataset: str, index: int, select: Any, na
 
 def made_in_a_step(select: Any) -> bool:
     """Whether a selection holds the same particles in all steps."""
-    parts: Mapping[str, Any] = select.to_dict() if hasattr(select, "to_dict") else select
-    return parts.get("step") is not None or set(parts) == {"ids"}
+    if not isinstance(select, Mapping):
+        raise invalid("select", f"is a selection, not the {arguments.told(select)}")
+    parts = {name: value for name, value in select.items() if value is not None}
+    return "step" in parts or set(parts) in ({"ids"}, {"nothing"})

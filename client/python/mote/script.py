@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Deque, Dict, List, Tuple
 
+from .arguments import told
 from .errors import invalid
 
 if TYPE_CHECKING:
@@ -20,7 +21,12 @@ class Script:
     """Views of one session, one frame each. ``to_dict`` is what mote-frames takes."""
 
     def __init__(self, views: Iterable[View]) -> None:
+        from .view import View
+
         self.views: List[View] = list(views)
+        for index, view in enumerate(self.views):
+            if not isinstance(view, View):
+                raise invalid(f"views[{index}]", f"is a mote.View, not the {told(view)}")
 
     @classmethod
     def steps(cls, view: View, steps: Iterable[int]) -> Script:

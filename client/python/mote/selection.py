@@ -7,9 +7,10 @@ Selection({'all': [{'ranges': [{'column': 'x', 'min': 0.0010000000000000002}]}, 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from typing import Any, Dict, Optional, Tuple, Union
 
+from . import arguments
 from .errors import invalid
 
 Selectable = Union["Selection", Mapping[str, Any]]
@@ -27,8 +28,11 @@ def _parts(value: Selectable) -> Dict[str, Any]:
 class Selection(Mapping[str, Any]):
     """A selection that can be combined: ``&``, ``|``, ``~``. It is a mapping of the interface's form.
 
-    What is empty selects all particles.
+    One that says nothing selects all particles; a list in it that is there and empty selects none.
     """
+
+    # What numpy is on the left of an operator leaves it to us.
+    __array_ufunc__ = None
 
     def __init__(self, parts: Optional[Mapping[str, Any]] = None, **more: Any) -> None:
         self._parts: Dict[str, Any] = {**(parts or {}), **more}
@@ -74,22 +78,34 @@ class Selection(Mapping[str, Any]):
 
 
 def _flat(name: str, value: Selectable) -> Sequence[Dict[str, Any]]:
-    """The members of an ``all`` or ``any`` that is nothing else, so that chains do not grow deep."""
+    """The members of an ``all`` or ``any`` that is nothing else, so that chains do not grow deep. One without members
+    selects nothing, and stays."""
     parts = _parts(value)
-    return list(parts[name]) if set(parts) == {name} else [parts]
+    members = parts.get(name)
+    return list(members) if set(parts) == {name} and isinstance(members, (list, tuple)) and members else [parts]
 
 
 class Column:
     """A column or derived quantity; compared with a number it is a selection."""
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    # A number of numpy's on the left of a comparison leaves it to us.
+    __array_ufunc__ = None
+    __hash__ = None  # type: ignore[assignment]
 
-    def _range(self, **bounds: float) -> Selection:
-        for name, value in bounds.items():
-            if math.isnan(value):
-                raise invalid(f"{self.name}.{name}", "is not a number (NaN)")
-        return Selection({"ranges": [{"column": self.name, **{k: float(v) for k, v in bounds.items()}}]})
+    def __init__(self, name: str) -> None:
+        if not isinstance(name, str) or not name:
+            raise invalid("column", f"has a name, not the {arguments.told(name)}")
+        self.name = str(name)
+
+    def _bound(self, which: str, value: Any) -> float:
+        number = arguments.number(value, f"{self.name}.{which}")
+        if isinstance(value, int) and number != value:
+            raise invalid(f"{self.name}.{which}", f"is {number!r} as the columns' numbers are, and not {value!r}")
+        return number
+
+    def _range(self, **bounds: Any) -> Selection:
+        checked = {which: self._bound(which, value) for which, value in bounds.items()}
+        return Selection({"ranges": [{"column": self.name, **checked}]})
 
     def __ge__(self, value: float) -> Selection:
         return self._range(min=value)
@@ -99,10 +115,16 @@ class Column:
 
     # A bound belongs to its range: without it the range begins with the next number.
     def __gt__(self, value: float) -> Selection:
-        return self._range(min=math.nextafter(value, math.inf))
+        return self._range(min=math.nextafter(self._bound("min", value), math.inf))
 
     def __lt__(self, value: float) -> Selection:
-        return self._range(max=math.nextafter(value, -math.inf))
+        return self._range(max=math.nextafter(self._bound("max", value), -math.inf))
+
+    def __eq__(self, value: object) -> Selection:  # type: ignore[override]
+        return self._range(min=value, max=value)
+
+    def __ne__(self, value: object) -> Selection:  # type: ignore[override]
+        return ~(self == value)
 
     def between(self, low: float, high: float) -> Selection:
         """From low to high, both included."""
@@ -125,7 +147,7 @@ def density(min: Optional[float] = None, max: Optional[float] = None) -> Selecti
 
 def polygon(columns: Tuple[str, str], points: Any) -> Selection:
     """What lies in a polygon in the plane of two columns; at least three points (N x 2), even-odd."""
-    return Selection({"polygon": {"columns": list(columns), "points": points}})
+    return Selection({"polygon": {"columns": arguments.items(columns, "columns"), "points": arguments.items(points, "points")}})
 
 
 def outermost(plane: str, share: float) -> Selection:
@@ -134,14 +156,14 @@ def outermost(plane: str, share: float) -> Selection:
 
 
 def ids(values: Any) -> Selection:
-    """Particles by the source's own numbers."""
-    return Selection({"ids": values})
+    """Particles by the source's own numbers; of no numbers, no particle."""
+    return Selection({"ids": sorted(values) if isinstance(values, Set) else arguments.items(values, "ids")})
 
 
 def lasso(camera: Mapping[str, Any], aspect: float, points: Any,
           transform: Optional[Sequence[float]] = None) -> Selection:
     """What a closed line on a picture surrounds, however deep; points as parts of its width and height (N x 2)."""
-    parts = {"camera": dict(camera), "aspect": aspect, "points": points}
+    parts = {"camera": dict(camera), "aspect": aspect, "points": arguments.items(points, "points")}
     if transform is not None:
-        parts["transform"] = list(transform)
+        parts["transform"] = arguments.matrix(transform, "transform")
     return Selection({"lasso": parts})

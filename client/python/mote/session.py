@@ -11,8 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Type, Union
 
+from . import arguments
 from .connection import Connection
-from .errors import Error
+from .errors import Error, invalid
 from .messages import Message, new, to_message
 from .server import PrivateServer
 
@@ -110,11 +111,14 @@ class Session:
         """
         from .jobs import Job
 
+        seconds = arguments.whole(time_limit, "time_limit")
+        if not 0 <= seconds < 2**31:
+            raise invalid("time_limit", f"is seconds, from 0 on, not {seconds}")
         self.connection.watch_jobs()
         message = new("ClientMessage")
         message.submit_job.job.CopyFrom(to_message("JobRequest", request))
-        message.submit_job.again = again
-        message.submit_job.time_limit_s = time_limit
+        message.submit_job.again = arguments.flag(again, "again")
+        message.submit_job.time_limit_s = seconds
         return Job(self, self.connection.ask(message, "job").message.job.id)
 
     def prepare(self, input: Union[str, Sequence[str]], *, output: str, axes: Optional[Sequence[str]] = None,
@@ -135,25 +139,30 @@ class Session:
 
     def prepare_arrays(self, arrays: Union[Mapping[str, Any], Sequence[Mapping[str, Any]]], axes: Sequence[str],
                        output: str, *, mass: Optional[float] = None, time: Any = None, iteration: Any = None,
-                       **options: Any) -> Job:
+                       title: str = "", **options: Any) -> Job:
         """Has a dataset prepared from numpy arrays: of one step a dict of columns, of several steps a list of them.
 
         Args:
-            arrays: columns by name (x y z t px py pz weight id and others of your own): numbers in a row, all equally many; a single
-                number stands for all. m, eV/c, s. Particles with values that are not finite are left out, with a warning.
+            arrays: columns by name (x y z t px py pz weight or charge, id, status or lost or alive; no others): numbers in
+                a row, all equally many; a single number stands for all. m, eV/c, s. Particles with values that are not
+                finite, or masked, are left out, with a warning.
             axes: three of them, or derived ones.
             output: "ROOT/NAME.mote".
             mass: of one particle, eV/c^2; needed for energies, slopes need none.
             time: of each step, s.
             iteration: the number of each step; default 0, 1, 2, ...
-            options: as of ``prepare``: title, volume_level, bounds, columns.
+            title: of the dataset.
+            options: as of ``prepare``: volume_level, bounds, columns.
         """
-        from .arrays import upload_steps
+        from .arrays import checked_mass, upload_steps
+        from .jobs import axis_names, request_of
 
-        names = upload_steps(self, next(self._uploads), arrays, mass, time, iteration)
         if mass is not None:
-            options["mass"] = mass
-        return self.prepare(names, output=output, axes=axes, **options)
+            options["mass"] = mass = checked_mass(mass)
+        axes = axis_names(axes)
+        to_message("JobRequest", request_of("particles", "uploads/none", output, axes, title, options))
+        names = upload_steps(self, next(self._uploads), arrays, mass, time, iteration)
+        return self.submit(request_of("particles", names, output, axes, title, options))
 
     def film(self, script: Any, *, video: str = "mp4", title: str = "", **options: Any) -> Job:
         """Has the server make a film (docs/SCRIPTS.md); ``job.wait().save("film.mp4")`` fetches it.

@@ -34,13 +34,12 @@ def track(connection: Connection, dataset: str, asked: queries.Asked, select: An
     """Piece by piece, each of all steps."""
     import numpy as np
 
-    plain = [name for name in names if name != "id"]
     pieces = []
     begin = 0
     while True:
-        columns = {"names": ["id", *plain], "begin": begin, "byId": True}
+        columns = {"names": ["id", *names], "begin": begin, "byId": True}
         answers = queries.query(connection, dataset, asked, select, columns=columns)
-        pieces.append(_piece(answers, plain))
+        pieces.append(_piece(answers, names))
         ends = {(answer.message.answer.columns.end, answer.message.answer.columns.next) for answer in answers}
         if all(end for end, _ in ends):
             break

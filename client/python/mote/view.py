@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Union
 
-from . import wire
+from . import arguments, wire
 from .errors import Error, invalid
 from .messages import Message, new, to_dict, to_message
 from .pixels import DOCUMENT, LINEAR_HALF, SRGB8, decode_frame
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .session import Session
 
 _STYLES = {"particles": "particles", "hybrid": "hybrid", "stipple": "stipple", "mesh": "mesh"}
+_KINDS = ("particles", "hybrid", "stipple", "ink", "mesh")
 _DOCUMENTS = {".svg": 1, ".eps": 2, ".pdf": 3}  # Page.Format
 _ALL_ANNOTATIONS = {"axes": True, "colorBar": True, "scaleBar": True, "labels": True}
 
@@ -27,18 +28,22 @@ def _color_by(value: Any) -> Any:
     if isinstance(value, str):
         return {"column": value}
     if isinstance(value, Sequence) and len(value) == 2:
+        if value[1] is not None and not len(arguments.items(value[1], "color_by", "(name, (low, high))")):
+            raise invalid("color_by", "has a range without numbers; leave it out for the column's own")
         return {"column": value[0], "range": value[1]}
     return value
 
 
 def _highlight(value: Any) -> Any:
     """A selection, or one with a colour: {"selection": ..., "color": ...}."""
-    plain = value.to_dict() if hasattr(value, "to_dict") else value
+    plain = dict(value) if isinstance(value, Mapping) else value
     return plain if isinstance(plain, Mapping) and "selection" in plain else {"selection": plain}
 
 
 def _paths(value: Any) -> Any:
-    return value if value is None or isinstance(value, Mapping) else {"ids": value}
+    if value is None or isinstance(value, Mapping):
+        return value
+    return {"ids": sorted(value) if isinstance(value, Set) else arguments.items(value, "paths", "a list of ids")}
 
 
 def _annotations(value: Any) -> Any:
@@ -49,12 +54,11 @@ def _annotations(value: Any) -> Any:
     return None if value is False else value
 
 
-def step_index(step: int, count: int) -> int:
-    """A step as Python counts: negative from the end. Raises Error (invalid_argument)."""
-    index = step + count if step < 0 else step
-    if not 0 <= index < max(count, 1):
-        raise invalid("step", f"there is no step {step}; the dataset has {count}")
-    return index
+def _named(value: Any) -> Any:
+    """Selections by name, as a view holds them."""
+    if not isinstance(value, Mapping):
+        raise invalid("selections", f"is a dict of selections by name, not the {arguments.told(value)}")
+    return [{"name": name, "selection": selection} for name, selection in value.items()]
 
 
 class Layer:
@@ -77,15 +81,19 @@ class Layer:
                  kind: Optional[str] = None, color_by: Any = None, select: Optional[Selectable] = None,
                  highlight: Any = None, paths: Any = None, opacity: Optional[float] = None,
                  transform: Any = None) -> None:
+        from .dataset import Dataset
+
+        if not isinstance(dataset, Dataset):
+            raise TypeError(f"a layer is of a dataset, session[\"ROOT/NAME\"], not of the {arguments.told(dataset)}")
+        if kind is not None and kind not in _KINDS:
+            raise invalid("kind", f"is one of {', '.join(_KINDS)}, not {kind!r}")
         name = kind or _STYLES.get(dataset.kind)
         if name is None:
             raise Error("unsupported", dataset.name, f"a dataset of kind {dataset.kind!r} makes no layer by itself")
-        if transform is not None and hasattr(transform, "reshape"):
-            transform = transform.reshape(-1)
         self.session = dataset.session
         self.fields: Dict[str, Any] = {
-            "dataset": dataset.name, "step": step_index(step, len(dataset)), name: style or {}, "opacity": opacity,
-            "transform": transform, "colorBy": _color_by(color_by), "select": select,
+            "dataset": dataset.name, "step": arguments.one_step(step, len(dataset)), name: {} if style is None else style,
+            "opacity": opacity, "transform": arguments.matrix(transform, "transform"), "colorBy": _color_by(color_by), "select": select,
             "highlight": None if highlight is None else _highlight(highlight), "paths": _paths(paths)}
 
 
@@ -109,8 +117,8 @@ class View:
                  size: Tuple[int, int] = (1280, 720), *, camera: Optional[Mapping[str, Any]] = None, background: Any = None,
                  annotations: Any = None, selections: Optional[Mapping[str, Selectable]] = None, **layer: Any) -> None:
         layers = _layers(dataset, step, layer)
-        named = [{"name": name, "selection": value} for name, value in (selections or {}).items()]
-        width, height = size
+        named = [] if selections is None else _named(selections)
+        width, height = _size(size)
         fields = {"width": width, "height": height, "background": background, "camera": camera,
                   "layers": [item.fields for item in layers], "annotations": _annotations(annotations),
                   "selections": named}
@@ -134,7 +142,11 @@ class View:
         plain = self.to_dict()
         step = fields.pop("step", None)
         if "size" in fields:
-            plain["width"], plain["height"] = fields.pop("size")
+            plain["width"], plain["height"] = _size(fields.pop("size"))
+        if isinstance(fields.get("selections"), Mapping):
+            fields["selections"] = _named(fields["selections"])
+        if isinstance(fields.get("layers"), Sequence):
+            fields["layers"] = [layer.fields if isinstance(layer, Layer) else layer for layer in fields["layers"]]
         if "annotations" in fields:
             fields["annotations"] = _annotations(fields["annotations"])
         if step is not None:
@@ -149,6 +161,7 @@ class View:
     def submit(self, linear: bool = False, page: Optional[Message] = None) -> int:
         """Asks for the exact picture without waiting; ``collect`` takes it."""
         connection = self._session.connection
+        linear = arguments.flag(linear, "linear")
         queued = connection.welcome.minor >= 2 if connection.welcome else False
         most = wire.MAX_QUEUED_VIEWS if queued else 1
         message = new("ClientMessage")
@@ -188,10 +201,15 @@ class View:
             options: of Pillow's save(), of pixels.
         """
         format = _DOCUMENTS.get(os.path.splitext(os.fspath(path))[1].lower())
+        page = {"width": width, "height": height, "margin": margin, "dot": dot}
         if format is None:
+            sheet = [name for name, value in page.items() if arguments.number(value, name) != 0.0]
+            if sheet:
+                raise invalid(sheet[0], "is of documents (.svg, .pdf, .eps); pixels have the view's own size")
             self.render().save(path, **options)
             return
-        page = {"width": width, "height": height, "margin": margin, "dot": dot}
+        if options:
+            raise invalid(next(iter(options)), "is an option of pixels; a document has width, height, margin and dot")
         data = self._document(format, page)
         with open(path, "wb") as file:
             file.write(data)
@@ -222,4 +240,13 @@ def _layers(dataset: Union[Dataset, Layer, Sequence[Layer]], step: int, options:
         raise TypeError("a view is of a dataset, a mote.Layer or a list of layers")
     if options or step:
         raise TypeError("step and style of a list of layers are given to each of them")
+    if any(layer.session is not layers[0].session for layer in layers):
+        raise invalid("layers", "are of several sessions; one server draws a view")
     return layers
+
+
+def _size(size: Any) -> Tuple[Any, Any]:
+    found = arguments.items(size, "size", "(width, height)")
+    if len(found) != 2:
+        raise invalid("size", f"is (width, height), not {len(found)} numbers")
+    return found[0], found[1]
