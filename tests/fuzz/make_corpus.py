@@ -126,6 +126,7 @@ def make_scenes():
         "script-moves": {"fps": 10, "view": {**VIEW, "camera": CAMERA}, "moves": [{"seconds": 1, "turn": {"degrees": 90}}]},
         "selection": {"ranges": [{"column": "x", "min": -1, "max": 1}]},
         "selection-tree": {"all": [{"any": [{"ids": [1, 2, 3]}, {"not": {"density": {"min": 0.5}}}]}, {"lasso": LASSO}]},
+        "selection-empty": {"any": [{"ids": []}, {"not": {"ranges": []}}, {"all": [{}, {"ids": [1]}]}]},
         "job": JOB, "job-volume": {"output": "data/v.mote", "volume": {"inputs": ["data/v.nrrd"], "low": 8}},
         "job-mesh": {"output": "data/m.mote", "mesh": {"input": "data/m.obj"}},
         "job-film": {"film": {"script": {"views": [VIEW]}, "video": "mp4"}},

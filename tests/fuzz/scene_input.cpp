@@ -71,6 +71,7 @@ std::string takeJson(std::string_view text, std::string (*take)(const Message&))
         return status.error().toString();
     Message again;
     require(parseJson(toJsonLine(message, true), again, "again").ok());
+    require(toJsonLine(again) == toJsonLine(message));
     return take(message);
 }
 

@@ -243,7 +243,7 @@ def spawn(roots: Optional[Mapping[str, Any]] = None, *, program: Optional[Union[
         memory: that the server may use: "8G".
         threads: of its jobs and of the cpu device.
     """
-    folders: Dict[str, str] = {name: os.fspath(folder) for name, folder in {**(roots or {}), **more}.items()}
+    folders: Dict[str, str] = {name: os.fsdecode(folder) for name, folder in {**(roots or {}), **more}.items()}
     options = ["--device", device]
     if memory is not None:
         options += ["--memory", str(memory)]
