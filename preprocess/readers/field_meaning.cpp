@@ -7,26 +7,11 @@
 #include <string>
 #include <utility>
 
+#include "preprocess/readers/known_species.h"
 #include "preprocess/readers/text/number.h"
 
 namespace mote::prep {
 namespace {
-
-constexpr double protonMass = 938272088.16;
-// Two electrons more, less what binds them: 13.598 eV and the electron affinity of 0.754 eV.
-constexpr double hydrideMass = protonMass + 2 * electronMass - 14.352;
-
-constexpr std::pair<std::string_view, double> masses[] = {
-    {"electron", electronMass}, {"electrons", electronMass}, {"e-", electronMass},
-    {"positron", electronMass}, {"positrons", electronMass}, {"e+", electronMass},
-    {"proton", protonMass},     {"protons", protonMass},     {"p", protonMass},
-    {"antiproton", protonMass}, {"h+", protonMass},          {"#1h+", protonMass},
-    {"hminus", hydrideMass},    {"h-", hydrideMass},         {"#1h-", hydrideMass},
-    {"neutron", 939565420.52},  {"deuteron", 1875612942.57}, {"muon", 105658375.5},
-    {"antimuon", 105658375.5},  {"mu-", 105658375.5},        {"mu+", 105658375.5},
-    {"helion", 2808391607.43},  {"alpha", 3727379406.6},     {"pion+", 139570390.0},
-    {"pion-", 139570390.0},
-};
 
 using Kind = FieldMeaning::Kind;
 
@@ -62,14 +47,14 @@ constexpr Known knownNames[] = {
     {"weight", {Kind::column, Column::weight}},
     {"weighting", {Kind::column, Column::weight}},
     {"w", {Kind::column, Column::weight}},
-    {"charge", {Kind::column, Column::weight}},
-    {"q", {Kind::column, Column::weight}},
+    {"charge", {Kind::column, Column::weight, 1.0, true}},
+    {"q", {Kind::column, Column::weight, 1.0, true}},
     {"id", {Kind::column, Column::id}},
     {"particleid", {Kind::column, Column::id}},
     {"particle_id", {Kind::column, Column::id}},
     {"status", {Kind::status}},
-    {"particlestatus", {Kind::status}},
-    {"particle_status", {Kind::status}},
+    {"particlestatus", {Kind::beam}},
+    {"particle_status", {Kind::beam}},
     {"lost", {Kind::lost}},
     {"alive", {Kind::alive}},
 };
@@ -147,13 +132,8 @@ Result<double> unitFactor(Column column, std::string_view written, double mass, 
 }  // namespace
 
 std::optional<double> speciesMass(std::string_view name) {
-    std::string lower(name);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    for (const auto& [known, mass] : masses) {
-        if (known == lower) return mass;
-    }
-    return std::nullopt;
+    const auto known = speciesOf(name);
+    return known ? std::optional(known->mass) : std::nullopt;
 }
 
 Result<std::optional<FieldMeaning>> fieldMeaning(std::string_view name, double mass,
@@ -173,6 +153,7 @@ Result<std::optional<FieldMeaning>> fieldMeaning(std::string_view name, double m
     if (unit && meaning.kind == Kind::column && meaning.column != Column::id) {
         MOTE_ASSIGN_OR_RETURN(const auto factor, unitFactor(meaning.column, *unit, mass, where));
         meaning.factor = factor;
+        if (meaning.column == Column::weight) meaning.coulomb = unitName(*unit).ends_with('c');
     }
     return std::optional<FieldMeaning>(meaning);
 }

@@ -24,20 +24,22 @@ inline constexpr double massInEv = speedOfLight * speedOfLight / elementaryCharg
 
 inline constexpr double electronMass = 510998.95;  ///< eV/c^2, CODATA 2018
 
-/// Rest mass in eV/c^2 of a species by its name, in any letter case: "electron", "H-", "proton", ... (CODATA
-/// 2018). Nothing for a name that is not known.
+/// Rest mass in eV/c^2 of a species by its name, in any letter case: "electron", "H-", "#12C+3", ...; 0 of
+/// photons. Nothing for a name that is not known.
 std::optional<double> speciesMass(std::string_view name);
 
 struct FieldMeaning {
     enum class Kind : std::uint8_t {
         column,  ///< of a run
         status,  ///< 1: live, anything else: lost
+        beam,    ///< of openPMD's beam physics: 1 live, 0 at the cathode and live; anything else: lost
         lost,    ///< 0: live, anything else: lost
         alive,   ///< 0: lost, anything else: live
     };
     Kind kind = Kind::column;
     Column column = Column::x;
-    double factor = 1.0;  ///< into the column's unit
+    double factor = 1.0;   ///< into the column's unit
+    bool coulomb = false;  ///< of weights: they are charges
 };
 
 /// The meaning of a field's name, in any letter case, with a unit in brackets where it is not the column's
@@ -50,6 +52,7 @@ Result<std::optional<FieldMeaning>> fieldMeaning(std::string_view name, double m
 /// Whether a value of a status, lost or alive field says that the particle is lost.
 inline bool saysLost(FieldMeaning::Kind kind, double value) {
     return kind == FieldMeaning::Kind::status ? value != 1.0
+           : kind == FieldMeaning::Kind::beam ? value != 1.0 && value != 0.0
            : kind == FieldMeaning::Kind::lost ? value != 0.0
                                               : value == 0.0;
 }

@@ -62,6 +62,11 @@ class ParticleSource {
     virtual bool has(Column column) const = 0;
     /// Rest mass of one real particle, eV/c^2; 0 where the source does not say.
     virtual double mass() const = 0;
+    /// What the particles are, as openPMD's SpeciesType has it ("electron", "positron", "#12C+3"); "" where
+    /// the source does not say.
+    virtual std::string species() const { return ""; }
+    /// Charge of one real particle in C, with its sign; 0 where the source does not say, and of neutral ones.
+    virtual double particleCharge() const { return 0.0; }
     /// What weights count: "1" real particles, "C" charge; "" where the source does not say.
     virtual std::string weightUnit() const { return ""; }
     /// What it holds of particles that are lost, where that is settled: "without", "with" or "only"; "": it

@@ -15,6 +15,8 @@
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
 #include "preprocess/readers/impact/number_table.h"
+#include "preprocess/readers/known_species.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
@@ -39,10 +41,10 @@ constexpr std::uint32_t bit(std::size_t column) {
 }
 constexpr std::uint32_t allBits = bit(columnsOfFile) - 1;
 
-/// eV/c^2, by ASTRA's number of the species; 0: the user defines it in the run's input.
-double massOf(double species) {
+/// By ASTRA's number of the species; nothing known: the user defines it in the run's input.
+KnownSpecies ofNumber(double species) {
     static constexpr const char* names[] = {"electron", "positron", "proton", "h-"};
-    return species >= 1 && species <= 4 ? *speciesMass(names[static_cast<int>(species) - 1]) : 0.0;
+    return species >= 1 && species <= 4 ? *speciesOf(names[static_cast<int>(species) - 1]) : KnownSpecies();
 }
 
 bool whole(double value, double least, double most) {
@@ -88,6 +90,8 @@ class AstraSource : public ParticleSource {
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override { return column != Column::id; }
     double mass() const override { return mass_; }
+    std::string species() const override { return ofNumber(species_.value_or(0.0)).name; }
+    double particleCharge() const override { return ofNumber(species_.value_or(0.0)).charge; }
     std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
@@ -144,7 +148,7 @@ Status AstraSource::setMass(const Row& reference, const std::string& file) {
                      "has particles of another species than the first file"};
     }
     if (!species_ && mass_ <= 0.0) {
-        mass_ = massOf(species);
+        mass_ = ofNumber(species).mass;
         if (mass_ == 0.0) {
             progress_.note("the mass of species " + std::to_string(static_cast<int>(species)) +
                            " stands in ASTRA's input, not in the file: give it (impact.mass of the job)");
@@ -245,11 +249,13 @@ bool looksLikeAstra(const std::filesystem::path& path) {
 Result<std::unique_ptr<ParticleSource>> openAstra(const std::vector<std::filesystem::path>& files,
                                                   double mass, Progress& progress) {
     auto source = std::make_unique<AstraSource>(mass, progress);
+    OddSteps odd;
     for (const std::filesystem::path& file : inStepOrder(files)) {
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(source->addFile(file));
+        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
     }
+    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
     return std::unique_ptr<ParticleSource>(std::move(source));
 }
 

@@ -11,6 +11,7 @@
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_column.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/particle_formats.h"
 
@@ -236,6 +237,8 @@ class GenesisSource : public ParticleSource {
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override { return column != Column::t && column != Column::id; }
     double mass() const override { return mass_; }
+    std::string species() const override { return mass_ == electronMass ? "electron" : ""; }
+    double particleCharge() const override { return mass_ == electronMass ? -elementaryCharge : 0.0; }
     std::string weightUnit() const override { return has(Column::weight) ? "C" : ""; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
@@ -290,9 +293,11 @@ bool looksLikeGenesis(const H5File& file) {
 Result<std::unique_ptr<ParticleSource>> openGenesis(const std::vector<std::filesystem::path>& files,
                                                     double mass, Progress& progress) {
     auto source = std::make_unique<GenesisSource>(mass > 0.0 ? mass : electronMass);
+    OddSteps odd;
     for (const std::filesystem::path& file : inOrder(files)) {
-        MOTE_RETURN_IF_ERROR(source->addFile(file, progress));
+        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file, progress)));
     }
+    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
     return std::unique_ptr<ParticleSource>(std::move(source));
 }
 

@@ -13,6 +13,8 @@
 #include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_attribute.h"
 #include "preprocess/readers/hdf5/h5_column.h"
+#include "preprocess/readers/known_species.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/particle_source.h"
 
@@ -34,6 +36,10 @@ class H5PartStep {
     double mass() const { return mass_; }  ///< eV/c^2; 0: unknown
     double time() const { return time_; }  ///< s
     bool unitsGiven() const { return unitsGiven_; }
+    /// As ParticleSource::weightUnit.
+    std::string weightUnit() const { return coulomb_ ? "C" : ""; }
+    /// Of the first particle's charge; 0 where there is none.
+    double chargeSign() const { return chargeSign_; }
 
     /// As ParticleSource::read.
     Status read(std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
@@ -46,7 +52,8 @@ class H5PartStep {
 
     std::uint64_t rows_ = 0;
     double mass_ = 0.0, time_ = 0.0;
-    bool unitsGiven_ = false;
+    double chargeSign_ = 0.0;
+    bool unitsGiven_ = false, coulomb_ = false;
     std::array<std::optional<H5Column>, columnCount> columns_;
     std::array<double, columnCount> factors_{};
 };
@@ -108,7 +115,14 @@ Status H5PartStep::openColumn(const H5File& file, const H5Object& step, std::siz
     MOTE_ASSIGN_OR_RETURN(auto found, file.find(step, name));
     if (!found.has_value() || found->group) return success();
     MOTE_ASSIGN_OR_RETURN(auto opened, H5Column::open(file, std::move(*found)));
+    const bool weights = static_cast<Column>(column) == Column::weight;
+    coulomb_ = coulomb_ || (weights && std::string_view(name) == "q");  // unless its unit says otherwise
     MOTE_ASSIGN_OR_RETURN(const auto factor, unitOf(file, step, column, name));
+    if (weights && opened.rows() > 0) {
+        double first = 0.0;
+        MOTE_RETURN_IF_ERROR(opened.read(0, 1, &first));
+        chargeSign_ = first > 0.0 ? 1.0 : first < 0.0 ? -1.0 : 0.0;
+    }
     columns_[column] = std::move(opened);
     factors_[column] = factor;
     return success();
@@ -125,6 +139,7 @@ Result<double> H5PartStep::unitOf(const H5File& file, const H5Object& step, std:
         if (static_cast<Column>(column) == Column::id) return 1.0;
         MOTE_ASSIGN_OR_RETURN(const auto meaning, fieldMeaning(std::string(name) + " [" + *unit + "]", mass_,
                                                                object->where + "@" + attribute));
+        if (meaning && meaning->column == Column::weight) coulomb_ = meaning->coulomb;
         return meaning ? meaning->factor : 1.0;
     }
     return 1.0;
@@ -166,12 +181,16 @@ class H5PartSource : public ParticleSource {
   public:
     explicit H5PartSource(double mass) : wantedMass_(mass) {}
     Status addFile(const std::filesystem::path& path, Progress& progress);
+    OddSteps& odd() { return odd_; }
     Status finish(Progress& progress);
 
     std::string format() const override { return "h5part"; }
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override { return has_[static_cast<std::size_t>(column)]; }
     double mass() const override { return mass_; }
+    std::string species() const override { return species_; }
+    double particleCharge() const override { return particleCharge_; }
+    std::string weightUnit() const override { return weightUnit_; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 
@@ -179,9 +198,13 @@ class H5PartSource : public ParticleSource {
     Status addStep(const H5File& file, const std::filesystem::path& path, const std::string& group,
                    std::int64_t number);
 
-    double wantedMass_, mass_ = 0.0;
+    void findSpecies(double chargeSign);
+
+    double wantedMass_, mass_ = 0.0, particleCharge_ = 0.0;
+    std::string species_, weightUnit_;
     bool anyParticles_ = false, unitsGiven_ = true;
     bool has_[columnCount] = {};
+    OddSteps odd_;
     std::vector<SourceStep> steps_;
     std::vector<Place> places_;
     std::size_t openStep_ = static_cast<std::size_t>(-1);
@@ -197,7 +220,7 @@ Status H5PartSource::addFile(const std::filesystem::path& path, Progress& progre
         if (!number) continue;
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(addStep(file, path, "/" + name, *number));
+        MOTE_RETURN_IF_ERROR(odd_.add(addStep(file, path, "/" + name, *number)));
         any = true;
     }
     if (any) return success();
@@ -212,12 +235,22 @@ Status H5PartSource::addStep(const H5File& file, const std::filesystem::path& pa
     if (mass_ == 0.0) mass_ = step.mass();
     unitsGiven_ = unitsGiven_ && step.unitsGiven();
     if (step.rows() == 0 && anyParticles_) return success();
+    weightUnit_ = anyParticles_ && weightUnit_ != step.weightUnit() ? "" : step.weightUnit();
+    if (particleCharge_ == 0.0 && step.weightUnit() == "C") findSpecies(step.chargeSign());
     for (std::size_t i = 0; i < columnCount; ++i) {
         const bool here = step.has(static_cast<Column>(i));
         has_[i] = anyParticles_ ? has_[i] && here : here;
     }
     anyParticles_ = anyParticles_ || step.rows() > 0;
     return success();
+}
+
+/// The files name none; the sign of the charges beside the mass tells those with one elementary charge.
+void H5PartSource::findSpecies(double chargeSign) {
+    const auto found = chargeSign != 0.0 ? speciesOf(mass_, chargeSign * elementaryCharge) : std::nullopt;
+    if (!found) return;
+    species_ = found->name;
+    particleCharge_ = chargeSign * elementaryCharge;
 }
 
 Status H5PartSource::finish(Progress& progress) {
@@ -233,6 +266,9 @@ Status H5PartSource::finish(Progress& progress) {
     }
     steps_ = std::move(steps);
     places_ = std::move(places);
+    if (!species_.empty()) {
+        progress.note("the species is " + species_ + ", after the mass and the sign of the charges");
+    }
     if (!unitsGiven_) progress.note("the H5Part file names no units: m, eV/c, s and C are taken");
     return success();
 }
@@ -266,7 +302,10 @@ bool looksLikeH5Part(const H5File& file) {
 Result<std::unique_ptr<ParticleSource>> openH5Part(const std::vector<std::filesystem::path>& files,
                                                    double mass, Progress& progress) {
     auto source = std::make_unique<H5PartSource>(mass);
-    for (const std::filesystem::path& file : files) MOTE_RETURN_IF_ERROR(source->addFile(file, progress));
+    for (const std::filesystem::path& file : files) {
+        MOTE_RETURN_IF_ERROR(source->odd().add(source->addFile(file, progress)));
+    }
+    MOTE_RETURN_IF_ERROR(source->odd().finish(!source->steps().empty(), progress));
     MOTE_RETURN_IF_ERROR(source->finish(progress));
     return std::unique_ptr<ParticleSource>(std::move(source));
 }
