@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <type_traits>
 
 #include "preprocess/particles/id_index.h"
 #include "preprocess/particles/record_store.h"
@@ -27,20 +28,24 @@ constexpr std::size_t mostTogether = 8;  // columns that share a cache line of r
 /// Columns that are read and written together.
 struct Group {
     std::size_t first = 0, count = 0;
+    bool doubles = false;
 };
 
 struct Extent {
     double least = std::numeric_limits<double>::infinity();
     double greatest = -std::numeric_limits<double>::infinity();
+    double stored = 0.0;  ///< greatest magnitude of what is in the file
 
-    void add(double value) {
+    void add(double value, double inFile) {
         if (!std::isfinite(value)) return;
         least = std::min(least, value);
         greatest = std::max(greatest, value);
+        stored = std::max(stored, std::abs(inFile));
     }
     void add(const Extent& other) {
         least = std::min(least, other.least);
         greatest = std::max(greatest, other.greatest);
+        stored = std::max(stored, other.stored);
     }
 };
 
@@ -54,41 +59,36 @@ class Output {
           extents_(columns_.size()) {}
 
     Result<WrittenColumns> run() {
-        MOTE_RETURN_IF_ERROR(agree(ranks_, findOffsets()));
+        chooseCodings();
         MOTE_RETURN_IF_ERROR(openFile());
         MOTE_RETURN_IF_ERROR(agree(ranks_, writeMine()));
         MOTE_RETURN_IF_ERROR(shareExtents());
         if (request_.kept->ids)
             MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? writeIndex() : success()));
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? file_->finish() : success()));
-        WrittenColumns written{offsets_, {}, {}};
-        for (const auto& extent : extents_) {
-            written.least.push_back(extent.least);
-            written.greatest.push_back(extent.greatest);
+        WrittenColumns written{codings_, {}, {}, {}};
+        for (std::size_t i = 0; i < extents_.size(); ++i) {
+            written.resolutions.push_back(resolutionOf(codings_[i], extents_[i].stored));
+            written.least.push_back(extents_[i].least);
+            written.greatest.push_back(extents_[i].greatest);
         }
         return written;
     }
 
   private:
-    /// Near the middle of the first rows' values; 0 where floats about 0 are as good.
-    Status findOffsets() {
-        offsets_.assign(columns_.size(), 0.0);
+    /// The same on all ranks: so is the sample.
+    void chooseCodings() {
+        const auto& sample = *request_.sample;
         for (std::size_t i = 0; i < columns_.size(); ++i) {
-            if (columns_[i].axis.empty()) continue;  // weights
-            Extent extent;
-            MOTE_RETURN_IF_ERROR(forEachChunk(*request_.source, request_.step, 0,
-                                              std::min(rows_, rowsOfChunk), columns_[i].sources(),
-                                              *request_.progress, [&](const ParticleChunk& chunk) {
-                                                  for (const double value : valuesOf(i, chunk))
-                                                      extent.add(value);
-                                              }));
-            const double middle = extent.least / 2 + extent.greatest / 2;
-            if (std::isfinite(middle) && std::abs(middle) > extent.greatest - extent.least) {
-                offsets_[i] = static_cast<double>(static_cast<float>(middle));
-                if (!std::isfinite(offsets_[i])) offsets_[i] = middle;
+            if (columns_[i].lost) {
+                codings_.emplace_back();
+                continue;
             }
+            auto values = valuesOf(i, sample.rows());
+            codings_.push_back(columns_[i].axis.empty()
+                                   ? weightCodingOf(values, sample.leastWeight(), sample.greatestWeight())
+                                   : codingOf(std::move(values)));
         }
-        return success();
     }
 
     std::vector<double> valuesOf(std::size_t column, const ParticleChunk& chunk) const {
@@ -101,7 +101,7 @@ class Output {
     Status openFile() {
         std::vector<storage::ColumnInfo> infos;
         for (std::size_t i = 0; i < columns_.size(); ++i) {
-            infos.push_back({columns_[i].name, columns_[i].unit, offsets_[i]});
+            infos.push_back({columns_[i].name, columns_[i].unit, codings_[i].offset, codings_[i].doubles});
         }
         const auto layout = storage::columnsLayout(infos, request_.kept->ids, request_.pointCount);
         Status status = success();
@@ -131,8 +131,13 @@ class Output {
         const std::size_t even = (columns_.size() + size - 1) / size;
         const std::size_t count = std::clamp<std::size_t>(std::min(held, even), 1, mostTogether);
         std::vector<Group> groups;
-        for (std::size_t first = 0; first < columns_.size(); first += count) {
-            groups.push_back({first, std::min(count, columns_.size() - first)});
+        for (std::size_t i = 0; i < columns_.size(); ++i) {
+            const bool doubles = codings_[i].doubles;
+            const std::size_t most = doubles ? std::max<std::size_t>(1, count / 2) : count;
+            const bool joins =
+                !groups.empty() && groups.back().doubles == doubles && groups.back().count < most;
+            if (!joins) groups.push_back({i, 0, doubles});
+            ++groups.back().count;
         }
         return groups;
     }
@@ -141,11 +146,15 @@ class Output {
         const auto parts = groups();
         const auto size = static_cast<std::size_t>(ranks_.size());
         const auto rank = static_cast<std::size_t>(ranks_.rank());
-        for (std::size_t i = rank; i < parts.size(); i += size) MOTE_RETURN_IF_ERROR(writeGroup(parts[i]));
+        for (std::size_t i = rank; i < parts.size(); i += size) {
+            MOTE_RETURN_IF_ERROR(parts[i].doubles ? writeGroup<double>(parts[i])
+                                                  : writeGroup<float>(parts[i]));
+        }
         if (request_.kept->ids && rank == parts.size() % size) return writeIds();
         return success();
     }
 
+    template <class T>
     Status writeGroup(const Group& group) {
         std::set<Column> wanted;
         for (std::size_t i = 0; i < group.count; ++i) {
@@ -154,20 +163,20 @@ class Output {
         }
         const auto fill = [&](std::uint64_t begin, RecordStore& store) {
             return [this, &group, &store, begin](const ParticleChunk& chunk) {
-                std::vector<float> records(chunk.size * group.count);
+                std::vector<T> records(chunk.size * group.count);
                 for (std::size_t i = 0; i < group.count; ++i) {
                     const auto column = group.first + i;
                     const auto values = valuesOf(column, chunk);
                     for (std::size_t k = 0; k < values.size(); ++k) {
-                        records[k * group.count + i] = static_cast<float>(values[k] - offsets_[column]);
+                        records[k * group.count + i] = static_cast<T>(values[k] - codings_[column].offset);
                     }
                 }
-                return store.write<float>((chunk.begin - begin) * group.count, records);
+                return store.write<T>((chunk.begin - begin) * group.count, records);
             };
         };
         std::vector<std::size_t> arrays;
         for (std::size_t i = 0; i < group.count; ++i) arrays.push_back(group.first + i);
-        return moveRows<float>({wanted.begin(), wanted.end()}, arrays, fill);
+        return moveRows<T>({wanted.begin(), wanted.end()}, arrays, fill);
     }
 
     Status writeIds() {
@@ -246,16 +255,20 @@ class Output {
         for (std::size_t i = 0; i < arrays.size(); ++i) {
             const auto mine = std::span<const T>(values).subspan(i * count, count);
             MOTE_RETURN_IF_ERROR(file_->write(arrays[i], first * sizeof(T), std::as_bytes(mine)));
-            if constexpr (sizeof(T) == sizeof(float)) {
+            if constexpr (std::is_floating_point_v<T>) {
                 if (end == rows_) addExtent(arrays[i], mine);
             }
         }
         return success();
     }
 
-    void addExtent(std::size_t column, std::span<const float> values) {
+    template <class T>
+    void addExtent(std::size_t column, std::span<const T> values) {
         Extent extent;
-        for (const float value : values) extent.add(offsets_[column] + static_cast<double>(value));
+        const double offset = codings_[column].offset;
+        for (const T value : values) {
+            extent.add(offset + static_cast<double>(value), static_cast<double>(value));
+        }
         const std::lock_guard lock(extentMutex_);
         extents_[column].add(extent);
     }
@@ -277,7 +290,7 @@ class Output {
     const std::vector<KeptColumn>& columns_;
     Communicator& ranks_;
     const std::uint64_t rows_;
-    std::vector<double> offsets_;
+    std::vector<ColumnCoding> codings_;
     std::mutex extentMutex_;
     std::vector<Extent> extents_;  ///< under it while parts are gathered
     std::optional<ArrayFileWriter> file_;

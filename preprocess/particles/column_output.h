@@ -13,6 +13,8 @@
 
 #include "preprocess/job.h"
 #include "preprocess/parallel/communicator.h"
+#include "preprocess/particles/column_coding.h"
+#include "preprocess/particles/column_sample.h"
 #include "preprocess/particles/kept_columns.h"
 #include "preprocess/readers/particle_source.h"
 #include "storage/files/writeback.h"
@@ -25,6 +27,7 @@ struct ColumnsRequest {
     ParticleSource* source = nullptr;
     std::size_t step = 0;  ///< of the source
     const KeptColumns* kept = nullptr;
+    const ColumnSample* sample = nullptr;  ///< of the step's points, with what `kept` is made from
     AxisContext context;
     std::filesystem::path directory;  ///< of the dataset while it is made
     std::string name;                 ///< "columns-000012"
@@ -37,7 +40,8 @@ struct ColumnsRequest {
 };
 
 struct WrittenColumns {
-    std::vector<double> offsets;  ///< by column
+    std::vector<ColumnCoding> codings;  ///< by column
+    std::vector<double> resolutions;    ///< by column
     std::vector<double> least,
         greatest;  ///< by column, of finite values; least above greatest: there is none
 };

@@ -32,6 +32,8 @@ class DatasetSource final : public ParticleSource {
     std::string format() const override { return "mote"; }
     const std::vector<SourceStep>& steps() const override { return steps_; }
     double mass() const override { return particles().mass(); }
+    std::string species() const override { return particles().species(); }
+    double particleCharge() const override { return particles().particle_charge(); }
     std::string weightUnit() const override { return particles().weight_unit(); }
     std::string lostParticles() const override { return particles().lost_particles(); }
 
@@ -81,6 +83,7 @@ class DatasetSource final : public ParticleSource {
         chunk.lost.clear();
         // A dataset of lost particles alone says so of each.
         if (particles().lost_particles() == "only") chunk.lost.assign(count, 1);
+        if (particles().lost_particles() == "with") readLost(begin, count, chunk);
         for (const auto column : wanted) {
             if (column == Column::id) {
                 const auto ids = open_->ids(begin, count);
@@ -91,11 +94,16 @@ class DatasetSource final : public ParticleSource {
             const auto index = indexOf(column);
             to.assign(index ? 0 : count, 1.0);  // missing weights
             if (!index) continue;
-            const auto from = open_->values(*index, begin, count);
-            const double offset = open_->columns()[*index].offset;
             to.resize(count);
-            for (std::size_t i = 0; i < count; ++i) to[i] = offset + static_cast<double>(from[i]);
+            open_->read(*index, begin, to);
         }
+    }
+
+    void readLost(std::uint64_t begin, std::size_t count, ParticleChunk& chunk) const {
+        const auto column = open_->find("lost");
+        std::vector<double> marks(column ? count : 0);
+        if (column) open_->read(*column, begin, marks);
+        for (const double mark : marks) chunk.lost.push_back(mark != 0.0 ? 1 : 0);
     }
 
     std::filesystem::path directory_;

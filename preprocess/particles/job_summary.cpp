@@ -44,9 +44,8 @@ void noteLeftOut(const proto::ParticlesManifest& particles, bool boundsGiven, st
     note(lost, "that the source marks as lost were left out");
     note(others, "that the source does not mark as lost were left out");
     note(invalid, "with a coordinate or weight that is not a finite number were left out");
-    note(outside, boundsGiven ? "beyond the given bounds were left out"
-                              : "beyond the bounds (further than 1000 interquartile ranges from the "
-                                "median, or beyond given bounds) were left out");
+    note(outside,
+         boundsGiven ? "beyond the given bounds were left out" : "beyond the plot's bounds were left out");
 }
 
 }  // namespace mote::prep

@@ -16,10 +16,12 @@ namespace mote::prep {
 
 struct KeptColumn {
     std::string name, unit;
-    std::vector<PlotAxis> axis;  ///< whose values it holds; none: the weight
+    std::vector<PlotAxis> axis;  ///< whose values it holds; none: the weight, or whether it is lost
+    bool lost = false;           ///< 1 where the source marks the particle as lost, else 0
 
     /// What it is made from.
     std::vector<Column> sources() const {
+        if (lost) return {};
         return axis.empty() ? std::vector{Column::weight} : axis.front().columns;
     }
 };
@@ -32,9 +34,10 @@ struct KeptColumns {
 };
 
 /// For names as in a request ("none": none; no name: all that the run has of x y z t px py pz, weight and
-/// id). Errors: invalidArgument (no such name, or twice), notFound (the run does not have it).
+/// id). Where lost particles are among others, `marked`, their marks are kept. Errors: invalidArgument (no
+/// such name, or twice), notFound (the run does not have it).
 Result<KeptColumns> keptColumns(const google::protobuf::RepeatedPtrField<std::string>& names,
-                                const ParticleSource& source);
+                                const ParticleSource& source, bool marked = false);
 
 /// A column's value of each particle of a chunk, which has what its sources() name. `out` has the chunk's
 /// size.

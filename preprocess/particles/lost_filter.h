@@ -32,6 +32,8 @@ class LostFilter final : public ParticleSource {
     const std::vector<SourceStep>& steps() const override { return source_->steps(); }
     bool has(Column column) const override { return source_->has(column); }
     double mass() const override { return source_->mass(); }
+    std::string species() const override { return source_->species(); }
+    double particleCharge() const override { return source_->particleCharge(); }
     std::string weightUnit() const override { return source_->weightUnit(); }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;

@@ -19,6 +19,8 @@
 #include "preprocess/particles/job_columns.h"
 #include "preprocess/particles/job_summary.h"
 #include "preprocess/particles/lost_filter.h"
+#include "preprocess/particles/noted_progress.h"
+#include "preprocess/particles/plot_bounds.h"
 #include "preprocess/particles/plot_plan.h"
 #include "preprocess/particles/range_builder.h"
 #include "preprocess/particles/step_builder.h"
@@ -41,7 +43,7 @@ constexpr std::uint64_t mostBytesPerParticle = 24;  // while a step is built, do
 class Job {
   public:
     Job(const proto::JobRequest& request, ParticleSource& source, const std::vector<fs::path>& inputs,
-        const fs::path& output, const JobResources& resources, Progress& progress)
+        const fs::path& output, const JobResources& resources, NotedProgress& progress)
         : request_(request),
           job_(request.particles()),
           unfiltered_(source),
@@ -76,7 +78,7 @@ class Job {
             MOTE_RETURN_IF_ERROR(checkAxis(axis, source_));
             axes_[static_cast<std::size_t>(i)] = std::move(axis);
         }
-        MOTE_ASSIGN_OR_RETURN(columns_, JobColumns::make(job_, source_));
+        MOTE_ASSIGN_OR_RETURN(columns_, JobColumns::make(job_, unfiltered_));
         MOTE_ASSIGN_OR_RETURN(steps_, selectSteps(job_.steps(), source_.steps().size()));
         if (steps_.size() > static_cast<std::size_t>(storage::maxSteps)) {
             return Error{ErrorCode::resourceExhausted, "steps",
@@ -141,32 +143,19 @@ class Job {
 
     Status findBounds() {
         readers_.resize(steps_.size());
-        std::array<Range, 3> found;
         for (std::size_t i = 0; i < steps_.size() && !boundsGiven(); ++i) {
             report(0.2 * static_cast<double>(i) / static_cast<double>(steps_.size()),
                    fmt::format("looking for the bounds: step {} of {}", i + 1, steps_.size()));
             MOTE_ASSIGN_OR_RETURN(auto reader, openReader(i));
-            MOTE_ASSIGN_OR_RETURN(const auto ranges, stepBounds(reader, ranks_));
-            for (std::size_t a = 0; a < 3; ++a) found[a] = found[a].united(ranges[a]);
+            MOTE_ASSIGN_OR_RETURN(const auto found, stepBounds(reader, ranks_));
+            plotBounds_.add(found);
             mayKeep_ -= reader.keptBytes();
             readers_[i].emplace(std::move(reader));
         }
-        for (std::size_t a = 0; a < 3; ++a) MOTE_RETURN_IF_ERROR(setBounds(a, found[a]));
-        return success();
-    }
-
-    Status setBounds(std::size_t axis, const Range& found) {
-        for (const auto& given : job_.bounds()) {
-            if (given.name() != axes_[axis].name) continue;
-            bounds_[axis] = {given.min(), given.max()};
-            return success();
-        }
-        if (found.empty()) return nothingToPlot();
-        const auto range = widened(found);
-        if (!range.ok()) {
-            return Error{range.error().code, fmt::format("axis {}", axes_[axis].name), range.error().message};
-        }
-        bounds_[axis] = *range;
+        const auto bounds = plotBounds_.find(job_, axes_);
+        if (!bounds.ok())
+            return bounds.error().code == ErrorCode::notFound ? nothingToPlot() : bounds.error();
+        bounds_ = *bounds;
         return success();
     }
 
@@ -260,13 +249,19 @@ class Job {
             const double each = 0.17 / static_cast<double>(steps_.size());
             report(0.8 + each * static_cast<double>(i),
                    fmt::format("statistics of step {} of {}", i + 1, steps_.size()));
-            MOTE_ASSIGN_OR_RETURN(const auto statistics, findStatistics(i));
             auto& entry = *particles.mutable_steps(static_cast<int>(i));
+            MOTE_ASSIGN_OR_RETURN(const auto points,
+                                  storage::StepFile::open(dataset_->directory() / entry.file(), places_[i]));
+            auto sampled =
+                ColumnSample::make(points, entry.particles(), columns_.sources(), lost_, progress_);
+            MOTE_RETURN_IF_ERROR(agree(ranks_, sampled.ok() ? success() : Status(sampled.error())));
+            MOTE_ASSIGN_OR_RETURN(const auto statistics, findStatistics(i, *sampled));
             entry.mutable_statistics()->Assign(statistics.begin(), statistics.end());
             if (columns_.empty()) continue;
+            MOTE_RETURN_IF_ERROR(sampled->share(ranks_));
             report(0.8 + each * (static_cast<double>(i) + 0.5),
                    fmt::format("writing the columns of step {} of {}", i + 1, steps_.size()));
-            MOTE_RETURN_IF_ERROR(makeColumns(i, particles));
+            MOTE_RETURN_IF_ERROR(makeColumns(i, points, *sampled, particles));
         }
         for (auto& column : *particles.mutable_columns()) {
             if (column.min() > column.max()) column.set_max(0.0);  // no finite value in any step
@@ -274,19 +269,16 @@ class Job {
         return success();
     }
 
-    Result<std::vector<double>> findStatistics(std::size_t index) {
-        auto kept = unfiltered_.statistics(steps_[index]);
-        if (!kept.empty()) return kept;
-        return stepStatistics(
-            {&unfiltered_, steps_[index], lost_, prep::memoryFor(resources_.memory), &ranks_, &progress_});
+    Result<std::vector<double>> findStatistics(std::size_t index, ColumnSample& sample) {
+        return stepStatistics({&unfiltered_, steps_[index], lost_, prep::memoryFor(resources_.memory),
+                               &ranks_, &progress_, [&](const ParticleChunk& chunk) { sample.take(chunk); }});
     }
 
-    Status makeColumns(std::size_t index, proto::ParticlesManifest& particles) {
+    Status makeColumns(std::size_t index, const storage::StepFile& points, const ColumnSample& sample,
+                       proto::ParticlesManifest& particles) {
         auto& entry = *particles.mutable_steps(static_cast<int>(index));
-        MOTE_ASSIGN_OR_RETURN(const auto points,
-                              storage::StepFile::open(dataset_->directory() / entry.file(), places_[index]));
         ColumnsRequest request;
-        request.source = &source_;
+        request.source = &unfiltered_;
         request.step = steps_[index];
         request.context.mass = source_.mass();
         const double mean = entry.statistics(static_cast<int>(*storage::findBeamStatistic("mean_p")));
@@ -294,6 +286,7 @@ class Job {
         request.directory = dataset_->directory();
         request.name = storage::columnsName(static_cast<std::uint32_t>(index));
         request.points = &points;
+        request.sample = &sample;
         request.pointCount = entry.particles();
         request.memory = prep::memoryFor(resources_.memory);
         request.ranks = &ranks_;
@@ -332,6 +325,8 @@ class Job {
             entry.mutable_density_histogram()->Assign(bins.begin(), bins.end());
         }
         noteLeftOut(particles, boundsGiven(), othersLeftOut_, progress_);
+        for (const auto& sentence : plotBounds_.notes(bounds_, axes_)) progress_.note(sentence);
+        particles.mutable_notes()->Assign(progress_.notes().begin(), progress_.notes().end());
         if (progress_.cancelled()) return cancelledError();
         MOTE_RETURN_IF_ERROR(dataset_->writer().publish(manifest_));
         manifest_.mutable_files()->Assign(dataset_->writer().files().begin(),
@@ -348,7 +343,7 @@ class Job {
     fs::path output_;
     JobResources resources_;
     Communicator& ranks_;
-    Progress& progress_;
+    NotedProgress& progress_;
     std::mutex reporting_;
     double reported_ = 0.0;  ///< under it
 
@@ -363,17 +358,16 @@ class Job {
     storage::Writeback writeback_;                    ///< of its files
     std::vector<storage::StepFile::Places> places_;   ///< by selected step
     std::vector<std::uint64_t> leaves_;               ///< by selected step
+    PlotBounds plotBounds_;
     std::array<Range, 3> bounds_;
     Range densities_;
     std::uint64_t othersLeftOut_ = 0;  ///< particles that are not lost, of a plot of those that are
     proto::Manifest manifest_;
 };
 
-}  // namespace
-
-Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
-                                        const std::vector<fs::path>& inputs, const fs::path& output,
-                                        const JobResources& resources, Progress& progress) {
+Result<proto::Manifest> runNoted(const proto::JobRequest& request, ParticleSource& source,
+                                 const std::vector<fs::path>& inputs, const fs::path& output,
+                                 const JobResources& resources, NotedProgress& progress) {
     const auto alone = singleProcess();
     JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
@@ -381,16 +375,25 @@ Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, Partic
                      [&] { return Job(request, source, inputs, output, all, progress).run(); });
 }
 
-Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request,
-                                        const std::vector<std::filesystem::path>& inputs,
-                                        const std::filesystem::path& output, const JobResources& resources,
+}  // namespace
+
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, ParticleSource& source,
+                                        const std::vector<fs::path>& inputs, const fs::path& output,
+                                        const JobResources& resources, Progress& progress) {
+    NotedProgress noted(progress);
+    return runNoted(request, source, inputs, output, resources, noted);
+}
+
+Result<proto::Manifest> runParticlesJob(const proto::JobRequest& request, const std::vector<fs::path>& inputs,
+                                        const fs::path& output, const JobResources& resources,
                                         Progress& progress) {
     MOTE_RETURN_IF_ERROR(checkParticlesJob(request.particles()));
+    NotedProgress noted(progress);
     auto source = isDataset(inputs) ? openDataset(request.particles(), inputs.front())
-                                    : openParticleSource(request.particles(), inputs, progress);
+                                    : openParticleSource(request.particles(), inputs, noted);
     const Status opened = source.ok() ? success() : Status(source.error());
     MOTE_RETURN_IF_ERROR(resources.ranks ? agree(*resources.ranks, opened) : opened);
-    return runParticlesJob(request, **source, inputs, output, resources, progress);
+    return runNoted(request, **source, inputs, output, resources, noted);
 }
 
 }  // namespace mote::prep

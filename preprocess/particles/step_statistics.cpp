@@ -51,12 +51,20 @@ class Statistics {
         if (keeps_) kept_.resize((end_ - begin_ + rowsOfChunk - 1) / rowsOfChunk);
     }
 
+    /// All rows once, for who observes them.
+    Status look() {
+        if (!request_.observe) return success();
+        return agree(ranks_, forEachChunk(source_, request_.step, begin_, end_, wanted_, *request_.progress,
+                                          request_.observe));
+    }
+
     Result<std::vector<double>> run() {
         MOTE_ASSIGN_OR_RETURN(const auto total, findMoments());
         BeamPercentiles percentiles(total);
         while (percentiles.needsPass()) MOTE_RETURN_IF_ERROR(pass(percentiles));
         storage::BeamFacts facts;
         facts.mass = source_.mass();
+        facts.particleCharge = source_.particleCharge();
         facts.weightUnit = source_.weightUnit();
         facts.lost = lost_;
         return storage::beamValues(total, percentiles, facts);
@@ -74,12 +82,13 @@ class Statistics {
         tbb::enumerable_thread_specific<Live> scratch;
         const auto take = [&](const ParticleChunk& chunk) {
             auto& live = keeps_ ? kept_[(chunk.begin - begin_) / rowsOfChunk] : scratch.local();
+            if (!observed_ && request_.observe) request_.observe(chunk);
             collect(chunk, live);
             use(rowsOf(live), live);
         };
         MOTE_RETURN_IF_ERROR(
             forEachChunk(source_, request_.step, begin_, end_, wanted_, *request_.progress, take));
-        haveKept_ = true;
+        haveKept_ = observed_ = true;
         return success();
     }
 
@@ -168,7 +177,7 @@ class Statistics {
     Communicator& ranks_;
     std::vector<Column> wanted_;
     std::uint64_t begin_ = 0, end_ = 0;  ///< rows of this rank
-    bool keeps_ = false, haveKept_ = false;
+    bool keeps_ = false, haveKept_ = false, observed_ = false;
     std::vector<Live> kept_;  ///< by chunk
     std::uint64_t lost_ = 0;
 };
@@ -176,7 +185,10 @@ class Statistics {
 }  // namespace
 
 Result<std::vector<double>> stepStatistics(const StatisticsRequest& request) {
-    return Statistics(request).run();
+    auto known = request.source->statistics(request.step);
+    if (known.empty()) return Statistics(request).run();
+    MOTE_RETURN_IF_ERROR(Statistics(request).look());
+    return known;
 }
 
 }  // namespace mote::prep

@@ -111,7 +111,7 @@ class PickRun final : public QueryRun {
             const auto& info = columns.columns()[i];
             picked.add_names(info.name);
             picked.add_units(info.unit);
-            picked.add_values(info.offset + static_cast<double>(columns.values(i, best_.point, 1)[0]));
+            picked.add_values(columns.value(i, best_.point));
         }
         if (columns.hasIds()) picked.set_id(columns.ids(best_.point, 1)[0]);
         columns.check();

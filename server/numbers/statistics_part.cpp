@@ -32,6 +32,7 @@ class StatisticsPart final : public QueryPart {
         MOTE_ASSIGN_OR_RETURN(answer.memory, question.take(numbers.columns->pointCount() / statisticsShare));
         storage::BeamFacts facts;
         facts.mass = manifest.mass();
+        facts.particleCharge = manifest.particle_charge();
         facts.weightUnit = manifest.weight_unit();
         facts.lost = question.everything() ? question.entry().lost() : 0;
         facts.meanMomentum = numbers.context.meanMomentum;

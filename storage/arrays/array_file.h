@@ -36,6 +36,8 @@ template <>
 inline constexpr const char* arrayType<std::uint64_t> = "u64";
 template <>
 inline constexpr const char* arrayType<float> = "f32";
+template <>
+inline constexpr const char* arrayType<double> = "f64";
 
 /// An array as its owner has it; the bytes must outlive the writing.
 struct ArrayContent {

@@ -56,6 +56,7 @@ hid_t fileType(std::string_view type) {
     if (type == "u16") return H5T_STD_U16LE;
     if (type == "u32") return H5T_STD_U32LE;
     if (type == "u64") return H5T_STD_U64LE;
+    if (type == "f64") return H5T_IEEE_F64LE;
     return H5T_IEEE_F32LE;
 }
 

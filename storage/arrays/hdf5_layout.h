@@ -45,7 +45,7 @@ inline std::uint64_t elementBytes(std::string_view type) {
     if (type == "u8") return 1;
     if (type == "u16") return 2;
     if (type == "u32" || type == "f32") return 4;
-    return type == "u64" ? 8 : 0;
+    return type == "u64" || type == "f64" ? 8 : 0;
 }
 
 /// The bytes of a whole array. The shape is a writer's own: no overflow is looked for.

@@ -153,7 +153,8 @@ class Beam {
 double charge(const Beam& beam) {
     const auto& unit = beam.facts().weightUnit;
     const double weight = beam.sums().a.weight;
-    return unit == "1" ? weight * elementaryCharge : unit == "C" ? weight : undefined;
+    const double own = std::abs(beam.facts().particleCharge);
+    return unit == "1" ? weight * (own > 0.0 ? own : elementaryCharge) : unit == "C" ? weight : undefined;
 }
 
 double area(double qq, double qp, double pp) {

@@ -168,6 +168,7 @@ struct BeamFacts {
     std::string weightUnit;     ///< as in a manifest: "1" real particles, "C", "" not known (no charge then)
     std::uint64_t lost = 0;     ///< particles that the source marks as lost
     double meanMomentum = 0.0;  ///< eV/c, to which delta is relative; 0: the mean of these particles
+    double particleCharge = 0.0;  ///< C, of one real particle; 0: not known, an elementary charge is taken
 };
 
 /// By beamStatistics(); NaN where a number is not defined (no particle, no weight, a coordinate that is not

@@ -66,9 +66,7 @@ void QuantityReader::read(std::uint64_t begin, std::size_t count, Scratch& scrat
     for (std::size_t i = 0; i < needed_.size(); ++i) {
         auto& values = scratch.columns[i];
         values.resize(std::max(values.size(), count));
-        const auto stored = columns_->values(needed_[i], begin, count);
-        const double offset = columns_->columns()[needed_[i]].offset;
-        for (std::size_t k = 0; k < count; ++k) values[k] = offset + static_cast<double>(stored[k]);
+        columns_->read(needed_[i], begin, std::span(values).first(count));
     }
     std::vector<std::span<const double>> parts;
     for (std::size_t i = 0; i < sources_.size(); ++i) {

@@ -38,7 +38,7 @@ Result<BinAxis> BinAxis::make(const StepNumbers& step, const std::string& column
     const auto& columns = *step.columns;
     MOTE_ASSIGN_OR_RETURN(auto reader, QuantityReader::make(columns, step.context, std::span(&column, 1)));
     BinAxis axis(columns, std::move(reader), evenEdges(bins, low, high));
-    if (const auto stored = columns.find(column)) {
+    if (const auto stored = columns.find(column); stored && !columns.columns()[*stored].doubles) {
         axis.floats_ = FloatBins(columns.columns()[*stored].offset, axis.edges_);
         axis.column_ = *stored;
     }

@@ -48,7 +48,7 @@ class BinAxis {
     const ParticleColumns* columns_;
     QuantityReader reader_;
     std::vector<double> edges_;
-    std::optional<std::size_t> column_;  // that is binned as it is stored
+    std::optional<std::size_t> column_;  // that is binned as it is stored, in floats
     FloatBins floats_;                   // of it
 };
 

@@ -104,17 +104,24 @@ std::optional<double> oneWeight(const ParticleColumns& columns, std::optional<st
     if (!weight) return 1.0;
     const auto points = columns.pointCount();
     if (points == 0) return 1.0;
-    const float first = columns.values(*weight, 0, 1)[0];
+    const double first = columns.value(*weight, 0);
+    const float stored = columns.columns()[*weight].doubles ? 0.0F : columns.values(*weight, 0, 1)[0];
     std::atomic<bool> differs{!std::isfinite(first)};
     const auto stop = [&] { return differs.load(std::memory_order_relaxed) || (cancelled && cancelled()); };
     const bool whole = forBlocks(blockCount(points), stop, [&](std::uint64_t block) {
         const auto part = pointsOfBlock(block, points);
-        bool same = true;
-        for (const float value : columns.values(*weight, part.begin, part.count)) same &= value == first;
+        const auto allAre = [](const auto values, auto one) {
+            bool same = true;
+            for (const auto value : values) same &= value == one;
+            return same;
+        };
+        const bool same = columns.columns()[*weight].doubles
+                              ? allAre(columns.doubles(*weight, part.begin, part.count), first)
+                              : allAre(columns.values(*weight, part.begin, part.count), stored);
         if (!same) differs = true;
     });
     if (differs || !whole) return std::nullopt;
-    return columns.columns()[*weight].offset + static_cast<double>(first);
+    return first;
 }
 
 /// All points count alike.
@@ -150,10 +157,13 @@ bool countWeighted(const Counter& counter, const ParticleColumns& columns, std::
     const auto blocks = blockCount(columns.pointCount());
     const auto parts = std::min(partsOf(counter.bins()), std::max<std::uint64_t>(blocks, 1));
     std::vector<Table<double>> tables(parts);
-    const double offset = columns.columns()[weight].offset;
     std::atomic<bool> stop{false};
     const auto stopNow = [&] { return stop || (cancelled && cancelled()); };
-    tbb::enumerable_thread_specific<Counter::Scratch> scratch;
+    struct Local {
+        Counter::Scratch scratch;
+        std::vector<double> weights;
+    };
+    tbb::enumerable_thread_specific<Local> locals;
     const bool whole = forBlocks(parts, stopNow, [&](std::uint64_t part) {
         auto& table = tables[part];
         table.counts.assign(counter.bins() + 1, 0.0);
@@ -163,10 +173,11 @@ bool countWeighted(const Counter& counter, const ParticleColumns& columns, std::
                 return;
             }
             const auto points = pointsOfBlock(block, columns.pointCount());
-            const auto weights = columns.values(weight, points.begin, points.count);
-            counter.addBlock(points, scratch.local(), table, [&](std::size_t i) {
-                const double own = offset + static_cast<double>(weights[i]);
-                return std::isfinite(own) ? own : 0.0;
+            auto& [scratch, weights] = locals.local();
+            weights.resize(points.count);
+            columns.read(weight, points.begin, weights);
+            counter.addBlock(points, scratch, table, [&weights = weights](std::size_t i) {
+                return std::isfinite(weights[i]) ? weights[i] : 0.0;
             });
         }
     });

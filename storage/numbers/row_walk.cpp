@@ -74,8 +74,7 @@ class RowWalk::Part {
             if (chosen_.empty()) return;
         }
         for (std::size_t c = 0; c < columnsOfRow; ++c) {
-            if (walk_.sources_[c])
-                stored_[c] = walk_.columns_.values(*walk_.sources_[c], block.begin, block.count);
+            if (walk_.sources_[c]) look(*walk_.sources_[c], block, stored_[c]);
         }
         if (walk_.groups_ == nullptr) return addAll(block);
         bins_.resize(block.count);
@@ -96,7 +95,25 @@ class RowWalk::Part {
     }
 
   private:
-    double offset(std::size_t c) const { return walk_.columns_.columns()[*walk_.sources_[c]].offset; }
+    /// A column of the block, as it lies in the file.
+    struct Stored {
+        double offset = 0.0;
+        std::span<const float> floats;
+        std::span<const double> doubles;  ///< instead
+
+        double at(std::size_t i) const {
+            return doubles.empty() ? offset + static_cast<double>(floats[i]) : doubles[i];
+        }
+    };
+
+    void look(std::size_t column, PointRange block, Stored& stored) const {
+        const auto& info = walk_.columns_.columns()[column];
+        stored.offset = info.offset;
+        if (info.doubles)
+            stored.doubles = walk_.columns_.doubles(column, block.begin, block.count);
+        else
+            stored.floats = walk_.columns_.values(column, block.begin, block.count);
+    }
 
     void reserve(Buffer& buffer) const {
         for (std::size_t c = 0; c < columnsOfRow; ++c) {
@@ -107,8 +124,7 @@ class RowWalk::Part {
     void addOne(Buffer& buffer, std::uint32_t group, std::size_t i) {
         reserve(buffer);
         for (std::size_t c = 0; c < columnsOfRow; ++c) {
-            if (walk_.sources_[c])
-                buffer.columns_[c][buffer.size_] = offset(c) + static_cast<double>(stored_[c][i]);
+            if (walk_.sources_[c]) buffer.columns_[c][buffer.size_] = stored_[c].at(i);
         }
         if (++buffer.size_ == capacity_) buffer.take(thread_, group, walk_, take_, part_);
     }
@@ -122,19 +138,25 @@ class RowWalk::Part {
             const auto count = std::min(total - done, capacity_ - buffer.size_);
             for (std::size_t c = 0; c < columnsOfRow; ++c) {
                 if (!walk_.sources_[c]) continue;
-                const double zero = offset(c);
                 auto* const out = buffer.columns_[c].data() + buffer.size_;
-                const auto* const in = stored_[c].data();
-                if (walk_.chosen_ != nullptr) {
-                    for (std::size_t k = 0; k < count; ++k)
-                        out[k] = zero + static_cast<double>(in[chosen_[done + k]]);
-                } else {
-                    for (std::size_t k = 0; k < count; ++k) out[k] = zero + static_cast<double>(in[done + k]);
-                }
+                if (stored_[c].doubles.empty())
+                    append(stored_[c].floats, stored_[c].offset, done, count, out);
+                else
+                    append(stored_[c].doubles, 0.0, done, count, out);
             }
             done += count;
             buffer.size_ += count;
             if (buffer.size_ == capacity_) buffer.take(thread_, 0, walk_, take_, part_);
+        }
+    }
+
+    template <class T>
+    void append(std::span<const T> in, double zero, std::size_t done, std::size_t count, double* out) const {
+        if (walk_.chosen_ != nullptr) {
+            for (std::size_t k = 0; k < count; ++k)
+                out[k] = zero + static_cast<double>(in[chosen_[done + k]]);
+        } else {
+            for (std::size_t k = 0; k < count; ++k) out[k] = zero + static_cast<double>(in[done + k]);
         }
     }
 
@@ -145,7 +167,7 @@ class RowWalk::Part {
     const std::size_t capacity_;
     std::vector<Buffer> buffers_;  // by group
     std::vector<std::uint32_t> chosen_, bins_;
-    std::array<std::span<const float>, columnsOfRow> stored_;
+    std::array<Stored, columnsOfRow> stored_;
     BinAxis::Scratch scratch_;
 };
 

@@ -35,6 +35,9 @@ Status checkColumn(const proto::ColumnEntry& column, std::set<std::string_view>&
         return corrupt("name", fmt::format("\"{}\" is there twice", column.name()));
     }
     if (!isUnit(column.unit())) return corrupt("unit", "is not a unit's name");
+    if (!column.type().empty() && column.type() != "f32" && column.type() != "f64") {
+        return corrupt("type", "must be \"f32\" or \"f64\"");
+    }
     if (std::isfinite(column.max() - column.min()) && column.min() <= column.max()) return success();
     return corrupt("min", "the range must be finite and min not above max");
 }
@@ -63,6 +66,8 @@ Status checkColumns(const proto::ParticlesManifest& particles) {
     if (!(std::isfinite(particles.mass()) && particles.mass() >= 0.0)) {
         return corrupt("mass", "must be finite and not negative");
     }
+    if (!isUnit(particles.species())) return corrupt("species", "is not a species' name");
+    if (!std::isfinite(particles.particle_charge())) return corrupt("particleCharge", "must be finite");
     if (!isUnit(particles.weight_unit())) return corrupt("weightUnit", "is not a unit's name");
     const auto& lost = particles.lost_particles();
     if (!lost.empty() && lost != "without" && lost != "with" && lost != "only") {
@@ -88,6 +93,14 @@ Status checkStepColumns(const proto::ParticlesManifest& particles, const proto::
     }
     for (const double offset : step.column_offset()) {
         if (!std::isfinite(offset)) return corrupt("columnOffset", "must be finite");
+    }
+    if (step.column_resolution_size() != 0 && step.column_resolution_size() != particles.columns_size()) {
+        return corrupt("columnResolution", "must have an entry for each column, or none");
+    }
+    for (const double resolution : step.column_resolution()) {
+        if (!(std::isfinite(resolution) && resolution >= 0.0)) {
+            return corrupt("columnResolution", "must be finite and not negative");
+        }
     }
     // A number that is not defined is none.
     if (step.statistics_size() == particles.statistic_names_size()) return success();

@@ -22,11 +22,17 @@ Error withoutColumns(const PathBeneath& directory) {
             "mote-prep particles keeps them"};
 }
 
+std::string columnArray(const ColumnInfo& column) {
+    return "/columns/" + column.name;
+}
+
 std::vector<ColumnInfo> columnsOf(const proto::ParticlesManifest& particles,
                                   const proto::ParticleStepEntry& entry) {
     std::vector<ColumnInfo> columns;
     for (int i = 0; i < particles.columns_size(); ++i) {
-        columns.push_back({particles.columns(i).name(), particles.columns(i).unit(), entry.column_offset(i)});
+        ColumnInfo info{particles.columns(i).name(), particles.columns(i).unit(), entry.column_offset(i)};
+        if (i < entry.column_resolution_size()) info.resolution = entry.column_resolution(i);
+        columns.push_back(std::move(info));
     }
     return columns;
 }
@@ -43,7 +49,7 @@ FileLayout columnsLayout(const std::vector<ColumnInfo>& columns, bool ids, std::
     if (ids) layout.groups.push_back("/ids");
     std::vector<double> offsets;
     for (const auto& column : columns) {
-        layout.arrays.push_back({"/columns/" + column.name, "f32", {points}});
+        layout.arrays.push_back({columnArray(column), column.doubles ? "f64" : "f32", {points}});
         offsets.push_back(column.offset);
     }
     if (ids) {
@@ -86,6 +92,7 @@ Result<std::shared_ptr<const MappedColumns>> MappedColumns::open(const PathBenea
     mapped->points_ = entry.particles();
     mapped->ids_ = particles.ids();
     mapped->columns_ = columnsOf(particles, entry);
+    mapped->chooseTypes(digest, particles);
     MOTE_RETURN_IF_ERROR(mapped->readArrays(digest));
     if (mapped->budget_) {
         for (const auto& one : mapped->arrays_) mapped->budget_->enter(one);
@@ -96,6 +103,16 @@ Result<std::shared_ptr<const MappedColumns>> MappedColumns::open(const PathBenea
 MappedColumns::~MappedColumns() {
     if (!budget_) return;
     for (const auto& one : arrays_) budget_->leave(one);
+}
+
+/// A column that the manifest calls f64 is so in the steps that need it.
+void MappedColumns::chooseTypes(const proto::Digest& digest, const proto::ParticlesManifest& particles) {
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+        if (particles.columns(static_cast<int>(i)).type() != "f64") continue;
+        const auto found =
+            std::ranges::find(digest.arrays(), columnArray(columns_[i]), &proto::DigestArray::name);
+        columns_[i].doubles = found != digest.arrays().end() && found->type() == "f64";
+    }
 }
 
 Status MappedColumns::readArrays(const proto::Digest& digest) {
@@ -118,7 +135,15 @@ Status MappedColumns::readArrays(const proto::Digest& digest) {
 std::span<const float> MappedColumns::values(std::size_t column, std::uint64_t begin,
                                              std::uint64_t count) const {
     MOTE_CHECK(column < columns_.size() && begin <= points_ && count <= points_ - begin);
+    MOTE_CHECK(!columns_[column].doubles);
     return arrays_[column].get<float>(begin, count);
+}
+
+std::span<const double> MappedColumns::doubles(std::size_t column, std::uint64_t begin,
+                                               std::uint64_t count) const {
+    MOTE_CHECK(column < columns_.size() && begin <= points_ && count <= points_ - begin);
+    MOTE_CHECK(columns_[column].doubles);
+    return arrays_[column].get<double>(begin, count);
 }
 
 std::span<const std::uint64_t> MappedColumns::ids(std::uint64_t begin, std::uint64_t count) const {

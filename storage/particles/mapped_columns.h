@@ -3,7 +3,7 @@
 // MappedColumns: the ParticleColumns that lie in a mapped file. Made by ParticleColumns::open; verify() also
 // looks at what nobody has asked for yet.
 //
-// The arrays of a columns file, for reader and writer: /columns/NAME, f32, for each of the manifest's
+// The arrays of a columns file, for reader and writer: /columns/NAME, f32 or f64, for each of the manifest's
 // columns; with ids also /columns/id, u64, and /ids/point, u32. docs/FORMAT.md.
 #pragma once
 
@@ -22,7 +22,7 @@ namespace mote::storage {
 /// "columns-000012".
 std::string columnsName(std::uint32_t step);
 
-/// How a columns file of so many points is laid out; `offsets` are as many as columns.
+/// How a columns file of so many points is laid out.
 FileLayout columnsLayout(const std::vector<ColumnInfo>& columns, bool ids, std::uint64_t points);
 
 class MappedColumns final : public ParticleColumns {
@@ -38,6 +38,8 @@ class MappedColumns final : public ParticleColumns {
     const std::vector<ColumnInfo>& columns() const override { return columns_; }
     std::span<const float> values(std::size_t column, std::uint64_t begin,
                                   std::uint64_t count) const override;
+    std::span<const double> doubles(std::size_t column, std::uint64_t begin,
+                                    std::uint64_t count) const override;
     bool hasIds() const override { return ids_; }
     std::span<const std::uint64_t> ids(std::uint64_t begin, std::uint64_t count) const override;
     std::span<const std::uint32_t> pointsById(std::uint64_t begin, std::uint64_t count) const override;
@@ -51,6 +53,7 @@ class MappedColumns final : public ParticleColumns {
     MappedColumns(MappedFile file, std::shared_ptr<BlockBudget> budget)
         : file_(std::move(file)), budget_(std::move(budget)) {}
     Status readArrays(const proto::Digest& digest);
+    void chooseTypes(const proto::Digest& digest, const proto::ParticlesManifest& particles);
     std::optional<Error> checkIndex(const std::function<bool()>& cancelled) const;
 
     MappedFile file_;

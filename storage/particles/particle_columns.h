@@ -4,12 +4,14 @@
 // order of the points, so that a leaf's range of points is a range of each column. Immutable and safe to use
 // from any number of threads; shared by all who ask for numbers of the step. Layout: docs/FORMAT.md.
 //
-// A value is offset + what the file holds, a float: the offset lies near the middle of the step's values.
+// A value is offset + what the file holds, a float: the offset lies near the middle of the step's points.
+// Where the steps of floats would be too coarse for them, the file holds the values themselves, doubles.
 // Every accessor verifies the MiB blocks that it returns, at their first use, and throws StorageError
 // (corrupt, naming file, array and offset) where they differ from the digest. With a budget, blocks come and
 // go as those of ParticleStep do.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -28,9 +30,12 @@ namespace mote::storage {
 class BlockBudget;
 
 struct ColumnInfo {
-    std::string name;     ///< "x", "px", ..., "weight", or the source's own; never "id"
-    std::string unit;     ///< "m", "eV/c", "s", "1", ...
-    double offset = 0.0;  ///< in the unit; a value is offset + float; NaN where the source has no finite one
+    std::string name;      ///< "x", "px", ..., "weight", or the source's own; never "id"
+    std::string unit;      ///< "m", "eV/c", "s", "1", ...
+    double offset = 0.0;   ///< in the unit; a value is offset + float; NaN where the source has no finite one
+    bool doubles = false;  ///< the file holds the values themselves
+    double resolution =
+        0.0;  ///< greatest step from a value to the next; 0: finer than asked about, or not known
 };
 
 class ParticleColumns {
@@ -45,9 +50,27 @@ class ParticleColumns {
 
     virtual std::uint64_t pointCount() const = 0;
     virtual const std::vector<ColumnInfo>& columns() const = 0;
-    /// Points [begin, begin + count) of a column, in the order of ParticleStep's points.
+    /// Points [begin, begin + count) of a column of floats, in the order of ParticleStep's points.
     virtual std::span<const float> values(std::size_t column, std::uint64_t begin,
                                           std::uint64_t count) const = 0;
+
+    /// The same of a column of doubles, which are the values.
+    virtual std::span<const double> doubles(std::size_t, std::uint64_t, std::uint64_t) const { return {}; }
+    /// Values of points [begin, begin + out.size()) of any column.
+    void read(std::size_t column, std::uint64_t begin, std::span<double> out) const {
+        const auto& info = columns()[column];
+        if (info.doubles) {
+            std::ranges::copy(doubles(column, begin, out.size()), out.begin());
+            return;
+        }
+        const auto stored = values(column, begin, out.size());
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] = info.offset + static_cast<double>(stored[i]);
+    }
+    double value(std::size_t column, std::uint64_t point) const {
+        double one = 0.0;
+        read(column, point, {&one, 1});
+        return one;
+    }
 
     virtual bool hasIds() const = 0;
     /// The ids of points [begin, begin + count); only where there are ids.

@@ -73,7 +73,10 @@ void addStep(const std::filesystem::path& dataset, const proto::Manifest& manife
     if (manifest.particles().steps(static_cast<int>(index)).columns_file().empty()) return;
     const auto columns = must(storage::ParticleColumns::open(dataset, manifest, index, budget));
     for (std::size_t c = 0; c < columns->columns().size(); ++c)
-        content.add(columns->values(c, 0, columns->pointCount()));
+        if (columns->columns()[c].doubles)
+            content.add(columns->doubles(c, 0, columns->pointCount()));
+        else
+            content.add(columns->values(c, 0, columns->pointCount()));
     for (std::uint64_t rank = 0; columns->hasIds() && rank < columns->pointCount(); ++rank)
         content.add(columns->ids(columns->pointOfRank(rank), 1));
     columns->check();

@@ -16,7 +16,7 @@ namespace mote::test {
 namespace {
 
 std::uint64_t elementBytes(const std::string& type) {
-    return type == "u64" ? 8 : type == "u32" || type == "f32" ? 4 : type == "u16" ? 2 : 1;
+    return type == "u64" || type == "f64" ? 8 : type == "u32" || type == "f32" ? 4 : type == "u16" ? 2 : 1;
 }
 
 /// The bytes of an array that lie in the file.

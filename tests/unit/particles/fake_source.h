@@ -44,6 +44,9 @@ class FakeSource final : public prep::ParticleSource {
         return true;
     }
     double mass() const override { return mass_; }
+    std::string species() const override { return what.species; }
+    double particleCharge() const override { return what.charge; }
+    std::string weightUnit() const override { return what.weightUnit; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count,
                 const std::vector<prep::Column>& wanted, prep::ParticleChunk& chunk) override {
         const auto& from = data_[step];
@@ -68,6 +71,12 @@ class FakeSource final : public prep::ParticleSource {
         return success();
     }
 
+    /// What it says of its particles.
+    struct What {
+        std::string species, weightUnit;
+        double charge = 0.0;
+    };
+    What what;
     std::size_t reads = 0;
 
   private:
