@@ -15,6 +15,7 @@
 
 #include "preprocess/draft_file.h"
 #include "preprocess/openpmd/particle_file.h"
+#include "preprocess/readers/known_species.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/step_range.h"
 #include "storage/manifest.h"
@@ -29,7 +30,7 @@ constexpr std::uint64_t pointsAtOnce = std::uint64_t{1} << 16;  // that are look
 constexpr std::size_t rowsAtOnce = std::size_t{1} << 18;        // that are gathered before they are written
 
 /// Without which the file would be of no use to others.
-constexpr std::array<std::string_view, 8> always{"x", "y", "z", "t", "px", "py", "pz", "weight"};
+constexpr std::array<std::string_view, 9> always{"x", "y", "z", "t", "px", "py", "pz", "weight", "lost"};
 
 Error noColumns(const std::filesystem::path& dataset) {
     return {ErrorCode::notFound, dataset.filename().string(),
@@ -70,10 +71,9 @@ class StepRows {
         }
         if (places.empty()) return success();
         for (std::size_t i = 0; i < chosen_.size(); ++i) {
-            const auto values = from_.values(chosen_[i], begin, count);
-            const double offset = from_.columns()[chosen_[i]].offset;
-            for (const auto place : places)
-                columns_[i].push_back(offset + static_cast<double>(values[place]));
+            values_.resize(count);
+            from_.read(chosen_[i], begin, values_);
+            for (const auto place : places) columns_[i].push_back(values_[place]);
         }
         if (from_.hasIds()) {
             const auto ids = from_.ids(begin, count);
@@ -96,6 +96,7 @@ class StepRows {
     const std::vector<std::size_t>& chosen_;
     ParticleFile& file_;
     std::vector<std::vector<double>> columns_;
+    std::vector<double> values_;  ///< of one column, of a part
     std::vector<std::uint64_t> ids_;
     std::size_t gathered_ = 0;
     std::uint64_t written_ = 0;
@@ -119,6 +120,13 @@ class Export {
         std::set<std::int64_t> numbers;
         for (const auto step : steps_) numbers.insert(run.steps(static_cast<int>(step)).iteration());
         numbered_ = numbers.size() == steps_.size();
+        findSpecies();
+        if (run.lost_particles() == "with" && !hasColumn("lost")) {
+            progress_.note(
+                "which particles are lost is not in the dataset, which is of an earlier version: the file "
+                "has no "
+                "particleStatus");
+        }
         return success();
     }
 
@@ -128,6 +136,32 @@ class Export {
     }
 
   private:
+    bool hasColumn(std::string_view name) const {
+        return std::ranges::count(run_.manifest().columns(), name, &proto::ColumnEntry::name) > 0;
+    }
+
+    /// What the dataset does not know is told by what it knows, and said.
+    void findSpecies() {
+        const auto& run = run_.manifest();
+        species_ = {run.species(), run.mass(), run.particle_charge()};
+        if (species_.name.empty()) {
+            const auto found = speciesOf(run.mass(), run.particle_charge());
+            if (found) species_.name = found->name;
+            if (found && found->usual) {
+                progress_.note(fmt::format(
+                    "the dataset does not say what its particles are; \"{}\" is taken after their mass",
+                    found->name));
+            }
+        }
+        if (species_.charge == 0.0)
+            species_.charge = speciesOf(species_.name).value_or(KnownSpecies()).charge;
+        if (hasColumn("weight") && run.weight_unit().empty()) {
+            progress_.note(
+                "the dataset does not know whether its weights are counts or charges: they are written as "
+                "\"weighting\", and no \"weight\"");
+        }
+    }
+
     FileStep describe(std::size_t index, std::uint64_t rows) const {
         const auto& run = run_.manifest();
         const auto& entry = run.steps(static_cast<int>(index));
@@ -143,6 +177,10 @@ class Export {
         step.ids = run.ids();
         step.mass = run.mass();
         step.weightUnit = run.weight_unit();
+        step.species = species_.name;
+        step.charge = species_.charge;
+        step.lost = run.lost_particles() == "only";
+        if (run.lost_particles() == "with") step.lost.reset();
         return step;
     }
 
@@ -178,6 +216,7 @@ class Export {
     Selection selection_;
     std::vector<std::size_t> columns_;
     bool numbered_ = true;  // steps have numbers of their own
+    KnownSpecies species_;
 };
 
 Status run(const proto::ExportJob& job, const std::filesystem::path& dataset,

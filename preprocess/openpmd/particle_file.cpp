@@ -33,21 +33,7 @@ constexpr std::array<Unit, 8> units{{{"m", 1.0, {1, 0, 0, 0, 0, 0, 0}},
                                      {"rad", 1.0, {0, 0, 0, 0, 0, 0, 0}},
                                      {"1", 1.0, {0, 0, 0, 0, 0, 0, 0}}}};
 
-/// Masses in eV/c^2 (CODATA 2018) and what the standard calls their particles.
-struct Species {
-    double mass;
-    const char* name;
-};
-constexpr std::array<Species, 3> knownSpecies{
-    {{0.51099895e6, "electron"}, {105.6583755e6, "muon"}, {938.27208816e6, "proton"}}};
-constexpr double sameMass = 1e-4;  // relative: sources round, and f32 does too
-
-const char* speciesOf(double mass) {
-    for (const auto& each : knownSpecies) {
-        if (std::abs(mass - each.mass) <= sameMass * each.mass) return each.name;
-    }
-    return "other";
-}
+constexpr double liveStatus = 1.0, lostStatus = 2.0;  // as openPMD-beamphysics has it
 
 /// A component of a vector record: "position" and "x" of the column "x".
 struct Component {
@@ -122,38 +108,57 @@ Result<ParticleFile> ParticleFile::create(const std::filesystem::path& path) {
 }
 
 bool ParticleFile::describeSpecies(hid_t species, const FileStep& step) const {
-    const bool described = setText(species, "speciesType", speciesOf(step.mass)) &&
-                           setUnsigned64(species, "numParticles", step.rows) &&
-                           setDouble(species, "chargeUnitSI", 1.0) &&
-                           addConstantScalar(species, records::status, 1.0, step.rows);
+    bool described = setText(species, "speciesType", step.species.empty() ? "other" : step.species) &&
+                     setUnsigned64(species, "numParticles", step.rows) &&
+                     setDouble(species, "chargeUnitSI", 1.0);
+    if (described && step.lost) {
+        const double status = *step.lost ? lostStatus : liveStatus;
+        described = addConstantScalar(species, records::status, status, step.rows);
+    }
+    if (described && step.charge != 0.0) {
+        described = addConstantScalar(species, records::charge, step.charge, step.rows);
+    }
     if (!described || step.mass == 0.0) return described;
     return addConstantScalar(species, records::mass, step.mass * kilogramsOfEv, step.rows);
 }
 
+bool ParticleFile::addWeights(hid_t species, const FileStep& step) {
+    auto& targets = targets_.back();
+    const double one = std::abs(step.charge);
+    const bool charges = step.weightUnit == "C";
+    const auto add = [&](const RecordKind& kind, double factor) {
+        targets.push_back({kind.name, factor});
+        return addScalar(species, kind, H5T_IEEE_F64LE, 1.0, step.rows);
+    };
+    bool ok = true;
+    if (!charges || one > 0.0) ok = add(records::weighting, charges ? 1.0 / one : 1.0);
+    if (step.weightUnit.empty()) return ok;
+    // A particle whose charge nobody says counts an elementary one, as in statistics.
+    weightUnit_ = charges ? 1.0 : one > 0.0 ? one : elementaryCharge;
+    charge_ = 0.0;
+    weightColumn_ = targets_.size() - 1;
+    return ok && add(records::weight, weightUnit_);
+}
+
 bool ParticleFile::addColumn(hid_t species, const FileStep& step, const FileColumn& column) {
-    auto& paths = paths_.emplace_back();
-    const auto scalar = [&](const RecordKind& kind, double unit) {
-        paths.emplace_back(kind.name);
-        return addScalar(species, kind, H5T_IEEE_F64LE, unit, step.rows);
+    auto& targets = targets_.emplace_back();
+    const auto scalar = [&](const RecordKind& kind) {
+        targets.push_back({kind.name});
+        return addScalar(species, kind, H5T_IEEE_F64LE, 1.0, step.rows);
     };
     if (const auto component = componentOf(column.name); component.record != nullptr) {
-        paths.push_back(fmt::format("{}/{}", component.record->name, component.name));
+        targets.push_back({fmt::format("{}/{}", component.record->name, component.name)});
         const bool momentum = component.record == &records::momentum;
         return addComponent(species, component, momentum ? electronvoltOverC : 1.0, step.rows);
     }
-    if (column.name == "t") return scalar(records::time, 1.0);
-    if (column.name == "weight") {
-        // Real particles count an elementary charge each.
-        const bool charge = step.weightUnit == "C";
-        const bool counted = charge || scalar(records::weighting, 1.0);
-        if (step.weightUnit.empty()) return counted;
-        charge_ = 0.0;
-        weightColumn_ = paths_.size() - 1;
-        weightUnit_ = charge ? 1.0 : elementaryCharge;
-        return counted && scalar(records::weight, weightUnit_);
+    if (column.name == "t") return scalar(records::time);
+    if (column.name == "weight") return addWeights(species, step);
+    if (column.name == "lost" && !step.lost) {
+        statusColumn_ = targets_.size() - 1;
+        return scalar(records::status);
     }
     const auto name = linkName(species, column.name);
-    paths.push_back(name);
+    targets.push_back({name});
     return addOther(species, column, name, step.rows);
 }
 
@@ -167,7 +172,8 @@ Status ParticleFile::begin(const FileStep& step) {
     if (!endStep()) return errors_->failure(name_);
     const auto iteration = fmt::format("/data/{}", step.iteration);
     species_ = iteration + "/particles/beam";
-    paths_.clear();
+    targets_.clear();
+    statusColumn_.reset();
     const H5Handle group = createGroup(file_.get(), iteration);
     bool ok = group.ok() && setDouble(group.get(), "time", step.time) && setDouble(group.get(), "dt", 0.0) &&
               setDouble(group.get(), "timeUnitSI", 1.0);
@@ -187,10 +193,20 @@ Status ParticleFile::write(std::uint64_t first, std::size_t rows,
                            std::span<const std::vector<double>> columns,
                            const std::vector<std::uint64_t>& ids) {
     bool ok = true;
-    for (std::size_t i = 0; i < paths_.size(); ++i) {
-        for (const auto& path : paths_[i])
-            ok = ok && writeColumn(file_.get(), species_ + "/" + path, H5T_NATIVE_DOUBLE, first, rows,
-                                   columns[i].data());
+    std::vector<double> scaled;
+    for (std::size_t i = 0; i < targets_.size(); ++i) {
+        for (const auto& target : targets_[i]) {
+            const auto* values = &columns[i];
+            if (target.factor != 1.0 || i == statusColumn_) {
+                scaled = columns[i];
+                for (double& value : scaled)
+                    value =
+                        i == statusColumn_ ? (value != 0.0 ? lostStatus : liveStatus) : value * target.factor;
+                values = &scaled;
+            }
+            ok = ok && writeColumn(file_.get(), species_ + "/" + target.path, H5T_NATIVE_DOUBLE, first, rows,
+                                   values->data());
+        }
     }
     if (charge_) {
         for (std::size_t row = 0; row < rows; ++row) *charge_ += columns[weightColumn_][row] * weightUnit_;

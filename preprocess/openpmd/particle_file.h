@@ -4,9 +4,10 @@
 // one species "beam", columns of f64 in m, eV/c, s. Each step is laid out, then its rows are written in any
 // order. Nothing in it names the time or the machine. One owner, one thread.
 //
-// Known columns become the standard's records (position, momentum, time, weighting, weight, id), all others
-// records of their own names. A column "time" that is not there is constant, the step's: a dump is of one
-// moment.
+// Known columns become the standard's records (position, momentum, time, weighting, weight, particleStatus,
+// id), all others records of their own names. "weighting" counts real particles, "weight" is the charge of
+// them: what of the two the column is, and the other where the charge of one is known. A column "time" that
+// is not there is constant, the step's: a dump is of one moment.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +36,12 @@ struct FileStep {
     std::vector<FileColumn> columns;
     bool ids = false;
     double mass = 0.0;       ///< eV/c^2, of one real particle; 0: not known
+    std::string species;     ///< as SpeciesType has it; "": not known
+    double charge = 0.0;     ///< C, of one real particle, with its sign; 0: not known, or neutral
     std::string weightUnit;  ///< of the column "weight": "1", "C"; "": not known
+    /// Of all rows, where they are alike: whether they are lost. Nothing: the column "lost" says it (not 0:
+    /// lost), or, without such a column, nobody does.
+    std::optional<bool> lost = false;
 };
 
 class ParticleFile {
@@ -58,6 +64,7 @@ class ParticleFile {
 
   private:
     explicit ParticleFile(const std::string& path);
+    bool addWeights(hid_t species, const FileStep& step);
     bool addColumn(hid_t species, const FileStep& step, const FileColumn& column);
     bool describeSpecies(hid_t species, const FileStep& step) const;
     /// Says what is known of the step only when all is written.
@@ -67,10 +74,15 @@ class ParticleFile {
     std::unique_ptr<H5Errors> errors_;  ///< outlives the file
     H5Handle file_;
     std::string species_;  ///< "/data/53/particles/beam"
-    std::vector<std::vector<std::string>>
-        paths_;                     ///< by column: the records that hold it, within the species
-    std::optional<double> charge_;  ///< C, of the rows written so far; nothing: not known
+    /// A record that a column is written to.
+    struct Target {
+        std::string path;     ///< within the species
+        double factor = 1.0;  ///< of the column's values
+    };
+    std::vector<std::vector<Target>> targets_;  ///< by column
+    std::optional<double> charge_;              ///< C, of the rows written so far; nothing: not known
     std::size_t weightColumn_ = 0;
+    std::optional<std::size_t> statusColumn_;
     double weightUnit_ = 0.0;  ///< C, of one weight
 };
 

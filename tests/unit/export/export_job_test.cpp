@@ -36,14 +36,17 @@ class ExportJob : public testing::Test {
     std::filesystem::path output() const { return folder_ / "out.h5"; }
 
     /// A run of these steps, prepared.
-    void prepare(std::vector<FakeStep> steps, const std::vector<std::string>& columns = {}) {
+    void prepare(std::vector<FakeStep> steps, const std::vector<std::string>& columns = {},
+                 const FakeSource::What& what = {}, double ofOne = mass, const std::string& lost = "") {
         std::filesystem::remove_all(dataset());
         for (std::size_t i = 0; i < steps.size(); ++i) {
             steps[i].iteration = static_cast<std::int64_t>(10 * i);
             steps[i].time = 0.5 * static_cast<double>(i);
         }
-        FakeSource source(std::move(steps), mass);
+        FakeSource source(std::move(steps), ofOne);
+        source.what = what;
         auto request = requestFor();
+        request.mutable_particles()->set_lost(lost);
         request.mutable_particles()->mutable_columns()->Assign(columns.begin(), columns.end());
         const auto made = make(request, source, dataset());
         ASSERT_TRUE(made.ok()) << made.error().toString();
@@ -70,7 +73,7 @@ class ExportJob : public testing::Test {
         const auto rows = (*source)->steps()[step].particles;
         const auto read = (*source)->read(step, 0, rows, {column}, chunk);
         EXPECT_TRUE(read.ok());
-        for (const auto lost : chunk.lost) EXPECT_EQ(lost, 0);
+        for (const auto mark : chunk.lost) EXPECT_EQ(mark, 0);
         return chunk[column];
     }
 
@@ -80,10 +83,8 @@ class ExportJob : public testing::Test {
         EXPECT_TRUE(columns.ok()) << columns.error().toString();
         const auto all = [&](const std::string& name) {
             const auto index = (*columns)->find(name).value();
-            const auto stored = (*columns)->values(index, 0, (*columns)->pointCount());
-            std::vector<double> values;
-            for (const float value : stored)
-                values.push_back((*columns)->columns()[index].offset + static_cast<double>(value));
+            std::vector<double> values((*columns)->pointCount());
+            (*columns)->read(index, 0, values);
             return values;
         };
         const auto x = all("x"), wanted = all(column);
@@ -92,6 +93,18 @@ class ExportJob : public testing::Test {
             if (x[i] >= low && x[i] <= high) chosen.push_back(wanted[i]);
         }
         return chosen;
+    }
+
+    /// What was written, prepared again.
+    proto::ParticlesManifest again(const std::string& lost = "") {
+        const auto path = folder_ / "again.mote";
+        std::filesystem::remove_all(path);
+        auto request = requestFor();
+        request.mutable_particles()->set_lost(lost);
+        QuietProgress progress;
+        const auto made = prep::runParticlesJob(request, {output()}, path, {}, progress);
+        EXPECT_TRUE(made.ok()) << made.error().toString();
+        return made.ok() ? made->particles() : proto::ParticlesManifest();
     }
 
     void expectNothing() const { EXPECT_EQ(entriesOf(folder_.path()), 1U) << "besides the dataset"; }
