@@ -121,8 +121,11 @@ class Answers(Case):
                 (lambda: self.ds.get("x", select={"ranges": [{"column": "nix"}]}), "not_found", "select.ranges[0].column"),
                 (lambda: self.ds.get("x", select={"step": 77}), "not_found", "select.step"),
                 (lambda: self.ds.get("x", select={"polygon": {"columns": ["x", "y"], "points": [[0, 0], [1, 1]]}}), "invalid_argument", None),
-                (lambda: self.ds.histogram("x", range=(1, 0), step=0), "invalid_argument", "query.histogram.axes[0].range"),
+                (lambda: self.ds.histogram("x", range=(1, 0), step=0), "invalid_argument", "range"),
                 (lambda: self.ds.histogram("x", bins=5000, step=0), "invalid_argument", "query.histogram.axes[0].bins"),
+                (lambda: self.ds.histogram("x", bins=0, step=0), "invalid_argument", "query.histogram.axes[0].bins"),
+                (lambda: self.ds.statistics(step=0, slices=("x", 0)), "invalid_argument", "query.statistics.sliceCount"),
+                (lambda: self.ds.statistics(step=0, slices=("x", 257)), "invalid_argument", "query.statistics.sliceCount"),
                 (lambda: self.ds.statistics(step=0, select={"ids": [1]}, names=["luck"]), "not_found", "names[0]")):
             with self.fails(code, where):
                 ask()

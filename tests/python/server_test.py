@@ -124,6 +124,23 @@ class Working(WithServer):
         self.assertIn(job.id, [other.id for other in self.session.jobs])
         self.assertEqual(self.session.job(job.id).state, "succeeded")
 
+    def test_arrays_become_a_dataset(self):
+        numbers = np.random.default_rng(3)
+        columns = {name: numbers.normal(size=200) for name in ("x", "y", "z", "px", "py", "pz", "t")}
+        columns["x"] = np.ma.array(columns["x"], mask=np.arange(200) == 7)
+        alive = np.arange(200) >= 3
+        with self.assertWarns(UserWarning):
+            job = self.session.prepare_arrays({**columns, "charge": 1e-12, "alive": alive, "id": np.arange(200) * 2**50}, ["x", "px", "z"],
+                                              "data/arrays.mote", mass=0.511e6, title="mine")
+        job.wait(progress=False)
+        ds = self.session["data/arrays"]
+        kept = alive & (np.arange(200) != 7)
+        self.assertEqual((ds.particles.tolist(), ds.title), ([int(kept.sum())], "mine"))
+        ids, y = ds.get(["id", "y"])
+        order = np.argsort(ids)
+        np.testing.assert_array_equal(ids[order], (np.arange(200, dtype=np.uint64) * 2**50)[kept])
+        np.testing.assert_allclose(y[order], columns["y"][kept], rtol=1e-5, atol=1e-5)
+
     def test_a_job_that_fails_says_why(self):
         with self.fails("not_found"):
             self.session.prepare("data/none.h5", axes=["x", "y", "z"], output="data/none.mote").wait(progress=False)
