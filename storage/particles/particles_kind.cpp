@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
+#include <string>
 
 #include "storage/dataset_kind.h"
 #include "storage/manifest.h"
@@ -112,6 +115,30 @@ void verify(DatasetVerifier& verifier) {
     });
 }
 
+/// What the particles are, each with its column, and what the job had to say.
+std::string describeParticles(const proto::ParticlesManifest& particles) {
+    std::string text;
+    const auto out = std::back_inserter(text);
+    if (!particles.species().empty()) fmt::format_to(out, "species  {}\n", particles.species());
+    if (particles.mass() > 0.0) fmt::format_to(out, "mass     {:.10g} eV/c^2\n", particles.mass());
+    if (particles.particle_charge() != 0.0)
+        fmt::format_to(out, "charge   {:.10g} C of one particle\n", particles.particle_charge());
+    for (int i = 0; i < particles.columns_size(); ++i) {
+        const auto& column = particles.columns(i);
+        double resolution = 0.0;
+        for (const auto& step : particles.steps()) {
+            if (i < step.column_resolution_size())
+                resolution = std::max(resolution, step.column_resolution(i));
+        }
+        fmt::format_to(out, "column   {} from {:.6g} to {:.6g} {}", column.name(), column.min(), column.max(),
+                       column.unit());
+        if (resolution > 0.0) fmt::format_to(out, ", to {:.2g}", resolution);
+        text += '\n';
+    }
+    for (const auto& note : particles.notes()) fmt::format_to(out, "note     {}\n", note);
+    return text;
+}
+
 std::string describe(const proto::Manifest& manifest) {
     const auto& particles = manifest.particles();
     std::string text;
@@ -123,6 +150,7 @@ std::string describe(const proto::Manifest& manifest) {
         fmt::format_to(out, "axis     {} from {:.6g} to {:.6g} {}\n", axis.name(), axis.min(), axis.max(),
                        axis.unit());
     }
+    text += describeParticles(particles);
     const auto size = 1U << particles.volume_level();
     fmt::format_to(out, "volume   {0} x {0} x {0}\noctree   at most {1} particles a leaf, to level {2}\n",
                    size, particles.leaf_capacity(), particles.max_level());
