@@ -13,6 +13,7 @@ constexpr const char* examples = R"(Examples:
   mote-prep particles run.h5 --axes x,px,y --out plots/beam.mote
   mote-prep particles dtl/fort.1??.gz --axes x,y,energy --format impactz --out dtl.mote
   mote-prep particles beam.mote --axes y,py,delta --out again.mote
+  mote-prep particles table.txt --axes x,px,y --map "x=X [mm],px=PX [MeV/c],y=3 [mm]" --out table.mote
   mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
 Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a plot's bounds are the least and the
@@ -30,6 +31,7 @@ struct Options {
     std::string steps;
     std::string columns;
     std::string lost;
+    std::string map;
     std::vector<std::string> bounds;
     std::optional<std::uint32_t> volumeLevel, leafCapacity, maxLevel;
     std::optional<double> frequency, mass, kineticEnergy, current;
@@ -85,6 +87,7 @@ Result<proto::JobRequest> toRequest(const Options& options) {
         for (const auto& column : split(options.columns, ',')) job.add_columns(column);
     }
     job.set_lost(options.lost);
+    job.set_map(options.map);
     if (options.volumeLevel) job.set_volume_level(*options.volumeLevel);
     if (options.leafCapacity) job.set_leaf_capacity(*options.leafCapacity);
     if (options.maxLevel) job.set_max_level(*options.maxLevel);
@@ -97,16 +100,24 @@ Result<proto::JobRequest> toRequest(const Options& options) {
 }
 
 void addInputOptions(const cli::Command& command, Options& options) {
-    command.option("INPUT", options.inputs, "The files of one run, or a dataset with columns").required();
     command
-        .option("--format", options.format,
-                "auto, openpmd, h5part, impactz, impactt, astra, tracewin, genesis4, sdds, elegant, csv, npy "
-                "or npz")
+        .option("INPUT", options.inputs, "The files of one run, a folder of them, or a dataset with columns")
+        .required();
+    command
+        .option(
+            "--format", options.format,
+            "auto, openpmd, h5part, impactz, impactt, astra, tracewin, genesis4, sdds, elegant, csv, npy, "
+            "npz, tfs, json, gpt or ocelot")
         .oneOf({"auto", "openpmd", "h5part", "impactz", "impactt", "astra", "tracewin", "genesis4", "sdds",
-                "elegant", "csv", "npy", "npz"})
+                "elegant", "csv", "npy", "npz", "tfs", "json", "gpt", "ocelot"})
         .valueName("NAME");
     command.option("--species", options.species, "openPMD species; needed where there are several")
         .valueName("NAME");
+    command
+        .option("--map", options.map,
+                "What the columns of a table are: a quantity (x y z t px py pz weight id lost xp yp p delta "
+                "gamma p0c mass ...), '=', a column by name or number, its unit in brackets")
+        .valueName("\"x=X [mm],px=PX [MeV/c]\"");
     command.option("--steps", options.steps, "Step indices, the last included")
         .valueName("FIRST:LAST:STRIDE");
     command.option(

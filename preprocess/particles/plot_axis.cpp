@@ -40,6 +40,7 @@ double radialMomentum(double x, double y, double px, double py) {
 }
 
 double kineticEnergy(double p, double mass) {
+    if (mass == 0.0) return p;  // of photons
     // sqrt(p^2 + m^2) - m without the difference of two large numbers.
     return p * (p / (std::hypot(p, mass) + mass));
 }
@@ -97,7 +98,9 @@ Status checkAxis(const PlotAxis& axis, const ParticleSource& source) {
         return Error{ErrorCode::notFound, where,
                      fmt::format("needs {}, which the run does not have; it has {}", missing, present)};
     }
-    if (axis.needsMass && !(source.mass() > 0.0)) {
+    // The energy of a photon is p c; no other species is without a mass.
+    const bool photons = axis.kind == AxisKind::energy && source.species() == "photon";
+    if (axis.needsMass && !(source.mass() > 0.0) && !photons) {
         return Error{
             ErrorCode::notFound, where,
             fmt::format("needs the particles' mass, which the run does not give (for IMPACT files: --mass); "

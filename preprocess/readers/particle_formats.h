@@ -51,10 +51,12 @@ Result<std::unique_ptr<ParticleSource>> openNpy(std::string format,
 // openPMD runs in HDF5 (versions 1.0 to 2.0, with or without the BeamPhysics extension), one or several
 // files.
 
-/// Opens all files as one series; `species` as in ParticlesJob. Errors: notFound, unsupported, corrupt,
-/// invalidArgument (several species and none named), cancelled.
+/// Opens all files as one series; `species` as in ParticlesJob, `mass` in eV/c^2, 0: as the files say.
+/// Errors: notFound, unsupported, corrupt, invalidArgument (several species and none named; another mass than
+/// the files say), cancelled.
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const std::vector<std::filesystem::path>& files,
-                                                    const std::string& species, Progress& progress);
+                                                    const std::string& species, double mass,
+                                                    Progress& progress);
 
 // SDDS data sets, as elegant writes them: text or binary pages, each a step, gzipped or not; and the same as
 // sdds2hdf turns them into HDF5 (page1/columns/x). What becomes of each column: docs/READERS.md.
@@ -98,5 +100,48 @@ bool looksLikeGenesis(const H5File& file);
 /// notFound, corrupt, unsupported, cancelled.
 Result<std::unique_ptr<ParticleSource>> openGenesis(const std::vector<std::filesystem::path>& files,
                                                     double mass, Progress& progress);
+
+// Tracks of MAD-X and PTC in TFS (trackone, track.obs0001.p0001): a turn or segment a step.
+
+/// Momenta by the header's PC, MASS, ... or the energies beside them. `mass` in eV/c^2, 0: as the files say.
+/// Errors: notFound, corrupt, unsupported (no track, nothing that says the reference momentum),
+/// resourceExhausted, cancelled.
+Result<std::unique_ptr<ParticleSource>> openTfs(const std::vector<std::filesystem::path>& files, double mass,
+                                                Progress& progress);
+
+// JSON of named lists, as xsuite writes its particles; each object with such lists is a step.
+
+/// `mass` in eV/c^2, 0: as the files say. Errors: notFound, corrupt, unsupported, resourceExhausted,
+/// cancelled.
+Result<std::unique_ptr<ParticleSource>> openJson(const std::vector<std::filesystem::path>& files, double mass,
+                                                 Progress& progress);
+
+// Outputs of GPT: GDF, and text with its names; a time or screen a step.
+
+bool looksLikeGdf(std::string_view begin);
+/// Whether one of the first lines names GPT's columns.
+bool looksLikeGptText(const std::filesystem::path& path);
+
+/// `mass` in eV/c^2, 0: as the files say, else the electron's, with a note. The same errors.
+Result<std::unique_ptr<ParticleSource>> openGpt(const std::vector<std::filesystem::path>& files, double mass,
+                                                Progress& progress);
+
+// Archives of NumPy with an array p0c, in units of which their momenta are.
+
+bool looksLikeScaledNpz(const std::filesystem::path& path);
+
+/// Files in the order of the numbers in their names. `mass` in eV/c^2, 0: as the files say. The same errors.
+Result<std::unique_ptr<ParticleSource>> openScaledNpz(const std::vector<std::filesystem::path>& files,
+                                                      double mass, Progress& progress);
+
+// Ocelot's particle arrays (.npz).
+
+/// True for an archive with the arrays rparticles and E.
+bool looksLikeOcelot(const std::filesystem::path& path);
+
+/// Files in the order of the numbers in their names. `mass` in eV/c^2, 0: the electron's, with a note. The
+/// same errors.
+Result<std::unique_ptr<ParticleSource>> openOcelot(const std::vector<std::filesystem::path>& files,
+                                                   double mass, Progress& progress);
 
 }  // namespace mote::prep

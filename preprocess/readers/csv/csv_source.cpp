@@ -3,81 +3,31 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
+#include <set>
 
 #include "preprocess/readers/file_number.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/text/number.h"
 #include "preprocess/readers/text/row_file.h"
 
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t maxFields = 1024;
-constexpr std::uint64_t maxCommentLines = 10'000;
-
-char separatorOf(std::string_view header) {
-    for (const char separator : {';', '\t', ','}) {
-        if (header.find(separator) != std::string_view::npos) return separator;
-    }
-    return ' ';
-}
-
-/// The names of a header. Where blanks separate them, a unit in brackets belongs to the name before it.
-Result<std::vector<std::string>> namesOf(std::string_view line, char separator, const std::string& where) {
-    std::array<std::string_view, maxFields> fields;
-    const std::size_t count = splitFields(line, separator, fields);
-    if (count > maxFields) return Error{ErrorCode::notFound, where, "has more than 1024 columns"};
-    std::vector<std::string> names;
-    bool inUnit = false;
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::string_view field = fields[i];
-        const bool opens = field.starts_with('[') || field.starts_with('(');
-        if (separator == ' ' && !names.empty() && (inUnit || opens)) {
-            names.back() += " " + std::string(field);
-        } else {
-            names.emplace_back(field);
-        }
-        const std::size_t open = names.back().find_first_of("[(");
-        inUnit = open != std::string::npos && names.back().find_first_of("])", open) == std::string::npos;
-    }
-    if (names.size() > 1 && names.back().empty()) names.pop_back();  // a separator at the line's end
-    return names;
-}
-
-std::string_view withoutMark(std::string_view line) {
-    if (line.starts_with("\xef\xbb\xbf")) line.remove_prefix(3);  // the byte order mark of UTF-8
-    line = trim(line);
-    while (!line.empty() && (line.front() == '#' || line.front() == '!' || line.front() == '%')) {
-        line = trim(line.substr(1));
-    }
-    return line;
-}
-
-Result<CsvHeader> commentHeader(std::string_view comment, double mass, const std::string& where) {
-    auto header = parseCsvHeader(comment, mass, where);
-    if (header) header->rows = 0;
-    return header;
-}
-
-/// Whether the names in a comment are those of the columns of `row`, which holds numbers.
-bool fits(std::string_view comment, std::string_view row) {
-    const auto header = parseCsvHeader(comment, 1.0, "");
-    std::array<std::string_view, maxFields> fields;
-    return header && splitFields(row, header->separator, fields) == header->fields && parseNumber(fields[0]);
-}
-
 using Fields = std::array<std::string_view, 1024>;
 
 class CsvSource : public ParticleSource {
   public:
-    CsvSource(double mass, Progress& progress) : mass_(mass), progress_(progress) {}
+    CsvSource(CsvOptions options, Progress& progress) : options_(std::move(options)), progress_(progress) {}
     Status addFile(const std::filesystem::path& path);
 
     std::string format() const override { return "csv"; }
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override;
-    double mass() const override { return mass_; }
+    double mass() const override { return tables_.front().header.columns.mass(); }
+    std::string species() const override { return tables_.front().header.columns.species(); }
+    double particleCharge() const override { return tables_.front().header.columns.charge(); }
+    std::string weightUnit() const override;
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 
@@ -87,15 +37,22 @@ class CsvSource : public ParticleSource {
         CsvHeader header;
     };
 
-    Status readRow(Table& table, const std::vector<CsvHeader::Field>& used, std::size_t row,
-                   ParticleChunk& chunk);
+    Status readFirstRow(Table& table);
+    Status readRow(Table& table, const std::vector<std::size_t>& used, std::optional<std::size_t> idField,
+                   std::size_t row, ParticleChunk& chunk);
+    Result<double> number(const Table& table, std::size_t field) const;
+    void noteOnce(const std::string& sentence) {
+        if (noted_.insert(sentence).second) progress_.note(sentence);
+    }
 
-    double mass_;
+    CsvOptions options_;
     Progress& progress_;
+    std::set<std::string> noted_;
     std::vector<SourceStep> steps_;
     std::vector<Table> tables_;
     std::size_t open_ = 0;
     Fields fields_;
+    std::vector<std::vector<double>> values_;  // by place in the used fields
 };
 
 Error wrong(const RowFile& file, const CsvHeader& header, std::size_t index, std::string_view text) {
@@ -105,18 +62,66 @@ Error wrong(const RowFile& file, const CsvHeader& header, std::size_t index, std
 }
 
 Status CsvSource::addFile(const std::filesystem::path& path) {
-    MOTE_ASSIGN_OR_RETURN(auto header, readCsvHeader(path, mass_));
+    MOTE_ASSIGN_OR_RETURN(auto header, readCsvHeader(path, options_));
     MOTE_ASSIGN_OR_RETURN(auto file, RowFile::open(path, header.rows, progress_));
     const auto number = fileNumber(path);
+    Table table{std::move(file), std::move(header)};
+    MOTE_RETURN_IF_ERROR(readFirstRow(table));
+    const TableColumns& columns = table.header.columns;
+    for (const std::string& note : columns.notes()) noteOnce(note);
+    if (!tables_.empty() && tables_.front().header.columns.mass() != columns.mass())
+        noteOnce("the files' masses differ: that of the first one is taken");
     steps_.push_back({path.filename().string(), number.value_or(static_cast<std::int64_t>(steps_.size())),
-                      0.0, file.rows()});
-    tables_.push_back({std::move(file), std::move(header)});
+                      0.0, table.file.rows()});
+    tables_.push_back(std::move(table));
     return success();
+}
+
+/// Mass and charge of the first row are those of all: momenta are found with them.
+Status CsvSource::readFirstRow(Table& table) {
+    TableColumns& columns = table.header.columns;
+    const auto massField = columns.massField(), chargeField = columns.chargeField();
+    if (table.file.rows() == 0 || (!massField && !chargeField)) return success();
+    MOTE_RETURN_IF_ERROR(table.file.seek(0, progress_));
+    MOTE_ASSIGN_OR_RETURN(const auto line, table.file.next());
+    if (splitFields(line, table.header.separator, fields_) >= table.header.names.size()) {
+        if (massField) {
+            MOTE_ASSIGN_OR_RETURN(const auto mass, number(table, *massField));
+            columns.setMass(mass);
+            noteOnce("the mass is that of the table's first row");
+        }
+        if (chargeField) {
+            MOTE_ASSIGN_OR_RETURN(const auto charge, number(table, *chargeField));
+            columns.setCharge(charge);
+        }
+    }
+    table.file.close();
+    return success();
+}
+
+std::string CsvSource::weightUnit() const {
+    const std::string& unit = tables_.front().header.columns.weightUnit();
+    const bool same = std::all_of(tables_.begin(), tables_.end(), [&](const Table& table) {
+        return table.header.columns.weightUnit() == unit;
+    });
+    return same ? unit : "";
 }
 
 bool CsvSource::has(Column column) const {
     return std::all_of(tables_.begin(), tables_.end(),
-                       [&](const Table& table) { return table.header.find(column) != nullptr; });
+                       [&](const Table& table) { return table.header.columns.has(column); });
+}
+
+Result<double> CsvSource::number(const Table& table, std::size_t field) const {
+    const std::string_view text = fields_[field];
+    const auto value = table.header.separator == ';' ? parseNumberWithComma(text) : parseNumber(text);
+    if (value) return *value;
+    // Tables of statistics programs leave a field empty where there is no value.
+    if (text.empty()) return std::numeric_limits<double>::quiet_NaN();
+    // Truth values as Python and R write them.
+    if (text == "True" || text == "TRUE" || text == "true") return 1.0;
+    if (text == "False" || text == "FALSE" || text == "false") return 0.0;
+    return wrong(table.file, table.header, field, text);
 }
 
 Status CsvSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
@@ -125,131 +130,61 @@ Status CsvSource::read(std::size_t step, std::uint64_t begin, std::size_t count,
     if (open_ != step) tables_[open_].file.close();
     open_ = step;
     Table& table = tables_[step];
+    const TableColumns& columns = table.header.columns;
     MOTE_RETURN_IF_ERROR(table.file.seek(begin, progress_));
     chunk.begin = begin;
     chunk.size = count;
-    chunk.lost.assign(count, 0);
-    std::vector<CsvHeader::Field> used;
-    for (const CsvHeader::Field& field : table.header.known) {
-        const bool status = field.meaning.kind != FieldMeaning::Kind::column;
-        if (status || std::find(wanted.begin(), wanted.end(), field.meaning.column) != wanted.end()) {
-            used.push_back(field);
-        }
-    }
+    std::optional<std::size_t> idField;
     for (const Column column : wanted) {
-        const bool present = table.header.find(column) != nullptr;
         if (column == Column::id) {
+            idField = columns.idField();
             chunk.id.resize(count);
-            for (std::size_t i = 0; i < count && !present; ++i) chunk.id[i] = begin + i;
-        } else if (present || column == Column::weight) {
-            chunk[column].assign(count, 1.0);
-        } else {
+            for (std::size_t i = 0; i < count; ++i) chunk.id[i] = begin + i;
+        } else if (!columns.has(column) && column != Column::weight) {
             return Error{ErrorCode::invalidArgument, steps_[step].file,
                          "has not all columns that were asked for"};
         }
     }
-    for (std::size_t row = 0; row < count; ++row) MOTE_RETURN_IF_ERROR(readRow(table, used, row, chunk));
+    const std::vector<std::size_t> used = columns.needed(wanted);
+    values_.resize(used.size());
+    for (auto& values : values_) values.resize(count);
+    for (std::size_t row = 0; row < count; ++row)
+        MOTE_RETURN_IF_ERROR(readRow(table, used, idField, row, chunk));
+    TableColumns::Values values(table.header.names.size(), nullptr);
+    for (std::size_t i = 0; i < used.size(); ++i) values[used[i]] = values_[i].data();
+    columns.fill(wanted, values, chunk);
     return success();
 }
 
-Status CsvSource::readRow(Table& table, const std::vector<CsvHeader::Field>& used, std::size_t row,
-                          ParticleChunk& chunk) {
-    const CsvHeader& header = table.header;
+Status CsvSource::readRow(Table& table, const std::vector<std::size_t>& used,
+                          std::optional<std::size_t> idField, std::size_t row, ParticleChunk& chunk) {
     MOTE_ASSIGN_OR_RETURN(const auto line, table.file.next());
-    const std::size_t count = splitFields(line, header.separator, fields_);
-    if (count < header.fields) {
+    const std::size_t count = splitFields(line, table.header.separator, fields_);
+    if (count < table.header.names.size()) {
         return Error{ErrorCode::corrupt, table.file.where(),
                      "has " + std::to_string(count) + " fields where the header names " +
-                         std::to_string(header.fields)};
+                         std::to_string(table.header.names.size())};
     }
-    for (const CsvHeader::Field& field : used) {
-        const std::string_view text = fields_[field.index];
-        if (field.meaning.kind == FieldMeaning::Kind::column && field.meaning.column == Column::id) {
-            const auto id = parseId(text);
-            if (!id) return wrong(table.file, header, field.index, text);
-            chunk.id[row] = *id;
-            continue;
-        }
-        auto value = header.separator == ';' ? parseNumberWithComma(text) : parseNumber(text);
-        // Tables of statistics programs leave a field empty where there is no value.
-        if (!value && text.empty()) value = std::numeric_limits<double>::quiet_NaN();
-        if (!value) return wrong(table.file, header, field.index, text);
-        if (field.meaning.kind != FieldMeaning::Kind::column) {
-            chunk.lost[row] |= saysLost(field.meaning.kind, *value) ? 1 : 0;
-        } else if (field.meaning.column == Column::weight) {
-            chunk[Column::weight][row] = std::abs(*value * field.meaning.factor);
-        } else {
-            chunk[field.meaning.column][row] = *value * field.meaning.factor;
-        }
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        MOTE_ASSIGN_OR_RETURN(values_[i][row], number(table, used[i]));
     }
+    if (!idField) return success();
+    const auto id = parseId(fields_[*idField]);
+    if (!id) return wrong(table.file, table.header, *idField, fields_[*idField]);
+    chunk.id[row] = *id;
     return success();
 }
 
 }  // namespace
 
-const CsvHeader::Field* CsvHeader::find(Column column) const {
-    for (const Field& field : known) {
-        if (field.meaning.kind == FieldMeaning::Kind::column && field.meaning.column == column) return &field;
+Result<std::unique_ptr<ParticleSource>> openCsv(const std::vector<std::filesystem::path>& files,
+                                                CsvOptions options, Progress& progress) {
+    auto source = std::make_unique<CsvSource>(std::move(options), progress);
+    OddSteps odd;
+    for (const std::filesystem::path& file : inOrder(files)) {
+        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
     }
-    return nullptr;
-}
-
-Result<CsvHeader> parseCsvHeader(std::string_view line, double mass, const std::string& where) {
-    line = withoutMark(line);
-    CsvHeader header;
-    header.separator = separatorOf(line);
-    MOTE_ASSIGN_OR_RETURN(auto names, namesOf(line, header.separator, where));
-    header.names = std::move(names);
-    header.fields = header.names.size();
-    for (std::size_t i = 0; i < header.fields; ++i) {
-        const std::string place = where + ", column " + std::to_string(i + 1) + " (" + header.names[i] + ")";
-        MOTE_ASSIGN_OR_RETURN(const auto meaning, fieldMeaning(header.names[i], mass, place));
-        if (!meaning) continue;
-        if (meaning->kind == FieldMeaning::Kind::column && header.find(meaning->column) != nullptr) {
-            return Error{ErrorCode::corrupt, place, "means the same as a column before it"};
-        }
-        header.known.push_back({i, *meaning});
-    }
-    if (header.known.empty()) {
-        return Error{ErrorCode::notFound, where, "names none of the columns x, y, z, t, px, py, pz"};
-    }
-    return header;
-}
-
-bool looksLikeHeader(std::string_view line) {
-    const auto header = parseCsvHeader(line, 1.0, "");
-    if (!header) return false;
-    for (const std::string& name : header->names) {
-        if (parseNumber(name)) return false;
-    }
-    return true;
-}
-
-Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, double mass) {
-    MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
-    std::string comment, place;
-    for (std::string_view line; reader.lineNumber() < maxCommentLines;) {
-        MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
-        if (!more) break;
-        const std::string where = reader.name() + ": line " + std::to_string(reader.lineNumber());
-        if (isRow(line)) {
-            return comment.empty() || !fits(comment, line) ? parseCsvHeader(line, mass, where)
-                                                           : commentHeader(comment, mass, place);
-        }
-        if (looksLikeHeader(line)) {
-            comment = line;
-            place = where;
-        }
-    }
-    if (comment.empty())
-        return Error{ErrorCode::notFound, reader.name(), "has no line with the columns' names"};
-    return commentHeader(comment, mass, place);
-}
-
-Result<std::unique_ptr<ParticleSource>> openCsv(const std::vector<std::filesystem::path>& files, double mass,
-                                                Progress& progress) {
-    auto source = std::make_unique<CsvSource>(mass, progress);
-    for (const std::filesystem::path& file : inOrder(files)) MOTE_RETURN_IF_ERROR(source->addFile(file));
+    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
     return std::unique_ptr<ParticleSource>(std::move(source));
 }
 

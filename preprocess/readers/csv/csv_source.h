@@ -6,46 +6,41 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/particle_source.h"
+#include "preprocess/readers/table/table_columns.h"
+#include "preprocess/readers/table/table_map.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
-/// The first line of a table, with the names of its columns. Values and functions without state.
-struct CsvHeader {
-    struct Field {
-        std::size_t index = 0;  ///< of the field in a row
-        FieldMeaning meaning;
-    };
-    char separator = ',';      ///< ' ': runs of blanks
-    std::size_t fields = 0;    ///< of a row
-    std::vector<Field> known;  ///< those that mean something to us
-    std::vector<std::string> names;
-    std::uint64_t rows = 1;  ///< that it takes: 0 where it stands in a comment line
-
-    const Field* find(Column column) const;
+/// What a user says of a table.
+struct CsvOptions {
+    double mass = 0.0;  ///< eV/c^2, 0: as the table says
+    TableMap map;
 };
 
-/// Errors, at `where`: notFound (no name that is known, more than 1024 fields), corrupt (a name twice),
-/// unsupported, invalidArgument (units).
-Result<CsvHeader> parseCsvHeader(std::string_view line, double mass, const std::string& where);
+/// The lines of a table that name its columns. Values and functions without state.
+struct CsvHeader {
+    char separator = ',';            ///< ' ': runs of blanks
+    std::vector<std::string> names;  ///< of the fields of a row, with their units
+    std::uint64_t rows = 0;          ///< lines over the table that are no comments
+    std::string where;               ///< of the names, for messages
 
-/// Whether a line can be a header: a field of it is no number and another has a known name.
-bool looksLikeHeader(std::string_view line);
+    TableColumns columns;
+};
 
-/// The header of a file: its first row, or the comment line before its first row where that has numbers only.
-/// Errors: those of parseCsvHeader and of LineReader.
-Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, double mass);
+/// The header of a file: the last line over the numbers that names columns, in a comment or not, perhaps with
+/// a line of units below it. With a map, the line that has the map's names, or none where it has numbers.
+/// Errors: those of TableColumns::of, TableMap::apply and LineReader; notFound (no such line).
+Result<CsvHeader> readCsvHeader(const std::filesystem::path& path, const CsvOptions& options);
 
-/// Steps in the order of the numbers in the files' names. `mass` in eV/c^2, 0: unknown. Errors: notFound,
-/// corrupt, unsupported, invalidArgument, cancelled.
-Result<std::unique_ptr<ParticleSource>> openCsv(const std::vector<std::filesystem::path>& files, double mass,
-                                                Progress& progress);
+/// Steps in the order of the numbers in the files' names. Errors: notFound, corrupt, unsupported,
+/// invalidArgument, cancelled.
+Result<std::unique_ptr<ParticleSource>> openCsv(const std::vector<std::filesystem::path>& files,
+                                                CsvOptions options, Progress& progress);
 
 }  // namespace mote::prep

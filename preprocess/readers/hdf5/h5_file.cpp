@@ -109,6 +109,13 @@ Result<H5File> H5File::open(const std::filesystem::path& path) {
     return result;
 }
 
+Status H5File::enter(const std::string& path) {
+    MOTE_ASSIGN_OR_RETURN(auto group, require(root_, path));
+    if (!group.group) return corrupt(group.where, "is a dataset where a group was expected");
+    root_ = std::move(group);
+    return success();
+}
+
 Result<std::optional<H5Object>> H5File::find(const H5Object& from, std::string_view path) const {
     std::deque<std::string> components;
     pushFront(components, path);
@@ -137,7 +144,7 @@ Result<std::optional<H5Object>> H5File::find(const H5Object& from, std::string_v
             pushFront(components, target);
             if (target.starts_with('/')) {
                 found =
-                    H5Object{H5Handle(H5Gopen2(file_.get(), "/", H5P_DEFAULT), H5Gclose), root_.where, true};
+                    H5Object{H5Handle(H5Gopen2(file_.get(), "/", H5P_DEFAULT), H5Gclose), name_ + ":/", true};
             }
         } else if (info.type == H5L_TYPE_HARD) {
             MOTE_ASSIGN_OR_RETURN(auto next, openHard(parent, name, where));

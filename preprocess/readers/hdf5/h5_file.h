@@ -75,6 +75,9 @@ class H5File {
     std::uint64_t bytes() const { return bytes_; }     ///< of the file
     const H5Object& root() const { return root_; }
 
+    /// Makes the group at `path` the root from which absolute paths are found. Errors: notFound, corrupt.
+    Status enter(const std::string& path);
+
     /// The object at `path`, relative to `from`, or to the root where it starts with '/'. Empty and "."
     /// components are skipped. Nothing where a component is absent. Errors: unsupported (a link that leads
     /// out of the file, a loop, neither group nor dataset), corrupt.

@@ -8,8 +8,10 @@
 
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
+#include "preprocess/readers/impact/impact_check.h"
 #include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/impact/number_table.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/particle_source.h"
 
 namespace mote::prep {
@@ -132,7 +134,7 @@ class ImpactSource : public ParticleSource {
     Status setUnits();
     Status readTrack(const std::filesystem::path& beside);
     Status addFile(const std::filesystem::path& path);
-    void setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step);
+    bool setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step);
     void fillRow(const ImpactColumns& columns, const ImpactColumns::Row& row, std::size_t at,
                  const std::vector<Column>& wanted, ParticleChunk& chunk);
 
@@ -156,8 +158,9 @@ Status ImpactSource::open(const std::vector<std::filesystem::path>& files) {
     MOTE_RETURN_IF_ERROR(readDeck(files.front()));
     MOTE_RETURN_IF_ERROR(setUnits());
     if (impactZ()) MOTE_RETURN_IF_ERROR(readTrack(files.front()));
-    for (const std::filesystem::path& file : inOrder(files)) MOTE_RETURN_IF_ERROR(addFile(file));
-    return success();
+    OddSteps odd;
+    for (const std::filesystem::path& file : inOrder(files)) MOTE_RETURN_IF_ERROR(odd.add(addFile(file)));
+    return odd.finish(!steps_.empty(), progress_);
 }
 
 Status ImpactSource::readDeck(const std::filesystem::path& beside) {
@@ -224,30 +227,33 @@ Status ImpactSource::addFile(const std::filesystem::path& path) {
         progress_.note(step.file + " says that it has " + std::to_string(*declared) + " particles and has " +
                        std::to_string(table.rows()));
     }
-    if (impactZ()) setReference(step.iteration, columns, step);
+    const bool known = impactZ() && setReference(step.iteration, columns, step);
     if (!std::isfinite(columns.gamma) || columns.gamma < 1.0) {
         return Error{ErrorCode::invalidArgument, "impact.kinetic_energy", "needs a number of at least 0"};
+    }
+    if (impactZ()) {
+        MOTE_RETURN_IF_ERROR(checkImpactZ(table, columns.mass, known ? columns.gamma : 0.0, progress_));
     }
     steps_.push_back(std::move(step));
     dumps_.push_back({std::move(table), columns});
     return success();
 }
 
-/// The reference particle at a dump: a dump does not hold it.
-void ImpactSource::setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step) {
+/// The reference particle at a dump: a dump does not hold it. False where it is not known.
+bool ImpactSource::setReference(std::int64_t number, ImpactColumns& columns, SourceStep& step) {
     if (options_.has_kinetic_energy()) {
         columns.gamma = 1.0 + options_.kinetic_energy() / columns.mass;
-        return;
+        return true;
     }
     const auto place = deck_ ? deck_->dumps.find(number) : std::map<std::int64_t, double>::const_iterator();
     if (track_ && deck_ && place != deck_->dumps.end()) {
         const ReferenceTrack::Point point = track_->at(place->second);
         columns.gamma = point.gamma;
         step.time = point.phase / columns.angularFrequency;
-        return;
+        return true;
     }
     columns.gamma = 1.0 + (deck_ ? deck_->kineticEnergy : 0.0) / columns.mass;
-    if (notedEnergy_) return;
+    if (notedEnergy_) return false;
     notedEnergy_ = true;
     progress_.note(
         deck_ ? "the reference particle's energy is not known at " + step.file +
@@ -255,6 +261,7 @@ void ImpactSource::setReference(std::int64_t number, ImpactColumns& columns, Sou
                     "so z and pz are wrong by the energy gained since"
               : "the reference particle's energy is not known: give impact.kinetic_energy, or z and pz are "
                 "those of a beam at rest");
+    return false;
 }
 
 bool ImpactSource::has(Column column) const {

@@ -39,6 +39,7 @@ class NumberTable {
     const Shape& shape() const { return shape_; }
     Status seek(std::uint64_t row, Progress& progress) { return file_.seek(row, progress); }
     void close() { file_.close(); }
+    std::string where() const { return file_.where(); }  ///< of the last row, for messages
 
     /// The next row: values of the columns whose bit is set in `needed`, the others untouched. Error:
     /// corrupt, with line and column.

@@ -65,6 +65,7 @@ class Builder {
         for (std::size_t i = 0; i < columns_.arrays.size(); ++i) MOTE_RETURN_IF_ERROR(addArray(i));
         if (columns_.items.empty()) MOTE_RETURN_IF_ERROR(addUnnamed());
         MOTE_RETURN_IF_ERROR(takeTimes());
+        MOTE_RETURN_IF_ERROR(checkReference());
         columns_.steps = steps_.value_or(1);
         columns_.rows = rows_.value_or(1);
         if (columns_.steps > maxSteps) {
@@ -104,6 +105,27 @@ class Builder {
 
     static Error unreadable(std::string where) {
         return {ErrorCode::unsupported, std::move(where), "holds no integers, f4 or f8"};
+    }
+
+    /// Momenta beside deviations from a reference particle are in units of its momentum, and so no eV/c.
+    Status checkReference() const {
+        const auto is = [&](const std::string& name) {
+            for (const char* known : {"p0c", "delta", "zeta", "ptau", "pzeta"}) {
+                if (name == known) return true;
+            }
+            return false;
+        };
+        bool relative = false, plain = false;
+        for (const NpyArray& array : columns_.arrays) {
+            relative = relative || is(array.name);
+            for (const NpyField& field : array.header.fields) relative = relative || is(field.name);
+        }
+        for (const NpyColumns::Item& item : columns_.items)
+            plain = plain || item.name == "px" || item.name == "py";
+        if (!relative || !plain) return success();
+        return Error{ErrorCode::unsupported, file_,
+                     "has momenta without a unit beside deviations from a reference particle, whose momentum "
+                     "is no array p0c (eV/c) of an archive; write that, or the momenta's unit"};
     }
 
     Status takeMass(double mass) {
@@ -238,7 +260,8 @@ class Builder {
         }
         MOTE_RETURN_IF_ERROR(agree(rows_, layout.rows, where(array), "particles"));
         MOTE_RETURN_IF_ERROR(agree(steps_, layout.steps, where(array), "steps"));
-        columns_.items.push_back({meaning, array, {type, offset, layout.rowStride, layout.stepStride}});
+        const std::string& name = type.name.empty() ? at(array).name : type.name;
+        columns_.items.push_back({meaning, array, {type, offset, layout.rowStride, layout.stepStride}, name});
         return success();
     }
 

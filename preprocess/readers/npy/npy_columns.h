@@ -21,6 +21,7 @@ struct NpyColumns {
         FieldMeaning meaning;
         std::size_t array = 0;  ///< which of them
         NpyNumbers numbers;
+        std::string name;  ///< as it is written, for messages
     };
 
     std::vector<NpyArray> arrays;

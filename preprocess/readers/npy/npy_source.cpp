@@ -3,12 +3,16 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "preprocess/readers/file_number.h"
 #include "preprocess/readers/npy/npy_columns.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/particle_formats.h"
+#include "preprocess/readers/table/table_quantity.h"
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
@@ -20,6 +24,7 @@ class NpySource : public ParticleSource {
     Status addFile(const std::filesystem::path& path);
     /// Puts the steps in order, once all files are there.
     void finish(Progress& progress);
+    void noteUnits(Progress& progress) const;
 
     std::string format() const override { return format_; }
     const std::vector<SourceStep>& steps() const override { return steps_; }
@@ -28,6 +33,13 @@ class NpySource : public ParticleSource {
                            [&](const NpyColumns& file) { return file.find(column) != nullptr; });
     }
     double mass() const override { return files_.front().mass; }
+    std::string weightUnit() const override {
+        const bool charges = std::all_of(files_.begin(), files_.end(), [](const NpyColumns& file) {
+            const auto* const item = file.find(Column::weight);
+            return item != nullptr && item->meaning.coulomb;
+        });
+        return charges ? "C" : "";
+    }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 
@@ -78,6 +90,7 @@ void NpySource::finish(Progress& progress) {
             "an array without field names is taken as x, y, z [m], and px, py, pz [eV/c] and a weight where "
             "it has so many columns");
     }
+    noteUnits(progress);
     if (is([&](const NpyColumns& file) { return file.mass != files_.front().mass; })) {
         progress.note("the files' masses differ: that of the first one is taken");
     }
@@ -94,6 +107,27 @@ void NpySource::finish(Progress& progress) {
     }
     steps_ = std::move(steps);
     places_ = std::move(places);
+}
+
+/// Says which units are assumed.
+void NpySource::noteUnits(Progress& progress) const {
+    std::map<std::string, std::set<std::string>> byUnit;
+    for (const NpyColumns& file : files_) {
+        for (const NpyColumns::Item& item : file.items) {
+            // "position" and "momentum" are vectors.
+            for (const std::string& name : {item.name, item.name + "_x"}) {
+                const auto meaning = tableMeaning(name, "");
+                if (!meaning || !meaning->has_value() || (*meaning)->unitGiven) continue;
+                byUnit[std::string(assumedUnit((*meaning)->quantity))].insert(item.name);
+                break;
+            }
+        }
+    }
+    for (const auto& [unit, names] : byUnit) {
+        std::string all;
+        for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+        progress.note("no unit is given for " + all + ": taken as " + unit);
+    }
 }
 
 Status NpySource::read(std::size_t step, std::uint64_t begin, std::size_t count,
@@ -163,11 +197,13 @@ Result<std::unique_ptr<ParticleSource>> openNpy(std::string format,
                                                 const std::vector<std::filesystem::path>& files, double mass,
                                                 Progress& progress) {
     auto source = std::make_unique<NpySource>(std::move(format), mass);
+    OddSteps odd;
     for (const std::filesystem::path& file : inOrder(files)) {
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(source->addFile(file));
+        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
     }
+    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
     source->finish(progress);
     return std::unique_ptr<ParticleSource>(std::move(source));
 }

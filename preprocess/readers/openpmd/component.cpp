@@ -32,7 +32,7 @@ Result<std::optional<OpenpmdComponent>> OpenpmdComponent::open(const H5File& fil
 
     OpenpmdComponent component;
     component.where_ = object.where;
-    const bool scalesWithWeight = record == "momentum" || record == "mass";
+    const bool scalesWithWeight = record == "momentum" || record == "mass" || record == "charge";
     MOTE_RETURN_IF_ERROR(component.readMeaning(*outer, object, scalesWithWeight));
     if (object.group) {
         MOTE_RETURN_IF_ERROR(component.readConstant(object));
@@ -63,7 +63,7 @@ Status OpenpmdComponent::readMeaning(const H5Object& record, const H5Object& com
 Status OpenpmdComponent::readConstant(const H5Object& object) {
     MOTE_ASSIGN_OR_RETURN(const auto value, numberAttribute(object, "value"));
     if (!value.has_value()) {
-        return Error{ErrorCode::corrupt, where_,
+        return Error{ErrorCode::notFound, where_,
                      "is neither a dataset nor a constant with the attribute 'value'"};
     }
     value_ = *value;
@@ -106,6 +106,12 @@ Result<std::optional<ReferenceParticle>> ReferenceParticle::open(const H5Object&
 
     ReferenceParticle reference;
     reference.gamma = gamma ? *gamma : -energy.value_or(0.0);
+    reference.time = time.value_or(0.0) / speedOfLight;
+    // ImpactX writes lost particles beside a reference particle that it did not fill.
+    if (reference.gamma == 0.0) {
+        reference.mass = std::max(mass.value_or(0.0) * massInEv, 0.0);
+        return std::optional<ReferenceParticle>(reference);
+    }
     if (!(reference.gamma >= 1.0) || !std::isfinite(reference.gamma)) {
         return Error{ErrorCode::corrupt, species.where + "@gamma_ref",
                      "the reference particle needs a gamma of at least 1"};
@@ -115,7 +121,6 @@ Result<std::optional<ReferenceParticle>> ReferenceParticle::open(const H5Object&
     if (!(reference.mass >= 0.0) || !std::isfinite(reference.mass)) {
         return Error{ErrorCode::corrupt, species.where + "@mass_ref", "is no possible mass"};
     }
-    reference.time = time.value_or(0.0) / speedOfLight;
     return std::optional<ReferenceParticle>(reference);
 }
 

@@ -63,6 +63,8 @@ struct ReferenceParticle {
     double mass = 0.0;       ///< eV/c^2
     double time = 0.0;       ///< s
 
+    /// False where the file leaves its gamma 0, so that nothing relative to it can be told.
+    bool known() const { return gamma >= 1.0; }
     double beta() const { return betaGamma / gamma; }
     /// gamma of a particle from its momentum/t.
     double gammaOf(double momentumT) const { return gamma - momentumT * betaGamma; }

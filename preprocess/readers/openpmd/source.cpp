@@ -8,6 +8,7 @@
 
 #include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_attribute.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/openpmd/layout.h"
 #include "preprocess/readers/openpmd/species.h"
 
@@ -17,31 +18,35 @@ namespace {
 /// Where a step's particles lie. An iteration without the species is an empty step.
 struct Place {
     std::filesystem::path file;
+    std::string root;  ///< the group in the file that is the root of openPMD
     std::string iteration;
     std::optional<std::string> species;
 };
 
 class OpenpmdSource : public ParticleSource {
   public:
-    OpenpmdSource(std::string species, Progress& progress)
-        : wantedSpecies_(std::move(species)), progress_(progress) {}
+    OpenpmdSource(std::string species, double mass, Progress& progress)
+        : wantedSpecies_(std::move(species)), wantedMass_(mass), progress_(progress) {}
 
     Status addFile(const std::filesystem::path& path);
     Status finish();
+    OddSteps& odd() { return odd_; }
 
     std::string format() const override { return "openpmd"; }
     const std::vector<SourceStep>& steps() const override { return steps_; }
     bool has(Column column) const override { return has_[static_cast<std::size_t>(column)]; }
     double mass() const override { return mass_; }
+    std::string species() const override { return species_; }
+    double particleCharge() const override { return particleCharge_; }
     std::string weightUnit() const override { return weightUnit_; }
     Status read(std::size_t step, std::uint64_t begin, std::size_t count, const std::vector<Column>& wanted,
                 ParticleChunk& chunk) override;
 
   private:
-    Status addIteration(const H5File& file, const std::filesystem::path& path, const OpenpmdLayout& layout,
+    Status addIteration(const H5File& file, Place place, const OpenpmdLayout& layout,
                         const OpenpmdIteration& iteration);
     Result<std::optional<std::string>> choose(const H5File& file, const OpenpmdIteration& iteration,
-                                              const std::vector<OpenpmdSpeciesPath>& all) const;
+                                              const std::vector<OpenpmdSpeciesPath>& all);
     void addSpecies(const OpenpmdSpecies& species, SourceStep& step);
     void addWeightUnit(const std::string& unit);
     void noteOnce(const std::string& sentence) {
@@ -50,13 +55,17 @@ class OpenpmdSource : public ParticleSource {
     Status openStep(std::size_t step);
 
     std::string wantedSpecies_;
+    double wantedMass_;
     Progress& progress_;
     std::set<std::string> noted_;
+    OddSteps odd_;
+    std::optional<Error> absent_;  ///< of the first iteration without the species
     std::vector<SourceStep> steps_;
     std::vector<Place> places_;
-    bool has_[columnCount] = {};
+    bool has_[columnCount] = {}, found_[columnCount] = {}, absentSomewhere_[columnCount] = {};
     bool anyParticles_ = false, anySpecies_ = false;
-    double mass_ = 0.0;
+    double mass_ = 0.0, particleCharge_ = 0.0;
+    std::string species_;
     std::string weightUnit_;  ///< of all steps with particles; empty where they differ
 
     std::size_t openStep_ = static_cast<std::size_t>(-1);
@@ -64,37 +73,45 @@ class OpenpmdSource : public ParticleSource {
 };
 
 Status OpenpmdSource::addFile(const std::filesystem::path& path) {
-    MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
+    MOTE_ASSIGN_OR_RETURN(auto file, H5File::open(path));
+    MOTE_ASSIGN_OR_RETURN(const auto root, findOpenpmdRoot(file));
+    if (!root.empty()) {
+        MOTE_RETURN_IF_ERROR(file.enter(root));
+        noteOnce("the particles are those of the group " + root + " in the file");
+    }
     MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
     for (const OpenpmdIteration& iteration : layout.iterations) {
         if (progress_.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(addIteration(file, path, layout, iteration));
+        MOTE_RETURN_IF_ERROR(odd_.add(addIteration(file, {path, root, "", {}}, layout, iteration)));
     }
     return success();
 }
 
-Status OpenpmdSource::addIteration(const H5File& file, const std::filesystem::path& path,
-                                   const OpenpmdLayout& layout, const OpenpmdIteration& iteration) {
+Status OpenpmdSource::addIteration(const H5File& file, Place place, const OpenpmdLayout& layout,
+                                   const OpenpmdIteration& iteration) {
     MOTE_ASSIGN_OR_RETURN(const auto all, listSpecies(file, layout, iteration));
     MOTE_ASSIGN_OR_RETURN(auto chosen, choose(file, iteration, all));
     SourceStep step;
     step.file = file.name();
-    step.iteration = iteration.numbered ? iteration.number : fileNumber(path).value_or(0);
+    step.iteration = iteration.numbered ? iteration.number : fileNumber(place.file).value_or(0);
     if (chosen) {
-        MOTE_ASSIGN_OR_RETURN(const auto species, OpenpmdSpecies::open(file, *chosen, iteration.path));
+        MOTE_ASSIGN_OR_RETURN(const auto species,
+                              OpenpmdSpecies::open(file, *chosen, iteration.path, wantedMass_));
         addSpecies(species, step);
     } else {
         noteOnce("some iterations hold no such particles; they are empty steps");
     }
     steps_.push_back(std::move(step));
-    places_.push_back({path, iteration.path, std::move(chosen)});
+    place.iteration = iteration.path;
+    place.species = std::move(chosen);
+    places_.push_back(std::move(place));
     return success();
 }
 
 Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
                                                          const OpenpmdIteration& iteration,
-                                                         const std::vector<OpenpmdSpeciesPath>& all) const {
+                                                         const std::vector<OpenpmdSpeciesPath>& all) {
     if (all.empty()) return std::optional<std::string>();
     if (all.size() == 1 && (wantedSpecies_.empty() || wantedSpecies_ == all[0].name)) return {all[0].path};
     if (all.size() == 1 && all[0].name.empty()) {
@@ -115,8 +132,11 @@ Result<std::optional<std::string>> OpenpmdSource::choose(const H5File& file,
         return Error{ErrorCode::invalidArgument, where,
                      "holds several species; choose one with --species: " + names};
     }
-    if (anySpecies_) return std::optional<std::string>();
-    return Error{ErrorCode::notFound, where, "holds no species '" + wantedSpecies_ + "' but " + names};
+    // It may begin in a later iteration.
+    if (!absent_) {
+        absent_ = Error{ErrorCode::notFound, where, "holds no species '" + wantedSpecies_ + "' but " + names};
+    }
+    return std::optional<std::string>();
 }
 
 void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) {
@@ -128,12 +148,25 @@ void OpenpmdSource::addSpecies(const OpenpmdSpecies& species, SourceStep& step) 
     if (species.mass() > 0.0 && std::abs(species.mass() - mass_) > 1e-5 * mass_) {
         noteOnce("the steps differ in the particles' mass; that of the first is taken for all");
     }
+    if (species_.empty()) species_ = species.species();
+    if (particleCharge_ == 0.0) particleCharge_ = species.particleCharge();
+    if (step.particles > 0 && species.particleCharge() != 0.0 &&
+        std::abs(species.particleCharge() - particleCharge_) > 1e-5 * std::abs(particleCharge_)) {
+        noteOnce("the steps differ in the particles' charge; that of the first is taken for all");
+    }
     // What an empty step lacks is missed by no particle.
     if (step.particles == 0 && anyParticles_) return;
+    if (step.particles > 0 && !anyParticles_) {
+        std::fill(std::begin(found_), std::end(found_), false);
+        std::fill(std::begin(absentSomewhere_), std::end(absentSomewhere_), false);
+    }
     addWeightUnit(species.weightUnit());
+    // A record that is damaged in some steps is missing there alone: NaN, which is no place in a plot.
     for (std::size_t i = 0; i < columnCount; ++i) {
-        const bool here = species.has(static_cast<Column>(i));
-        has_[i] = anyParticles_ ? has_[i] && here : here;
+        const auto column = static_cast<Column>(i);
+        found_[i] = found_[i] || species.has(column);
+        absentSomewhere_[i] = absentSomewhere_[i] || (!species.has(column) && !species.broken(column));
+        has_[i] = found_[i] && !absentSomewhere_[i];
     }
     if (step.particles > 0) anyParticles_ = true;
 }
@@ -148,9 +181,12 @@ void OpenpmdSource::addWeightUnit(const std::string& unit) {
 
 Status OpenpmdSource::finish() {
     if (!anySpecies_) {
+        MOTE_RETURN_IF_ERROR(odd_.finish(false, progress_));
+        if (absent_) return *absent_;
         return Error{ErrorCode::notFound, steps_.empty() ? "" : steps_.front().file,
                      "no iteration holds particles (a group with the record 'position' or 'momentum')"};
     }
+    MOTE_RETURN_IF_ERROR(odd_.finish(true, progress_));
     std::vector<std::size_t> order(steps_.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
@@ -175,8 +211,10 @@ Status OpenpmdSource::openStep(std::size_t step) {
     open_.reset();
     const Place& place = places_[step];
     if (place.species) {
-        MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(place.file));
-        MOTE_ASSIGN_OR_RETURN(auto species, OpenpmdSpecies::open(file, *place.species, place.iteration));
+        MOTE_ASSIGN_OR_RETURN(auto file, H5File::open(place.file));
+        if (!place.root.empty()) MOTE_RETURN_IF_ERROR(file.enter(place.root));
+        MOTE_ASSIGN_OR_RETURN(auto species,
+                              OpenpmdSpecies::open(file, *place.species, place.iteration, wantedMass_));
         if (species.rows() != steps_[step].particles) {
             return Error{ErrorCode::corrupt, steps_[step].file, "has changed since it was opened"};
         }
@@ -199,9 +237,12 @@ Status OpenpmdSource::read(std::size_t step, std::uint64_t begin, std::size_t co
 }  // namespace
 
 Result<std::unique_ptr<ParticleSource>> openOpenpmd(const std::vector<std::filesystem::path>& files,
-                                                    const std::string& species, Progress& progress) {
-    auto source = std::make_unique<OpenpmdSource>(species, progress);
-    for (const std::filesystem::path& file : files) MOTE_RETURN_IF_ERROR(source->addFile(file));
+                                                    const std::string& species, double mass,
+                                                    Progress& progress) {
+    auto source = std::make_unique<OpenpmdSource>(species, mass, progress);
+    for (const std::filesystem::path& file : files) {
+        MOTE_RETURN_IF_ERROR(source->odd().add(source->addFile(file)));
+    }
     MOTE_RETURN_IF_ERROR(source->finish());
     return std::unique_ptr<ParticleSource>(std::move(source));
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/hdf5/h5_attribute.h"
@@ -12,8 +13,6 @@ namespace mote::prep {
 namespace {
 
 constexpr const char* axisNames[3] = {"x", "y", "z"};
-// Where every component is a constant, nothing in the file's size bears out the number of particles.
-constexpr std::uint64_t maxConstantRows = 1ull << 22;
 
 Error notFound(std::string where, std::string message) {
     return {ErrorCode::notFound, std::move(where), std::move(message)};
@@ -22,25 +21,33 @@ Error notFound(std::string where, std::string message) {
 }  // namespace
 
 Result<OpenpmdSpecies> OpenpmdSpecies::open(const H5File& file, const std::string& path,
-                                            const std::string& iterationPath) {
+                                            const std::string& iterationPath, double mass) {
     MOTE_ASSIGN_OR_RETURN(auto group, file.require(file.root(), path));
     MOTE_ASSIGN_OR_RETURN(auto iteration, file.require(file.root(), iterationPath));
     OpenpmdSpecies species;
     MOTE_RETURN_IF_ERROR(species.openRecords(file, group));
     MOTE_RETURN_IF_ERROR(species.checkRows());
     MOTE_RETURN_IF_ERROR(species.checkMomentumUnits());
-    MOTE_RETURN_IF_ERROR(species.findMass(group, iteration));
+    MOTE_RETURN_IF_ERROR(species.findSpecies(group, iteration));
+    MOTE_RETURN_IF_ERROR(species.takeMass(mass));
     MOTE_RETURN_IF_ERROR(species.findTime(iteration));
     return species;
 }
 
 Status OpenpmdSpecies::openQuantity(const H5File& file, const H5Object& group, Quantity& quantity,
                                     const char* record, const char* offset, const char* component) {
-    MOTE_ASSIGN_OR_RETURN(auto value, OpenpmdComponent::open(file, group, record, component));
-    quantity.value = std::move(value);
-    if (!quantity.value) return success();
-    MOTE_ASSIGN_OR_RETURN(auto added, OpenpmdComponent::open(file, group, offset, component));
-    quantity.offset = std::move(added);
+    const std::string name = *component == '\0' ? record : std::string(record) + "/" + component;
+    auto value = OpenpmdComponent::open(file, group, record, component);
+    if (!value) return drop(name, value.error());
+    if (!value->has_value()) return success();
+    auto added = OpenpmdComponent::open(file, group, offset, component);
+    // An offset that is there and holds nothing adds nothing; one that cannot be read would be missed.
+    if (!added && added.error().code == ErrorCode::notFound) {
+        notes_.push_back("'" + std::string(offset) + "' of '" + name + "' is empty and is taken for 0");
+        added = std::optional<OpenpmdComponent>();
+    }
+    if (!added) return drop(name, added.error());
+    quantity = {name, std::move(*value), std::move(*added)};
     return success();
 }
 
@@ -61,9 +68,13 @@ Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
     };
     for (const Scalar& scalar :
          {Scalar{"weighting", weighting_}, Scalar{"weight", charge_}, Scalar{"particleStatus", status_},
-          Scalar{"id", id_}, Scalar{"mass", massRecord_}}) {
-        MOTE_ASSIGN_OR_RETURN(auto component, OpenpmdComponent::open(file, group, scalar.record, ""));
-        scalar.component = std::move(component);
+          Scalar{"id", id_}, Scalar{"mass", massRecord_}, Scalar{"charge", chargeRecord_}}) {
+        auto component = OpenpmdComponent::open(file, group, scalar.record, "");
+        if (!component) {
+            MOTE_RETURN_IF_ERROR(drop(scalar.record, component.error()));
+        } else {
+            scalar.component = std::move(*component);
+        }
     }
     if (positionT_.value && !position_[2].value) {
         MOTE_ASSIGN_OR_RETURN(auto reference, ReferenceParticle::open(group));
@@ -73,35 +84,11 @@ Status OpenpmdSpecies::openRecords(const H5File& file, const H5Object& group) {
                 "is missing: position has t in place of z, which is read relative to a reference particle");
         }
         reference_ = std::move(reference);
-    }
-    return success();
-}
-
-Status OpenpmdSpecies::checkRows() {
-    std::vector<const std::optional<OpenpmdComponent>*> all;
-    for (const auto* group : {&position_, &momentum_}) {
-        for (const Quantity& quantity : *group) all.insert(all.end(), {&quantity.value, &quantity.offset});
-    }
-    for (const Quantity* quantity : {&positionT_, &momentumT_, &timeRecord_, &total_}) {
-        all.insert(all.end(), {&quantity->value, &quantity->offset});
-    }
-    all.insert(all.end(), {&weighting_, &charge_, &status_, &id_, &massRecord_});
-    const OpenpmdComponent* first = nullptr;
-    for (const auto* component : all) {
-        if (!*component || !(*component)->rows()) continue;
-        if (first == nullptr || (first->constant() && !(*component)->constant())) first = &**component;
-    }
-    if (first == nullptr) return success();
-    rows_ = *first->rows();
-    if (first->constant() && rows_ > maxConstantRows) {
-        return Error{ErrorCode::corrupt, first->where(),
-                     "declares " + std::to_string(rows_) + " particles, but every record is a constant"};
-    }
-    for (const auto* component : all) {
-        if (!*component || !(*component)->rows() || *(*component)->rows() == rows_) continue;
-        return Error{ErrorCode::corrupt, (*component)->where(),
-                     "has " + std::to_string(*(*component)->rows()) + " values where " + first->where() +
-                         " has " + std::to_string(rows_)};
+        if (!reference_->known()) {
+            notes_.push_back(
+                "the reference particle has no gamma (as in ImpactX' file of lost particles): z and momenta "
+                "are missing");
+        }
     }
     return success();
 }
@@ -118,67 +105,6 @@ Status OpenpmdSpecies::checkMomentumUnits() const {
     return success();
 }
 
-Status OpenpmdSpecies::findMass(const H5Object& group, const H5Object& iteration) {
-    if (reference_ && reference_->mass > 0.0) {
-        mass_ = reference_->mass;
-        return success();
-    }
-    if (massRecord_ && rows_ > 0) {
-        double ends[2] = {};
-        for (std::size_t i = 0; i < 2; ++i) {
-            const std::uint64_t row = i == 0 ? 0 : rows_ - 1;
-            double weighting = 1.0;
-            MOTE_RETURN_IF_ERROR(massRecord_->read(row, {&ends[i], 1}));
-            if (massRecord_->weightingPower() != 0.0) {
-                if (!weighting_)
-                    return notFound(massRecord_->where(),
-                                    "is of macro-particles, but 'weighting' is missing");
-                MOTE_RETURN_IF_ERROR(weighting_->read(row, {&weighting, 1}));
-            }
-            ends[i] *= massInEv / std::pow(weighting, massRecord_->weightingPower());
-        }
-        if (std::isfinite(ends[0]) && ends[0] > 0.0) mass_ = ends[0];
-        // 1e-5: macro-particles store mass and weighting in single precision.
-        if (std::abs(ends[0] - ends[1]) > 1e-5 * std::abs(ends[0])) {
-            notes_.push_back("the particles differ in mass; that of the first is taken for all");
-        }
-        return success();
-    }
-    for (const H5Object* object : {&group, &iteration}) {
-        MOTE_ASSIGN_OR_RETURN(const auto name, textAttribute(*object, "speciesType"));
-        if (!name.has_value()) continue;
-        if (const auto known = speciesMass(*name))
-            mass_ = *known;
-        else
-            notes_.push_back("the mass of species '" + *name + "' is not known");
-        return success();
-    }
-    const std::string name = group.where.substr(group.where.rfind('/') + 1);
-    if (const auto known = speciesMass(name)) {
-        mass_ = *known;
-        notes_.push_back("the mass is that of species '" + name + "', after the name of its group");
-    }
-    return success();
-}
-
-Status OpenpmdSpecies::findTime(const H5Object& iteration) {
-    if (reference_) {
-        time_ = reference_->time;
-        return success();
-    }
-    MOTE_ASSIGN_OR_RETURN(const auto time, numberAttribute(iteration, "time"));
-    MOTE_ASSIGN_OR_RETURN(const auto unit, numberAttribute(iteration, "timeUnitSI"));
-    if (time.has_value()) {
-        time_ = *time * unit.value_or(1.0);
-    } else if (timeRecord_.offset && rows_ > 0) {
-        double first = 0.0;
-        MOTE_RETURN_IF_ERROR(timeRecord_.offset->read(0, {&first, 1}));
-        time_ = first;
-    }
-    if (time_ && !std::isfinite(*time_)) time_.reset();
-    return success();
-}
-
 bool OpenpmdSpecies::has(Column column) const {
     const auto axis = static_cast<std::size_t>(column);
     switch (column) {
@@ -186,15 +112,16 @@ bool OpenpmdSpecies::has(Column column) const {
         case Column::y:
             return position_[axis].value.has_value();
         case Column::z:
-            return reference_ || position_[2].value;
+            return reference_ ? reference_->known() : position_[2].value.has_value();
         case Column::t:
             return reference_ || timeRecord_.value;
         case Column::px:
         case Column::py:
-            return momentum_[axis - 4].value && (!reference_ || mass_ > 0.0);
+            return momentum_[axis - 4].value && (!reference_ || (reference_->known() && mass_ > 0.0));
         case Column::pz:
             if (reference_)
-                return momentumT_.value && momentum_[0].value && momentum_[1].value && mass_ > 0.0;
+                return reference_->known() && momentumT_.value && momentum_[0].value && momentum_[1].value &&
+                       mass_ > 0.0;
             return momentum_[2].value || (total_.value && momentum_[0].value && momentum_[1].value);
         case Column::weight:
             return weighting_ || charge_;
@@ -227,6 +154,10 @@ Status OpenpmdSpecies::read(std::uint64_t begin, std::size_t count, const std::v
 
 Status OpenpmdSpecies::readColumn(Column column, std::uint64_t begin, std::vector<double>& values) {
     if (column == Column::weight) return readWeight(begin, values);
+    if (broken(column)) {
+        std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
+        return success();
+    }
     if (!has(column)) {
         return Error{ErrorCode::invalidArgument, "", "a column that the run does not have was asked for"};
     }
@@ -325,7 +256,8 @@ Status OpenpmdSpecies::readLost(std::uint64_t begin, std::vector<std::uint8_t>& 
     if (!status_) return success();
     scratch_.resize(lost.size());
     MOTE_RETURN_IF_ERROR(status_->read(begin, scratch_));
-    for (std::size_t i = 0; i < lost.size(); ++i) lost[i] = scratch_[i] == 1.0 ? 0 : 1;
+    // Of openPMD's beam physics: 1 live, 0 at the cathode, which is not lost.
+    for (std::size_t i = 0; i < lost.size(); ++i) lost[i] = scratch_[i] == 1.0 || scratch_[i] == 0.0 ? 0 : 1;
     return success();
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "preprocess/readers/hdf5/h5_file.h"
+#include "preprocess/readers/known_species.h"
 #include "preprocess/readers/openpmd/component.h"
 #include "preprocess/readers/particle_source.h"
 
@@ -18,14 +19,20 @@ namespace mote::prep {
 
 class OpenpmdSpecies {
   public:
-    /// The group at `path`; `iterationPath` is asked for what the group does not say. Errors: notFound,
+    /// The group at `path`; `iterationPath` is asked for what the group does not say, and `mass` (eV/c^2, 0:
+    /// none) is used where nobody says it. Errors: invalidArgument (the file says another mass), notFound,
     /// corrupt (records of different lengths), unsupported.
     static Result<OpenpmdSpecies> open(const H5File& file, const std::string& path,
-                                       const std::string& iterationPath);
+                                       const std::string& iterationPath, double mass);
 
     std::uint64_t rows() const { return rows_; }
     bool has(Column column) const;
+    /// Whether the column is missing only because its record cannot be read: read() fills it with NaN.
+    bool broken(Column column) const { return broken_[static_cast<std::size_t>(column)] && !has(column); }
     double mass() const { return mass_; }  ///< eV/c^2; 0: unknown
+    /// As those of ParticleSource.
+    const std::string& species() const { return species_; }
+    double particleCharge() const { return particleCharge_; }
     /// As ParticleSource::weightUnit.
     std::string weightUnit() const { return weighting_ ? "1" : charge_ ? "C" : ""; }
     std::optional<double> time() const { return time_; }  ///< s, of the iteration
@@ -37,15 +44,30 @@ class OpenpmdSpecies {
 
   private:
     struct Quantity {
+        std::string name;                               ///< "position/x"
         std::optional<OpenpmdComponent> value, offset;  ///< they add up
+    };
+    /// A component and what it belongs to.
+    struct Member {
+        std::string name;
+        std::optional<OpenpmdComponent>* component = nullptr;
+        Quantity* quantity = nullptr;
+        const OpenpmdComponent& get() const { return **component; }
     };
 
     Status openRecords(const H5File& file, const H5Object& group);
     Status openQuantity(const H5File& file, const H5Object& group, Quantity& quantity, const char* record,
                         const char* offset, const char* component);
+    Status drop(const std::string& record, const Error& error);
+    std::vector<Member> members();
+    Result<std::uint64_t> mostRows(const std::vector<Member>& all) const;
+    Status takeConstantRows(const std::vector<Member>& all);
     Status checkRows();
     Status checkMomentumUnits() const;
-    Status findMass(const H5Object& group, const H5Object& iteration);
+    Result<double> ofFirst(const std::optional<OpenpmdComponent>& record, const char* what);
+    Status findSpecies(const H5Object& group, const H5Object& iteration);
+    void checkSpecies(const std::optional<KnownSpecies>& named, const std::string& name);
+    Status takeMass(double wanted);
     Status findTime(const H5Object& iteration);
 
     Status readColumn(Column column, std::uint64_t begin, std::vector<double>& values);
@@ -57,13 +79,16 @@ class OpenpmdSpecies {
     Status readLost(std::uint64_t begin, std::vector<std::uint8_t>& lost);
 
     std::uint64_t rows_ = 0;
-    double mass_ = 0.0;
+    double mass_ = 0.0, particleCharge_ = 0.0;
+    std::string species_;
     std::optional<double> time_;
     std::vector<std::string> notes_;
+    std::optional<Error> problem_;  ///< the first record that was left out
+    bool broken_[columnCount] = {};
     std::array<Quantity, 3> position_, momentum_;
     Quantity positionT_, momentumT_;  ///< instead of z, relative to the reference particle (ImpactX)
     Quantity timeRecord_, total_;
-    std::optional<OpenpmdComponent> weighting_, charge_, status_, id_, massRecord_;
+    std::optional<OpenpmdComponent> weighting_, charge_, status_, id_, massRecord_, chargeRecord_;
     std::optional<ReferenceParticle> reference_;
     std::vector<double> scratch_;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "preprocess/readers/text/number.h"
 
@@ -10,6 +11,8 @@ namespace mote::prep {
 namespace {
 
 using Kind = FieldMeaning::Kind;
+
+constexpr double goldenAngle = std::numbers::pi * (3.0 - 2.23606797749978969641);
 
 /// Units as our table of them writes them: without the marks "$b", "$n", "$a" of sub- and superscripts, and
 /// elegant's "m$be$nc" as m c.
@@ -63,7 +66,7 @@ Result<SddsColumns> SddsColumns::of(const SddsHeader& header, double mass, const
     columns.mass_ = mass;
     bool needsMass = false;
     for (const SddsField& field : header.columns) {
-        needsMass = needsMass || unitIsMassTimesC(field) || field.name == "p";
+        needsMass = needsMass || unitIsMassTimesC(field) || field.name == "p" || field.name == "pr";
     }
     if (mass <= 0.0 && needsMass) {
         columns.mass_ = electronMass;
@@ -89,14 +92,16 @@ Status SddsColumns::add(const SddsHeader& header, std::size_t column, const std:
     const SddsField& field = header.columns[column];
     const std::string where = file + ", column '" + field.name + "'";
     const bool elegant = field.name == "xp" || field.name == "yp" || field.name == "p" || field.name == "dt";
+    const bool ring = field.name == "r" || field.name == "pr" || field.name == "pphi";
     std::optional<FieldMeaning> meaning;
-    if (!elegant) {
+    if (!elegant && !ring) {
         MOTE_ASSIGN_OR_RETURN(
             meaning, fieldMeaning(field.number() ? named(field.name, field) : field.name, mass_, where));
         if (!meaning) return success();
     }
     if (!field.number()) return Error{ErrorCode::unsupported, where, "is a text; a number is needed"};
     if (elegant) return addElegant(field, column, where);
+    if (ring) return addRing(field, column, where);
     if (meaning->kind != Kind::column) {
         lost_.push_back({column, meaning->kind});
         return success();
@@ -126,8 +131,18 @@ Status SddsColumns::addElegant(const SddsField& field, std::size_t column, const
     return success();
 }
 
+/// spiffe's columns; without a unit its momenta are in m c.
+Status SddsColumns::addRing(const SddsField& field, std::size_t column, const std::string& where) {
+    const bool place = field.name == "r";
+    const bool plain = !place && plainUnit(field.units).empty();
+    MOTE_ASSIGN_OR_RETURN(const auto meaning, fieldMeaning(named(place ? "x" : "px", field), mass_, where));
+    (place ? r_ : field.name == "pr" ? pr_ : pphi_) = Item{column, plain ? mass_ : meaning->factor};
+    return success();
+}
+
 bool SddsColumns::momenta() const {
-    return slopes() || (item(Column::px) && item(Column::py) && item(Column::pz));
+    return slopes() || (rings() && item(Column::pz)) ||
+           (item(Column::px) && item(Column::py) && item(Column::pz));
 }
 
 bool SddsColumns::zFromTime() const {
@@ -137,7 +152,8 @@ bool SddsColumns::zFromTime() const {
 bool SddsColumns::has(Column column) const {
     if (column == Column::id) return id_.has_value();
     if (item(column)) return true;
-    if (isMomentum(column)) return slopes();
+    if (isMomentum(column)) return slopes() || (rings() && column != Column::pz);
+    if (column == Column::x || column == Column::y) return rings();
     if (column == Column::t) return dt_.has_value();
     return column == Column::z && zFromTime();
 }
@@ -158,12 +174,18 @@ std::vector<std::size_t> SddsColumns::needed(const std::vector<Column>& wanted) 
     };
     const auto addMomentum = [&](Column column) {
         if (item(column)) return add(item(column));
-        for (const auto& some : {xp_, yp_, p_}) add(some);
+        if (rings()) {
+            for (const auto& some : {pr_, pphi_}) add(some);
+        } else {
+            for (const auto& some : {xp_, yp_, p_}) add(some);
+        }
     };
     for (const Column column : wanted) {
         if (column == Column::id) continue;
         if (isMomentum(column)) {
             addMomentum(column);
+        } else if ((column == Column::x || column == Column::y) && rings()) {
+            add(r_);
         } else if (column == Column::z && zFromTime()) {
             for (const Column momentum : {Column::px, Column::py, Column::pz}) addMomentum(momentum);
             columns.push_back(*timeColumn());
@@ -179,13 +201,32 @@ std::vector<std::size_t> SddsColumns::needed(const std::vector<Column>& wanted) 
     return columns;
 }
 
+/// A ring becomes one particle on it, turned by the golden angle from the ring before it: so the particles
+/// lie about the axis as evenly as the rings do, and every file gives the same ones.
+void SddsColumns::fillRing(Column column, const Rows& rows, std::uint64_t begin,
+                           std::vector<double>& values) const {
+    const bool place = column == Column::x || column == Column::y;
+    const bool first = column == Column::x || column == Column::px;
+    const Values radial = rows(place ? *r_ : *pr_);
+    const bool turns = !place && pphi_;
+    const Values azimuthal = rows(turns ? *pphi_ : place ? *r_ : *pr_);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const double angle = std::fmod(static_cast<double>(begin + i) * goldenAngle, radiansPerTurn);
+        const double across = turns ? azimuthal[i] : 0.0;
+        values[i] = first ? radial[i] * std::cos(angle) - across * std::sin(angle)
+                          : radial[i] * std::sin(angle) + across * std::cos(angle);
+    }
+}
+
 /// elegant's xp and yp are slopes, p is the whole momentum.
-void SddsColumns::fillMomentum(Column column, const Rows& rows, std::vector<double>& values) const {
+void SddsColumns::fillMomentum(Column column, const Rows& rows, std::uint64_t begin,
+                               std::vector<double>& values) const {
     if (const auto& direct = item(column)) {
         const Values from = rows(*direct);
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = from[i];
         return;
     }
+    if (rings()) return fillRing(column, rows, begin, values);
     const Values xp = rows(*xp_), yp = rows(*yp_), p = rows(*p_);
     for (std::size_t i = 0; i < values.size(); ++i) {
         const double slope = column == Column::px ? xp[i] : column == Column::py ? yp[i] : 1.0;
@@ -194,11 +235,12 @@ void SddsColumns::fillMomentum(Column column, const Rows& rows, std::vector<doub
 }
 
 /// Particles of a step pass one plane at times of their own; where each was at the mean of those times.
-void SddsColumns::fillPlaces(const Rows& rows, double meanTime, std::vector<double>& values) const {
+void SddsColumns::fillPlaces(const Rows& rows, double meanTime, std::uint64_t begin,
+                             std::vector<double>& values) const {
     std::vector<double> px(values.size()), py(values.size());
-    fillMomentum(Column::px, rows, px);
-    fillMomentum(Column::py, rows, py);
-    fillMomentum(Column::pz, rows, values);
+    fillMomentum(Column::px, rows, begin, px);
+    fillMomentum(Column::py, rows, begin, py);
+    fillMomentum(Column::pz, rows, begin, values);
     const Values time = rows({*timeColumn(), timeFactor()});
     for (std::size_t i = 0; i < values.size(); ++i) {
         const double energy =
@@ -216,9 +258,11 @@ void SddsColumns::fill(const std::vector<Column>& wanted, const SddsRows& rows, 
         std::vector<double>& values = chunk[column];
         values.assign(chunk.size, 1.0);
         if (isMomentum(column)) {
-            fillMomentum(column, lookup, values);
+            fillMomentum(column, lookup, chunk.begin, values);
+        } else if ((column == Column::x || column == Column::y) && !item(column)) {
+            if (rings()) fillRing(column, lookup, chunk.begin, values);
         } else if (column == Column::z && zFromTime()) {
-            fillPlaces(lookup, meanTime, values);
+            fillPlaces(lookup, meanTime, chunk.begin, values);
         } else if (column == Column::t || item(column)) {
             const Values from =
                 column == Column::t ? lookup({*timeColumn(), timeFactor()}) : lookup(*item(column));

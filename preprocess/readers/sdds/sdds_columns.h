@@ -26,6 +26,8 @@ class SddsColumns {
     double mass() const { return mass_; }
     /// Whether z is found from the times at which particles pass.
     bool zFromTime() const;
+    /// Whether a row is a ring of a cylindrical code (spiffe: r, pr, pphi), which becomes one particle.
+    bool rings() const { return r_ && pr_ && !item(Column::x); }
     /// Whether the electron's mass was taken because none was given.
     bool massAssumed() const { return massAssumed_; }
     double chargeFactor() const { return chargeFactor_; }  ///< of the parameter Charge, into C
@@ -52,6 +54,7 @@ class SddsColumns {
 
     Status add(const SddsHeader& header, std::size_t column, const std::string& file);
     Status addElegant(const SddsField& field, std::size_t column, const std::string& where);
+    Status addRing(const SddsField& field, std::size_t column, const std::string& where);
     /// The values of an item, in the run's unit.
     struct Values {
         const double* at = nullptr;
@@ -64,11 +67,14 @@ class SddsColumns {
     bool slopes() const { return xp_ && yp_ && p_; }
     const std::optional<Item>& item(Column column) const { return items_[static_cast<std::size_t>(column)]; }
     bool momenta() const;
-    void fillMomentum(Column column, const Rows& rows, std::vector<double>& values) const;
-    void fillPlaces(const Rows& rows, double meanTime, std::vector<double>& values) const;
+    void fillMomentum(Column column, const Rows& rows, std::uint64_t begin,
+                      std::vector<double>& values) const;
+    void fillRing(Column column, const Rows& rows, std::uint64_t begin, std::vector<double>& values) const;
+    void fillPlaces(const Rows& rows, double meanTime, std::uint64_t begin,
+                    std::vector<double>& values) const;
 
     std::optional<Item> items_[columnCount - 1];  // by Column, up to weight
-    std::optional<Item> xp_, yp_, p_, dt_;
+    std::optional<Item> xp_, yp_, p_, dt_, r_, pr_, pphi_;
     std::optional<std::size_t> id_;
     std::vector<Lost> lost_;
     double mass_ = 0.0, chargeFactor_ = 1.0;

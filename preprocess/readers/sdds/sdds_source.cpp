@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "preprocess/readers/file_number.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/sdds/sdds_columns.h"
 #include "preprocess/readers/sdds/sdds_header.h"
@@ -124,6 +125,11 @@ void SddsSource::finish() {
     if (first.massAssumed()) {
         progress_.note("no mass is given (impact.mass of the job): the particles are taken for electrons");
     }
+    if (first.rings()) {
+        progress_.note(
+            "the rows are rings, of a radius each: a ring becomes one particle, turned about the axis by the "
+            "golden angle from the ring before it");
+    }
     if (first.zFromTime()) {
         progress_.note(
             "z is found from the times at which the particles pass: z = -v_z (t - mean of t), in each step");
@@ -201,11 +207,13 @@ Result<std::unique_ptr<ParticleSource>> openSdds(const std::string& format,
                                                  const std::vector<std::filesystem::path>& files, double mass,
                                                  Progress& progress) {
     auto source = std::make_unique<SddsSource>(format, mass, progress);
+    OddSteps odd;
     for (const std::filesystem::path& file : inOrder(files)) {
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(source->addFile(file));
+        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file)));
     }
+    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
     source->finish();
     return std::unique_ptr<ParticleSource>(std::move(source));
 }

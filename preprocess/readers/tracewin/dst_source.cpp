@@ -11,6 +11,7 @@
 
 #include "preprocess/readers/field_meaning.h"
 #include "preprocess/readers/file_number.h"
+#include "preprocess/readers/odd_steps.h"
 #include "preprocess/readers/particle_formats.h"
 #include "preprocess/readers/text/byte_source.h"
 #include "preprocess/readers/text/number.h"
@@ -225,11 +226,13 @@ bool looksLikeDst(std::string_view begin) {
 Result<std::unique_ptr<ParticleSource>> openDst(const std::vector<std::filesystem::path>& files, double mass,
                                                 Progress& progress) {
     auto source = std::make_unique<DstSource>();
+    OddSteps odd;
     for (const std::filesystem::path& file : inOrder(files)) {
         if (progress.cancelled())
             return Error{ErrorCode::cancelled, "", "cancelled while the steps were listed"};
-        MOTE_RETURN_IF_ERROR(source->addFile(file, mass));
+        MOTE_RETURN_IF_ERROR(odd.add(source->addFile(file, mass)));
     }
+    MOTE_RETURN_IF_ERROR(odd.finish(!source->steps().empty(), progress));
     return std::unique_ptr<ParticleSource>(std::move(source));
 }
 

@@ -87,7 +87,7 @@ TEST(Format, ofAnInputThatIsNotReadIsNamedWithAWayOut) {
     writeFile(folder / "run.bp" / "mmd.0", "x");
     EXPECT_THAT(errorOf({folder / "run.bp"}), HasSubstr("BP5"));
     std::filesystem::create_directory(folder / "plain");
-    EXPECT_THAT(errorOf({folder / "plain"}), HasSubstr("is a folder; name the files in it"));
+    EXPECT_THAT(errorOf({folder / "plain"}), HasSubstr("is a folder without files"));
     writeFile(folder / "md.0", "ADIOS-BP v2.8.3 Metadata\x01");
     EXPECT_THAT(errorOf({folder / "md.0"}), HasSubstr("openpmd-pipe"));
     writeFile(folder / "beam.npz", "PK\x03\x04....");

@@ -76,7 +76,7 @@ TEST(Npz, readsAnyRowsOfColumnsByName) {
         EXPECT_EQ(source->steps()[0].particles, rows);
         EXPECT_FALSE(source->has(Column::t));
         EXPECT_FALSE(source->has(Column::y));
-        EXPECT_TRUE(progress.notes.empty());
+        EXPECT_THAT(progress.notes, testing::ElementsAre("no unit is given for x: taken as m"));
         for (int round = 0; round < 30; ++round) {
             const std::size_t begin = random.below(rows);
             const std::size_t count = round == 0 ? rows - begin : random.below(rows - begin + 1);

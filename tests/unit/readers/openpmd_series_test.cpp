@@ -221,10 +221,10 @@ TEST(Openpmd, saysWhatIsMissingAndWhere) {
     EXPECT_THAT(written([&](H5TestFile& file) { file.group(e + "/position/x"); }),
                 HasSubstr("run.h5:/data/1/particles/e/position/x: is neither a dataset nor a constant"));
     EXPECT_THAT(written([&](H5TestFile& file) {
-                    writeParticles(file, e);
-                    file.data(e + "/weighting", std::vector<double>{1, 2});
+                    file.data(e + "/position/x", std::vector<double>{1, 2});
+                    file.data(e + "/position/y", std::vector<double>{1, 2, 3});
                 }),
-                HasSubstr("has 2 values where"));
+                HasSubstr("has 3 values where others have 2"));
     EXPECT_THAT(written([&](H5TestFile& file) {
                     writeParticles(file, e);
                     file.attribute(e + "/momentum", "macroWeighted", std::int64_t{1});

@@ -304,7 +304,7 @@ TEST(NpySource, readsNamedFields) {
     EXPECT_THAT(chunk.id, ElementsAre(18446744073709551615u, 18446744073709551614u, 18446744073709551613u));
     EXPECT_THAT(chunk.lost, ElementsAre(0, 1, 0));
     EXPECT_FALSE(source->has(Column::y));
-    EXPECT_TRUE(progress.notes.empty());
+    EXPECT_THAT(progress.notes, ElementsAre("no unit is given for momentum: taken as eV/c"));
 }
 
 TEST(NpySource, refusesWhatContradictsItself) {
