@@ -18,7 +18,7 @@ except ImportError:
 C, E = 299792458.0, 1.602176634e-19
 MOMENTUM = E / C  # kg m/s in an eV/c
 DIMENSIONS = {"position": (1, 0, 0), "momentum": (1, 1, -1), "time": (0, 0, 1), "weight": (0, 0, 1, 1), "weighting": (0,),
-              "mass": (0, 1), "id": (0,), "particleStatus": (0,)}
+              "mass": (0, 1), "charge": (0, 0, 1, 1), "id": (0,), "particleStatus": (0,)}
 
 
 def record(species, name):
@@ -101,6 +101,7 @@ class WithRun(Case):
             np.testing.assert_allclose(exported.times[number], self.times[number], rtol=1e-15)
             np.testing.assert_allclose(exported.get(number, "time"), self.times[number], rtol=1e-15)
             np.testing.assert_allclose(exported.get(number, "mass"), 938.27208816e6 * E / C**2, rtol=1e-12)
+            np.testing.assert_allclose(exported.get(number, "charge"), E, rtol=1e-15)
             self.assertTrue((exported.get(number, "particleStatus") == 1).all())
             weights = exported.get(number, "weighting")
             self.assertEqual(species.attrs["speciesType"].decode(), "proton")
@@ -148,6 +149,81 @@ class Program(WithRun):
             self.assertAlmostEqual(one["totalWeight"], two["totalWeight"], delta=1e-6 * one["totalWeight"])
         for one, two in zip(*(info["axes"] for info in infos)):
             np.testing.assert_allclose([one["min"], one["max"]], [two["min"], two["max"]], rtol=1e-5)
+
+
+ELECTRON, PROTON, CARBON = 9.1093837015e-31, 1.67262192369e-27, 1.99264687e-26  # kg
+# What a file says, and what openPMD-beamphysics and openPMD's SpeciesType make of it.
+SPECIES = [
+    ({"group": "positrons", "charge": E, "mass": ELECTRON}, ("positron", ELECTRON, E)),
+    ({"group": "electrons", "charge": -E, "mass": ELECTRON}, ("electron", ELECTRON, -E)),
+    ({"group": "beam", "type": "antiproton", "unit": "C"}, ("antiproton", PROTON, -E)),
+    ({"group": "beam", "type": "electron", "unit": "C", "status": [1, 0, 3]}, ("electron", ELECTRON, -E)),
+    ({"group": "C6+", "charge": 6 * E, "mass": CARBON}, ("#12C+6", CARBON, 6 * E)),
+    ({"group": "ions", "type": "#12C+3"}, ("#12C+3", CARBON - 3 * ELECTRON, 3 * E)),
+    ({"group": "beam", "type": "H-", "status": [1, 1, 5, 0]}, ("H-", PROTON + 2 * ELECTRON, -E)),
+]
+
+
+def write_species(path, random, said):
+    """A step of 500 particles; its weights, as charges of macro-particles in C, and who of them is lost."""
+    count, each = 500, said.get("charge", said.get("each", E))
+    with h5py.File(path, "w") as file:
+        file.attrs.update({"openPMD": np.bytes_("2.0.0"), "basePath": np.bytes_("/data/%T/"), "particlesPath": np.bytes_("particles/"),
+                           "openPMDextension": np.bytes_("BeamPhysics;SpeciesType")})
+        group = file.create_group(f"data/4/particles/{said['group']}")
+        if "type" in said:
+            group.attrs["speciesType"] = np.bytes_(said["type"])
+
+        def add(name, values, unit=1.0, dimension=()):
+            group[name] = values
+            group[name].attrs.update({"unitSI": unit, "macroWeighted": 0, "weightingPower": 1.0})
+            (group[name.split("/")[0]]).attrs["unitDimension"] = np.array(list(dimension) + [0.0] * (7 - len(dimension)))
+
+        for axis in "xyz":
+            add(f"position/{axis}", random.normal(size=count), 1e-3, (1,))
+            add(f"momentum/{axis}", 1e9 * (axis == "z") + 1e5 * random.normal(size=count), MOMENTUM, (1, 1, -1))
+        weights = random.uniform(0.5, 1.5, count) * 1e-12
+        if said.get("unit") == "C":
+            add("weight", weights, 1.0, (0, 0, 1, 1))
+        else:
+            add("weighting", weights / abs(each))
+        for name, dimension in (("mass", (0, 1)), ("charge", (0, 0, 1, 1))):
+            if name in said:
+                constant = group.create_group(name)
+                constant.attrs.update({"value": said[name], "shape": [count], "unitSI": 1.0, "macroWeighted": 0, "weightingPower": 1.0})
+        status = np.resize(said.get("status", [1]), count)
+        add("particleStatus", status)
+    return weights, (status != 1) & (status != 0)
+
+
+@needs_server
+@unittest.skipUnless(h5py, "python3-h5py is missing")
+class RoundTrip(Case):
+    def test_every_species_comes_back(self):
+        random = np.random.default_rng(3)
+        for said, (species, mass, charge) in SPECIES:
+            for lost in ("without", "with"):
+                with self.subTest(said, lost=lost), tempfile.TemporaryDirectory() as directory:
+                    folder = pathlib.Path(directory)
+                    weights, gone = write_species(folder / "run.h5", random, {**said, "each": charge})
+                    source = folder / "run.h5"
+                    for again in ("one", "two"):
+                        prepare("particles", source, "--axes", "x,px,y", "--lost", lost, "--out", folder / f"{again}.mote")
+                        source = folder / f"{again}.h5"
+                        prepare("export", folder / f"{again}.mote", "--openpmd", source)
+                        exported = Export(source)
+                        beam = exported.steps[4]
+                        self.assertEqual(beam.attrs["speciesType"].decode(), species)
+                        np.testing.assert_allclose(exported.get(4, "charge"), charge, rtol=1e-12)
+                        # The binding of electrons is left out.
+                        np.testing.assert_allclose(exported.get(4, "mass"), mass, rtol=1e-7)
+                        status = exported.get(4, "particleStatus")
+                        self.assertEqual((status == 1).sum(), (~gone).sum())
+                        self.assertEqual((status != 1).sum(), gone.sum() if lost == "with" else 0)
+                        kept = weights if lost == "with" else weights[~gone]
+                        np.testing.assert_allclose(np.sort(exported.get(4, "weight")), np.sort(kept), rtol=1e-14)
+                        np.testing.assert_allclose(np.sort(exported.get(4, "weighting")), np.sort(kept) / abs(charge), rtol=1e-14)
+                        np.testing.assert_allclose(beam.attrs["totalCharge"], kept.sum(), rtol=1e-13)
 
 
 class Package(WithRun):

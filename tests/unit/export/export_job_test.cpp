@@ -148,6 +148,62 @@ TEST_F(ExportJob, IsReadAgainAsTheDatasetHasIt) {
     }
 }
 
+double statistic(const proto::ParticlesManifest& manifest, const std::string& name) {
+    const auto& names = manifest.statistic_names();
+    const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+    return manifest.steps(0).statistics(static_cast<int>(at));
+}
+
+TEST_F(ExportJob, IsADatasetAgainWithTheSameSpeciesChargeAndCounts) {
+    constexpr double e = 1.602176634e-19, proton = 938272088.16;
+    struct Kind {
+        FakeSource::What what;
+        double mass;
+        double weight;  ///< 0: all different
+    };
+    const std::vector<Kind> kinds{
+        {{"positron", "1", e}, mass, 0.0},         {{"antiproton", "C", -e}, proton, 1e-9 / 7},
+        {{"electron", "C", -e}, mass, 1e-9 / 500}, {{"#12C+6", "1", 6 * e}, 11.1749e9, 33.3},
+        {{"H-", "1", -e}, 939.29407e6, 1.0},       {{"", "C", 0.0}, 5e9, 1e-12 / 3},
+        {{"unobtainium", "1", 0.0}, 5e9, 0.0}};
+    for (const auto& kind : kinds) {
+        auto step = beamStep(500, 3);
+        if (kind.weight != 0.0) step[Column::weight].assign(500, kind.weight);
+        prepare({step}, {}, kind.what, kind.mass);
+        ASSERT_TRUE(write({}).ok());
+        const auto is = again();
+        const auto& should = manifest_.particles();
+        EXPECT_EQ(is.species(), kind.what.species);
+        EXPECT_NEAR(is.mass(), kind.mass, 1e-14 * kind.mass);
+        EXPECT_NEAR(is.particle_charge(), kind.what.charge, 1e-14 * e);
+        EXPECT_EQ(is.steps(0).particles(), 500U);
+        for (const char* name : {"charge", "n_particle"})
+            EXPECT_NEAR(statistic(is, name), statistic(should, name), 1e-14 * statistic(should, name))
+                << name;
+        for (const char* name : {"sigma_x", "sigma_px", "mean_pz", "norm_emit_x", "mean_energy"})
+            EXPECT_NEAR(statistic(is, name), statistic(should, name), 1e-6 * statistic(should, name)) << name;
+    }
+}
+
+TEST_F(ExportJob, LostParticlesAreWrittenAsLost) {
+    auto step = beamStep(400, 5);
+    step.lost.assign(400, 0);
+    for (std::size_t i = 0; i < 400; i += 4) step.lost[i] = 1;
+    for (const std::string lost : {"without", "with", "only"}) {
+        prepare({step}, {}, {"electron", "1", -1.602176634e-19}, mass, lost);
+        ASSERT_TRUE(write({}).ok());
+        const auto live = lost == "only" ? 0U : 300U, gone = lost == "without" ? 0U : 100U;
+        EXPECT_EQ(again("with").steps(0).particles(), live + gone);
+        if (live > 0) {
+            EXPECT_EQ(again().steps(0).particles(), live);
+            EXPECT_EQ(again().steps(0).lost(), gone);
+        }
+        if (gone > 0) {
+            EXPECT_EQ(again("only").steps(0).particles(), gone);
+        }
+    }
+}
+
 TEST_F(ExportJob, AnEmptySelectionIsAFileWithoutRows) {
     prepare({beamStep(300, 1)});
     ASSERT_TRUE(write(within(5.0, 6.0)).ok());
