@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <utility>
 
 #include "client/frames/draw_film.h"
 #include "client/frames/job_commands.h"
@@ -11,6 +12,7 @@
 #include "client/shared/script.h"
 #include "protocol/scene/complain.h"
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/film/sized_script.h"
 
 namespace mote::client {
 namespace {
@@ -20,6 +22,11 @@ constexpr int killedBy = 128;  // and the signal's number, as shells say it
 
 Status runScript(const FramesOptions& options, const Interrupt& interrupt) {
     MOTE_ASSIGN_OR_RETURN(auto script, readScript(options.script));
+    if (options.size) {
+        auto sized = sizedScript(std::move(script), options.size->width, options.size->height);
+        MOTE_RETURN_IF_ERROR(sized, options.script.string() + " with --size");
+        script = *std::move(sized);
+    }
     if (options.fps) {
         script.set_fps(*options.fps);
         MOTE_RETURN_IF_ERROR(checkScript(script), options.script.string());

@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "protocol/cli/command.h"
 #include "protocol/scene/page.h"
+#include "protocol/scene/view.h"
 
 namespace mote::client {
 namespace {
@@ -43,7 +46,7 @@ struct RawOptions {
     FramesOptions options;
     std::vector<std::string> connect;
     std::string script, device, format = "png", video, chroma = "full", out, job;
-    std::string page;
+    std::string page, size;
     double margin = 0.0, dot = 0.0;  // mm
     double fps = 30.0;
     int crf = 0, samples = 1, subframes = 8, threads = 0, jobs = 1, patience = 3600;
@@ -128,6 +131,9 @@ void declare(const cli::Command& app, RawOptions& raw) {
            "png (8 bits, sRGB), png16, exr (half floats, linear), jpg (quality 95), or dots and strokes as "
            "shapes: svg, eps or pdf")
         .showDefault();
+    app.option("--size", raw.size,
+               "Of every picture, in pixels, with the same look; as the views say unless given")
+        .valueName("WIDTHxHEIGHT");
     declareSheet(app, raw);
     declareFilm(app, raw);
     declareJobs(app, raw);
@@ -152,6 +158,35 @@ Status checkFormat(const RawOptions& raw, PictureFormat& format) {
     return success();
 }
 
+struct TwoNumbers {
+    double width, height;
+};
+
+/// "WIDTHxHEIGHT".
+std::optional<TwoNumbers> parseTwo(const std::string& text) {
+    const auto cross = text.find('x');
+    if (cross == std::string::npos) return std::nullopt;
+    const auto width = cli::parseNumber(text.substr(0, cross));
+    const auto height = cli::parseNumber(text.substr(cross + 1));
+    if (!width || !height) return std::nullopt;
+    return TwoNumbers{*width, *height};
+}
+
+Status checkSize(RawOptions& raw) {
+    if (raw.size.empty()) return success();
+    if (raw.script.empty()) return refusal("--size", "is of a script's views");
+    const auto size = parseTwo(raw.size);
+    const auto whole = [](double side) {
+        return side >= 1.0 && side <= View::maxSide && side == std::floor(side);
+    };
+    if (!size || !whole(size->width) || !whole(size->height))
+        return refusal("--size", fmt::format("\"{}\" is not WIDTHxHEIGHT, each 1 to {} pixels", raw.size,
+                                             View::maxSide));
+    raw.options.size =
+        PictureSize{static_cast<std::uint32_t>(size->width), static_cast<std::uint32_t>(size->height)};
+    return success();
+}
+
 Status checkPage(RawOptions& raw, const cli::Command& app) {
     auto& page = raw.options.page;
     page.set_format(pageFormat(raw.options.format));
@@ -160,15 +195,11 @@ Status checkPage(RawOptions& raw, const cli::Command& app) {
         if (asked) return refusal("--format", "--page, --margin, --dot and --plotter need svg, eps or pdf");
         return success();
     }
-    const auto cross = raw.page.find('x');
     if (!raw.page.empty()) {
-        const auto width = cli::parseNumber(raw.page.substr(0, cross));
-        const auto height = cross == std::string::npos ? width : cli::parseNumber(raw.page.substr(cross + 1));
-        if (cross == std::string::npos || !width || !height) {
-            return refusal("--page", fmt::format("\"{}\" is not WIDTHxHEIGHT in mm", raw.page));
-        }
-        page.set_width(*width);
-        page.set_height(*height);
+        const auto size = parseTwo(raw.page);
+        if (!size) return refusal("--page", fmt::format("\"{}\" is not WIDTHxHEIGHT in mm", raw.page));
+        page.set_width(size->width);
+        page.set_height(size->height);
     }
     page.set_margin(raw.margin);
     page.set_dot(raw.dot);
@@ -274,6 +305,7 @@ Status check(RawOptions& raw, const cli::Command& app) {
     MOTE_RETURN_IF_ERROR(checkFormat(raw, raw.options.format));
     MOTE_RETURN_IF_ERROR(checkPage(raw, app));
     MOTE_RETURN_IF_ERROR(checkTask(raw, app));
+    MOTE_RETURN_IF_ERROR(checkSize(raw));
     MOTE_RETURN_IF_ERROR(checkServers(raw));
     MOTE_RETURN_IF_ERROR(checkVideo(raw, app));
     return checkNumbers(raw, app);

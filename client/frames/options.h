@@ -29,6 +29,11 @@ enum class FramesTask {
     retry,  ///< what failed or was cancelled, as a new job
 };
 
+/// Pixels.
+struct PictureSize {
+    std::uint32_t width = 0, height = 0;
+};
+
 struct FramesOptions {
     FramesTask task = FramesTask::draw;
     std::filesystem::path script;                ///< of a job: the file of its request
@@ -40,7 +45,8 @@ struct FramesOptions {
     std::chrono::seconds patience{0};            ///< with a server that sends no pictures; 0: without end
     std::filesystem::path out;                   ///< folder of the pictures; empty: there are none
     PictureFormat format = PictureFormat::png;
-    proto::Page page;  ///< of documents
+    std::optional<PictureSize> size;  ///< of every view, in place of its own
+    proto::Page page;                 ///< of documents
     ExposureSettings exposure;
     std::filesystem::path video;  ///< file of the video; empty: there is none
     std::optional<unsigned> crf;  ///< its quality

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "protocol/scene/check.h"
 #include "protocol/scene/mix.h"
 #include "protocol/scene/write_fields.h"
@@ -14,6 +16,7 @@ constexpr double inch = 25.4;              // mm
 constexpr double pointsInInch = 72.0;      // of type
 constexpr double pixelsInInch = 96.0;      // where nobody says how wide a picture is printed
 constexpr std::size_t longestTitle = 256;  // bytes
+constexpr double leastPrintWidth = 0.1;    // mm
 
 Status checkTitle(const std::string& title) {
     const auto invalid = [](std::string message) {
@@ -26,14 +29,17 @@ Status checkTitle(const std::string& title) {
     return success();
 }
 
-double widthAtScreen(std::uint32_t width) {
-    return width * inch / pixelsInInch;
+/// How wide the picture would be printed, for letters to be as large as its view wants them.
+double printWidthOf(const Annotations& annotations, std::uint32_t width, std::uint32_t height, double scale) {
+    if (annotations.printWidth) return *annotations.printWidth;
+    const double times = lengthScale(height, scale, annotations.fontPoints.said());
+    return std::max(leastPrintWidth, width * inch / pixelsInInch / times);
 }
 
 }  // namespace
 
-double Annotations::fontPixels(std::uint32_t width) const {
-    return fontPoints / pointsInInch * inch * width / printWidth.value_or(widthAtScreen(width));
+double Annotations::fontPixels(std::uint32_t width, std::uint32_t height, double scale) const {
+    return fontPoints / pointsInInch * inch * width / printWidthOf(*this, width, height, scale);
 }
 
 Result<Annotations> parseAnnotations(const proto::Annotations& message) {
@@ -44,11 +50,13 @@ Result<Annotations> parseAnnotations(const proto::Annotations& message) {
     annotations.labels = message.labels();
     MOTE_RETURN_IF_ERROR(checkTitle(message.title()));
     annotations.title = message.title();
-    const double points = message.has_font_points() ? message.font_points() : annotations.fontPoints;
-    MOTE_ASSIGN_OR_RETURN(annotations.fontPoints, checkRange(points, 1.0, 200.0, "fontPoints"));
+    constexpr LengthField fontField{"fontPoints", 1.0, 200.0};
+    MOTE_ASSIGN_OR_RETURN(
+        annotations.fontPoints,
+        checkLength(message.has_font_points(), message.font_points(), annotations.fontPoints, fontField));
     if (message.has_print_width()) {
         MOTE_ASSIGN_OR_RETURN(annotations.printWidth,
-                              checkRange(message.print_width(), 0.1, 1e5, "printWidth"));
+                              checkRange(message.print_width(), leastPrintWidth, 1e5, "printWidth"));
     }
     if (!message.color().empty()) {
         MOTE_ASSIGN_OR_RETURN(annotations.color, checkColor(message.color(), glm::dvec3(0.0), "color"));
@@ -63,15 +71,16 @@ proto::Annotations toProto(const Annotations& annotations) {
     message.set_scale_bar(annotations.scaleBar);
     message.set_labels(annotations.labels);
     message.set_title(annotations.title);
-    message.set_font_points(annotations.fontPoints);
+    if (annotations.fontPoints.said()) message.set_font_points(annotations.fontPoints);
     if (annotations.printWidth) message.set_print_width(*annotations.printWidth);
     if (annotations.color) writeColor(*annotations.color, message.mutable_color());
     return message;
 }
 
-Annotations magnified(const Annotations& annotations, std::uint32_t width) {
+Annotations inPixels(const Annotations& annotations, std::uint32_t width, std::uint32_t height,
+                     double scale) {
     Annotations result = annotations;
-    if (!result.printWidth) result.printWidth = widthAtScreen(width);
+    result.printWidth = printWidthOf(annotations, width, height, scale);
     return result;
 }
 

@@ -11,6 +11,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/length_scale.h"
 
 namespace mote {
 
@@ -20,12 +21,12 @@ struct Annotations {
     bool scaleBar = false;  ///< where layers lie in the world's units
     bool labels = false;    ///< dataset, step, time, and how many particles a selection holds
     std::string title;
-    double fontPoints = 9.0;
-    std::optional<double> printWidth;  ///< mm, of the picture; absent: 96 pixels an inch
+    ScreenLength fontPoints = ScreenLength::usual(9.0);
+    std::optional<double> printWidth;  ///< mm, of the picture; absent: 96 pixels an inch, scaled
     std::optional<glm::dvec3> color;   ///< linear RGB; absent: what stands out from the background
 
-    /// The size of the font in a picture that is `width` pixels wide.
-    double fontPixels(std::uint32_t width) const;
+    /// The size of the font in a picture of so many pixels, of a view of that scale.
+    double fontPixels(std::uint32_t width, std::uint32_t height, double scale) const;
     bool operator==(const Annotations&) const = default;
 };
 
@@ -35,8 +36,9 @@ Result<Annotations> parseAnnotations(const proto::Annotations& message);
 /// Complete: parsing it gives the value again, the colour to rounding.
 proto::Annotations toProto(const Annotations& annotations);
 
-/// The annotations of a picture of `width` pixels, for one with more pixels: all are as large in it.
-Annotations magnified(const Annotations& annotations, std::uint32_t width);
+/// Those of a picture of so many pixels and a view of that scale: as large as they are there, whatever the
+/// scale.
+Annotations inPixels(const Annotations& annotations, std::uint32_t width, std::uint32_t height, double scale);
 
 /// At a share of the way between those of two views, more than 0 and less than 1: what has nothing in between
 /// is as in the first.

@@ -15,6 +15,13 @@ Result<double> checkRange(double value, double least, double greatest, std::stri
                  fmt::format("{} is not a number from {} to {}", value, least, greatest)};
 }
 
+Result<ScreenLength> checkLength(bool has, double value, const ScreenLength& usual,
+                                 const LengthField& field) {
+    if (!has) return usual;
+    MOTE_ASSIGN_OR_RETURN(const double checked, checkRange(value, field.least, field.greatest, field.name()));
+    return ScreenLength(checked);
+}
+
 Result<glm::dvec3> checkVector(const google::protobuf::RepeatedField<double>& values, double limit,
                                std::string_view field) {
     if (values.size() != 3) {

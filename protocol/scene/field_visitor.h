@@ -8,6 +8,7 @@
 #include <functional>
 #include <glm/vec3.hpp>
 
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/light.h"
 #include "protocol/scene/mix.h"
 
@@ -20,10 +21,16 @@ class FieldVisitor {
     /// 0 to 1.
     virtual void between(const std::function<void(double share)>& set) = 0;
     /// The same of a length on the screen.
-    virtual void pixels(double& value, double other) = 0;
+    virtual void pixels(ScreenLength& value, const ScreenLength& other, const LengthField& field) = 0;
     /// A field that has nothing in between: a word, or what one has and the other leaves to its dataset.
     virtual void word(bool same) = 0;
 
+    /// One that is there only where it is said.
+    void pixels(double& value, double other, const LengthField& field = pointSizeField) {
+        ScreenLength length(value);
+        pixels(length, ScreenLength(other), field);
+        value = length.value();
+    }
     void number(double& value, double other) {
         between([&, from = value](double share) { value = mix(from, other, share); });
     }
@@ -39,6 +46,9 @@ class FieldVisitor {
         number(value.specular, other.specular);
         word(value.fixed == other.fixed && value.shadow == other.shadow);
     }
+
+  private:
+    static constexpr LengthField pointSizeField{"particles.points.sizePixels", 0.1, 64.0};
 };
 
 }  // namespace mote

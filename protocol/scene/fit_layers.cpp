@@ -13,7 +13,7 @@ double marginOf(const View& view) {
     constexpr double labels = 4.5, most = 0.25;  // em; of the picture's shorter side
     if (!view.annotations || !view.annotations->axes) return 0.0;
     const double side = std::min(view.width, view.height);
-    return std::min(most, labels * view.annotations->fontPixels(view.width) / side);
+    return std::min(most, labels * view.annotations->fontPixels(view.width, view.height, view.scale) / side);
 }
 
 Bounds grown(const Bounds& bounds, double factor) {

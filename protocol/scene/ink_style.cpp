@@ -21,6 +21,12 @@ namespace {
 
 constexpr double largest = 1e30;  // of a value
 
+constexpr LengthField lineWidthField{"ink.silhouettes.width", 0.1, 64.0};
+constexpr LengthField hatchSpacingField{"ink.hatch.spacing", 1.0, 256.0};
+constexpr LengthField hatchWidthField{"ink.hatch.width", 0.1, 64.0};
+constexpr LengthField readingField{"ink.reading", 1.0, 256.0};
+constexpr LengthField waverField{"ink.waver", 0.0, 16.0};
+
 // Names in the order of their enumerations.
 constexpr std::array<std::string_view, 4> modes{"none", "all", "important", "adjusted"};
 constexpr std::array<std::string_view, 4> segmentations{"growing", "graph", "cut", "texture"};
@@ -46,8 +52,8 @@ Result<SilhouetteStyle> parseSilhouettes(const Message& message) {
     if (style.mode == SilhouetteMode::important) style.importance = 0.25;
     const double importance = message.has_importance() ? message.importance() : style.importance;
     MOTE_ASSIGN_OR_RETURN(style.importance, checkRange(importance, 0.0, 1.0, "importance"));
-    const double width = message.has_width() ? message.width() : style.width;
-    MOTE_ASSIGN_OR_RETURN(style.width, checkRange(width, 0.1, 64.0, "width"));
+    MOTE_ASSIGN_OR_RETURN(style.width,
+                          checkLength(message.has_width(), message.width(), style.width, lineWidthField));
     const double crease = message.has_crease_degrees() ? message.crease_degrees() : style.crease;
     MOTE_ASSIGN_OR_RETURN(style.crease, checkRange(crease, 0.0, 180.0, "creaseDegrees"));
     style.omit = message.omit();
@@ -59,10 +65,10 @@ Result<HatchStyle> parseHatch(const Message& message) {
     HatchStyle style;
     const double strength = message.has_strength() ? message.strength() : style.strength;
     MOTE_ASSIGN_OR_RETURN(style.strength, checkRange(strength, 0.0, 1.0, "strength"));
-    const double spacing = message.has_spacing() ? message.spacing() : style.spacing;
-    MOTE_ASSIGN_OR_RETURN(style.spacing, checkRange(spacing, 1.0, 256.0, "spacing"));
-    const double width = message.has_width() ? message.width() : style.width;
-    MOTE_ASSIGN_OR_RETURN(style.width, checkRange(width, 0.1, 64.0, "width"));
+    MOTE_ASSIGN_OR_RETURN(style.spacing, checkLength(message.has_spacing(), message.spacing(), style.spacing,
+                                                     hatchSpacingField));
+    MOTE_ASSIGN_OR_RETURN(style.width,
+                          checkLength(message.has_width(), message.width(), style.width, hatchWidthField));
     MOTE_ASSIGN_OR_RETURN(style.segments,
                           parseName(message.segments(), segmentations, style.segments, "segments"));
     return style;
@@ -91,13 +97,13 @@ void writeLines(const InkStyle& style, proto::InkStyle& message) {
     auto& silhouettes = *message.mutable_silhouettes();
     silhouettes.set_mode(std::string(toString(style.silhouettes.mode)));
     silhouettes.set_importance(style.silhouettes.importance);
-    silhouettes.set_width(style.silhouettes.width);
+    if (style.silhouettes.width.said()) silhouettes.set_width(style.silhouettes.width);
     silhouettes.set_crease_degrees(style.silhouettes.crease);
     silhouettes.set_omit(style.silhouettes.omit);
     auto& hatch = *message.mutable_hatch();
     hatch.set_strength(style.hatch.strength);
-    hatch.set_spacing(style.hatch.spacing);
-    hatch.set_width(style.hatch.width);
+    if (style.hatch.spacing.said()) hatch.set_spacing(style.hatch.spacing);
+    if (style.hatch.width.said()) hatch.set_width(style.hatch.width);
     hatch.set_segments(std::string(toString(style.hatch.segments)));
     if (style.solid == SolidStyle{}) return;
     message.mutable_ink()->set_strength(style.solid.strength);
@@ -114,12 +120,12 @@ void visitLines(InkStyle& style, const InkStyle& other, FieldVisitor& visitor) {
     auto& silhouettes = style.silhouettes;
     visitor.word(silhouettes.mode == other.silhouettes.mode && silhouettes.omit == other.silhouettes.omit);
     visitor.number(silhouettes.importance, other.silhouettes.importance);
-    visitor.pixels(silhouettes.width, other.silhouettes.width);
+    visitor.pixels(silhouettes.width, other.silhouettes.width, lineWidthField);
     visitor.number(silhouettes.crease, other.silhouettes.crease);
     visitor.word(style.hatch.segments == other.hatch.segments);
     visitor.number(style.hatch.strength, other.hatch.strength);
-    visitor.pixels(style.hatch.spacing, other.hatch.spacing);
-    visitor.pixels(style.hatch.width, other.hatch.width);
+    visitor.pixels(style.hatch.spacing, other.hatch.spacing, hatchSpacingField);
+    visitor.pixels(style.hatch.width, other.hatch.width, hatchWidthField);
     visitor.number(style.solid.strength, other.solid.strength);
     visitor.number(style.solid.complexity, other.solid.complexity);
 }
@@ -138,15 +144,16 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
     MOTE_RETURN_IF_ERROR(take(parseSilhouettes(message.silhouettes()), style.silhouettes, "silhouettes"));
     MOTE_RETURN_IF_ERROR(take(parseHatch(message.hatch()), style.hatch, "hatch"));
     if (message.has_ink()) MOTE_RETURN_IF_ERROR(take(parseSolid(message.ink()), style.solid, "ink"));
-    const double reading = message.has_reading() ? message.reading() : style.reading;
-    MOTE_ASSIGN_OR_RETURN(style.reading, checkRange(reading, 1.0, 256.0, "reading"));
+    MOTE_ASSIGN_OR_RETURN(style.reading,
+                          checkLength(message.has_reading(), message.reading(), style.reading, readingField));
     MOTE_RETURN_IF_ERROR(take(parseLight(message.light()), style.light, "light"));
     MOTE_ASSIGN_OR_RETURN(style.occlusion, checkRange(message.occlusion(), 0.0, 1.0, "occlusion"));
     const glm::dvec3 shows(isLight(background) ? 0.0 : 1.0);
     MOTE_ASSIGN_OR_RETURN(style.color, checkColor(message.color(), shows, "color"));
     style.inkIsDark = luminance(style.color) <= luminance(background);
     MOTE_ASSIGN_OR_RETURN(style.show, parseName(message.show(), pictures, style.show, "show"));
-    MOTE_ASSIGN_OR_RETURN(style.waver, checkRange(message.waver(), 0.0, 16.0, "waver"));
+    MOTE_ASSIGN_OR_RETURN(style.waver,
+                          checkLength(message.has_waver(), message.waver(), style.waver, waverField));
     style.taper = message.taper();
     style.coherent = message.coherent();
     MOTE_RETURN_IF_ERROR(take(parseCurve(message), style.opacity, "curve"));
@@ -156,12 +163,12 @@ Result<InkStyle> parseInkStyle(const proto::InkStyle& message, const glm::dvec3&
 void writeStyle(const InkStyle& style, const glm::dvec3&, proto::Layer& layer) {
     auto& message = *layer.mutable_ink();
     writeLines(style, message);
-    message.set_reading(style.reading);
+    if (style.reading.said()) message.set_reading(style.reading);
     *message.mutable_light() = toProto(style.light);
     message.set_occlusion(style.occlusion);
     writeColor(style.color, message.mutable_color());
     message.set_show(std::string(toString(style.show)));
-    message.set_waver(style.waver);
+    if (style.waver.said()) message.set_waver(style.waver);
     message.set_taper(style.taper);
     message.set_coherent(style.coherent);
     for (const auto& knot : style.opacity ? style.opacity->knots() : std::vector<Curve::Knot>()) {
@@ -175,13 +182,13 @@ void writeStyle(const InkStyle& style, const glm::dvec3&, proto::Layer& layer) {
 /// would vanish on its paper and come back as the other.
 void visitFields(InkStyle& style, const InkStyle& other, FieldVisitor& visitor) {
     visitLines(style, other, visitor);
-    visitor.pixels(style.reading, other.reading);
+    visitor.pixels(style.reading, other.reading, readingField);
     visitor.light(style.light, other.light);
     visitor.number(style.occlusion, other.occlusion);
     visitor.word(style.inkIsDark == other.inkIsDark);
     if (style.inkIsDark == other.inkIsDark) visitor.vector(style.color, other.color);
     visitor.word(style.show == other.show && style.taper == other.taper && style.coherent == other.coherent);
-    visitor.pixels(style.waver, other.waver);
+    visitor.pixels(style.waver, other.waver, waverField);
     visitOpacity(style, other, visitor);
 }
 

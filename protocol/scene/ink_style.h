@@ -11,6 +11,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/curve.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/light.h"
 
 namespace mote {
@@ -20,9 +21,9 @@ enum class SilhouetteMode { none, all, important, adjusted };
 struct SilhouetteStyle {
     SilhouetteMode mode = SilhouetteMode::adjusted;
     double importance = 1.0;  ///< step above which a line is always drawn, 0 to 1 (LinePoint::step)
-    double width = 1.2;       ///< pixels of the view; here and below
-    double crease = 60.0;     ///< degrees by which the surface turns at least where a crease is a line
-    bool omit = false;        ///< lines between tones that differ enough are left out
+    ScreenLength width = ScreenLength::usual(1.2);  ///< pixels of the view; here and below
+    double crease = 60.0;  ///< degrees by which the surface turns at least where a crease is a line
+    bool omit = false;     ///< lines between tones that differ enough are left out
 
     bool operator==(const SilhouetteStyle&) const = default;
 };
@@ -31,9 +32,9 @@ struct SilhouetteStyle {
 enum class Segmentation { growing, graph, cut, texture };
 
 struct HatchStyle {
-    double strength = 1.0;  ///< share of the missing tone that is hatched
-    double spacing = 4.0;   ///< between the strokes of a full layer
-    double width = 1.0;
+    double strength = 1.0;                            ///< share of the missing tone that is hatched
+    ScreenLength spacing = ScreenLength::usual(4.0);  ///< between the strokes of a full layer
+    ScreenLength width = ScreenLength::usual(1.0);
     Segmentation segments = Segmentation::growing;
 
     bool operator==(const HatchStyle&) const = default;
@@ -54,13 +55,13 @@ struct InkStyle {
     SilhouetteStyle silhouettes;
     HatchStyle hatch;
     SolidStyle solid;
-    double reading = 6.0;  ///< standard deviation of what the eye blurs
+    ScreenLength reading = ScreenLength::usual(6.0);  ///< standard deviation of what the eye blurs
     Light light;
     double occlusion = 0.0;  ///< of the ambient light, the share that surroundings can keep away
     glm::dvec3 color{0.0};   ///< linear RGB
     bool inkIsDark = true;   ///< darker than the paper: it stands for what is dark; else for what is light
     InkPicture show = InkPicture::drawing;
-    double waver = 0.0;
+    ScreenLength waver = ScreenLength::usual(0.0);
     bool taper = false;
     /// What is seen of a volume (by value) or of particles (by scaled log density), as their own layers have
     /// it; none: as the dataset's values ask.

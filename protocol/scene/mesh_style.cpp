@@ -6,6 +6,11 @@
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
+namespace {
+
+constexpr LengthField wireField{"mesh.wire", 0.25, 64.0};
+
+}  // namespace
 
 Result<MeshStyle> parseMeshStyle(const proto::MeshStyle& message) {
     MeshStyle style;
@@ -32,6 +37,7 @@ void visitFields(MeshStyle& style, const MeshStyle& other, FieldVisitor& visitor
     visitor.number(style.opacity, other.opacity);
     visitor.light(style.light, other.light);
     visitor.word(style.wire == other.wire);
+    visitor.pixels(style.wireWidth, other.wireWidth, wireField);
 }
 
 }  // namespace mote

@@ -8,6 +8,7 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/light.h"
 #include "protocol/scene/srgb.h"
 
@@ -18,6 +19,7 @@ struct MeshStyle {
     double opacity = 1.0;                              ///< of each surface that a ray meets
     Light light;
     bool wire = false;  ///< the edges of its triangles are drawn in place of their faces
+    ScreenLength wireWidth = ScreenLength::usual(1.0);  ///< pixels; no view says another
 
     bool operator==(const MeshStyle&) const = default;
 };

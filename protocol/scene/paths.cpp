@@ -9,6 +9,11 @@
 #include "protocol/scene/write_fields.h"
 
 namespace mote {
+namespace {
+
+constexpr LengthField widthField{"paths.width", 0.1, 64.0};
+
+}  // namespace
 
 Result<Paths> parsePaths(const proto::Paths& message) {
     Paths paths;
@@ -22,8 +27,8 @@ Result<Paths> parsePaths(const proto::Paths& message) {
     if (!message.color().empty()) {
         MOTE_ASSIGN_OR_RETURN(paths.color, checkColor(message.color(), glm::dvec3(0.0), "color"));
     }
-    const double width = message.has_width() ? message.width() : paths.width;
-    MOTE_ASSIGN_OR_RETURN(paths.width, checkRange(width, 0.1, 64.0, "width"));
+    MOTE_ASSIGN_OR_RETURN(paths.width,
+                          checkLength(message.has_width(), message.width(), paths.width, widthField));
     return paths;
 }
 
@@ -31,14 +36,14 @@ proto::Paths toProto(const Paths& paths) {
     proto::Paths message;
     message.mutable_ids()->Add(paths.ids.begin(), paths.ids.end());
     if (paths.color) writeColor(*paths.color, message.mutable_color());
-    message.set_width(paths.width);
+    if (paths.width.said()) message.set_width(paths.width);
     return message;
 }
 
 void visitFields(Paths& paths, const Paths& other, FieldVisitor& visitor) {
     visitor.word(paths.ids == other.ids && paths.color.has_value() == other.color.has_value());
     if (paths.color && other.color) visitor.vector(*paths.color, *other.color);
-    visitor.pixels(paths.width, other.width);
+    visitor.pixels(paths.width, other.width, widthField);
 }
 
 }  // namespace mote

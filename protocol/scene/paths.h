@@ -12,15 +12,16 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/field_visitor.h"
+#include "protocol/scene/length_scale.h"
 
 namespace mote {
 
 struct Paths {
     static constexpr int maxIds = 1000;
 
-    std::vector<std::uint64_t> ids;   ///< ascending, without repetition
-    std::optional<glm::dvec3> color;  ///< linear RGB; absent: as of the layer's points
-    double width = 1.5;               ///< pixels
+    std::vector<std::uint64_t> ids;                 ///< ascending, without repetition
+    std::optional<glm::dvec3> color;                ///< linear RGB; absent: as of the layer's points
+    ScreenLength width = ScreenLength::usual(1.5);  ///< pixels
 
     bool operator==(const Paths&) const = default;
 };

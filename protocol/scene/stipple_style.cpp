@@ -28,17 +28,18 @@ Result<DotValue> parseValue(const std::string& name) {
                  "there are \"tone\", \"depth\", \"x\", \"y\" and \"z\""};
 }
 
+constexpr LengthField spacingField{"stipple.spacingPixels", 0.5, 1000.0};
+constexpr LengthField dotField{"stipple.dotPixels", 0.1, 64.0};
+constexpr LengthField leastDotField{"stipple.leastDotPixels", 0.1, 64.0};
+
 Status parseSizes(const proto::StippleStyle& message, StippleStyle& style) {
-    MOTE_ASSIGN_OR_RETURN(style.spacing,
-                          checkRange(message.has_spacing_pixels() ? message.spacing_pixels() : style.spacing,
-                                     0.5, 1000.0, "spacingPixels"));
+    MOTE_ASSIGN_OR_RETURN(style.spacing, checkLength(message.has_spacing_pixels(), message.spacing_pixels(),
+                                                     style.spacing, spacingField));
     MOTE_ASSIGN_OR_RETURN(
-        const auto size,
-        checkRange(message.has_dot_pixels() ? message.dot_pixels() : style.dotSize, 0.1, 64.0, "dotPixels"));
+        style.dotSize, checkLength(message.has_dot_pixels(), message.dot_pixels(), style.dotSize, dotField));
     MOTE_ASSIGN_OR_RETURN(style.leastDotSize,
-                          checkRange(message.has_least_dot_pixels() ? message.least_dot_pixels() : size, 0.1,
-                                     64.0, "leastDotPixels"));
-    style.dotSize = size;
+                          checkLength(message.has_least_dot_pixels(), message.least_dot_pixels(),
+                                      style.dotSize, leastDotField));
     return success();
 }
 
@@ -74,9 +75,9 @@ Status parseSource(const proto::StippleStyle& message, StippleStyle& style) {
 }
 
 void writeSizes(const StippleStyle& style, proto::StippleStyle& message) {
-    message.set_spacing_pixels(style.spacing);
-    message.set_dot_pixels(style.dotSize);
-    message.set_least_dot_pixels(style.leastDotSize);
+    if (style.spacing.said()) message.set_spacing_pixels(style.spacing);
+    if (style.dotSize.said()) message.set_dot_pixels(style.dotSize);
+    if (style.leastDotSize.said()) message.set_least_dot_pixels(style.leastDotSize);
 }
 
 }  // namespace
@@ -118,9 +119,9 @@ void writeStyle(const StippleStyle& style, const glm::dvec3& background, proto::
 }
 
 void visitFields(StippleStyle& style, const StippleStyle& other, FieldVisitor& visitor) {
-    visitor.pixels(style.spacing, other.spacing);
-    visitor.pixels(style.dotSize, other.dotSize);
-    visitor.pixels(style.leastDotSize, other.leastDotSize);
+    visitor.pixels(style.spacing, other.spacing, spacingField);
+    visitor.pixels(style.dotSize, other.dotSize, dotField);
+    visitor.pixels(style.leastDotSize, other.leastDotSize, leastDotField);
     visitor.number(style.opacity, other.opacity);
     visitor.vector(style.color, other.color);
     visitor.light(style.light, other.light);

@@ -11,6 +11,7 @@
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/light.h"
 
 namespace mote {
@@ -26,11 +27,12 @@ enum class DotValue {
 };
 
 struct StippleStyle {
-    double spacing = 5.0;  ///< between dots where the tone is full, pixels of the full-resolution picture
-    double dotSize = 2.0;  ///< diameter, pixels of the full-resolution picture
-    double leastDotSize = 2.0;  ///< where the value is 0
-    double opacity = 1.0;       ///< of a dot
-    glm::dvec3 color{1.0};      ///< linear RGB
+    // In pixels of the full-resolution picture.
+    ScreenLength spacing = ScreenLength::usual(5.0);       ///< between dots where the tone is full
+    ScreenLength dotSize = ScreenLength::usual(2.0);       ///< diameter
+    ScreenLength leastDotSize = ScreenLength::usual(2.0);  ///< where the value is 0
+    double opacity = 1.0;                                  ///< of a dot
+    glm::dvec3 color{1.0};                                 ///< linear RGB
     DotValue value = DotValue::none;
     std::optional<ColorMap> colorMap;  ///< value -> linear RGB, instead of the colour
     Light light;

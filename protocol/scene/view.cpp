@@ -5,6 +5,7 @@
 
 #include "protocol/scene/check.h"
 #include "protocol/scene/layer_parts.h"
+#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/transform.h"
 
 namespace mote {
@@ -26,6 +27,13 @@ Status checkSize(const proto::View& message) {
     if (pixels <= View::maxPixels) return success();
     return invalid("width", fmt::format("{} x {} is more than {} pixels in one picture", message.width(),
                                         message.height(), View::maxPixels));
+}
+
+Result<double> parseScale(const proto::View& message) {
+    if (!message.has_scale()) return 1.0;
+    if (message.scale() > 0.0 && message.scale() <= View::maxScale) return message.scale();
+    return invalid("scale",
+                   fmt::format("lies above 0 and is at most {}, not {}", View::maxScale, message.scale()));
 }
 
 template <class Style>
@@ -104,11 +112,13 @@ Result<View> parseView(const proto::View& message) {
     View view;
     view.width = message.width();
     view.height = message.height();
+    MOTE_ASSIGN_OR_RETURN(view.scale, parseScale(message));
     MOTE_ASSIGN_OR_RETURN(view.background, checkColor(message.background(), glm::dvec3(0.0), "background"));
     auto selections = parseNamedSelections(message.selections());
     MOTE_RETURN_IF_ERROR(selections, "selections");
     view.selections = *std::move(selections);
     MOTE_RETURN_IF_ERROR(parseLayers(message, view));
+    MOTE_RETURN_IF_ERROR(checkLengths(view));
     if (message.has_annotations()) {
         auto annotations = parseAnnotations(message.annotations());
         MOTE_RETURN_IF_ERROR(annotations, "annotations");

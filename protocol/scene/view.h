@@ -55,9 +55,11 @@ struct View {
     static constexpr std::uint32_t maxSide = 16384;         ///< pixels
     static constexpr std::uint64_t maxPixels = 1ULL << 25;  ///< 8K and a little more
     static constexpr int maxLayers = 8;
+    static constexpr double maxScale = 64.0;
 
     std::uint32_t width = 0;     ///< pixels
     std::uint32_t height = 0;    ///< pixels
+    double scale = 1.0;          ///< of the lengths on the screen that it says (length_scale.h)
     glm::dvec3 background{0.0};  ///< linear RGB
     Camera camera;               ///< fitted to the layers where the message has none
     bool cameraFitted = false;   ///< the message had none: it was fitted as if every layer were a plot

@@ -22,24 +22,13 @@ void writeLayer(const Layer& layer, const glm::dvec3& background, proto::Layer& 
     writeLayerParts(layer, message);
 }
 
-/// Makes lengths in pixels longer.
-class Magnifier : public FieldVisitor {
-  public:
-    explicit Magnifier(double times) : times_(times) {}
-    void between(const std::function<void(double)>&) override {}
-    void pixels(double& value, double) override { value *= times_; }
-    void word(bool) override {}
-
-  private:
-    double times_;
-};
-
 }  // namespace
 
 proto::View toProto(const View& view) {
     proto::View message;
     message.set_width(view.width);
     message.set_height(view.height);
+    if (view.scale != 1.0) message.set_scale(view.scale);
     const auto background = writeColor(view.background, message.mutable_background());
     if (!view.cameraFitted) *message.mutable_camera() = toProto(view.camera);
     for (const auto& layer : view.layers) writeLayer(layer, background, *message.add_layers());
@@ -62,9 +51,7 @@ Result<View> magnified(const View& view, unsigned times) {
         static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{view.width} * times, ~0U));
     result.height =
         static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{view.height} * times, ~0U));
-    Magnifier magnifier(times);
-    for (auto& layer : result.layers) visitLayer(layer, Layer(layer), magnifier);
-    if (times > 1 && view.annotations) result.annotations = magnified(*view.annotations, view.width);
+    result.scale = view.scale * times;
     const auto checked = parseView(toProto(result));
     if (checked.ok()) return result;
     return Error{checked.error().code, checked.error().where,

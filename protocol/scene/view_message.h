@@ -14,9 +14,9 @@ namespace mote {
 /// camera) stays absent.
 proto::View toProto(const View& view);
 
-/// The same picture with `times` as many pixels on each side: every length in pixels is longer as many times.
-/// (The edges of a mesh's triangles stay a pixel wide.) Errors: invalidArgument where a size or a length
-/// becomes larger than it may be, or `times` is 0.
+/// The same picture with `times` as many pixels on each side: so is its scale, and every length on the screen
+/// is longer as many times. Errors: invalidArgument where a size, the scale or a length becomes larger than
+/// it may be, or `times` is 0.
 Result<View> magnified(const View& view, unsigned times);
 
 }  // namespace mote

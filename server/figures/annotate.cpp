@@ -21,7 +21,7 @@ PlotLook lookOf(const View& view) {
     const glm::dvec3 standsOut(isLight(view.background) ? 0.0 : 1.0);
     const glm::dvec3 color = annotations.color.value_or(standsOut);
     PlotLook look;
-    look.font = annotations.fontPixels(view.width);
+    look.font = annotations.fontPixels(view.width, view.height, view.scale);
     look.line = 0.075 * look.font;
     look.ink = {linearToSrgb(glm::clamp(color, 0.0, 1.0))};
     look.paper = linearToSrgb(glm::clamp(view.background, 0.0, 1.0));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/scene/lengths_in_pixels.h"
 #include "server/numbers/nearest_point.h"
 #include "server/numbers/query_run.h"
 #include "storage/beam/quantity_reader.h"
@@ -137,6 +138,7 @@ Error invalid(std::string where, std::string message) {
 Result<std::unique_ptr<QueryRun>> makePickRun(const proto::PickQuery& query, QueryContext& context) {
     auto view = parseView(query.view());
     MOTE_RETURN_IF_ERROR(view, "view");
+    view = lengthsInPixels(*std::move(view));
     // Of plots alone, the camera that is fitted is the picture's.
     const auto plot = [](const Layer& layer) { return layer.particles() != nullptr; };
     if (view->cameraFitted && !std::ranges::all_of(view->layers, plot))

@@ -3,6 +3,7 @@
 // A session's views and frames: from the message to the renderer and back.
 #include <asio/post.hpp>
 
+#include "protocol/scene/lengths_in_pixels.h"
 #include "server/session/session.h"
 
 namespace mote::server {
@@ -25,7 +26,7 @@ Result<std::shared_ptr<ViewTask>> makeTask(std::uint64_t request, const proto::S
     auto view = parseView(message.view());
     if (!view.ok()) return view.error().within("view");
     auto task = std::make_shared<ViewTask>();
-    task->view = *std::move(view);
+    task->view = lengthsInPixels(*std::move(view));
     task->viewId = message.view_id();
     task->bytes = message.view().SerializeAsString();
     task->request = request;

@@ -65,7 +65,7 @@ bool MeshHits::nearEdge(const Triangle& triangle, const glm::dvec3& window) cons
     for (std::size_t i = 0; i < 3; ++i) {
         const glm::dvec3 line = glm::cross(triangle.inWindow[i], triangle.inWindow[(i + 1) % 3]);
         const double distance = std::abs(glm::dot(line, window)) / std::hypot(line.x, line.y);
-        if (distance * pixels_ <= 0.5) return true;
+        if (distance * pixels_ <= 0.5 * style_.wireWidth) return true;
     }
     return false;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "protocol/scene/film/check_script.h"
+#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/mix.h"
 #include "protocol/scene/view_message.h"
 
@@ -41,6 +42,9 @@ Result<std::vector<KeyframeTimeline::Keyframe>> KeyframeTimeline::read(const pro
         auto written = message.view();
         if (view->cameraFitted) *written.mutable_camera() = toProto(view->camera);
         view->cameraFitted = false;
+        // What is said and what is usual, and what is said at two scales, have something in between as
+        // pixels.
+        view = lengthsInPixels(*std::move(view));
         keyframes.push_back({message.seconds(), parseEasing(message.easing()).value_or(Easing::linear),
                              *std::move(view), std::move(written)});
     }

@@ -16,7 +16,10 @@ class Mixer : public FieldVisitor {
   public:
     explicit Mixer(double share) : share_(share) {}
     void between(const std::function<void(double)>& set) override { set(share_); }
-    void pixels(double& value, double other) override { value = mix(value, other, share_); }
+    using FieldVisitor::pixels;
+    void pixels(ScreenLength& value, const ScreenLength& other, const LengthField&) override {
+        value = mix(value.value(), other.value(), share_);
+    }
     void word(bool) override {}
 
   private:
@@ -27,7 +30,8 @@ class Mixer : public FieldVisitor {
 class Difference : public FieldVisitor {
   public:
     void between(const std::function<void(double)>&) override {}
-    void pixels(double&, double) override {}
+    using FieldVisitor::pixels;
+    void pixels(ScreenLength&, const ScreenLength&, const LengthField&) override {}
     void word(bool same) override { found_ = found_ || !same; }
     bool found() const { return found_; }
 

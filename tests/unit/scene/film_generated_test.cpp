@@ -8,6 +8,7 @@
 #include <string>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
 #include "tests/unit/scene/film_difference.h"
@@ -22,7 +23,7 @@ View viewOf(const proto::View& message) {
     const auto parsed = parseView(message);
     EXPECT_TRUE(parsed.ok()) << parsed.error().toString() << "\n" << toJson(message);
     // As all frames between keyframes are: complete, rounded alike.
-    return parseView(toProto(parsed.value())).value();
+    return parseView(toProto(lengthsInPixels(parsed.value()))).value();
 }
 
 TEST(FilmGenerated, EveryFrameIsAView) {

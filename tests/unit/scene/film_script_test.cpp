@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "protocol/scene/film/sized_script.h"
+#include "protocol/scene/lengths_in_pixels.h"
 #include "tests/unit/scene/film_scripts.h"
 
 namespace mote::test {
@@ -153,6 +155,41 @@ TEST(FilmScript, NamesItsDatasetsOnce) {
     EXPECT_EQ(datasetsOf(script), (std::vector<std::string>{"a/b", "a/picture", "a/plane"}));
     EXPECT_EQ(datasetsOf(withViews("{'view': VIEW}")), (std::vector<std::string>{"a/b"}));
     EXPECT_TRUE(datasetsOf({}).empty());
+}
+
+TEST(FilmScript, HasItsLookAtAnotherSize) {
+    const auto script =
+        scriptOf("{'views': [{'width': 800, 'height': 600}, {'width': 80, 'height': 100, 'scale': 0.5}]}");
+    const auto sized = sizedScript(script, 1600, 1200);
+    ASSERT_TRUE(sized.ok());
+    EXPECT_EQ(sized->views(0).width(), 1600U);
+    EXPECT_EQ(sized->views(0).height(), 1200U);
+    EXPECT_EQ(sized->views(0).scale(), 2.0);
+    EXPECT_EQ(sized->views(1).scale(), 6.0);
+    const auto film =
+        sizedScript(withViews("{'keyframes': [{'view': VIEW}, {'seconds': 1, 'view': VIEW}]}"), 16, 4);
+    ASSERT_TRUE(film.ok());
+    EXPECT_EQ(film->keyframes(1).view().width(), 16U);
+    EXPECT_EQ(film->keyframes(1).view().scale(), 0.5);
+    const auto moves = sizedScript(withViews("{'view': VIEW, 'moves': [{'seconds': 1, 'hold': {}}]}"), 8, 8);
+    ASSERT_TRUE(moves.ok());
+    EXPECT_FALSE(moves->view().has_scale());
+    EXPECT_EQ(sizedScript(script, 10, 16000).error().where, "views[1].scale");
+    EXPECT_EQ(sizedScript(script, 0, 16).error().where, "views[0].width");
+}
+
+/// What one view says and the other leaves out has something in between, and so do two scales.
+TEST(FilmScript, MixesLengthsAsPixels) {
+    const auto film = filmOf(scriptOf(
+        "{'fps': 1, 'keyframes': [{'view': {'width': 100, 'height': 1440, 'annotations': {},"
+        "'layers': [{'dataset': 'a/mesh', 'stipple': {}}]}},"
+        "{'seconds': 2, 'view': {'width': 100, 'height': 1440, 'scale': 4, 'annotations': {'fontPoints': 9},"
+        "'layers': [{'dataset': 'a/mesh', 'stipple': {'spacingPixels': 5}}]}}]}"));
+    const auto between = lengthsInPixels(parseView(film.frame(1)).value());
+    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->spacing, 15.0);
+    EXPECT_DOUBLE_EQ(between.layers[0].stipple()->dotSize, 4.0);
+    EXPECT_NEAR(between.annotations->fontPixels(100, 1440, 1.0), 32.0, 1e-9);
+    EXPECT_EQ(film.frame(2).scale(), 4.0);
 }
 
 }  // namespace

@@ -142,6 +142,7 @@ proto::View anyView(std::uint64_t seed, std::uint64_t number) {
             if (layer.has_particles()) addParts(random, layer);
         }
         annotate(random, view);
+        if (random.chance(0.3)) view.set_scale(random.between(0.3, 3.0));
         if (parseView(view).ok()) return view;
     }
 }
@@ -157,6 +158,8 @@ proto::Script anyKeyframes(std::uint64_t seed, std::uint64_t number) {
     for (auto count = 2 + random.below(4); count > 0; --count) {
         auto& keyframe = *script.add_keyframes();
         keyframe.set_seconds(seconds);
+        if (random.chance(0.3)) view.set_scale(random.between(0.3, 3.0));
+        if (!parseView(view).ok()) view.clear_scale();  // a length is too long for it
         *keyframe.mutable_view() = view;
         keyframe.set_easing(random.oneOf({"", "linear", "smooth"}));
         seconds += random.between(0.25, 3.0);

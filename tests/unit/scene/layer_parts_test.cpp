@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/view.h"
 #include "protocol/scene/view_message.h"
 #include "tests/support/view_text.h"
@@ -144,18 +145,21 @@ TEST(LayerParts, OfAllLayersHoldNoMoreThanTheyMay) {
 
 TEST(LayerParts, GrowWithThePicture) {
     const auto view =
-        parseView(viewWith("particles",
-                           "'highlight': {'selection': {}, 'sizePixels': 2}, 'paths': {'ids': [1]},"
-                           "'colorBy': {'column': 'x', 'range': [0, 2]}",
-                           ", 'annotations': {'axes': true, 'fontPoints': 12}"))
+        parseView(
+            viewWith("particles",
+                     "'highlight': {'selection': {}, 'sizePixels': 2}, 'paths': {'ids': [1], 'width': 1.5},"
+                     "'colorBy': {'column': 'x', 'range': [0, 2]}",
+                     ", 'annotations': {'axes': true, 'fontPoints': 12}"))
             .value();
-    const auto larger = magnified(view, 3).value();
+    const auto scaled = magnified(view, 3).value();
+    const auto larger = lengthsInPixels(scaled);
     EXPECT_EQ(larger.layers[0].highlight->pointSize, 6.0);
     EXPECT_EQ(larger.layers[0].paths->width, 4.5);
     EXPECT_EQ(larger.layers[0].colorBy, view.layers[0].colorBy);
-    EXPECT_NEAR(view.annotations->fontPixels(80), 16.0, 1e-12) << "12 points at 96 pixels an inch";
-    EXPECT_NEAR(larger.annotations->fontPixels(larger.width), 48.0, 1e-12);
-    EXPECT_NEAR(magnified(larger, 2).value().annotations->fontPixels(480), 96.0, 1e-12);
+    EXPECT_NEAR(view.annotations->fontPixels(80, 60, 1.0), 16.0, 1e-12) << "12 points at 96 pixels an inch";
+    EXPECT_NEAR(scaled.annotations->fontPixels(scaled.width, scaled.height, scaled.scale), 48.0, 1e-12);
+    EXPECT_NEAR(larger.annotations->fontPixels(larger.width, larger.height, larger.scale), 48.0, 1e-12);
+    EXPECT_NEAR(magnified(larger, 2).value().annotations->fontPixels(480, 360, 1.0), 96.0, 1e-12);
     EXPECT_EQ(magnified(view, 1).value(), view);
 }
 
@@ -171,7 +175,7 @@ TEST(Annotations, HaveTheirDefaultsAndComeBack) {
     EXPECT_TRUE(all.axes && all.colorBar && all.scaleBar && all.labels);
     EXPECT_EQ(all.title, "a title");
     EXPECT_EQ(all.color, glm::dvec3(1.0, 0.0, 1.0));
-    EXPECT_NEAR(all.fontPixels(850), 7.5 / 72.0 * 254.0, 1e-12);
+    EXPECT_NEAR(all.fontPixels(850, 600, 1.0), 7.5 / 72.0 * 254.0, 1e-12);
     for (const auto& annotations : {none, all}) {
         const auto again = parseAnnotations(toProto(annotations));
         ASSERT_TRUE(again.ok());

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/view_message.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/lengths_in_pixels.h"
 #include "tests/support/view_text.h"
 #include "tests/unit/scene/film_scripts.h"
 
@@ -121,12 +123,15 @@ TEST(Magnified, EveryLengthInPixels) {
     ASSERT_TRUE(larger.ok());
     EXPECT_EQ(larger->width, 240U);
     EXPECT_EQ(larger->height, 180U);
-    EXPECT_EQ(larger->layers[0].particles()->pointSize, 4.5);
-    EXPECT_EQ(larger->layers[1].stipple()->spacing, 18.0);
-    EXPECT_EQ(larger->layers[1].stipple()->dotSize, 9.0);
-    EXPECT_EQ(larger->layers[1].stipple()->leastDotSize, 3.0);
-    EXPECT_EQ(larger->layers[1].stipple()->jitter, 2.0);
-    const InkStyle& ink = *larger->layers[2].ink();
+    EXPECT_EQ(larger->scale, 3.0);
+    const View pixels = lengthsInPixels(*larger);
+    EXPECT_EQ(pixels.scale, 1.0);
+    EXPECT_EQ(pixels.layers[0].particles()->pointSize, 4.5);
+    EXPECT_EQ(pixels.layers[1].stipple()->spacing, 18.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->dotSize, 9.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->leastDotSize, 3.0);
+    EXPECT_EQ(pixels.layers[1].stipple()->jitter, 2.0);
+    const InkStyle& ink = *pixels.layers[2].ink();
     EXPECT_EQ(ink.silhouettes.width, 6.0);
     EXPECT_EQ(ink.silhouettes.crease, 50.0);
     EXPECT_EQ(ink.hatch.spacing, 15.0);
@@ -134,6 +139,79 @@ TEST(Magnified, EveryLengthInPixels) {
     EXPECT_EQ(ink.reading, 21.0);
     EXPECT_EQ(ink.waver, 1.5);
     EXPECT_EQ(larger->camera, view.camera);
+}
+
+/// Of a view of so many lines: spacing, dots, lines, hatches, reading, paths and letters, in its pixels.
+std::vector<double> lengthsOf(const std::string& lines, const std::string& lengths) {
+    const auto view = lengthsInPixels(viewOf("{'width': 100, 'height': " + lines + ", " + lengths));
+    const auto& stipple = *view.layers[0].stipple();
+    const auto& ink = *view.layers[1].ink();
+    return {stipple.spacing,
+            stipple.dotSize,
+            stipple.leastDotSize,
+            ink.silhouettes.width,
+            ink.hatch.spacing,
+            ink.hatch.width,
+            ink.reading,
+            view.layers[2].paths->width,
+            view.layers[3].mesh()->wireWidth,
+            view.annotations->fontPixels(view.width, view.height, view.scale)};
+}
+
+TEST(Lengths, ThatAreLeftOutGrowWithThePicture) {
+    const std::string nothing =
+        "'scale': 5, 'annotations': {}, 'layers': [{'stipple': {}}, {'ink': {}}, {'particles': {}, 'paths': "
+        "{}},"
+        "{'mesh': {}}]}";
+    const std::vector<double> usual{5.0, 2.0, 2.0, 1.2, 4.0, 1.0, 6.0, 1.5, 1.0, 12.0};
+    const auto times = [&](double factor) {
+        std::vector<testing::Matcher<double>> grown;
+        for (const double length : usual) grown.push_back(testing::DoubleEq(factor * length));
+        return testing::ElementsAreArray(grown);
+    };
+    EXPECT_THAT(lengthsOf("720", nothing), times(1.0));
+    EXPECT_THAT(lengthsOf("2160", nothing), times(3.0));
+    EXPECT_THAT(lengthsOf("360", nothing), times(0.5));
+}
+
+TEST(Lengths, ThatAreSaidGoWithTheScale) {
+    const std::string said =
+        "'scale': 1.5, 'annotations': {'fontPoints': 6}, 'layers': [{'stipple': {'spacingPixels': 8, "
+        "'dotPixels': 4}},"
+        "{'ink': {'silhouettes': {'width': 2}, 'hatch': {'spacing': 6, 'width': 3}, 'reading': 10}},"
+        "{'particles': {}, 'paths': {'width': 5}}, {'mesh': {}}]}";
+    for (const std::string lines : {"72", "720", "7200"}) {
+        const auto lengths = lengthsOf(lines, said);
+        const std::vector<double> all{12.0, 6.0, 6.0, 3.0, 9.0, 4.5, 15.0, 7.5, lengths[8], 12.0};
+        for (std::size_t i = 0; i < all.size(); ++i)
+            EXPECT_DOUBLE_EQ(lengths[i], all[i]) << lines << ' ' << i;
+    }
+}
+
+TEST(Lengths, StayWithinWhatTheyMayBe) {
+    const auto least =
+        lengthsOf("4",
+                  "'annotations': {}, 'layers': [{'stipple': {}}, {'ink': {}}, {'particles': {}, "
+                  "'paths': {}}, {'mesh': {}}]}");
+    EXPECT_EQ(least[0], 0.5);
+    EXPECT_EQ(least[1], 0.1);
+    EXPECT_EQ(least[4], 1.0);
+    auto message = toProto(viewOf("{'width': 100, 'height': 10, 'layers': [{'ink': {'reading': 13}}]}"));
+    message.set_scale(20.0);
+    EXPECT_EQ(parseView(message).error().toString(),
+              "layers[0].ink.reading: 13 times the view's scale of 20 is more than 256 pixels");
+    for (const double scale : {0.0, -1.0, 64.5, std::nan("")}) {
+        message.set_scale(scale);
+        EXPECT_EQ(parseView(message).error().where, "scale") << scale;
+    }
+}
+
+TEST(Lengths, AreTheSameOnceTheyAreInPixels) {
+    for (std::uint64_t i = 0; i < 300; ++i) {
+        const View pixels = lengthsInPixels(parseView(anyView(23, i)).value());
+        EXPECT_EQ(lengthsInPixels(pixels), pixels);
+        EXPECT_TRUE(parseView(toProto(pixels)).ok());
+    }
 }
 
 TEST(Magnified, OnceIsTheSame) {
@@ -148,8 +226,10 @@ TEST(Magnified, SaysWhatBecomesTooLarge) {
         viewOf("{'width': 5000, 'height': 10, 'layers': [{'particles': {'points': {'sizePixels': 30}}}]}");
     EXPECT_EQ(magnified(view, 4).error().where, "width");
     EXPECT_EQ(magnified(view, 3).error().where, "layers[0].particles.points.sizePixels");
-    EXPECT_EQ(magnified(view, 3).error().message,
-              "90 is not a number from 0.1 to 64; the picture is made 3 times as large on each side");
+    EXPECT_EQ(
+        magnified(view, 3).error().message,
+        "30 times the view's scale of 3 is more than 64 pixels; the picture is made 3 times as large on "
+        "each side");
     EXPECT_TRUE(magnified(view, 2).ok());
     EXPECT_FALSE(magnified(view, 0).ok());
     EXPECT_FALSE(magnified(view, 4000000000U).ok());

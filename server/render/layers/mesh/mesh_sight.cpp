@@ -30,7 +30,7 @@ MeshSight::MeshSight(const FramePlan& plan, const glm::dmat4& transform, const M
       nearest_(nearLimit(plan.camera)),
       size_(plan.width, plan.height),
       pixels_(plan.height / (2.0 * plan.camera.halfHeight())),
-      halfLine_(0.5 * std::max(pixels, plan.exact ? 0.0 : 1.0)),
+      halfLine_(0.5 * std::max(style.wireWidth * pixels, plan.exact ? 0.0 : 1.0)),
       toEye_(plan.camera.worldToEye() * transform),
       fromEye_(glm::inverse(toEye_)) {
     const glm::dmat3 linear(toEye_);

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Scripts whose views are drawn at another size. Pure functions.
+#pragma once
+
+#include <cstdint>
+
+#include "protocol/mote.pb.h"
+#include "protocol/scene/error.h"
+
+namespace mote {
+
+/// A checked script, every view of which has that size and the same look: its scale goes with its height.
+/// Errors: of checkScript(), where the size or a length that is scaled is larger than it may be.
+Result<proto::Script> sizedScript(proto::Script script, std::uint32_t width, std::uint32_t height);
+
+}  // namespace mote
