@@ -40,6 +40,24 @@ proto::Selection range(const std::string& column) {
     return selection;
 }
 
+TEST(NumbersModel, WhatSelectsNothingStaysSo) {
+    auto view =
+        viewOf(R"({"width": 64, "height": 48, "selections": [{"name": "none", "selection": {"any": []}}],
+        "layers": [{"dataset": "data/beam", "particles": {}, "select": {"ids": []},
+                    "highlight": {"selection": {"named": "none"}}}]})");
+    NumbersModel model;
+    model.read(view);
+    model.write(view);
+    const auto parsed = parseView(view);
+    ASSERT_TRUE(parsed.ok()) << parsed.error().toString();
+    EXPECT_TRUE(parsed->layers[0].select->nothing);
+    EXPECT_TRUE(parsed->layers[0].highlight->selection.nothing);
+    EXPECT_TRUE(model.chosenWhole()->nothing());
+    ASSERT_TRUE(model.take(range("x"), Combine::either, "wish").ok());
+    EXPECT_EQ(model.chosenWhole()->any_size(), 2);
+    EXPECT_TRUE(model.chosenWhole()->any(0).nothing());
+}
+
 TEST(NumbersModel, WhatAViewHasIsWrittenAsItWas) {
     NumbersModel model;
     model.read(fullView());
