@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "server/data/held_memory.h"
+#include "server/encode/vector/sight.h"
 #include "server/frames/dot_maker.h"
+#include "server/frames/page_sight.h"
 #include "server/frames/quality_controller.h"
 #include "server/frames/render_schedule.h"
 #include "server/render/device.h"
@@ -31,8 +33,9 @@ struct Draft {
     render::Scene scene = {};
     render::Quality quality = {};
     render::FramePlan plan = {};
-    std::shared_ptr<const render::Dots> dots = {};  ///< as MadePicture's, and so are strokes
-    std::vector<std::shared_ptr<const render::Strokes>> strokes = {};
+    PageShapes shapes = {};                                   ///< of a page: not in the plan
+    std::unique_ptr<PageSight> sight = {};                    ///< of these; null: found, or nobody asks
+    std::vector<std::shared_ptr<const Sight>> sights = {};    ///< that it found; as MadePicture's
     double planMs = 0.0, renderMs = 0.0;                      ///< that it took so far
     double learnMs = 0.0;                                     ///< of planMs: apart from data
     std::unique_ptr<render::UnfinishedPicture> picture = {};  ///< refers to the plan; null: not begun

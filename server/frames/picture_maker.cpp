@@ -8,6 +8,7 @@
 #include "server/frames/annotation_facts.h"
 #include "server/frames/attempt.h"
 #include "server/frames/layer_kinds.h"
+#include "server/frames/learn_picture.h"
 #include "server/frames/planning.h"
 #include "server/frames/scene_maker.h"
 #include "server/log.h"
@@ -27,29 +28,6 @@ void check(const render::Scene& scene) {
     for (const auto& step : scene.steps) {
         if (step != nullptr) step->check();
     }
-}
-
-std::vector<const render::GridField*> hybridsOf(const render::Scene& scene) {
-    std::vector<const render::GridField*> hybrids;
-    for (const auto& step : scene.hybrids) hybrids.push_back(step.get());
-    return hybrids;
-}
-
-/// How many points an exact picture draws depends on the view, and the latest picture of the same data tells
-/// it best: views of one hand follow each other closely. It is taken with care (a view that saw nothing is
-/// followed by one that does), and of new data all points are expected.
-ViewLoad loadOf(const render::Scene& scene, const PictureHistory& history) {
-    ViewLoad load{.pixels = static_cast<double>(scene.view.width) * scene.view.height};
-    for (const auto& step : scene.steps) {
-        if (step == nullptr) continue;
-        const auto thresholds = step->preview(0).threshold;
-        const double share = thresholds.empty() ? 0.0 : thresholds.back();
-        load.previewShare = load.points == 0.0 ? share : std::min(load.previewShare, share);
-        load.points += static_cast<double>(step->pointCount());
-    }
-    if (scene.steps == history.steps && hybridsOf(scene) == history.hybrids)
-        load.points = std::max(history.exactPoints, 0.01 * load.points);
-    return load;
 }
 
 Quality qualityOf(Stage stage, const ViewLoad& load, QualityController& controller) {
@@ -73,15 +51,6 @@ void describe(MadePicture& made, const RenderJob& job, const std::string& device
     message.set_final(job.stage == Stage::exact);
     message.set_points_drawn(made.picture.pointsDrawn);
     message.set_device(device);
-}
-
-void learn(PictureHistory& history, const render::Scene& scene, const render::Picture& picture,
-           const Quality& quality, double share, double ms) {
-    const auto points = static_cast<double>(picture.pointsDrawn);
-    history.quality.learn(static_cast<double>(picture.width) * picture.height, points, quality, ms);
-    history.steps = scene.steps;
-    history.hybrids = hybridsOf(scene);
-    history.exactPoints = points / share;
 }
 
 Stage stageAfter(Stage stage, const render::Scene& scene, const PictureHistory& history) {
@@ -141,7 +110,7 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
         if (done) {
             made.picture = finished(job, *draft, history);
             attempt.succeeded();
-        } else if (draft->picture != nullptr) {
+        } else if (draft->picture != nullptr || draft->sight != nullptr) {
             attempt.paused(*draft);
             keep(std::move(draft), history);
         }
@@ -293,6 +262,7 @@ std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHis
     if (ours && latest->task == job.task && latest->stage == job.stage)
         return latest->planning ? std::move(latest) : nullptr;
     if (ours && latest->picture) latest->picture->giveUp();
+    if (ours && latest->sight) latest->sight->giveUp();
     latest.reset();
     if (!isPlannedInTurns(job)) return nullptr;
     return std::make_unique<Draft>(
@@ -332,16 +302,34 @@ std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene
                                                .plan = *std::move(plan)});
     // On a page they stay shapes.
     if (job.task->page) {
-        draft->dots = std::exchange(draft->plan.dots, nullptr);
-        draft->strokes = std::exchange(draft->plan.strokes, {});
+        draft->shapes = takeShapes(draft->plan, *job.task->page);
+        if (draft->shapes.dots || !draft->shapes.strokes.empty())
+            draft->sight = std::make_unique<PageSight>(draft->plan, draft->shapes);
     }
     draft->planMs = milliseconds(workClock() - begun);
     draft->learnMs = milliseconds(workClock() - planning);
     return draft;
 }
 
+/// Whether all is found that a page's shapes ask for.
+bool PictureMaker::findSight(const RenderJob& job, Draft& draft, const std::stop_token& pause) {
+    if (draft.sight == nullptr) return true;
+    const auto begun = Clock::now();
+    const bool found = draft.sight->advance(*device_, pause, job.stop);
+    draft.planMs += milliseconds(Clock::now() - begun);
+    if (!found) return false;
+    draft.sights = draft.sight->take();
+    draft.sight.reset();
+    return true;
+}
+
 /// Whether the picture is done.
 bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_token& pause) {
+    if (!findSight(job, draft, pause)) {
+        check(draft.scene);
+        want(draft.plan);
+        return false;
+    }
     const auto begun = Clock::now();
     const auto format = job.stage == Stage::exact ? job.task->format : PixelFormat::srgb8;
     if (draft.picture == nullptr) draft.picture = begin(draft.plan, format, job.stage, job.stop);
@@ -354,13 +342,14 @@ bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_toke
 }
 
 void PictureMaker::keep(std::unique_ptr<Draft> draft, PictureHistory& history) {
-    std::uint64_t bytes = draft->picture->bytes();
+    std::uint64_t bytes = draft->picture ? draft->picture->bytes() : draft->sight->bytes();
     for (const auto& fragments : draft->plan.fragments)
         bytes += fragments->capacity() * sizeof(render::Fragment);
     draft->held = {};  // of what it kept before
     auto held = HeldMemory::whereThereIsRoom(steps_.budget(), bytes);
     if (!held) {
-        draft->picture->giveUp();
+        if (draft->picture) draft->picture->giveUp();
+        if (draft->sight) draft->sight->giveUp();
         history.lost = draft->task;
         return;
     }
@@ -378,14 +367,15 @@ MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHi
     MadePicture made{std::move(picture),
                      {},
                      stageAfter(job.stage, draft.scene, history),
-                     draft.dots,
-                     std::move(draft.strokes),
+                     draft.shapes.dots,
+                     std::move(draft.shapes.strokes),
+                     std::move(draft.sights),
                      annotationsOf(draft.scene, plan, steps_),
-                     plan.points.empty() && plan.fields.empty() && plan.fragments.empty()};
+                     plan.points.empty() && plan.fields.empty() && !plan.anyDots()};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
-    const auto& shown = draft.dots ? draft.dots : plan.dots;
-    if (shown) made.message.set_points_drawn(made.message.points_drawn() + shown->size());
+    for (const auto& shown : {draft.shapes.dots, plan.dots})
+        if (shown) made.message.set_points_drawn(made.message.points_drawn() + shown->size());
     made.message.set_queued_ms(
         std::max(0.0, milliseconds(Clock::now() - job.task->arrived) - draft.planMs - draft.renderMs));
     made.message.set_plan_ms(draft.planMs);

@@ -36,6 +36,7 @@ struct MadePicture {
     Stage next = Stage::done;                            ///< of its view
     std::shared_ptr<const render::Dots> dots = nullptr;  ///< a view's with a page: not in the picture
     std::vector<std::shared_ptr<const render::Strokes>> strokes = {};  ///< likewise
+    std::vector<std::shared_ptr<const Sight>> sights = {};             ///< of both, as VectorDrawing's
     std::shared_ptr<const Marks> annotations = nullptr;  ///< in pixels of the view; not in the picture yet
     bool onlyShapes = false;                             ///< there is nothing else in it but background
 };
@@ -79,6 +80,7 @@ class PictureMaker {
     std::unique_ptr<render::UnfinishedPicture> begin(const render::FramePlan& plan,
                                                      render::PixelFormat format, Stage stage,
                                                      const std::stop_token& stop);
+    bool findSight(const RenderJob& job, Draft& draft, const std::stop_token& pause);
     bool draw(const RenderJob& job, Draft& draft, const std::stop_token& pause);
     void keep(std::unique_ptr<Draft> draft, PictureHistory& history);
     MadePicture finished(const RenderJob& job, Draft& draft, PictureHistory& history);

@@ -57,6 +57,7 @@ Result<EncodedPicture> encodePage(const MadePicture& made, const ViewTask& task)
     if (!made.onlyShapes) drawing.raster = made.picture;
     if (made.dots) drawing.dots = *made.dots;
     drawing.strokes = made.strokes;
+    drawing.sights = made.sights;
     drawing.annotations = made.annotations;
     MOTE_ASSIGN_OR_RETURN(auto document, drawVector(drawing, *task.page));
     return EncodedPicture{proto::Frame::DOCUMENT, false, std::move(document)};

@@ -18,10 +18,14 @@ namespace mote::server {
 struct PageInk {
     std::string name;                   ///< of its layer
     glm::vec3 color{0.0F};              ///< sRGB-encoded
+    glm::vec3 beneath{1.0F};            ///< sRGB-encoded: what it lies on, about, of a page without opacity
     double opacity = 1.0;               ///< of all of it together
     std::map<double, PagePaths> lines;  ///< by their width, pixels; with round ends and joints
     PagePaths outlines;                 ///< of lines of changing width, one each: all that they go around
     std::vector<PagePaths> areas;       ///< what an odd number of each one's closed paths surrounds
+    std::vector<PageInk> parts;         ///< what is seen of the pen in other colours; they have no parts
+
+    bool empty() const { return lines.empty() && outlines.size() == 0 && areas.empty(); }
 };
 
 /// A line's width becomes the nearest power of 2^(1/16), so that many lines make few paths. What lies outside

@@ -4,20 +4,46 @@
 #include <algorithm>
 #include <glm/common.hpp>
 #include <limits>
-#include <map>
-#include <numeric>
 
 #include "protocol/scene/srgb.h"
+#include "server/encode/vector/cut_dots.h"
+#include "server/encode/vector/cut_strokes.h"
+#include "server/encode/vector/dot_pens.h"
+#include "server/encode/vector/paint.h"
 #include "server/encode/vector/tour.h"
 #include "server/figures/svg_marks.h"
 
 namespace mote::server {
 namespace {
 
-constexpr std::size_t mostPens = 16;
+/// Light of the image that the shapes lie on.
+class Beneath {
+  public:
+    explicit Beneath(const VectorDrawing& drawing)
+        : background_(drawing.background), raster_(drawing.raster ? &*drawing.raster : nullptr) {}
 
-glm::vec3 encoded(const glm::vec3& linear) {
-    return glm::vec3(linearToSrgb(glm::clamp(glm::dvec3(linear), 0.0, 1.0)));
+    glm::vec3 at(double x, double y) const {
+        if (raster_ == nullptr) return background_;
+        const auto pixel = pixelOf({x, y}, {raster_->width, raster_->height});
+        const auto* from = &raster_->pixels[4 * (std::size_t{pixel.y} * raster_->width + pixel.x)];
+        return glm::vec3(srgbToLinear(glm::dvec3(from[0], from[1], from[2]) / 255.0));
+    }
+    /// On average along them.
+    glm::vec3 of(const render::Strokes& strokes) const {
+        glm::vec3 sum(0.0F);
+        for (const auto& point : strokes.points) sum += at(point.x, point.y);
+        return strokes.points.empty() ? background_ : sum / static_cast<float>(strokes.points.size());
+    }
+
+  private:
+    glm::vec3 background_;
+    const render::Picture* raster_;
+};
+
+/// What lies before what is drawn as number `index`, strokes first; nothing where it is not told.
+const Sight& sightOf(const VectorDrawing& drawing, std::size_t index) {
+    static const Sight nothing(0, {}, {});
+    return index < drawing.sights.size() && drawing.sights[index] ? *drawing.sights[index] : nothing;
 }
 
 /// The largest dots get the diameter that is asked for, the others in proportion.
@@ -27,21 +53,45 @@ double radiusScale(const render::Dots& dots, const Page& page, const PageLayout&
     return page.dot > 0.0 && largest > 0.0F ? 0.5 * page.dot / largest : layout.scale;
 }
 
-/// Indices of the dots, those behind first: of equal depth, the earlier lies in front.
-std::vector<std::size_t> backToFront(const render::Dots& dots) {
-    std::vector<std::size_t> order(dots.size());
-    std::iota(order.rbegin(), order.rend(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](auto a, auto b) { return dots[a].depth > dots[b].depth; });
-    return order;
-}
-
 void orderForPen(std::vector<PageDot>& dots) {
     std::vector<glm::dvec2> places;
     for (const auto& dot : dots) places.emplace_back(dot.x, dot.y);
     std::vector<PageDot> ordered;
     for (const auto index : shortTour(places)) ordered.push_back(dots[index]);
     dots = std::move(ordered);
+}
+
+/// All of a pen in one colour: what is seen of it, and what opacity it has so as a group.
+PageInk inkOf(const VectorDrawing& drawing, std::size_t index, bool plotter) {
+    const auto& strokes = *drawing.strokes[index];
+    const Beneath beneath(drawing);
+    const auto seen = seenOf(strokes, sightOf(drawing, index), {drawing.width, drawing.height}, plotter);
+    double opacity = 0.0;
+    for (const auto& part : seen)
+        opacity = std::max(opacity, paintOver(part.color, strokes.opacity, beneath.of(part)).opacity);
+    PageInk ink;
+    for (const auto& part : seen) {
+        auto made = inkOnPage(part, drawing.width, drawing.height, plotter);
+        const auto under = beneath.of(part);
+        made.color = paintOver(part.color, strokes.opacity, under, opacity).color;
+        made.beneath = encoded(under);
+        made.opacity = opacity;
+        if (&part == &seen.front())
+            ink = std::move(made);
+        else if (!made.empty())
+            ink.parts.push_back(std::move(made));
+    }
+    ink.name = "ink " + hexColor(encoded(strokes.color));
+    return ink;
+}
+
+PageDot placedDot(const render::Dot& dot, const SeenDot& seen, const glm::vec3& beneath,
+                  const PageLayout& layout, double scale) {
+    const auto paint = paintOver(seen.color, dot.opacity, beneath);
+    PageDot placed{layout.x(dot.x), layout.y(dot.y), scale * dot.radius,
+                   paint.opacity,   paint.color,     encoded(beneath)};
+    for (const auto& corner : seen.outline) placed.outline.push_back(scale * corner);
+    return placed;
 }
 
 }  // namespace
@@ -69,26 +119,20 @@ PageDrawing placeOnPage(const VectorDrawing& drawing, const Page& page) {
     placed.raster = drawing.raster ? &*drawing.raster : nullptr;
     placed.annotations = drawing.annotations.get();
     placed.plotter = page.plotter;
-    for (auto list = drawing.strokes.rbegin(); list != drawing.strokes.rend(); ++list) {
-        auto ink = inkOnPage(**list, drawing.width, drawing.height, page.plotter);
-        ink.color = encoded((*list)->color);
-        ink.opacity = (*list)->opacity;
-        ink.name = "ink " + hexColor(ink.color);
-        placed.inks.push_back(std::move(ink));
-    }
+    for (std::size_t i = drawing.strokes.size(); i-- > 0;)
+        placed.inks.push_back(inkOf(drawing, i, page.plotter));
     const double scale = radiusScale(drawing.dots, page, placed.layout);
-    std::map<std::string, std::vector<PageDot>> pens;
-    std::vector<PageDot> all;
-    for (const auto index : backToFront(drawing.dots)) {
-        const auto& dot = drawing.dots[index];
-        all.push_back({placed.layout.x(dot.x), placed.layout.y(dot.y), scale * dot.radius, dot.opacity,
-                       encoded(dot.color)});
-        if (pens.size() <= mostPens) pens["dots " + hexColor(all.back().color)].push_back(all.back());
-    }
-    if (pens.size() > mostPens) pens = {{"dots", std::move(all)}};
-    for (auto& [name, dots] : pens) {
-        if (page.plotter) orderForPen(dots);
-        placed.layers.push_back({name, std::move(dots)});
+    const Beneath beneath(drawing);
+    const PictureSize size{drawing.width, drawing.height};
+    for (const auto& pen : pensOf(drawing.dots, page.plotter)) {
+        PageLayer layer{pen.name, {}};
+        for (const auto index : pen.dots) {
+            const auto& dot = drawing.dots[index];
+            for (const auto& seen : seenOf(dot, sightOf(drawing, drawing.strokes.size()), size, page.plotter))
+                layer.dots.push_back(placedDot(dot, seen, beneath.at(dot.x, dot.y), placed.layout, scale));
+        }
+        if (page.plotter) orderForPen(layer.dots);
+        placed.layers.push_back(std::move(layer));
     }
     return placed;
 }

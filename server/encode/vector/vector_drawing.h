@@ -15,6 +15,7 @@
 #include "protocol/scene/error.h"
 #include "protocol/scene/page.h"
 #include "server/encode/vector/page_ink.h"
+#include "server/encode/vector/sight.h"
 #include "server/figures/marks.h"
 #include "server/render/plan/dot.h"
 #include "server/render/plan/picture.h"
@@ -44,7 +45,9 @@ struct PageDot {
     double y = 0.0;       ///< mm from its upper edge
     double radius = 0.0;  ///< mm
     double opacity = 1.0;
-    glm::vec3 color{0.0F};  ///< sRGB-encoded
+    glm::vec3 color{0.0F};                 ///< sRGB-encoded
+    glm::vec3 beneath{1.0F};               ///< likewise: what it lies on, of a page without opacity
+    std::vector<glm::dvec2> outline = {};  ///< of what is seen of it, mm from its centre; empty: all
 };
 
 /// What is drawn with one pen; a layer in programs that know them.
@@ -63,6 +66,9 @@ struct VectorDrawing {
     /// In pixels, those in front first; not null.
     std::vector<std::shared_ptr<const render::Strokes>> strokes = {};
     std::shared_ptr<const Marks> annotations = {};  ///< in pixels, over all else; null: none
+    /// What lies before the shapes of each list of strokes, and after those before the dots, among the image
+    /// and what is drawn before them; null, or none at all: nothing.
+    std::vector<std::shared_ptr<const Sight>> sights = {};
 };
 
 /// A drawing on its sheet.

@@ -53,6 +53,8 @@ void paintBeneath(cairo_t* context, const PageDrawing& drawing) {
         cairo_scale(context, drawing.pictureWidth / drawing.raster->width,
                     drawing.pictureHeight / drawing.raster->height);
         cairo_set_source_surface(context, raster.get(), 0.0, 0.0);
+        // A pixel is a square on a page: smoothed, light would leave it for its neighbours.
+        cairo_pattern_set_filter(cairo_get_source(context), CAIRO_FILTER_NEAREST);
         cairo_paint(context);
         cairo_restore(context);
     } else if (drawing.background != glm::vec3(1.0F)) {
@@ -64,12 +66,18 @@ void paintBeneath(cairo_t* context, const PageDrawing& drawing) {
 }
 
 /// PostScript knows no transparency, and Cairo would make the whole page an image for it: there a dot, or
-/// ink, is as pale as it would be on the background.
-void setColor(cairo_t* context, const glm::vec3& full, double opacity, const PageDrawing& drawing,
-              bool blend) {
+/// ink, is as pale as it would be on what lies beneath it.
+void setColor(cairo_t* context, const glm::vec3& full, double opacity, const glm::vec3& beneath, bool blend) {
     const auto share = static_cast<float>(opacity);
-    const auto color = blend ? full * share + drawing.background * (1.0F - share) : full;
+    const auto color = blend ? full * share + beneath * (1.0F - share) : full;
     cairo_set_source_rgba(context, color.x, color.y, color.z, blend ? 1.0 : opacity);
+}
+
+/// What is seen of a dot.
+void drawPiece(cairo_t* context, const PageDot& dot) {
+    for (const auto& corner : dot.outline) cairo_line_to(context, dot.x + corner.x, dot.y + corner.y);
+    cairo_close_path(context);
+    cairo_fill(context);
 }
 
 /// A stroke with a round pen, of no length or nearly none: smaller by far than a path of four curves.
@@ -78,7 +86,11 @@ void drawDots(cairo_t* context, const PageDrawing& drawing, bool blend) {
     const double length = drawing.plotter ? strokeLength : 0.0;
     for (const auto& layer : drawing.layers) {
         for (const auto& dot : layer.dots) {
-            setColor(context, dot.color, dot.opacity, drawing, blend);
+            setColor(context, dot.color, dot.opacity, dot.beneath, blend);
+            if (!dot.outline.empty()) {
+                drawPiece(context, dot);
+                continue;
+            }
             cairo_set_line_width(context, 2.0 * dot.radius);
             cairo_move_to(context, dot.x - 0.5 * length, dot.y);
             cairo_line_to(context, dot.x + 0.5 * length, dot.y);
@@ -132,8 +144,12 @@ void drawInks(cairo_t* context, const PageDrawing& drawing, bool blend) {
     for (const auto& ink : drawing.inks) {
         const bool group = ink.opacity < 1.0 && !blend;
         if (group) cairo_push_group(context);
-        setColor(context, ink.color, group ? 1.0 : ink.opacity, drawing, blend);
-        drawInk(context, ink);
+        const auto draw = [&](const PageInk& part) {
+            setColor(context, part.color, group ? 1.0 : ink.opacity, part.beneath, blend);
+            drawInk(context, part);
+        };
+        draw(ink);
+        for (const auto& part : ink.parts) draw(part);
         if (!group) continue;
         cairo_pop_group_to_source(context);
         cairo_paint_with_alpha(context, ink.opacity);

@@ -73,7 +73,8 @@ class SvgText {
         if (drawing_.raster) {
             MOTE_ASSIGN_OR_RETURN(const auto png, encodePng(*drawing_.raster));
             beginLayer(0, "picture", "");
-            add("<image {} preserveAspectRatio=\"none\" xlink:href=\"data:image/png;base64,{}\"/>\n</g>\n",
+            add("<image {} preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" "
+                "xlink:href=\"data:image/png;base64,{}\"/>\n</g>\n",
                 area(), base64(png));
         } else if (drawing_.background != glm::vec3(1.0F)) {
             beginLayer(0, "background", "");
@@ -96,6 +97,12 @@ class SvgText {
             fmt::format(" transform=\"translate({} {}) scale({:.9g})\"", number(drawing_.layout.left),
                         number(drawing_.layout.top), drawing_.layout.scale / inkUnits);
         beginLayer(index + 1, ink.name, faded("", ink.opacity) + place);
+        addInkShapes(ink);
+        for (const auto& part : ink.parts) addInkShapes(part);
+        add("</g>\n");
+    }
+
+    void addInkShapes(const PageInk& ink) {
         add("<g fill=\"{}\" fill-rule=\"evenodd\">\n", hexColor(ink.color));
         for (const auto& outlines : ink.areas) addPaths(outlines, "", "z");
         if (ink.outlines.size() > 0) addPaths(ink.outlines, " fill-rule=\"nonzero\"", "z");
@@ -103,7 +110,7 @@ class SvgText {
             hexColor(ink.color));
         for (const auto& [width, lines] : ink.lines)
             addPaths(lines, fmt::format(" stroke-width=\"{}\"", number(width * inkUnits)), "");
-        add("</g>\n</g>\n");
+        add("</g>\n");
     }
 
     void addPaths(const PagePaths& paths, const std::string& attributes, const char* end) {
@@ -154,7 +161,18 @@ class SvgText {
         return success();
     }
 
+    /// What is seen of a dot.
+    void addPiece(const PageDot& dot) {
+        add("<path d=\"");
+        for (std::size_t i = 0; i < dot.outline.size(); ++i)
+            add("{}{} {}", i == 0 ? "M" : "L", number(dot.x + dot.outline[i].x),
+                number(dot.y + dot.outline[i].y));
+        add("z\" fill=\"{}\"", hexColor(dot.color));
+        text_ += faded("fill-", dot.opacity) + "/>\n";
+    }
+
     void addCircle(const PageDot& dot) {
+        if (!dot.outline.empty()) return addPiece(dot);
         add("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"", number(dot.x), number(dot.y),
             number(dot.radius), hexColor(dot.color));
         text_ += faded("fill-", dot.opacity) + "/>\n";

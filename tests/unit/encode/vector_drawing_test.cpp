@@ -70,7 +70,8 @@ TEST(VectorDrawing, dotsHaveTheDiameterAskedFor) {
     sheet.dot = 0.3;
     const auto text = textOf(drawVector(drawing, sheet));
     EXPECT_THAT(text, HasSubstr("r=\"0.15\""));
-    EXPECT_THAT(text, HasSubstr("r=\"0.075\" fill=\"#000000\" fill-opacity=\"0.5\""));
+    // Half the light of white, though the page mixes encoded colours.
+    EXPECT_THAT(text, HasSubstr("r=\"0.075\" fill=\"#787878\" fill-opacity=\"0.5\""));
 }
 
 TEST(VectorDrawing, eachColourIsALayer) {
@@ -79,6 +80,19 @@ TEST(VectorDrawing, eachColourIsALayer) {
     EXPECT_THAT(text, HasSubstr("inkscape:groupmode=\"layer\" inkscape:label=\"dots #ff0000\""));
     EXPECT_EQ(countOf(text, "<g "), 2u);
     EXPECT_EQ(countOf(text, "<circle "), 1000u);
+}
+
+TEST(VectorDrawing, coloursThatHideEachOtherInEitherOrderShareALayer) {
+    const glm::vec3 red(1.0F, 0.0F, 0.0F), blue(0.0F, 0.0F, 1.0F);
+    auto drawing = someDots(0);
+    drawing.dots = {{50.0F, 50.0F, 1.0, 4.0F, 1.0F, red}, {52.0F, 50.0F, 2.0, 4.0F, 1.0F, blue}};
+    const auto apart = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_LT(apart.find("dots #0000ff"), apart.find("dots #ff0000")) << "those behind are drawn first";
+    drawing.dots.push_back({54.0F, 50.0F, 3.0, 4.0F, 1.0F, red});
+    const auto mixed = textOf(drawVector(drawing, page(proto::Page::SVG)));
+    EXPECT_EQ(countOf(mixed, "<g "), 1U);
+    const auto far = mixed.find("#ff0000"), middle = mixed.find("#0000ff"), near = mixed.rfind("#ff0000");
+    EXPECT_TRUE(far < middle && middle < near);
 }
 
 TEST(VectorDrawing, manyColoursShareALayer) {
@@ -301,9 +315,9 @@ TEST(VectorDrawing, inkThatFadesIsPale) {
     const auto svg = textOf(drawVector(drawing, page(proto::Page::SVG)));
     EXPECT_THAT(svg, HasSubstr("inkscape:label=\"ink #ff0000\" opacity=\"0.25\" transform="));
     EXPECT_EQ(countOf(svg, "opacity"), 1U) << "of all together";
-    // A quarter of red over white, and no image of the page.
+    // The light of a quarter of red over white, and no image of the page.
     const auto eps = textOf(drawVector(drawing, page(proto::Page::EPS)));
-    EXPECT_THAT(eps, HasSubstr("1 0.75 0.75 rg"));
+    EXPECT_THAT(eps, HasSubstr("1 0.880825 0.880825 rg"));
     EXPECT_THAT(eps, Not(HasSubstr("/ImageType")));
     const auto pdf = textOf(drawVector(drawing, page(proto::Page::PDF)));
     EXPECT_THAT(pdf, Not(HasSubstr("/Subtype /Image")));
