@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace mote::prep {
@@ -30,8 +32,9 @@ bool isExact(double value, double offset) {
 double stepAt(double magnitude) {
     const float value = static_cast<float>(magnitude);
     if (!std::isfinite(value)) return std::numeric_limits<double>::infinity();
-    return static_cast<double>(std::nextafter(value, std::numeric_limits<float>::infinity())) -
-           static_cast<double>(value);
+    // Of a float that is not negative the next is that of the next bits.
+    const float next = std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) + 1U);
+    return static_cast<double>(next) - static_cast<double>(value);
 }
 
 /// What is known of different values, ascending, as floats about an offset.

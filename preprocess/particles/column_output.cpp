@@ -79,16 +79,14 @@ class Output {
     /// The same on all ranks: so is the sample.
     void chooseCodings() {
         const auto& sample = *request_.sample;
-        for (std::size_t i = 0; i < columns_.size(); ++i) {
-            if (columns_[i].lost) {
-                codings_.emplace_back();
-                continue;
-            }
+        codings_.resize(columns_.size());
+        tbb::parallel_for(std::size_t{0}, columns_.size(), [&](std::size_t i) {
+            if (columns_[i].lost) return;
             auto values = valuesOf(i, sample.rows());
-            codings_.push_back(columns_[i].axis.empty()
-                                   ? weightCodingOf(values, sample.leastWeight(), sample.greatestWeight())
-                                   : codingOf(std::move(values)));
-        }
+            codings_[i] = columns_[i].axis.empty()
+                              ? weightCodingOf(values, sample.leastWeight(), sample.greatestWeight())
+                              : codingOf(std::move(values));
+        });
     }
 
     std::vector<double> valuesOf(std::size_t column, const ParticleChunk& chunk) const {

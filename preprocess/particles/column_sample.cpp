@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/particles/column_sample.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,11 +13,25 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::uint64_t askedEach = 4096;  // rows, between two questions whether to stop
+constexpr std::size_t askedEach = 4096;  // rows, between two questions whether to stop
 
 Status readRows(const storage::StepFile& points, std::uint64_t first, std::span<std::uint64_t> rows) {
     return points.read(storage::StepArray::pointRow, first * sizeof(std::uint64_t),
                        std::as_writable_bytes(rows));
+}
+
+Status readStrided(const storage::StepFile& points, std::uint64_t stride, std::vector<std::uint64_t>& rows,
+                   const Progress& progress) {
+    const std::size_t parts = (rows.size() + askedEach - 1) / askedEach;
+    std::vector<Status> read(parts, success());
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+        if (progress.cancelled()) read[part] = cancelledError();
+        const std::size_t end = std::min(rows.size(), (part + 1) * askedEach);
+        for (std::size_t i = part * askedEach; i < end && read[part].ok(); ++i)
+            read[part] = readRows(points, i * stride, std::span(rows).subspan(i, 1));
+    });
+    for (const auto& status : read) MOTE_RETURN_IF_ERROR(status);
+    return success();
 }
 
 }  // namespace
@@ -38,10 +54,7 @@ Result<ColumnSample> ColumnSample::make(const storage::StepFile& points, std::ui
     const std::uint64_t stride = std::max<std::uint64_t>(1, (pointCount + most - 1) / most);
     sample.row_.resize((pointCount + stride - 1) / stride);
     if (stride == 1) MOTE_RETURN_IF_ERROR(readRows(points, 0, sample.row_));
-    for (std::uint64_t i = 0; stride > 1 && i < sample.row_.size(); ++i) {
-        if (i % askedEach == 0 && progress.cancelled()) return cancelledError();
-        MOTE_RETURN_IF_ERROR(readRows(points, i * stride, std::span(sample.row_).subspan(i, 1)));
-    }
+    if (stride > 1) MOTE_RETURN_IF_ERROR(readStrided(points, stride, sample.row_, progress));
     std::sort(sample.row_.begin(), sample.row_.end());
     sample.taken_.assign(sample.row_.size(), 0);
     sample.chunk_.size = sample.row_.size();

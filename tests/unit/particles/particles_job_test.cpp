@@ -106,6 +106,25 @@ TEST(ParticlesJob, LeftOutParticlesAreCountedByWhatIsWrong) {
     test::expectAccounted(dir / "a.mote", request.particles(), source);
 }
 
+TEST(ParticlesJob, AnAcceleratedBunchStaysAndWhatIsCutIsSaid) {
+    const test::TempDir dir;
+    auto step = beamStep(5000, 1);
+    for (std::size_t i = 0; i < 100; ++i) step[Column::px][50 * i] = 1e7 + static_cast<double>(i);
+    FakeSource source({step});
+    const auto whole = make(requestFor(), source, dir / "whole.mote");
+    ASSERT_TRUE(whole.ok()) << whole.error().toString();
+    EXPECT_EQ(whole->particles().steps(0).outside(), 0U);
+    EXPECT_EQ(whole->particles().notes_size(), 0);
+    step[Column::px][7] = 1e30;
+    FakeSource strange({step});
+    const auto cut = make(requestFor(), strange, dir / "cut.mote");
+    ASSERT_TRUE(cut.ok()) << cut.error().toString();
+    EXPECT_EQ(cut->particles().steps(0).outside(), 1U);
+    EXPECT_EQ(cut->particles().axes(1).max(), 1e7 + 99);
+    EXPECT_THAT(cut->particles().notes(), testing::Contains(HasSubstr("--bounds px=")));
+    EXPECT_TRUE(storage::verifyDataset(dir / "cut.mote").empty());
+}
+
 TEST(ParticlesJob, GivenBoundsHoldAndTheRestIsOutside) {
     const test::TempDir dir;
     FakeSource source({beamStep(5000, 1)});
