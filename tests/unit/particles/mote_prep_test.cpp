@@ -33,7 +33,7 @@ class MotePrep : public testing::Test {
 
     static void writeTable(const fs::path& path, int rows) {
         std::ofstream table(path);
-        table << "x,y,z,px,py,pz\n";
+        table << "x [m],y [m],z [m],px [eV/c],py [eV/c],pz [eV/c]\n";
         for (int i = 0; i < rows; ++i) {
             table << 1e-3 * (i % 97) << ',' << 1e-3 * (i % 89) << ',' << 1e-3 * (i % 83) << ',' << i % 101
                   << ',' << i % 103 << ",1e6\n";
