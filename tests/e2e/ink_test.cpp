@@ -40,6 +40,9 @@ class Ink : public testing::Test {
     Station station_;
 };
 
+/// At least, in a part of the rim: a line of 1.2 pixels at 720 lines is half a pixel wide.
+constexpr double rimOfALine = 4.0;
+
 /// How dark what lies within a distance of the middle is, and beyond; the least dark of 24 parts of the rim.
 struct Inked {
     double inside = 0.0, outside = 0.0, rim = 0.0;
@@ -69,7 +72,7 @@ TEST_F(Ink, DrawsTheOutlineAndHatchesWhatIsDark) {
     ASSERT_EQ(done.status, 0) << done.errors;
     const auto outline = inkIn(picture("frame-000000.png")), both = inkIn(picture("frame-000001.png"));
     const auto hatches = inkIn(picture("frame-000002.png")), dark = inkIn(picture("frame-000003.png"));
-    EXPECT_GT(outline.rim, 10.0) << "all the way round";
+    EXPECT_GT(outline.rim, rimOfALine) << "all the way round";
     EXPECT_LT(outline.inside, 1.0);
     EXPECT_LT(outline.outside, 1.0);
     EXPECT_GT(both.inside, 1000.0);
@@ -113,7 +116,7 @@ TEST_F(Ink, ShowsWhatItIsMadeFrom) {
     const auto grey = inkIn(picture("frame-000000.png")), depth = inkIn(picture("frame-000001.png"));
     EXPECT_LT(grey.outside, 1.0) << "paper";
     EXPECT_GT(depth.outside, 40000.0) << "nothing";
-    EXPECT_GT(inkIn(picture("frame-000003.png")).rim, 10.0);
+    EXPECT_GT(inkIn(picture("frame-000003.png")).rim, rimOfALine);
 }
 
 /// Share of a picture's pixels that ink covers.

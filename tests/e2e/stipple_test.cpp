@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "protocol/scene/srgb.h"
 #include "tests/e2e/station.h"
 #include "tests/support/ball_surface.h"
 #include "tests/support/image.h"
@@ -81,7 +82,7 @@ TEST_F(Stipples, LieOnTheMeshThatHidesWhatIsBehindIt) {
         return "{'dataset': 'data/solid', 'mesh': {'color': [0.5, 0.5, 0.5], 'light': {'ambient': 1}" +
                std::string(style) + "}}, ";
     };
-    const auto through = std::string("'seeThrough': true, 'spacingPixels': 6");
+    const auto through = std::string("'seeThrough': true, 'spacingPixels': 6, 'dotPixels': 2");
     const auto done =
         station_.frames(scriptOf({ballView(through, solid("")), ballView(through, solid(", 'opacity': 0.1")),
                                   ballView("'opacity': 0", solid(""))}));
@@ -97,6 +98,31 @@ TEST_F(Stipples, LieOnTheMeshThatHidesWhatIsBehindIt) {
         return white;
     };
     EXPECT_GT(dots("frame-000001.png"), 1.5 * dots("frame-000000.png"));
+}
+
+double meanLight(const Image& image) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < image.pixels.size(); i += 4)
+        sum += srgbToLinear(static_cast<double>(image.pixels[i]) / 255.0);
+    return 4.0 * sum / static_cast<double>(image.pixels.size());
+}
+
+TEST_F(Stipples, LookAlikeAtAnySize) {
+    const auto script = scriptOf({ballView("'spacingPixels': 8, 'dotPixels': 3"), ballView("")});
+    std::vector<double> lights;
+    for (const char* size : {"300x300", "600x600", "1200x1200"}) {
+        const auto done = station_.frames(script, {"--size", size});
+        ASSERT_EQ(done.status, 0) << done.errors;
+        EXPECT_EQ(std::to_string(picture("frame-000000.png").width),
+                  std::string(size).substr(0, std::string(size).find('x')));
+        for (const char* name : {"frame-000000.png", "frame-000001.png"})
+            lights.push_back(meanLight(picture(name)));
+    }
+    // Dots are the same, but for those whose places are told to half as many pixels.
+    for (std::size_t i = 2; i < lights.size(); ++i)
+        EXPECT_NEAR(lights[i], lights[i % 2], 0.05 * lights[i % 2]);
+    EXPECT_THAT(station_.frames(script, {"--size", "300"}).errors, HasSubstr("--size"));
+    EXPECT_THAT(station_.frames(script, {"--size", "16000x16000"}).errors, HasSubstr("views[0].width"));
 }
 
 TEST_F(Stipples, SayWhatIsWrong) {
