@@ -116,9 +116,9 @@ Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::pat
     if (looksLikeGdf(begin)) return Format::gpt;
     if (looksLikeDst(begin)) return Format::tracewin;
     if (looksLikeSdds(begin)) return Format::sdds;
-    // Bytes that are no text are of a format of their own; a text may still be a table.
+    // Bytes that are no text are of a format of their own; the first letters of a text may still be a name.
     const bool text = begin.find('\0') == std::string_view::npos;
-    if (const auto known = text ? std::nullopt : knownFormat(begin, path.filename().string()))
+    if (const auto known = knownFormat(begin, path.filename().string(), text))
         return unsupported(path, *known);
     if (begin.starts_with("ADIOS-BP") || path.extension() == ".bp")
         return unsupported(path, *knownFormat("ADIOS-BP", path.filename().string()));

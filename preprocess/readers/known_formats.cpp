@@ -10,6 +10,8 @@ constexpr std::string_view table = "write a table with names (CSV) or openPMD of
 constexpr std::string_view volume = "that is a volume: mote-prep volume reads it";
 constexpr std::string_view mesh = "that is a mesh: mote-prep mesh and mote-prep stipple read it";
 
+constexpr std::size_t fewestSure = 4;
+
 struct Signature {
     std::size_t offset;
     std::string_view bytes;
@@ -119,9 +121,10 @@ std::string sentence(std::string_view what, std::string_view wayOut) {
 
 }  // namespace
 
-std::optional<std::string> knownFormat(std::string_view begin, std::string_view name) {
+std::optional<std::string> knownFormat(std::string_view begin, std::string_view name, bool sure) {
     for (const Signature& known : signatures) {
         if (begin.size() < known.offset) continue;
+        if (sure && (known.bytes.size() < fewestSure || known.bytes == "root")) continue;
         if (begin.substr(known.offset).starts_with(known.bytes)) return sentence(known.what, known.wayOut);
     }
     for (const Word& known : words) {

@@ -12,8 +12,9 @@
 namespace mote::prep {
 
 /// "is a VTK file; mote-prep volume reads ...", of a file that begins with `begin` (some 512 bytes) and is
-/// named `name`; nothing where the format is not known. `name` is without its folder.
-std::optional<std::string> knownFormat(std::string_view begin, std::string_view name);
+/// named `name`; nothing where the format is not known. `name` is without its folder. `sure`: not of the few
+/// letters that the names of a table may begin with, too.
+std::optional<std::string> knownFormat(std::string_view begin, std::string_view name, bool sure = false);
 
 /// The same of a folder that is a file to those who write it (ADIOS2, Zarr, ...).
 std::optional<std::string> knownFolder(const std::filesystem::path& folder);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <optional>
 
 #include "preprocess/readers/csv/csv_source.h"
@@ -78,13 +79,13 @@ bool namesColumns(const std::vector<std::string>& names) {
 }
 
 /// Whether a row has as many fields as a line of names, and numbers among them. What stands in a comment may
-/// be prose: it must fit to the field.
-bool isDataOf(const Candidate& candidate, std::string_view row) {
+/// be prose, and so may what a map of numbers fits: these must fit `exactly`, to the field.
+bool isDataOf(const Candidate& candidate, std::string_view row, bool exactly) {
     Fields fields;
     const std::size_t count = splitFields(row, candidate.separator, fields);
     if (count < candidate.names.size() || count > maxFields) return false;
     const bool ends = count == candidate.names.size() + 1 && fields[count - 1].empty();
-    if (candidate.comment && count != candidate.names.size() && !ends) return false;
+    if (exactly && count != candidate.names.size() && !ends) return false;
     return std::any_of(
         fields.begin(), fields.begin() + static_cast<std::ptrdiff_t>(candidate.names.size()),
         [](std::string_view field) { return parseNumber(field) || parseNumberWithComma(field); });
@@ -148,7 +149,8 @@ class HeaderFinder {
             if (row) ++search_.header->rows;
             return false;
         }
-        if (row && search_.header && isDataOf(*search_.header, line)) return true;
+        const bool exactly = search_.header && (search_.header->comment || !map_.empty());
+        if (row && search_.header && isDataOf(*search_.header, line, exactly)) return true;
         const std::string_view plain = withoutMark(line);
         Candidate candidate;
         candidate.separator = separatorOf(plain);
@@ -170,16 +172,34 @@ class HeaderFinder {
                                          [](const std::string& name) { return parseNumber(name); });
         if (!search_.firstRow) search_.firstRow = candidate;
         if (!numbers || candidate.names.empty()) return false;
-        if (search_.header && search_.header->comment) search_.header.reset();
+        if (exactly) search_.header.reset();
+        // One row of numbers may belong to the title, as in TraceWin's text; two alike do not.
+        if (search_.nameless) return search_.nameless->names.size() == candidate.names.size();
         candidate.rows = rows_ - 1;
         search_.nameless = std::move(candidate);
-        return true;
+        return false;
     }
 
     const TableMap& map_;
     Search search_;
     std::uint64_t rows_ = 0;
 };
+
+bool startsLike(const std::string& name, std::string_view word) {
+    return name.size() >= word.size() &&
+           std::equal(word.begin(), word.end(), name.begin(),
+                      [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+}
+
+/// TraceWin's text has phases and an energy, which is the kinetic one; in other tables an energy may be any.
+void nameKineticEnergy(std::vector<std::string>& names) {
+    const auto like = [](std::string_view word) {
+        return [word](const std::string& name) { return startsLike(name, word); };
+    };
+    if (std::none_of(names.begin(), names.end(), like("phase"))) return;
+    const auto energy = std::find_if(names.begin(), names.end(), like("energy"));
+    if (energy != names.end()) *energy = "ekin" + energy->substr(std::string_view("energy").size());
+}
 
 Result<CsvHeader> headerOf(Candidate candidate, const CsvOptions& options) {
     CsvHeader header;
@@ -190,6 +210,7 @@ Result<CsvHeader> headerOf(Candidate candidate, const CsvOptions& options) {
     std::vector<TableField> fields;
     std::vector<TableConstant> constants;
     if (options.map.empty()) {
+        nameKineticEnergy(header.names);
         for (std::size_t i = 0; i < header.names.size(); ++i) fields.push_back({i, header.names[i]});
     } else {
         MOTE_RETURN_IF_ERROR(options.map.apply(header.names, fields, constants));

@@ -9,7 +9,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::string_view magic = "\xe5\x4d\x9f\x05";  // 94325877
+constexpr std::string_view magic = "\x75\x4c\x9f\x05";  // 94325877
 constexpr std::uint64_t linesToLookAt = 100;
 
 }  // namespace

@@ -95,6 +95,7 @@ struct Parser {
 }  // namespace
 
 bool namesGptColumns(std::string_view line) {
+    if (line.find_first_of(",;[({") != std::string_view::npos) return false;
     Fields fields;
     const std::size_t count = std::min(splitFields(trim(line), ' ', fields), maxFields);
     std::size_t known = 0;

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One beam, written as other codes write theirs and in every legal way that was thought of: read as the same beam, or refused
+in a sentence. numpy and h5py write it and read the dataset; no code of ours is asked."""
+import unittest
+
+from particle_codes import Gpt, Ocelot, Spiffe, Tfs
+from particle_records import OpenPmd, Refusals
+from particle_tables import Tables, Xsuite
+
+__all__ = ["Gpt", "Ocelot", "OpenPmd", "Refusals", "Spiffe", "Tables", "Tfs", "Xsuite"]
+
+if __name__ == "__main__":
+    unittest.main()
