@@ -200,7 +200,14 @@ void addVolumeOptions(const cli::Command& command, VolumeOptions& options) {
     command.option("--origin", options.origin, "World position of the first voxel's centre")
         .values(3)
         .valueName("X Y Z");
-    command.option("--field", options.field, "VTI array or OpenVDB grid").valueName("NAME");
+    command
+        .option("--field", options.field,
+                "VTI array, OpenVDB grid, channel, or number of one of several volumes")
+        .valueName("NAME");
+    command
+        .option("--space", options.space,
+                "Where patients lie: ras (the default), lps, or file: as the file has it")
+        .valueName("NAME");
 }
 
 proto::VolumeSourceOptions VolumeOptions::message() const {
@@ -213,6 +220,7 @@ proto::VolumeSourceOptions VolumeOptions::message() const {
     source.mutable_spacing()->Assign(spacing.begin(), spacing.end());
     source.mutable_origin()->Assign(origin.begin(), origin.end());
     source.set_field(field);
+    source.set_space(space);
     return source;
 }
 

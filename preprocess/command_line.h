@@ -39,7 +39,7 @@ void addResourceOptions(const cli::Command& command, JobResources& resources);
 
 /// How a volume is to be read, as the command line says it.
 struct VolumeOptions {
-    std::string format, type, field;
+    std::string format, type, field, space;
     std::vector<std::uint32_t> dimensions;
     std::vector<double> spacing, origin;
     bool bigEndian = false;

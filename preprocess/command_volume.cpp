@@ -11,11 +11,13 @@ namespace mote::prep {
 namespace {
 
 constexpr const char* examples = R"(Examples:
-  mote-prep volume chest.nrrd --low 128 --threshold 0.02 --out chest.mote
+  mote-prep volume chest.nrrd --out chest.mote
+  mote-prep volume chest.nrrd --low 128 --threshold 0.01 --space lps --out chest.mote
   mote-prep volume bubble-*.raw --dimensions 640 256 256 --type u8 --threshold 0.05 --out bubble.mote
   mote-prep volume engine.nrrd --max-points 1000000 --representation both --filter under:0.1 --out engine.mote
 
-Thresholds and P are fractions of the range of values. Several inputs are the steps of a time series.)";
+Thresholds and P are fractions of the range of values. Several inputs, and the volumes of one file, are the steps
+of a time series. Patients lie right, anterior, superior (RAS) whatever the format; --space says otherwise.)";
 
 /// Options as the command line gives them.
 struct Options : DatasetOptions {
@@ -45,9 +47,10 @@ void addResultOptions(const cli::Command& command, Options& options) {
         .valueName("N");
     command.option("--error-grid", options.errorGrid, "The same of the error grid; default: the source's")
         .valueName("N");
-    const auto threshold =
-        command.option("--threshold", options.threshold, "Take errors above T of the range of values")
-            .valueName("T");
+    const auto threshold = command
+                               .option("--threshold", options.threshold,
+                                       "Take errors above T of the range of values; default .02")
+                               .valueName("T");
     command.option("--max-points", options.maxPoints, "Take the M greatest errors")
         .excludes(threshold)
         .valueName("M");

@@ -13,6 +13,7 @@
 #include "preprocess/hybrid/value_range.h"
 #include "preprocess/hybrid/volume_plan.h"
 #include "preprocess/job.h"
+#include "preprocess/kept_notes.h"
 #include "preprocess/on_threads.h"
 #include "preprocess/parallel/communicator.h"
 #include "protocol/mote.pb.h"
@@ -66,6 +67,8 @@ proto::Manifest describeVolume(const proto::JobRequest& request, const std::vect
     hybrid.set_value_bits(plan.valueBits);
     hybrid.set_point_bytes(plan.pointBytes);
     hybrid.set_residual(plan.residual);
+    hybrid.set_source_space(shape.space);
+    hybrid.set_space(shape.worldSpace);
     return manifest;
 }
 
@@ -77,7 +80,7 @@ constexpr double greatestSpan = 1e37;
 class Job {
   public:
     Job(const proto::JobRequest& request, const OpenVolume& open, const std::vector<fs::path>& inputs,
-        const fs::path& output, const JobResources& resources, Progress& progress)
+        const fs::path& output, const JobResources& resources, KeptNotes& progress)
         : request_(request),
           open_(open),
           inputs_(inputs),
@@ -90,6 +93,11 @@ class Job {
         MOTE_RETURN_IF_ERROR(agree(ranks_, check()));
         // Before the work: a place that cannot be had is said at once.
         MOTE_ASSIGN_OR_RETURN(auto dataset, SharedDataset::create(ranks_, output_));
+        if (!request_.volume().has_threshold() && !request_.volume().has_max_points()) {
+            progress_.note(fmt::format(
+                "errors above {} of the range of values are taken: --threshold says another share",
+                defaultThreshold));
+        }
         MOTE_RETURN_IF_ERROR(findRanges());
         auto manifest = describeVolume(request_, inputs_, output_, shape_, plan_, range_);
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
@@ -99,6 +107,8 @@ class Job {
                 agree(ranks_, ranks_.first() ? addFiles(*entry, dataset.writer()) : success()));
             *manifest.mutable_hybrid()->add_steps() = *std::move(entry);
         }
+        const auto& notes = progress_.notes();
+        manifest.mutable_hybrid()->mutable_notes()->Assign(notes.begin(), notes.end());
         MOTE_RETURN_IF_ERROR(agree(ranks_, ranks_.first() ? publish(dataset.writer(), manifest) : success()));
         dataset.finish();
         progress_.report(1.0, "done");
@@ -213,7 +223,7 @@ class Job {
     fs::path output_;
     JobResources resources_;
     Communicator& ranks_;
-    Progress& progress_;
+    KeptNotes& progress_;
 
     VolumeShape shape_;
     VolumePlan plan_;
@@ -223,16 +233,29 @@ class Job {
     std::unique_ptr<VolumeSource> only_;  ///< of a single step: opened once
 };
 
+/// Opens the volume of an input, by its index, and notes what was assumed.
+using OpenNoted = std::function<Result<std::unique_ptr<VolumeSource>>(std::size_t, Progress&)>;
+
+Result<proto::Manifest> runNoted(const proto::JobRequest& request, const OpenNoted& open,
+                                 const std::vector<fs::path>& inputs, const fs::path& output,
+                                 const JobResources& resources, Progress& progress) {
+    const auto alone = singleProcess();
+    JobResources all = resources;
+    if (!all.ranks) all.ranks = alone.get();
+    KeptNotes kept(progress);
+    const OpenVolume noting = [&](std::size_t step) { return open(step, kept); };
+    return onThreads(resources.threads,
+                     [&] { return Job(request, noting, inputs, output, all, kept).run(); });
+}
+
 }  // namespace
 
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const OpenVolume& open,
                                      const std::vector<fs::path>& inputs, const fs::path& output,
                                      const JobResources& resources, Progress& progress) {
-    const auto alone = singleProcess();
-    JobResources all = resources;
-    if (!all.ranks) all.ranks = alone.get();
-    return onThreads(resources.threads,
-                     [&] { return Job(request, open, inputs, output, all, progress).run(); });
+    return runNoted(
+        request, [&](std::size_t step, Progress&) { return open(step); }, inputs, output, resources,
+        progress);
 }
 
 Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
@@ -240,12 +263,12 @@ Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
                                      const std::filesystem::path& output, const JobResources& resources,
                                      Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(const auto steps, volumeSteps(request.volume().source(), inputs));
-    const OpenVolume open = [&](std::size_t index) {
-        return openVolumeSource(steps[index].options, steps[index].input, progress);
+    const OpenNoted open = [&](std::size_t index, Progress& noted) {
+        return openVolumeSource(steps[index].options, steps[index].input, noted);
     };
     std::vector<fs::path> names;
     for (const auto& step : steps) names.push_back(step.input);
-    return runVolumeJob(request, open, names, output, resources, progress);
+    return runNoted(request, open, names, output, resources, progress);
 }
 
 }  // namespace mote::prep

@@ -104,8 +104,8 @@ Status checkVolumeJob(const proto::VolumeJob& job) {
     if (job.inputs_size() < 1) return invalid("inputs", "are missing");
     if (job.has_low() && job.low() < 1) return invalid("low", "must be at least 1");
     if (job.has_error_grid() && job.error_grid() < 1) return invalid("errorGrid", "must be at least 1");
-    if (job.has_threshold() == job.has_max_points()) {
-        return invalid("threshold", "either a threshold or a number of points is needed");
+    if (job.has_threshold() && job.has_max_points()) {
+        return invalid("threshold", "either a threshold or a number of points is taken, not both");
     }
     if (job.has_threshold() && !isFraction(job.threshold())) return invalid("threshold", "must be 0 to 1");
     if (job.has_max_points() && (job.max_points() < 1 || job.max_points() > storage::maxGridSamples)) {
@@ -139,7 +139,7 @@ Result<VolumePlan> planVolume(const proto::VolumeJob& job, const VolumeShape& sh
         plan.filter = LowFilter::under;
         plan.allowance = *allowance;
     }
-    plan.threshold = job.threshold();
+    plan.threshold = job.has_threshold() ? job.threshold() : defaultThreshold;
     if (job.has_max_points()) plan.maxPoints = job.max_points();
     const auto& kind = job.representation();
     if (kind == "points" || kind == "both") plan.pointBytes = job.has_point_bytes() ? job.point_bytes() : 5;

@@ -38,15 +38,19 @@ std::string numbered(std::string_view pattern, std::uint64_t number) {
 
 Result<std::vector<std::string>> numberedNames(const std::array<std::string_view, 4>& words,
                                                const std::string& where) {
-    const auto first = parseId(words[1]), last = parseId(words[2]), step = parseId(words[3]);
-    if (!first || !last || !step || *step == 0 || *last < *first || numbered(words[0], 0).empty()) {
+    const auto first = parseId(words[1]), last = parseId(words[2]);
+    const bool down = words[3].starts_with('-');
+    const auto step = parseId(words[3].substr(down ? 1 : 0));
+    const bool named = first && last && step && *step > 0 && !numbered(words[0], 0).empty();
+    if (!named || (down ? *first < *last : *last < *first)) {
         return Error{ErrorCode::corrupt, where,
                      fmt::format("\"{:.40} ...\" is no pattern of data files and their numbers", words[0])};
     }
-    if ((*last - *first) / *step >= mostFiles) return tooMany(where);
+    const std::uint64_t steps = (down ? *first - *last : *last - *first) / *step;
+    if (steps >= mostFiles) return tooMany(where);
     std::vector<std::string> names;
-    for (std::uint64_t i = 0; i <= (*last - *first) / *step; ++i) {
-        names.push_back(numbered(words[0], *first + i * *step));
+    for (std::uint64_t i = 0; i <= steps; ++i) {
+        names.push_back(numbered(words[0], down ? *first - i * *step : *first + i * *step));
     }
     return names;
 }
@@ -168,11 +172,29 @@ class FileSeries : public ByteStream {
 
 constexpr std::size_t maxNumbers = 64;
 
+/// Of what is compressed, all must come out once.
+Result<std::uint64_t> lengthOf(ByteStream& file) {
+    if (const auto size = file.size()) return *size;
+    std::vector<char> block(std::size_t{1} << 20);
+    MOTE_RETURN_IF_ERROR(file.seek(0));
+    for (std::uint64_t length = 0;;) {
+        MOTE_ASSIGN_OR_RETURN(const auto got, file.read(block));
+        length += got;
+        if (got < block.size()) return length;
+    }
+}
+
+bool equalWords(std::string_view a, std::string_view b) {
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [&](char x, char y) { return lower(x) == lower(y); });
+}
+
 }  // namespace
 
 Result<std::vector<std::string>> dataFileNames(std::string_view field, std::string_view list,
                                                const std::string& where) {
-    if (field.starts_with("LIST")) return listedNames(list, where);
+    if (equalWords(field.substr(0, 4), "LIST")) return listedNames(list, where);
     std::array<std::string_view, 4> words;
     const std::size_t count = splitFields(field, ' ', words);
     // A fifth word says how many axes a file has; its length says so, too.
@@ -202,12 +224,8 @@ Result<ByteStreamPtr> dataStream(DataFiles files, std::uint64_t bytes, const Unw
 Result<ByteStreamPtr> skipHeader(ByteStreamPtr file, std::optional<std::uint64_t> skip,
                                  std::uint64_t needed) {
     if (!skip) {
-        const auto size = file->size();
-        if (!size) {
-            return Error{ErrorCode::unsupported, file->name(),
-                         "is compressed, and its data should begin at a place counted from its end"};
-        }
-        skip = *size - std::min(*size, needed);
+        MOTE_ASSIGN_OR_RETURN(const auto size, lengthOf(*file));
+        skip = size - std::min(size, needed);
     }
     return partStream(std::move(file), *skip);
 }
@@ -276,11 +294,10 @@ Result<std::uint64_t> HeaderFields::wholeNumber(std::string_view name, std::uint
 
 Result<ScalarType> HeaderFields::type(std::string_view name, std::span<const ScalarTypeName> names) const {
     const std::string_view said = text(name);
-    const auto found =
-        std::find_if(names.begin(), names.end(), [&](const ScalarTypeName& one) { return one.name == said; });
+    const auto found = std::find_if(names.begin(), names.end(),
+                                    [&](const ScalarTypeName& one) { return equalWords(one.name, said); });
     if (found != names.end()) return found->type;
-    return unsupported(name,
-                       fmt::format("\"{:.40}\" is no integer of 8, 16 or 32 bits, float or double", said));
+    return unsupported(name, fmt::format("\"{:.40}\" is no integer of 8 to 64 bits, float or double", said));
 }
 
 bool HeaderFields::flag(std::string_view name, bool otherwise) const {

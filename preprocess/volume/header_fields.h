@@ -22,8 +22,8 @@
 namespace mote::prep {
 
 /// The files that a header names: by `field`, one name, or a pattern with its least and greatest number and
-/// their step ("slice%03d.raw 1 99 1"), or, where `field` begins with LIST, by the lines of `list`. Errors,
-/// at `where`: corrupt (no file; more than VolumeShape::maxDimension).
+/// their step ("slice%03d.raw 1 99 1"; one below 0 counts down), or, where `field` begins with LIST, by the
+/// lines of `list`. Errors, at `where`: corrupt (no file; more than VolumeShape::maxDimension).
 Result<std::vector<std::string>> dataFileNames(std::string_view field, std::string_view list,
                                                const std::string& where);
 
@@ -43,8 +43,8 @@ struct DataFiles {
 /// of fileStream and `unwrap`.
 Result<ByteStreamPtr> dataStream(DataFiles files, std::uint64_t bytes, const Unwrap& unwrap);
 
-/// What follows the first `skip` bytes or, without them, the last `needed` bytes of a file that is not
-/// compressed. Errors: unsupported (a compressed file's last bytes), as of read.
+/// What follows the first `skip` bytes or, without them, the last `needed` bytes of a file; a compressed one
+/// is read once to its end for that. Errors: as of read.
 Result<ByteStreamPtr> skipHeader(ByteStreamPtr file, std::optional<std::uint64_t> skip, std::uint64_t needed);
 
 /// A format's word for a scalar type.
@@ -72,7 +72,7 @@ class HeaderFields {
     Result<std::vector<std::uint64_t>> wholeNumbers(std::string_view name) const;
     /// One such number; `otherwise` where there is no such field. Errors: corrupt.
     Result<std::uint64_t> wholeNumber(std::string_view name, std::uint64_t otherwise) const;
-    /// Errors: unsupported (none of `names`).
+    /// Case does not matter. Errors: unsupported (none of `names`).
     Result<ScalarType> type(std::string_view name, std::span<const ScalarTypeName> names) const;
     /// A field that says yes or no, "True" or "1"; `otherwise` where there is none.
     bool flag(std::string_view name, bool otherwise) const;

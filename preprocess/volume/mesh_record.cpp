@@ -121,6 +121,21 @@ Result<std::vector<double>> perAxis(const H5Object& object, const char* name, st
     return *std::move(values);
 }
 
+/// Some write a number for each dimension of the data, where in thetaMode the first is the one of the modes
+/// and lies nowhere: the others are r's and z's.
+Result<std::vector<double>> positionInCell(const H5Object& component, std::size_t axes, MeshRecord& record) {
+    MOTE_ASSIGN_OR_RETURN(const auto values, numbersAttribute(component, "position"));
+    const bool ofModes = record.thetaMode && values && values->size() == axes + 1;
+    MOTE_ASSIGN_OR_RETURN(auto numbers, perAxis(component, "position", axes + (ofModes ? 1 : 0), 0.0));
+    if (!ofModes) return numbers;
+    if (std::ranges::count(numbers, numbers.front()) != std::ssize(numbers)) {
+        record.notes.push_back(component.where +
+                               "@position: has three numbers, of which the last two were taken for r and z");
+    }
+    numbers.erase(numbers.begin());
+    return numbers;
+}
+
 Status readAxes(const Found& found, std::size_t dimensions, MeshRecord& record) {
     MOTE_ASSIGN_OR_RETURN(auto labels, textsAttribute(found.record, "axisLabels"));
     MOTE_ASSIGN_OR_RETURN(const auto order, textAttribute(found.record, "dataOrder"));
@@ -132,7 +147,7 @@ Status readAxes(const Found& found, std::size_t dimensions, MeshRecord& record) 
     }
     MOTE_ASSIGN_OR_RETURN(const auto spacing, perAxis(found.record, "gridSpacing", dimensions, std::nullopt));
     MOTE_ASSIGN_OR_RETURN(const auto offset, perAxis(found.record, "gridGlobalOffset", dimensions, 0.0));
-    MOTE_ASSIGN_OR_RETURN(const auto inCell, perAxis(found.component, "position", dimensions, 0.0));
+    MOTE_ASSIGN_OR_RETURN(const auto inCell, positionInCell(found.component, dimensions, record));
     MOTE_ASSIGN_OR_RETURN(const auto unit, numbersAttribute(found.record, "gridUnitSI"));
     for (std::size_t i = 0; i < dimensions; ++i) {
         // One for all axes; since version 2 one for each.

@@ -31,6 +31,7 @@ struct MeshRecord {
     std::string unit;            ///< "V/m"; "" where it is not known
     std::optional<double> time;  ///< s, of the iteration
     std::string where;
+    std::vector<std::string> notes = {};  ///< what was assumed
 
     /// Errors: as openOpenpmdMesh.
     static Result<MeshRecord> open(const std::filesystem::path& path, const MeshField& field);

@@ -16,7 +16,9 @@ namespace mote::prep {
 namespace {
 
 /// MET_LONG is four bytes in files, whatever the machine (metaTypes.h).
-constexpr std::array<ScalarTypeName, 10> typeNames{{
+constexpr std::array<ScalarTypeName, 12> typeNames{{
+    {"MET_LONG_LONG", ScalarType::i64},
+    {"MET_ULONG_LONG", ScalarType::u64},
     {"MET_CHAR", ScalarType::i8},
     {"MET_UCHAR", ScalarType::u8},
     {"MET_SHORT", ScalarType::i16},
@@ -73,8 +75,13 @@ class HeaderReader {
         if (axes != sizes.size()) {
             return fields_.corrupt("DimSize", "is not as many numbers as NDims says");
         }
-        if (sizes.size() < 3 || std::any_of(sizes.begin() + 3, sizes.end(), [](auto n) { return n != 1; })) {
-            return fields_.unsupported("DimSize", "is not that of one volume");
+        if (sizes.size() < 3) return fields_.unsupported("DimSize", "is not that of a volume");
+        for (std::size_t i = 3; i < sizes.size(); ++i) {
+            if (sizes[i] < 1 || sizes[i] > VolumeShape::maxDimension ||
+                header_.parts.volumes > VolumeShape::maxDimension) {
+                return fields_.unsupported("DimSize", "says no volumes, or more than are counted");
+            }
+            header_.parts.volumes *= sizes[i];
         }
         axes_ = sizes.size();
         return setDimensions(header_.shape, sizes[0], sizes[1], sizes[2], fields_.where("DimSize"));
@@ -104,18 +111,33 @@ class HeaderReader {
             origin = {said[0], said[1], said[2]};
         }
         header_.shape.worldUnit = "mm";
+        readSpace(fields_.has(matrixName));
         return setPlacement(header_.shape, steps, origin,
                             fields_.where(fields_.has(matrixName) ? matrixName : spacingName));
+    }
+
+    /// The world is ITK's: left, posterior, superior. AnatomicalOrientation says once more what the matrix
+    /// does, by where the axes come from; where there is no matrix, ITK does not look at it either.
+    void readSpace(bool directed) {
+        const auto said = fields_.text("AnatomicalOrientation");
+        header_.shape.space = "left-posterior-superior";
+        const bool known = !said.empty() && said.find('?') == std::string_view::npos;
+        if (known && !directed && said != "RAI") {
+            header_.shape.notes.push_back(fmt::format(
+                "{}: is {:.8}, which was not used: voxels lie as TransformMatrix says, or by default",
+                fields_.where("AnatomicalOrientation"), said));
+        }
+        if (!known) {
+            header_.shape.notes.push_back(
+                fields_.file() + ": its world was taken for left, posterior, superior, as ITK has it");
+        }
     }
 
     Status readType() {
         MOTE_ASSIGN_OR_RETURN(const auto type, fields_.type("ElementType", typeNames));
         MOTE_ASSIGN_OR_RETURN(const auto channels, fields_.wholeNumber("ElementNumberOfChannels", 1));
-        if (channels != 1) {
-            return fields_.unsupported(
-                "ElementNumberOfChannels",
-                fmt::format("says {} values for each voxel; only one is drawn", channels));
-        }
+        if (channels < 1) return fields_.corrupt("ElementNumberOfChannels", "says no values");
+        header_.parts.components = channels;
         header_.text = !fields_.flag("BinaryData", true);
         header_.compressed = fields_.flag("CompressedData", false);
         header_.shape.type = type;
@@ -182,17 +204,20 @@ Result<MetaImageHeader> MetaImageHeader::parse(std::string_view text, const std:
     return header;
 }
 
-Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path& path) {
+Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path& path,
+                                                    const std::string& field) {
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, MetaImageHeader::maxBytes));
     MOTE_ASSIGN_OR_RETURN(auto header, MetaImageHeader::parse(head, file->name()));
-    const std::uint64_t needed = header.shape.voxels() * bytesOf(header.samples.type);
+    MOTE_ASSIGN_OR_RETURN(const auto parts, chooseParts(field, header.parts, file->name()));
+    const std::uint64_t needed = header.shape.voxels() * bytesOf(header.samples.type) * parts.count();
     DataFiles files{path, std::move(file), header.bytes, std::move(header.dataFiles)};
     MOTE_ASSIGN_OR_RETURN(
         auto data, dataStream(std::move(files), needed, [header](ByteStreamPtr stream, std::uint64_t share) {
             return unwrap(std::move(stream), header, share);
         }));
-    return StreamVolume::make("metaimage", std::move(header.shape), header.samples, std::move(data));
+    return StreamVolume::make("metaimage", std::move(header.shape), header.samples, std::move(data),
+                              header.text ? StreamVolume::Ending::exact : StreamVolume::Ending::end, parts);
 }
 
 }  // namespace mote::prep

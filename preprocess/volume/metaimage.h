@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "preprocess/volume/volume_parts.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/scene/error.h"
@@ -20,6 +21,7 @@ namespace mote::prep {
 
 struct MetaImageHeader {
     VolumeShape shape;
+    VolumeParts parts;     ///< how many there are; the first one is chosen
     SampleFormat samples;  ///< f64 where the values are written as text
     bool text = false, compressed = false;
     std::vector<std::string> dataFiles;  ///< as they stand there; none: the data follow the header
@@ -35,8 +37,10 @@ struct MetaImageHeader {
     static Result<MetaImageHeader> parse(std::string_view text, const std::string& file);
 };
 
-/// `path` is the file with the header; it may be gzipped. Errors: corrupt, unsupported (vectors, other than
-/// three axes), permissionDenied (data in another folder), those of fileStream.
-Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path& path);
+/// `path` is the file with the header; it may be gzipped. `field`: as of chooseParts. Errors: corrupt,
+/// unsupported (other than three axes, and one of time), permissionDenied (data in another folder), those of
+/// chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openMetaImage(const std::filesystem::path& path,
+                                                    const std::string& field);
 
 }  // namespace mote::prep

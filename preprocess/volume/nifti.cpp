@@ -22,14 +22,16 @@ struct TypeCode {
     ScalarType type;
 };
 /// nifti1.h: DT_UINT8 and so on.
-constexpr std::array<TypeCode, 8> typeCodes{{{2, ScalarType::u8},
-                                             {4, ScalarType::i16},
-                                             {8, ScalarType::i32},
-                                             {16, ScalarType::f32},
-                                             {64, ScalarType::f64},
-                                             {256, ScalarType::i8},
-                                             {512, ScalarType::u16},
-                                             {768, ScalarType::u32}}};
+constexpr std::array<TypeCode, 10> typeCodes{{{1024, ScalarType::i64},
+                                              {1280, ScalarType::u64},
+                                              {2, ScalarType::u8},
+                                              {4, ScalarType::i16},
+                                              {8, ScalarType::i32},
+                                              {16, ScalarType::f32},
+                                              {64, ScalarType::f64},
+                                              {256, ScalarType::i8},
+                                              {512, ScalarType::u16},
+                                              {768, ScalarType::u32}}};
 
 /// The header's fields under their names of nifti1.h, whatever version and byte order they have.
 struct Fields {
@@ -37,7 +39,7 @@ struct Fields {
     std::array<std::int64_t, 8> dim{};
     std::array<double, 8> pixdim{};
     int datatype = 0, qformCode = 0, sformCode = 0, units = 0;
-    double voxOffset = 0.0, slope = 0.0, intercept = 0.0;
+    double voxOffset = 0.0, slope = 0.0, intercept = 0.0, timeOffset = 0.0;
     std::array<double, 6> quatern{};  ///< b, c, d and the offsets along x, y, z
     std::array<double, 12> srow{};    ///< the rows of an affine map
 };
@@ -70,6 +72,7 @@ Fields firstVersion(const Bytes& bytes) {
     fields.slope = bytes.at<float>(112);
     fields.intercept = bytes.at<float>(116);
     fields.units = bytes.at<std::uint8_t>(123);
+    fields.timeOffset = bytes.at<float>(136);
     fields.qformCode = bytes.at<std::int16_t>(252);
     fields.sformCode = bytes.at<std::int16_t>(254);
     bytes.array<float>(256, fields.quatern);
@@ -85,6 +88,7 @@ Fields secondVersion(const Bytes& bytes) {
     fields.voxOffset = static_cast<double>(bytes.at<std::int64_t>(168));
     fields.slope = bytes.at<double>(176);
     fields.intercept = bytes.at<double>(184);
+    fields.timeOffset = bytes.at<double>(216);
     fields.qformCode = bytes.at<std::int32_t>(344);
     fields.sformCode = bytes.at<std::int32_t>(348);
     bytes.array<double>(352, fields.quatern);
@@ -140,20 +144,32 @@ class HeaderReader {
         }
         for (std::size_t i = 3; i < sizes.size(); ++i) {
             if (sizes[i] <= 1) continue;
-            return Error{ErrorCode::unsupported, where("dim"),
-                         fmt::format("says {} {}; only one volume is read from a file", sizes[i],
-                                     i == 3 ? "times" : "values for each voxel")};
+            if (sizes[i] > VolumeShape::maxDimension || header_.parts.volumes > VolumeShape::maxDimension) {
+                return Error{ErrorCode::resourceExhausted, where("dim"),
+                             fmt::format("says {} volumes, more than are counted", sizes[i])};
+            }
+            header_.parts.volumes *= sizes[i];
         }
+        readTimes(sizes[3] > 1 && sizes[3] == header_.parts.volumes);
         return setDimensions(header_.shape, sizes[0], sizes[1], sizes[2], where("dim"));
+    }
+
+    /// nifti1.h: NIFTI_UNITS_SEC, MSEC and USEC.
+    void readTimes(bool series) {
+        const int unit = fields_.units & 0x38;
+        const double seconds = unit == 8 ? 1.0 : unit == 16 ? 1e-3 : unit == 24 ? 1e-6 : 0.0;
+        const double step = fields_.pixdim[4] * seconds, first = fields_.timeOffset * seconds;
+        if (!series || !(step > 0.0 && std::isfinite(step) && std::isfinite(first))) return;
+        header_.timeStep = step;
+        header_.firstTime = first;
     }
 
     Status readValues() {
         const auto found = std::find_if(typeCodes.begin(), typeCodes.end(),
                                         [&](const TypeCode& type) { return type.code == fields_.datatype; });
         if (found == typeCodes.end()) {
-            return Error{
-                ErrorCode::unsupported, where("datatype"),
-                fmt::format("{} is no integer of 8, 16 or 32 bits, float or double", fields_.datatype)};
+            return Error{ErrorCode::unsupported, where("datatype"),
+                         fmt::format("{} is no integer of 8 to 64 bits, float or double", fields_.datatype)};
         }
         header_.shape.type = header_.samples.type = found->type;
         header_.samples.bigEndian = fields_.bigEndian;
@@ -171,26 +187,46 @@ class HeaderReader {
     }
 
     /// nifti1.h: the affine map of the sform is the better known one, then the rotation of the qform, then
-    /// nothing but the spacings.
+    /// nothing but the spacings, whose axes are nobody's.
     Status readPlacement() {
         const auto& row = fields_.srow;
-        if (fields_.sformCode > 0) {
+        const bool sform = fields_.sformCode > 0 && isMap();
+        if (fields_.sformCode > 0 && !sform) {
+            header_.shape.notes.push_back(where("srow") + ": is no map, and was not used");
+        }
+        const bool turned = !sform && fields_.qformCode > 0;
+        if (sform || turned) header_.shape.space = "right-anterior-superior";
+        if (sform) {
             const glm::dmat3 steps(row[0], row[4], row[8], row[1], row[5], row[9], row[2], row[6], row[10]);
             return setPlacement(header_.shape, steps, {row[3], row[7], row[11]}, where("srow"));
         }
+        if (!turned) header_.shape.notes.push_back(file_ + ": says no orientation, only voxel sizes");
         glm::dmat3 steps(1.0);
         glm::dvec3 origin(0.0);
-        const bool turned = fields_.qformCode > 0;
         if (turned) {
             steps = rotation();
             origin = {fields_.quatern[3], fields_.quatern[4], fields_.quatern[5]};
             if (fields_.pixdim[0] < 0.0) steps[2] = -steps[2];
         }
-        for (int i = 0; i < 3; ++i) {
-            const double spacing = std::abs(fields_.pixdim[static_cast<std::size_t>(i) + 1]);
-            steps[i] *= spacing == 0.0 && !turned ? 1.0 : spacing;
-        }
+        for (int i = 0; i < 3; ++i) steps[i] *= spacing(static_cast<std::size_t>(i));
         return setPlacement(header_.shape, steps, origin, where(turned ? "quatern and pixdim" : "pixdim"));
+    }
+
+    double spacing(std::size_t axis) {
+        const double said = std::abs(fields_.pixdim[axis + 1]);
+        if (said != 0.0) return said;
+        header_.shape.notes.push_back(
+            fmt::format("{}: is 0 along {}, and was taken as 1", where("pixdim"), "xyz"[axis]));
+        return 1.0;
+    }
+
+    /// Whether the sform says three steps at all: some programs leave zeros behind its code.
+    bool isMap() const {
+        const auto& row = fields_.srow;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (row[axis] == 0.0 && row[axis + 4] == 0.0 && row[axis + 8] == 0.0) return false;
+        }
+        return true;
     }
 
     /// nifti1.h, "METHOD 2": by a unit quaternion whose first number follows from the others.
@@ -255,15 +291,20 @@ Result<NiftiHeader> NiftiHeader::parse(std::string_view bytes, const std::string
     return header;
 }
 
-Result<std::unique_ptr<VolumeSource>> openNifti(const fs::path& path) {
+Result<std::unique_ptr<VolumeSource>> openNifti(const fs::path& path, const std::string& field) {
     auto file = fileStream(path);
     if (!file) return file.error();
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(**file, NiftiHeader::maxBytes));
     MOTE_ASSIGN_OR_RETURN(auto header, NiftiHeader::parse(head, (*file)->name()));
+    MOTE_ASSIGN_OR_RETURN(const auto parts, chooseParts(field, header.parts, (*file)->name() + ": dim"));
+    if (header.timeStep > 0.0) {
+        header.shape.time = header.firstTime + static_cast<double>(parts.volume) * header.timeStep;
+    }
     if (header.beside) file = imageBeside(path);
     if (!file) return file.error();
     MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file).value(), header.offset));
-    return StreamVolume::make("nifti", std::move(header.shape), header.samples, std::move(data));
+    return StreamVolume::make("nifti", std::move(header.shape), header.samples, std::move(data),
+                              StreamVolume::Ending::end, parts);
 }
 
 }  // namespace mote::prep

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "preprocess/volume/volume_parts.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/scene/error.h"
@@ -18,9 +19,11 @@ namespace mote::prep {
 
 struct NiftiHeader {
     VolumeShape shape;
+    VolumeParts parts;  ///< how many there are; the first one is chosen
     SampleFormat samples;
-    bool beside = false;       ///< the numbers lie in the .img file beside the .hdr
-    std::uint64_t offset = 0;  ///< bytes before the numbers, in the file that has them
+    bool beside = false;                     ///< the numbers lie in the .img file beside the .hdr
+    std::uint64_t offset = 0;                ///< bytes before the numbers, in the file that has them
+    double timeStep = 0.0, firstTime = 0.0;  ///< s, of the volumes of a series; 0: not known
 
     /// How many bytes of a file's beginning parse() needs.
     static constexpr std::size_t maxBytes = 540;
@@ -31,8 +34,8 @@ struct NiftiHeader {
     static Result<NiftiHeader> parse(std::string_view bytes, const std::string& file);
 };
 
-/// Each file may be gzipped. Errors: corrupt, unsupported (vectors, several times), notFound (no .img file),
-/// those of fileStream.
-Result<std::unique_ptr<VolumeSource>> openNifti(const std::filesystem::path& path);
+/// Each file may be gzipped. `field`: as of chooseParts, of the times and other volumes. Errors: corrupt,
+/// unsupported, notFound (no .img file), those of chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openNifti(const std::filesystem::path& path, const std::string& field);
 
 }  // namespace mote::prep

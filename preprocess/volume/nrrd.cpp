@@ -7,48 +7,19 @@
 #include <array>
 #include <cmath>
 #include <glm/mat3x3.hpp>
+#include <limits>
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/header_fields.h"
+#include "preprocess/volume/nrrd_words.h"
+#include "preprocess/volume/packed_stream.h"
 #include "preprocess/volume/stream_volume.h"
+#include "preprocess/volume/world_space.h"
 
 namespace mote::prep {
 namespace {
 
 constexpr std::size_t mostAxes = 16;
-
-constexpr std::array<ScalarTypeName, 30> typeNames{{
-    {"signed char", ScalarType::i8},
-    {"int8", ScalarType::i8},
-    {"int8_t", ScalarType::i8},
-    {"uchar", ScalarType::u8},
-    {"unsigned char", ScalarType::u8},
-    {"uint8", ScalarType::u8},
-    {"uint8_t", ScalarType::u8},
-    {"short", ScalarType::i16},
-    {"short int", ScalarType::i16},
-    {"signed short", ScalarType::i16},
-    {"signed short int", ScalarType::i16},
-    {"int16", ScalarType::i16},
-    {"int16_t", ScalarType::i16},
-    {"ushort", ScalarType::u16},
-    {"unsigned short", ScalarType::u16},
-    {"unsigned short int", ScalarType::u16},
-    {"uint16", ScalarType::u16},
-    {"uint16_t", ScalarType::u16},
-    {"int", ScalarType::i32},
-    {"signed int", ScalarType::i32},
-    {"int32", ScalarType::i32},
-    {"int32_t", ScalarType::i32},
-    {"uint", ScalarType::u32},
-    {"unsigned int", ScalarType::u32},
-    {"uint32", ScalarType::u32},
-    {"uint32_t", ScalarType::u32},
-    {"float", ScalarType::f32},
-    {"double", ScalarType::f64},
-    {"float32", ScalarType::f32},
-    {"float64", ScalarType::f64},
-}};
 
 /// One axis of the array, fastest first.
 struct Axis {
@@ -57,9 +28,29 @@ struct Axis {
     double origin = 0.0;                  ///< of the first voxel's centre along it, without directions
 };
 
+std::string lower(std::string_view text) {
+    std::string made(text);
+    for (char& c : made) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return made;
+}
+
 /// Whether the values along an axis of this kind are samples of a space, not the parts of one value.
-bool isSpatial(std::string_view kind) {
+bool isSpatial(std::string_view said) {
+    const std::string kind = lower(said);
     return kind.empty() || kind == "domain" || kind == "space" || kind == "none" || kind == "???";
+}
+
+/// The texts in quotes, or the words, of a field that has one for each axis.
+std::vector<std::string> listed(std::string_view text) {
+    std::vector<std::string> list;
+    for (text = trim(text); !text.empty() && list.size() < mostAxes; text = trim(text)) {
+        const bool quoted = text.front() == '"';
+        if (quoted) text.remove_prefix(1);
+        const std::size_t end = std::min(text.find(quoted ? '"' : ' '), text.size());
+        list.emplace_back(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return list;
 }
 
 /// Reads the lines of the header into fields. Returns where they end.
@@ -81,7 +72,8 @@ Result<std::size_t> readFields(std::string_view text, HeaderFields& fields) {
         if (line.substr(colon).starts_with(":=")) continue;  // a key of the user's own
         MOTE_RETURN_IF_ERROR(fields.add(line.substr(0, colon), line.substr(colon + 1)));
         // What follows a list of files is no field.
-        if (line.substr(0, colon).starts_with("data") && trim(line.substr(colon + 1)).starts_with("LIST")) {
+        if (lower(line.substr(0, colon)).starts_with("data") &&
+            lower(trim(line.substr(colon + 1))).starts_with("list")) {
             return at;
         }
     }
@@ -97,11 +89,12 @@ class HeaderReader {
         MOTE_RETURN_IF_ERROR(readEncoding());
         MOTE_RETURN_IF_ERROR(readSkips());
         MOTE_RETURN_IF_ERROR(readSizes());
+        header_.shape.space = printableText(longSpace(fields_.text("space")));
         MOTE_RETURN_IF_ERROR(fields_.has("space directions") ? readDirections() : readSpacings());
+        MOTE_RETURN_IF_ERROR(readOrigin());
         MOTE_RETURN_IF_ERROR(place());
         header_.shape.valueUnit = unitText(unquoted(fields_.text("sample units")));
-        const std::string_view units = fields_.text("space units");
-        header_.shape.worldUnit = unitText(unquoted(units.substr(0, units.find(' '))));
+        readUnits();
         return success();
     }
 
@@ -112,24 +105,21 @@ class HeaderReader {
     }
 
     Status readType() {
-        MOTE_ASSIGN_OR_RETURN(const auto type, fields_.type("type", typeNames));
+        MOTE_ASSIGN_OR_RETURN(const auto type, fields_.type("type", nrrdTypes));
         header_.shape.type = type;
         return success();
     }
 
     Status readEncoding() {
-        const std::string_view said = fields_.text("encoding");
-        if (said == "raw") {
-            header_.encoding = NrrdHeader::Encoding::raw;
-        } else if (said == "txt" || said == "text" || said == "ascii") {
-            header_.encoding = NrrdHeader::Encoding::text;
-        } else if (said == "gz" || said == "gzip") {
-            header_.encoding = NrrdHeader::Encoding::gzip;
-        } else {
-            return fields_.unsupported("encoding",
-                                       fmt::format("\"{:.20}\" is none of raw, gzip and text", said));
+        const std::string said = lower(fields_.text("encoding"));
+        const auto* const found = std::find_if(nrrdEncodings.begin(), nrrdEncodings.end(),
+                                               [&](const NrrdEncodingName& one) { return one.name == said; });
+        if (found == nrrdEncodings.end()) {
+            return fields_.unsupported(
+                "encoding", fmt::format("\"{:.20}\" is none of raw, text, hex, gzip and bzip2", said));
         }
-        const std::string_view endian = fields_.text("endian");
+        header_.encoding = found->encoding;
+        const std::string endian = lower(fields_.text("endian"));
         header_.bigEndian = endian == "big";
         const bool needed = header_.encoding != NrrdHeader::Encoding::text && bytesOf(header_.shape.type) > 1;
         if (endian == "big" || endian == "little" || (endian.empty() && !needed)) return success();
@@ -163,7 +153,7 @@ class HeaderReader {
         std::string_view rest = fields_.text("space directions");
         for (Axis& axis : axes_) {
             rest = trim(rest);
-            if (rest.starts_with("none")) {
+            if (lower(rest.substr(0, 4)) == "none") {
                 rest.remove_prefix(4);
                 continue;
             }
@@ -171,19 +161,40 @@ class HeaderReader {
             axis.direction = direction;
         }
         if (!trim(rest).empty()) return fields_.corrupt("space directions", "are more than the axes");
-        if (!fields_.has("space origin")) return success();
+        return success();
+    }
+
+    Status readOrigin() {
         std::string_view text = fields_.text("space origin");
+        if (text.empty() || lower(text) == "none") return success();
         MOTE_ASSIGN_OR_RETURN(const auto origin, vector("space origin", text));
         origin_ = origin;
         return success();
     }
 
-    /// "(1,2,3)" at the beginning of `text`, which loses it.
+    /// The first of the units; lengths of one voxel in several units have no common one.
+    void readUnits() {
+        const auto units = listed(fields_.text(fields_.has("space units") ? "space units" : "units"));
+        std::string unit;
+        for (const auto& one : units) {
+            if (one.empty() || one == "???" || lower(one) == "none") continue;
+            if (unit.empty()) unit = one;
+            if (unit == one) continue;
+            header_.shape.notes.push_back(fields_.where("units") +
+                                          ": differ from axis to axis, and are left out");
+            return;
+        }
+        header_.shape.worldUnit = unitText(unit);
+    }
+
+    /// "(1,2,3)" at the beginning of `text`, which loses it. A fourth number is a time's.
     Result<glm::dvec3> vector(std::string_view field, std::string_view& text) const {
         const std::size_t end = text.find(')');
-        std::array<std::string_view, 3> words;
-        if (!text.starts_with('(') || end == std::string_view::npos ||
-            splitFields(text.substr(1, end - 1), ',', words) != 3) {
+        std::array<std::string_view, 5> words;
+        const std::size_t count = text.starts_with('(') && end != std::string_view::npos
+                                      ? splitFields(text.substr(1, end - 1), ',', words)
+                                      : 0;
+        if (count != 3 && count != 4) {
             return fields_.corrupt(field, "is not three numbers in brackets for each axis");
         }
         glm::dvec3 vector;
@@ -200,61 +211,83 @@ class HeaderReader {
     Status readSpacings() {
         MOTE_ASSIGN_OR_RETURN(const auto spacings, fields_.numbers("spacings"));
         MOTE_ASSIGN_OR_RETURN(const auto least, fields_.numbers("axis mins"));
-        if ((!spacings.empty() && spacings.size() != axes_.size()) ||
-            (!least.empty() && least.size() != axes_.size())) {
-            return fields_.corrupt(spacings.empty() ? "axis mins" : "spacings", "are not one an axis");
+        MOTE_ASSIGN_OR_RETURN(const auto greatest, fields_.numbers("axis maxs"));
+        for (const auto* list : {&spacings, &least, &greatest}) {
+            if (list->empty() || list->size() == axes_.size()) continue;
+            return fields_.corrupt(list == &spacings ? "spacings"
+                                   : list == &least  ? "axis mins"
+                                                     : "axis maxs",
+                                   "are not one an axis");
         }
-        std::array<std::string_view, mostAxes> centers;
-        splitFields(fields_.text(fields_.has("centers") ? "centers" : "centerings"), ' ', centers);
+        const auto centers = listed(fields_.text(fields_.has("centers") ? "centers" : "centerings"));
+        const auto numberOf = [](const std::vector<double>& list, std::size_t i) {
+            return list.empty() ? std::numeric_limits<double>::quiet_NaN() : list[i];
+        };
+        const auto kinds = listed(fields_.text("kinds"));
         const bool skipsNan = axes_.size() > 3;
         int along = 0;
         for (std::size_t i = 0; i < axes_.size(); ++i) {
-            const double said = spacings.empty() ? 1.0 : spacings[i];
-            if (skipsNan && !spacings.empty() && std::isnan(said)) continue;
-            const double spacing = std::isnan(said) ? 1.0 : said;
+            const bool cell = i < centers.size() && lower(centers[i]) == "cell";
+            double spacing = numberOf(spacings, i);
+            const double min = numberOf(least, i), max = numberOf(greatest, i);
+            const double steps = static_cast<double>(axes_[i].size) - (cell ? 0.0 : 1.0);
+            if (std::isnan(spacing) && steps > 0.0 && std::isfinite(max - min)) spacing = (max - min) / steps;
+            if (std::isnan(spacing) && skipsNan && !spacings.empty()) continue;
+            if (i < kinds.size() && !isSpatial(kinds[i])) continue;
+            if (std::isnan(spacing)) spacing = 1.0;
             glm::dvec3 direction(0.0);
             if (along < 3) direction[along] = spacing;
             axes_[i].direction = direction;
             ++along;
-            if (least.empty() || std::isnan(least[i])) continue;
-            axes_[i].origin = least[i] + (centers[i] == "cell" ? 0.5 * spacing : 0.0);
+            if (std::isfinite(min)) axes_[i].origin = min + (cell ? 0.5 * spacing : 0.0);
         }
         return success();
     }
 
-    /// Three axes are those of space; others may only have one value.
+    bool isOfSpace(const Axis& axis, std::size_t i, const std::vector<std::string>& kinds) const {
+        return axis.direction && isSpatial(i < kinds.size() ? kinds[i] : "") &&
+               (!fields_.has("space directions") || *axis.direction != glm::dvec3(0.0));
+    }
+
+    /// Three axes are those of space; faster ones are the components of a voxel, slower ones several volumes.
     Status place() {
-        std::array<std::string_view, mostAxes> kinds;
-        splitFields(fields_.text("kinds"), ' ', kinds);
+        const auto kinds = listed(fields_.text("kinds"));
         std::vector<Axis> space;
         for (std::size_t i = 0; i < axes_.size(); ++i) {
             const Axis& axis = axes_[i];
-            if (axis.direction && isSpatial(kinds[i])) {
+            if (isOfSpace(axis, i, kinds) && (space.size() < 3 || axis.size > 1)) {
                 space.push_back(axis);
-            } else if (axis.size != 1) {
-                return fields_.unsupported(
-                    "sizes", fmt::format("says {} values for each voxel; only one is drawn", axis.size));
+                continue;
             }
+            if (axis.size == 1) continue;
+            if (!space.empty() && space.size() < 3) {
+                return fields_.unsupported(
+                    "sizes",
+                    fmt::format("says {} values between the axes of space, which are not read", axis.size));
+            }
+            auto& count = space.empty() ? header_.parts.components : header_.parts.volumes;
+            if (axis.size > VolumeShape::maxDimension || count > VolumeShape::maxDimension) {
+                return fields_.unsupported("sizes", "says more volumes than are counted");
+            }
+            count *= axis.size;
         }
-        while (space.size() > 3 && space.back().size == 1) space.pop_back();
         if (space.size() != 3) {
-            return fields_.unsupported("sizes",
-                                       fmt::format("says {} axes; a volume has three", space.size()));
+            return fields_.unsupported(
+                "sizes", fmt::format("says {} axes of space; a volume has three", space.size()));
         }
         MOTE_RETURN_IF_ERROR(setDimensions(header_.shape, space[0].size, space[1].size, space[2].size,
                                            fields_.where("sizes")));
-        const bool directed = fields_.has("space directions");
         const glm::dvec3 origin =
-            directed ? origin_ : glm::dvec3(space[0].origin, space[1].origin, space[2].origin);
+            origin_.value_or(glm::dvec3(space[0].origin, space[1].origin, space[2].origin));
         const glm::dmat3 steps(*space[0].direction, *space[1].direction, *space[2].direction);
         return setPlacement(header_.shape, steps, origin,
-                            fields_.where(directed ? "space directions" : "spacings"));
+                            fields_.where(fields_.has("space directions") ? "space directions" : "spacings"));
     }
 
     const HeaderFields& fields_;
     NrrdHeader& header_;
     std::vector<Axis> axes_;
-    glm::dvec3 origin_{0.0};
+    std::optional<glm::dvec3> origin_;
 };
 
 /// The number of bytes of the first `lines` lines. Errors: corrupt (there are fewer).
@@ -282,6 +315,12 @@ Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std
     if (unwrapped && header.encoding == NrrdHeader::Encoding::gzip && !done) {
         unwrapped = inflatedStream(std::move(unwrapped).value(), Inflater::Form::gzip);
     }
+    if (unwrapped && header.encoding == NrrdHeader::Encoding::bzip2) {
+        unwrapped = bzip2Stream(std::move(unwrapped).value());
+    }
+    if (unwrapped && header.encoding == NrrdHeader::Encoding::hex) {
+        unwrapped = hexStream(std::move(unwrapped).value());
+    }
     if (!unwrapped) return unwrapped;
     unwrapped = skipHeader(std::move(unwrapped).value(), header.byteSkip, needed);
     if (!unwrapped || header.encoding != NrrdHeader::Encoding::text) return unwrapped;
@@ -304,7 +343,7 @@ Result<NrrdHeader> NrrdHeader::parse(std::string_view text, const std::string& f
     return header;
 }
 
-Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path) {
+Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path, const std::string& field) {
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
     MOTE_ASSIGN_OR_RETURN(auto header, NrrdHeader::parse(head, file->name()));
@@ -312,13 +351,15 @@ Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path
     const bool text = header.encoding == NrrdHeader::Encoding::text;
     samples.type = text ? ScalarType::f64 : header.shape.type;
     samples.bigEndian = header.bigEndian && !text;
-    const std::uint64_t needed = header.shape.voxels() * bytesOf(samples.type);
+    MOTE_ASSIGN_OR_RETURN(const auto parts, chooseParts(field, header.parts, file->name() + ": sizes"));
+    const std::uint64_t needed = header.shape.voxels() * bytesOf(samples.type) * parts.count();
     DataFiles files{path, std::move(file), header.bytes, header.dataFiles};
     MOTE_ASSIGN_OR_RETURN(
         auto data, dataStream(std::move(files), needed, [header](ByteStreamPtr stream, std::uint64_t share) {
             return unwrap(std::move(stream), header, share);
         }));
-    return StreamVolume::make("nrrd", std::move(header.shape), samples, std::move(data));
+    return StreamVolume::make("nrrd", std::move(header.shape), samples, std::move(data),
+                              text ? StreamVolume::Ending::exact : StreamVolume::Ending::end, parts);
 }
 
 }  // namespace mote::prep

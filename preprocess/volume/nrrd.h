@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// NRRD volumes, versions 1 to 5 (teem.sourceforge.net/nrrd/format.html): raw, gzip and text encoding, data in
-// the same file or beside it. NrrdHeader: what the text at the beginning says, checked. Parsed from bytes
-// that nobody vouches for. Called from one thread.
+// NRRD volumes, versions 1 to 5 (teem.sourceforge.net/nrrd/format.html): raw, gzip, bzip2, hex and text
+// encoding, data in the same file or beside it. NrrdHeader: what the text at the beginning says, checked.
+// Parsed from bytes that nobody vouches for. Called from one thread.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "preprocess/volume/volume_parts.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/scene/error.h"
@@ -19,9 +20,10 @@
 namespace mote::prep {
 
 struct NrrdHeader {
-    enum class Encoding : std::uint8_t { raw, text, gzip };
+    enum class Encoding : std::uint8_t { raw, text, hex, gzip, bzip2 };
 
     VolumeShape shape;
+    VolumeParts parts;  ///< how many there are; the first one is chosen
     bool bigEndian = false;
     Encoding encoding = Encoding::raw;
     std::vector<std::string> dataFiles;  ///< as they stand there; none: the data follow the header
@@ -38,8 +40,8 @@ struct NrrdHeader {
     static Result<NrrdHeader> parse(std::string_view text, const std::string& file);
 };
 
-/// `path` is the file with the header; it may be gzipped. Errors: corrupt, unsupported (another encoding,
-/// vectors, not three axes), those of fileStream.
-Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path);
+/// `path` is the file with the header; it may be gzipped. `field`: as of chooseParts. Errors: corrupt,
+/// unsupported (another encoding, not three axes of space), those of chooseParts and fileStream.
+Result<std::unique_ptr<VolumeSource>> openNrrd(const std::filesystem::path& path, const std::string& field);
 
 }  // namespace mote::prep

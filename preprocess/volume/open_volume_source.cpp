@@ -15,6 +15,7 @@
 #include "preprocess/volume/volume_formats.h"
 #include "preprocess/volume/volume_source.h"
 #include "preprocess/volume/vti.h"
+#include "preprocess/volume/world_space.h"
 
 namespace mote::prep {
 namespace {
@@ -30,20 +31,29 @@ Error quotable(Error error) {
 /// A volume as the job sees it: in the place that the options say, with messages that can be shown.
 class PlacedVolume : public VolumeSource {
   public:
-    PlacedVolume(std::unique_ptr<VolumeSource> source, VolumeShape shape)
-        : source_(std::move(source)), shape_(std::move(shape)) {}
+    PlacedVolume(std::unique_ptr<VolumeSource> source, VolumeShape shape, Progress& progress)
+        : source_(std::move(source)), shape_(std::move(shape)), progress_(progress) {}
     std::string format() const override { return source_->format(); }
     const VolumeShape& shape() const override { return shape_; }
     std::optional<double> time() const override { return source_->time(); }
     bool sequential() const override { return source_->sequential(); }
     Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
         auto status = source_->read(z0, z1, values);
+        for (const auto& note : source_->takeNotes()) progress_.note(printableText(note));
         return status ? std::move(status) : Status(quotable(status.error()));
     }
 
   private:
     std::unique_ptr<VolumeSource> source_;
     VolumeShape shape_;
+    Progress& progress_;
+};
+
+class SilentProgress : public Progress {
+  public:
+    void report(double, std::string_view) override {}
+    void note(std::string_view) override {}
+    bool cancelled() const override { return false; }
 };
 
 Error wrongOption(std::string where, std::string message) {
@@ -51,6 +61,7 @@ Error wrongOption(std::string where, std::string message) {
 }
 
 Status place(VolumeShape& shape, const proto::VolumeSourceOptions& options) {
+    MOTE_RETURN_IF_ERROR(bringTo(options.space(), shape));
     glm::dmat3 steps(shape.indexToWorld);
     glm::dvec3 origin(shape.indexToWorld[3]);
     for (int i = 0; i < options.spacing_size(); ++i) {
@@ -97,17 +108,47 @@ Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
                                              const proto::VolumeSourceOptions& options,
                                              const std::filesystem::path& input, Progress& progress) {
     if (format == "raw") return openRaw(options, input);
-    if (format == "nrrd") return openNrrd(input);
-    if (format == "metaimage") return openMetaImage(input);
-    if (format == "nifti") return openNifti(input);
+    if (format == "nrrd") return openNrrd(input, options.field());
+    if (format == "metaimage") return openMetaImage(input, options.field());
+    if (format == "nifti") return openNifti(input, options.field());
     if (format == "vti") return openVti(input, options.field(), progress);
-    if (format == "pictures") return openPictureStack(input, progress);
+    if (format == "pictures") return openPictureStack(input, options.field(), progress);
     if (format == "vdb") return openVdb(input, options.field());
     if (format == "openpmd") return openOpenpmdMesh(input, options.field());
     return wrongOption(
         "format",
         fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures, vdb and openpmd",
                     format));
+}
+
+/// Those of a file whose format may hold several volumes.
+Result<VolumeParts> partsOf(std::string_view format, const std::string& field,
+                            const std::filesystem::path& input, Progress& progress) {
+    if (format == "pictures") return partsOfPictures(input, field, progress);
+    MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
+    MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
+    if (format == "nrrd") {
+        MOTE_ASSIGN_OR_RETURN(const auto header, NrrdHeader::parse(head, file->name()));
+        return header.parts;
+    }
+    if (format == "nifti") {
+        MOTE_ASSIGN_OR_RETURN(const auto header, NiftiHeader::parse(head, file->name()));
+        return header.parts;
+    }
+    if (format != "metaimage") return VolumeParts{};
+    MOTE_ASSIGN_OR_RETURN(const auto header, MetaImageHeader::parse(head, file->name()));
+    return header.parts;
+}
+
+/// The fields of the steps that an input is. What is wrong with it is said when it is opened.
+Result<std::vector<std::string>> stepsOf(const proto::VolumeSourceOptions& options,
+                                         const std::filesystem::path& input) {
+    const auto format = formatOf(options, input);
+    if (format.ok() && *format == "openpmd") return meshSteps(input, options.field());
+    if (!format.ok() || *format == "raw") return std::vector<std::string>{options.field()};
+    SilentProgress silent;
+    const auto parts = partsOf(*format, options.field(), input, silent);
+    return parts.ok() ? fieldsOfSeries(options.field(), *parts) : std::vector<std::string>{options.field()};
 }
 
 }  // namespace
@@ -127,19 +168,16 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
     if (!source) return quotable(source.error());
     VolumeShape shape = (*source)->shape();
     MOTE_RETURN_IF_ERROR(place(shape, options));
+    for (const auto& note : shape.notes) progress.note(printableText(note));
     return std::unique_ptr<VolumeSource>(
-        std::make_unique<PlacedVolume>(std::move(source).value(), std::move(shape)));
+        std::make_unique<PlacedVolume>(std::move(source).value(), std::move(shape), progress));
 }
 
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
                                             const std::vector<std::filesystem::path>& inputs) {
     std::vector<VolumeStep> steps;
     for (const auto& input : inputs) {
-        std::vector<std::string> fields{options.field()};
-        // What is wrong with an input is said when it is opened.
-        if (const auto format = formatOf(options, input); format.ok() && *format == "openpmd") {
-            MOTE_ASSIGN_OR_RETURN(fields, meshSteps(input, options.field()));
-        }
+        MOTE_ASSIGN_OR_RETURN(auto fields, stepsOf(options, input));
         for (auto& field : fields) {
             steps.push_back({input, options});
             steps.back().options.set_field(std::move(field));

@@ -73,6 +73,7 @@ class MeshVolume : public VolumeSource {
     explicit MeshVolume(MeshRecord record) : record_(std::move(record)) {
         shape_.type = typeOf(record_.numbers);
         shape_.valueUnit = record_.unit;
+        shape_.notes = record_.notes;
         // Integers are floats once they have a unit.
         if (!record_.numbers.isFloat() && record_.unitSI != 1.0) shape_.valueStep = std::abs(record_.unitSI);
     }

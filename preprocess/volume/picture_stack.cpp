@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <system_error>
 #include <utility>
 
 #include "preprocess/image/read_picture.h"
+#include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/picture_description.h"
+#include "preprocess/volume/picture_file.h"
+#include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/volume_formats.h"
+#include "protocol/scene/mote_check.h"
 
 namespace mote::prep {
 namespace {
@@ -17,43 +19,18 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::string_view_literals;
 
-constexpr std::uint64_t stripBytes = 4u << 20;
 // A slice's size over its file's: more than LZW in TIFF makes, at most 4096 bytes of 12 bits.
 constexpr std::uint64_t greatestRatio = 4096;
-constexpr int pagesPerQuestion = 256;  // is it cancelled?
-
-const std::array<std::pair<OIIO::TypeDesc::BASETYPE, ScalarType>, 8> types{
-    {{OIIO::TypeDesc::UINT8, ScalarType::u8},
-     {OIIO::TypeDesc::INT8, ScalarType::i8},
-     {OIIO::TypeDesc::UINT16, ScalarType::u16},
-     {OIIO::TypeDesc::INT16, ScalarType::i16},
-     {OIIO::TypeDesc::UINT32, ScalarType::u32},
-     {OIIO::TypeDesc::INT32, ScalarType::i32},
-     {OIIO::TypeDesc::FLOAT, ScalarType::f32},
-     {OIIO::TypeDesc::DOUBLE, ScalarType::f64}}};
-
-/// Sentences of OpenImageIO may have several lines.
-Error unreadable(const fs::path& path, std::string message) {
-    std::replace(message.begin(), message.end(), '\n', ' ');
-    return {ErrorCode::corrupt, path.filename().string(), "cannot be read: " + message};
-}
 
 Error cancelled() {
     return {ErrorCode::cancelled, "", "cancelled while pictures were read"};
 }
 
-/// OpenImageIO's readers throw here and there at what is broken.
-template <class Work>
-Status guarded(const fs::path& path, Work work) {
-    try {
-        return work();
-    } catch (const std::bad_alloc&) {
-        return Error{ErrorCode::resourceExhausted, path.filename().string(),
-                     "is too large for the memory there is"};
-    } catch (const std::exception& error) {
-        return unreadable(path, error.what());
-    }
-}
+/// Which of a pixel's numbers is its value.
+struct Pick {
+    bool luminance = false;  ///< that of the first three
+    std::uint32_t sample = 0;
+};
 
 class PictureStack : public VolumeSource {
   public:
@@ -64,207 +41,266 @@ class PictureStack : public VolumeSource {
     const VolumeShape& shape() const override { return shape_; }
     bool sequential() const override { return false; }
 
-    /// Looks at the head of every picture.
-    Status open() {
+    /// Looks at the first picture, and at what it tells of the others.
+    Status look() {
         MOTE_RETURN_IF_ERROR(enter(0));
-        first_ = input_->spec();
-        MOTE_RETURN_IF_ERROR(readType());
-        std::uint64_t slices = files_.size();
-        if (files_.size() == 1) {
-            MOTE_ASSIGN_OR_RETURN(const auto pages, countPages());
-            slices = pages;
-            paged_ = true;
-        }
-        if (slices == 1) {
+        first_ = picture_->spec();
+        shape_.type = first_.type;
+        if (files_.size() > 1) return lookAtFiles();
+        MOTE_ASSIGN_OR_RETURN(stack_,
+                              describeStack(first_, picture_->pages(), files_.front().filename().string()));
+        return success();
+    }
+
+    /// What can be asked for.
+    VolumeParts parts(const std::string& field) const {
+        VolumeParts parts;
+        parts.volumes = stack_.frames;
+        parts.components = stack_.channels * valuesOfPixel(field);
+        return parts;
+    }
+
+    /// Chooses the part that `field` names, and looks at the head of every picture of it.
+    Status open(const std::string& field) {
+        MOTE_RETURN_IF_ERROR(choose(field));
+        const std::uint64_t slices = stack_.slices;
+        if (slices * stack_.frames * stack_.channels == 1) {
             return Error{ErrorCode::unsupported, name(0),
                          "is a single picture; name the folder of a stack, or a pattern of names"};
         }
-        MOTE_RETURN_IF_ERROR(
-            setDimensions(shape_, count(first_.width), count(first_.height), slices, name(0)));
-        for (std::uint32_t z = 1; z < shape_.nz; ++z) {
+        MOTE_RETURN_IF_ERROR(setDimensions(shape_, first_.width, first_.height, slices, name(0)));
+        MOTE_RETURN_IF_ERROR(place());
+        noteColours();
+        for (std::uint32_t z = 0; z < shape_.nz; ++z) {
             if (progress_.cancelled()) return cancelled();
-            MOTE_RETURN_IF_ERROR(enter(z));
-            MOTE_RETURN_IF_ERROR(checkLikeFirst(z));
+            MOTE_RETURN_IF_ERROR(enter(pageOf(z)));
+            MOTE_RETURN_IF_ERROR(checkLikeFirst(pageOf(z)));
         }
         return success();
     }
 
     Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override {
-        return guarded(files_.front(), [&] { return readSlices(z0, z1, values); });
-    }
-
-  private:
-    Status readSlices(std::uint32_t z0, std::uint32_t z1, std::span<float> values) {
         MOTE_CHECK(z0 <= z1 && z1 <= shape_.nz && values.size() == shape_.voxelsOfSlice() * (z1 - z0));
         const auto slice = static_cast<std::size_t>(shape_.voxelsOfSlice());
         for (std::uint32_t z = z0; z < z1; ++z) {
             if (progress_.cancelled()) return cancelled();
-            MOTE_RETURN_IF_ERROR(enter(z));
-            MOTE_RETURN_IF_ERROR(checkLikeFirst(z));
-            MOTE_RETURN_IF_ERROR(readSlice(z, values.subspan((z - z0) * slice, slice)));
+            MOTE_RETURN_IF_ERROR(enter(pageOf(z)));
+            MOTE_RETURN_IF_ERROR(checkLikeFirst(pageOf(z)));
+            MOTE_RETURN_IF_ERROR(readSlice(values.subspan((z - z0) * slice, slice)));
         }
         return success();
     }
 
-    static std::uint64_t count(int n) { return n > 0 ? static_cast<std::uint64_t>(n) : 0; }
-    const fs::path& file(std::uint32_t z) const { return files_[paged_ ? 0 : z]; }
-    std::string name(std::uint32_t z) const {
-        const std::string file = this->file(z).filename().string();
-        return paged_ ? fmt::format("{}: page {}", file, z + 1) : file;
+    /// ImageJ writes what is larger than 4 GiB as one page, the others' numbers behind its own.
+    bool isContiguous() const { return stack_.contiguous > 0; }
+    Error contiguousError() const {
+        return {
+            ErrorCode::unsupported, name(0),
+            fmt::format("has {} pictures behind one page, as ImageJ writes large stacks, which is not read: "
+                        "save it as pages, or as NRRD",
+                        stack_.contiguous)};
     }
 
-    /// Makes `input_` the picture of slice `z`.
-    Status enter(std::uint32_t z) {
-        if (paged_ && input_) {
-            const auto page = static_cast<int>(z);
-            return input_->seek_subimage(page, 0) ? success()
-                                                  : Status(unreadable(file(z), input_->geterror()));
+  private:
+    Status lookAtFiles() {
+        const auto told = describeStack(first_, files_.size(), name(0));
+        if (told.ok() && told->channels * told->frames == 1) stack_ = *told;
+        if (told.ok() && told->channels * told->frames > 1) {
+            return Error{
+                ErrorCode::unsupported, name(0),
+                fmt::format("tells of {} channels and {} frames, and it is not known which of the {} "
+                            "files is which: name those of one channel by a pattern",
+                            told->channels, told->frames, files_.size())};
         }
-        const fs::path& path = file(z);
+        if (!told.ok()) {
+            PictureSpec bare = first_;
+            bare.description.clear();
+            MOTE_ASSIGN_OR_RETURN(stack_, describeStack(bare, files_.size(), name(0)));
+            stack_.notes.push_back(name(0) + ": what its description tells of pages was left aside");
+        }
+        stack_.contiguous = 0;
+        stack_.slices = files_.size();
+        stack_.pages.resize(files_.size());
+        for (std::size_t i = 0; i < files_.size(); ++i) stack_.pages[i] = static_cast<std::uint32_t>(i);
+        return success();
+    }
+
+    std::string name(std::size_t page) const {
+        const std::string file = files_[files_.size() > 1 ? page : 0].filename().string();
+        return files_.size() == 1 && picture_ && picture_->pages() > 1
+                   ? fmt::format("{}: page {}", file, page + 1)
+                   : file;
+    }
+    std::size_t pageOf(std::uint32_t z) const {
+        return stack_.pages[channel_ + stack_.channels * (z + stack_.slices * frame_)];
+    }
+
+    /// Makes `picture_` the file of a page, and that its present one.
+    Status enter(std::size_t page) {
+        if (files_.size() == 1 && picture_) return picture_->enter(page);
+        const std::size_t index = files_.size() > 1 ? page : 0;
+        const fs::path& path = files_[index];
         MOTE_ASSIGN_OR_RETURN(const auto format, pictureFormat(path));
         if (format != "png"sv && format != "tiff"sv) {
-            return Error{ErrorCode::unsupported, name(z), "is no PNG or TIFF picture"};
+            return Error{ErrorCode::unsupported, path.filename().string(), "is no PNG or TIFF picture"};
         }
-        input_ = OIIO::ImageInput::create(format);
-        if (!input_) return unreadable(path, OIIO::geterror());
-        OIIO::ImageSpec spec, wishes;
-        wishes.attribute("oiio:UnassociatedAlpha", 1);  // numbers as they are stored
-        // Its cache of files is by name: a link's target may have changed.
-        if (!input_->open(path.string(), spec, wishes)) return unreadable(path, input_->geterror());
-        return checkSize(z);
-    }
-
-    /// A small file that says it is huge is refused before a library takes memory for it.
-    Status checkSize(std::uint32_t z) const {
-        const OIIO::ImageSpec& spec = input_->spec();
-        if (spec.deep || spec.depth > 1) {
-            return Error{ErrorCode::unsupported, name(z), "is no flat picture, but a deep or solid one"};
-        }
-        VolumeShape slice;
-        MOTE_RETURN_IF_ERROR(setDimensions(slice, count(spec.width), count(spec.height), 1, name(z)));
-        std::error_code code;
-        const std::uint64_t bytes = fs::file_size(file(z), code);
-        const auto width = static_cast<int>(8 * spec.format.size());
-        const int bits = std::clamp(spec.get_int_attribute("oiio:BitsPerSample", width), 1, width);
-        const std::uint64_t stored =
-            spec.image_bytes() / static_cast<unsigned>(width) * static_cast<unsigned>(bits);
-        if (!code && stored / greatestRatio <= bytes) return success();
-        return Error{ErrorCode::corrupt, name(z),
-                     fmt::format("its size {} x {} is more than {} bytes can hold", spec.width, spec.height,
-                                 code ? 0 : bytes)};
-    }
-
-    Status readType() {
-        const auto base = static_cast<OIIO::TypeDesc::BASETYPE>(first_.format.basetype);
-        const auto* const found =
-            std::find_if(types.begin(), types.end(), [&](const auto& type) { return type.first == base; });
-        stored_ = base == OIIO::TypeDesc::HALF ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT) : first_.format;
-        if (found == types.end() && base != OIIO::TypeDesc::HALF) {
-            return Error{ErrorCode::unsupported, name(0),
-                         fmt::format("holds values of type {}", first_.format.c_str())};
-        }
-        shape_.type = found == types.end() ? ScalarType::f32 : found->second;
-        const int bits = first_.get_int_attribute("oiio:BitsPerSample", 0);
-        if (bits > 0 && bits % 8 != 0) {
-            progress_.note(fmt::format("{}: values of {} bits are spread over {}", name(0), bits,
-                                       8 * bytesOf(shape_.type)));
-        }
-        if (channels() >= 3)
-            progress_.note(name(0) + ": the pictures are in colour; their luminance is read");
-        return success();
-    }
-
-    Result<std::uint64_t> countPages() {
-        std::uint64_t pages = 1;
-        while (pages <= VolumeShape::maxDimension && input_->seek_subimage(static_cast<int>(pages), 0)) {
-            ++pages;
-            if (pages % pagesPerQuestion == 0 && progress_.cancelled()) return cancelled();
-        }
-        input_->geterror();  // that there is no further page is none
-        return pages;
-    }
-
-    Status checkLikeFirst(std::uint32_t z) const {
-        const OIIO::ImageSpec& spec = input_->spec();
-        if (spec.width == first_.width && spec.height == first_.height &&
-            spec.nchannels == first_.nchannels && spec.format == first_.format) {
-            return checkSize(z);
-        }
+        picture_.reset();
+        auto opened =
+            format == "png"sv ? openPng(path) : openTiff(path, [this] { return progress_.cancelled(); });
+        if (!opened) return opened.error();
+        picture_ = std::move(opened).value();
+        if (files_.size() == 1 || picture_->pages() == 1) return success();
         return Error{
-            ErrorCode::corrupt, name(z),
-            fmt::format("is {} x {} with {} channels of {}; the first picture is {} x {} with {} of {}",
-                        spec.width, spec.height, spec.nchannels, spec.format.c_str(), first_.width,
-                        first_.height, first_.nchannels, first_.format.c_str())};
+            ErrorCode::unsupported, path.filename().string(),
+            fmt::format("has {} pages and is one of several files: a volume is either pages or files",
+                        picture_->pages())};
     }
 
-    int channels() const { return first_.nchannels - (first_.alpha_channel >= 0 ? 1 : 0); }
+    /// Colours are one value, their luminance, as long as none of them is asked for.
+    std::uint64_t valuesOfPixel(const std::string& field) const {
+        const bool asked = stack_.frames > 1 ? field.find(':') != std::string::npos : !field.empty();
+        if (first_.colour) return asked ? 3 : 1;
+        return first_.samples - first_.opacity;
+    }
 
-    Status readSlice(std::uint32_t z, std::span<float> values) {
-        const OIIO::ImageSpec& spec = input_->spec();
-        const auto width = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.nchannels);
-        const auto fitting = static_cast<int>(std::clamp<std::uint64_t>(stripBytes / (width * 4), 1, 65536));
-        const int rows = spec.tile_width > 0 ? spec.tile_height : fitting;
-        for (int row = 0; row < spec.height; row += rows) {
-            const int end = std::min(row + rows, spec.height);
-            const std::size_t numbers = width * static_cast<std::size_t>(end - row);
-            strip_.resize(numbers * bytesOf(shape_.type));
-            // Its reader of TIFF says that all went well where strips are missing, and keeps the error.
-            if (!readStrip(spec, row, end) || input_->has_error())
-                return unreadable(file(z), input_->geterror());
-            decoded_.resize(numbers);
-            decodeSamples(strip_, {shape_.type, false, 1.0, 0.0}, decoded_);
-            keepOne(values.subspan(static_cast<std::size_t>(row) * shape_.nx));
+    Status choose(const std::string& field) {
+        std::string numbered = field;
+        for (std::size_t i = 0; i < stack_.channelNames.size(); ++i) {
+            if (!field.empty() && stack_.channelNames[i] == field) numbered = fmt::format(":{}", i);
         }
+        const auto parts = this->parts(numbered);
+        const auto chosen = chooseParts(numbered, parts, files_.front().filename().string());
+        if (!chosen.ok()) return withNames(chosen.error());
+        const auto each = valuesOfPixel(numbered);
+        frame_ = chosen->volume;
+        channel_ = chosen->component / each;
+        pick_.sample = static_cast<std::uint32_t>(chosen->component % each);
+        pick_.luminance = first_.colour && each == 1;
+        if (stack_.frameTime > 0.0) shape_.time = stack_.frameTime * static_cast<double>(frame_);
         return success();
     }
 
-    bool readStrip(const OIIO::ImageSpec& spec, int row, int end) {
-        const int y = spec.y + row, yEnd = spec.y + end;
-        if (spec.tile_width == 0) {
-            return input_->read_scanlines(input_->current_subimage(), 0, y, yEnd, 0, 0, spec.nchannels,
-                                          stored_, strip_.data());
+    Error withNames(Error error) const {
+        std::string names;
+        for (std::size_t i = 0; i < std::min<std::size_t>(stack_.channelNames.size(), 16); ++i) {
+            if (stack_.channelNames[i].empty()) continue;
+            names += fmt::format("{}{} is {:.20}", names.empty() ? "; " : ", ", i, stack_.channelNames[i]);
         }
-        return input_->read_tiles(input_->current_subimage(), 0, spec.x, spec.x + spec.width, y, yEnd, 0, 1,
-                                  0, spec.nchannels, stored_, strip_.data());
+        error.message += names;
+        return error;
     }
 
-    /// Turns the decoded channels into one value a pixel: luminance as of ITU-R BT.709, or the first channel.
-    void keepOne(std::span<float> values) const {
-        const auto step = static_cast<std::size_t>(first_.nchannels);
-        for (std::size_t i = 0, at = 0; at < decoded_.size(); ++i, at += step) {
-            const float* const pixel = &decoded_[at];
-            values[i] =
-                channels() >= 3 ? 0.2126F * pixel[0] + 0.7152F * pixel[1] + 0.0722F * pixel[2] : pixel[0];
+    Status place() {
+        shape_.worldUnit = stack_.unit;
+        shape_.notes = stack_.notes;
+        shape_.notes.insert(shape_.notes.end(), first_.notes.begin(), first_.notes.end());
+        if (!(stack_.size[0] > 0.0)) return success();
+        const double y = stack_.size[1] > 0.0 ? stack_.size[1] : stack_.size[0];
+        const double z = stack_.size[2] > 0.0 ? stack_.size[2] : stack_.size[0];
+        const glm::dmat3 steps(stack_.size[0], 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z);
+        return setPlacement(shape_, steps, glm::dvec3(0.0), name(0) + ": voxel sizes");
+    }
+
+    void noteColours() {
+        if (pick_.luminance) {
+            shape_.notes.push_back(name(0) + ": the pictures are in colour; their luminance is read");
+        }
+        if (first_.opacity > 0) shape_.notes.push_back(name(0) + ": their opacity is left out");
+    }
+
+    Status checkLikeFirst(std::size_t page) const {
+        const PictureSpec& spec = picture_->spec();
+        if (spec.isLike(first_)) return success();
+        return Error{
+            ErrorCode::corrupt, name(page),
+            fmt::format("is {} x {} with {} channels of {}; the first picture is {} x {} with {} of {}",
+                        spec.width, spec.height, spec.samples, spec.numbers, first_.width, first_.height,
+                        first_.samples, first_.numbers)};
+    }
+
+    Status readSlice(std::span<float> values) {
+        return picture_->read([&](std::uint32_t row, std::span<const float> pixels) -> Status {
+            keepOne(pixels, values.subspan(std::size_t{row} * shape_.nx, shape_.nx));
+            return progress_.cancelled() ? Status(cancelled()) : success();
+        });
+    }
+
+    /// One value a pixel: luminance as of ITU-R BT.709, or one of its numbers.
+    void keepOne(std::span<const float> pixels, std::span<float> values) const {
+        const std::size_t step = first_.samples;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const float* const pixel = &pixels[i * step];
+            values[i] = pick_.luminance ? 0.2126F * pixel[0] + 0.7152F * pixel[1] + 0.0722F * pixel[2]
+                                        : pixel[pick_.sample];
         }
     }
 
     std::vector<fs::path> files_;
     Progress& progress_;
-    bool paged_ = false;  ///< all slices in one file
+    StackDescription stack_;
+    std::uint64_t channel_ = 0, frame_ = 0;
+    Pick pick_;
     VolumeShape shape_;
-    OIIO::TypeDesc stored_;  ///< what is asked for: the file's own type
-    OIIO::ImageSpec first_;
-    std::unique_ptr<OIIO::ImageInput> input_;
-    std::vector<char> strip_;
-    std::vector<float> decoded_;
+    PictureSpec first_;
+    std::unique_ptr<PictureFile> picture_;  ///< of the page that was entered last
 };
 
+Result<std::unique_ptr<PictureStack>> lookAt(const fs::path& input, Progress& progress) {
+    std::vector<fs::path> files{input};
+    if (namesPictures(input)) {
+        MOTE_ASSIGN_OR_RETURN(files, pictureFiles(input));
+    }
+    auto stack = std::make_unique<PictureStack>(std::move(files), progress);
+    MOTE_RETURN_IF_ERROR(stack->look());
+    if (stack->isContiguous()) return stack->contiguousError();
+    return stack;
+}
+
+/// Their libraries hold no resources but memory that may be too much.
+template <class Work>
+auto guarded(const fs::path& input, Work work) -> decltype(work()) {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::resourceExhausted, input.filename().string(),
+                     "is too large for the memory there is"};
+    }
+}
+
 }  // namespace
+
+Status checkPictureSize(const PictureSpec& spec, unsigned bits, const fs::path& path,
+                        const std::string& where) {
+    VolumeShape slice;
+    MOTE_RETURN_IF_ERROR(setDimensions(slice, spec.width, spec.height, 1, where));
+    std::error_code code;
+    const std::uint64_t bytes = fs::file_size(path, code);
+    const std::uint64_t stored = slice.voxelsOfSlice() * spec.samples / 8 * bits;
+    if (!code && stored / greatestRatio <= bytes) return success();
+    return Error{ErrorCode::corrupt, where,
+                 fmt::format("its size {} x {} is more than {} bytes can hold", spec.width, spec.height,
+                             code ? 0 : bytes)};
+}
 
 bool beginsAsPicture(std::string_view bytes) {
     return bytes.starts_with("\x89PNG\r\n\x1a\n"sv) || bytes.starts_with("II*\0"sv) ||
            bytes.starts_with("MM\0*"sv) || bytes.starts_with("II+\0"sv) || bytes.starts_with("MM\0+"sv);
 }
 
-Result<std::unique_ptr<VolumeSource>> openPictureStack(const fs::path& input, Progress& progress) {
-    std::vector<fs::path> files{input};
-    if (namesPictures(input)) {
-        MOTE_ASSIGN_OR_RETURN(auto found, pictureFiles(input));
-        files = std::move(found);
-    }
-    auto stack = std::make_unique<PictureStack>(std::move(files), progress);
-    MOTE_RETURN_IF_ERROR(guarded(input, [&] { return stack->open(); }));
-    return std::unique_ptr<VolumeSource>(std::move(stack));
+Result<VolumeParts> partsOfPictures(const fs::path& input, const std::string& field, Progress& progress) {
+    return guarded(input, [&]() -> Result<VolumeParts> {
+        MOTE_ASSIGN_OR_RETURN(const auto stack, lookAt(input, progress));
+        return stack->parts(field);
+    });
+}
+
+Result<std::unique_ptr<VolumeSource>> openPictureStack(const fs::path& input, const std::string& field,
+                                                       Progress& progress) {
+    return guarded(input, [&]() -> Result<std::unique_ptr<VolumeSource>> {
+        MOTE_ASSIGN_OR_RETURN(auto stack, lookAt(input, progress));
+        MOTE_RETURN_IF_ERROR(stack->open(field));
+        return std::unique_ptr<VolumeSource>(std::move(stack));
+    });
 }
 
 }  // namespace mote::prep

@@ -16,6 +16,8 @@ namespace mote::prep {
 namespace {
 
 constexpr std::size_t blockBytes = 1u << 20;
+constexpr double mostSamples = 0x1p59;          // times 8 bytes is a number of 64 bits
+constexpr std::uint64_t mostBehind = 1u << 16;  // bytes behind the last value of a compressed stream
 
 constexpr std::size_t bufferBytes = 256 * 1024;
 constexpr std::size_t longestWord = 128;
@@ -108,63 +110,111 @@ class NumberStream : public ForwardStream {
 }  // namespace
 
 StreamVolume::StreamVolume(std::string format, VolumeShape shape, const SampleFormat& samples,
-                           ByteStreamPtr stream, Ending ending)
+                           ByteStreamPtr stream, Ending ending, const VolumeParts& parts)
     : format_(std::move(format)),
       shape_(std::move(shape)),
       samples_(samples),
       stream_(std::move(stream)),
-      ending_(ending) {
+      ending_(ending),
+      parts_(parts) {
     const bool integers = samples.type != ScalarType::f32 && samples.type != ScalarType::f64;
     if (integers) shape_.valueStep = std::abs(samples.slope);
 }
 
 Result<std::unique_ptr<VolumeSource>> StreamVolume::make(std::string format, VolumeShape shape,
                                                          const SampleFormat& samples, ByteStreamPtr stream,
-                                                         Ending ending) {
+                                                         Ending ending, const VolumeParts& parts) {
+    if (static_cast<double>(shape.voxels()) * static_cast<double>(parts.count()) > mostSamples) {
+        return Error{ErrorCode::resourceExhausted, stream->name(), "says more values than can be counted"};
+    }
     std::unique_ptr<StreamVolume> volume(
-        new StreamVolume(std::move(format), std::move(shape), samples, std::move(stream), ending));
+        new StreamVolume(std::move(format), std::move(shape), samples, std::move(stream), ending, parts));
     MOTE_RETURN_IF_ERROR(volume->checkLength());
     return std::unique_ptr<VolumeSource>(std::move(volume));
 }
 
 Error StreamVolume::contradiction(const std::string& held) const {
-    return {
-        ErrorCode::corrupt, stream_->name(),
-        fmt::format("its dimensions {} x {} x {} of {} are {} bytes, and it holds {}", shape_.nx, shape_.ny,
-                    shape_.nz, name(samples_.type), shape_.voxels() * bytesOf(samples_.type), held)};
+    const auto parts = parts_.count() == 1 ? "" : fmt::format(", {} times", parts_.count());
+    return {ErrorCode::corrupt, stream_->name(),
+            fmt::format("its dimensions {} x {} x {} of {}{} are {} bytes, and it holds {}", shape_.nx,
+                        shape_.ny, shape_.nz, name(samples_.type), parts, neededBytes(), held)};
 }
 
-Status StreamVolume::checkLength() const {
-    const std::uint64_t needed = shape_.voxels() * bytesOf(samples_.type);
+std::string StreamVolume::behind(std::uint64_t bytes) const {
+    return fmt::format("{}: {} behind its last value {} left out", stream_->name(),
+                       bytes == 1 ? "a byte" : fmt::format("{} bytes", bytes), bytes == 1 ? "was" : "were");
+}
+
+Status StreamVolume::checkLength() {
+    const std::uint64_t needed = neededBytes();
     if (const auto size = stream_->size()) {
-        const bool fits = ending_ == Ending::end ? *size == needed : *size >= needed;
-        return fits ? success() : Status(contradiction(fmt::format("{}", *size)));
+        if (*size < needed) return contradiction(fmt::format("{}", *size));
+        if (*size == needed || ending_ == Ending::more) return success();
+        if (ending_ == Ending::exact || *size - needed >= bytesOfSlice()) {
+            return contradiction(fmt::format("{}", *size));
+        }
+        shape_.notes.push_back(behind(*size - needed));
+        endChecked_ = true;
+        return success();
     }
     if (stream_->mostBytes() < needed) return contradiction(fmt::format("at most {}", stream_->mostBytes()));
     return success();
 }
 
-/// What comes out of a compressed stream behind its last number says that the dimensions are wrong.
+/// What comes out of a compressed stream behind its last number, a slice or more, says that the dimensions
+/// are wrong.
 Status StreamVolume::checkEnd() {
-    std::array<char, 1> one{};
-    MOTE_ASSIGN_OR_RETURN(const auto got, stream_->read(one));
-    return got == 0 ? success() : Status(contradiction("more"));
+    if (endChecked_ || ending_ == Ending::more || parts_.volume + 1 < parts_.volumes) return success();
+    const std::uint64_t most = ending_ == Ending::exact ? 1 : std::min(bytesOfSlice(), mostBehind);
+    std::vector<char> rest(static_cast<std::size_t>(most));
+    MOTE_ASSIGN_OR_RETURN(const auto got, stream_->read(rest));
+    if (got == most) return contradiction("more");
+    if (got > 0) notes_.push_back(behind(got));
+    endChecked_ = true;
+    return success();
+}
+
+/// `bytes` is a value of each component for each of `values`.
+Status StreamVolume::decode(std::span<char> bytes, std::span<float> values) {
+    const std::size_t width = bytesOf(samples_.type);
+    if (parts_.components > 1) {
+        picked_.resize(values.size() * width);
+        const auto stride = static_cast<std::size_t>(parts_.components) * width;
+        const char* from = bytes.data() + parts_.component * width;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            std::memcpy(picked_.data() + i * width, from + i * stride, width);
+        }
+        bytes = picked_;
+    }
+    const auto number = rounded_ ? std::nullopt : inexactNumber(bytes, samples_);
+    if (number && bytesOf(samples_.type) == 8) {
+        return Error{
+            ErrorCode::unsupported, stream_->name(),
+            fmt::format("holds the 64-bit integer {}, which has more digits than a float keeps", *number)};
+    }
+    if (number) {
+        rounded_ = true;
+        notes_.push_back(fmt::format("{}: integers as {} are rounded to floats, which keep 24 bits",
+                                     stream_->name(), *number));
+    }
+    decodeSamples(bytes, samples_, values);
+    return success();
 }
 
 Status StreamVolume::read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) {
     MOTE_CHECK(z0 <= z1 && z1 <= shape_.nz && values.size() == shape_.voxelsOfSlice() * (z1 - z0));
-    const std::size_t width = bytesOf(samples_.type);
-    MOTE_RETURN_IF_ERROR(stream_->seek(shape_.voxelsOfSlice() * z0 * width));
-    block_.resize(std::min(values.size() * width, blockBytes));
+    const std::size_t width = bytesOf(samples_.type) * static_cast<std::size_t>(parts_.components);
+    MOTE_RETURN_IF_ERROR(stream_->seek(bytesOfSlice() * (shape_.nz * parts_.volume + z0)));
+    block_.resize(std::max(std::min(values.size() * width, blockBytes / width * width), width));
     while (!values.empty()) {
         const std::size_t count = std::min(values.size(), block_.size() / width);
         const std::span<char> bytes = std::span(block_).first(count * width);
         MOTE_ASSIGN_OR_RETURN(const auto got, stream_->read(bytes));
         if (got < bytes.size()) return contradiction("less");
-        decodeSamples(bytes, samples_, values.first(count));
+        MOTE_RETURN_IF_ERROR(decode(bytes, values.first(count)));
         values = values.subspan(count);
     }
-    return z1 == shape_.nz && ending_ == Ending::end ? checkEnd() : success();
+    return z1 == shape_.nz ? checkEnd() : success();
 }
 
 ByteStreamPtr numberStream(ByteStreamPtr text) {
@@ -181,8 +231,9 @@ Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& 
     const std::string typeName = options.type().empty() ? "u8" : options.type();
     const auto type = scalarType(typeName);
     if (!type) {
-        return Error{ErrorCode::invalidArgument, "type",
-                     fmt::format("\"{:.20}\" is none of u8, i8, u16, i16, u32, i32, f32 and f64", typeName)};
+        return Error{
+            ErrorCode::invalidArgument, "type",
+            fmt::format("\"{:.20}\" is none of u8, i8, u16, i16, u32, i32, u64, i64, f32 and f64", typeName)};
     }
     samples.type = *type;
     VolumeShape shape;
@@ -194,7 +245,8 @@ Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& 
     }
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
     MOTE_ASSIGN_OR_RETURN(auto data, partStream(std::move(file), options.header_bytes()));
-    return StreamVolume::make("raw", std::move(shape), samples, std::move(data));
+    // Dimensions that somebody typed are held against the file to the byte.
+    return StreamVolume::make("raw", std::move(shape), samples, std::move(data), StreamVolume::Ending::exact);
 }
 
 }  // namespace mote::prep

@@ -8,42 +8,56 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/volume_parts.h"
 #include "preprocess/volume/volume_source.h"
 
 namespace mote::prep {
 
 class StreamVolume : public VolumeSource {
   public:
-    /// What may follow the last number in the stream: nothing, or something else of the same file.
-    enum class Ending : std::uint8_t { end, more };
+    /// What may follow the last number in the stream: nothing, a few bytes, or something else of the file.
+    enum class Ending : std::uint8_t { exact, end, more };
 
-    /// Holds the shape against the stream's length before anything is read. Errors: corrupt (the stream is
-    /// too short, or too long where it should end).
+    /// Holds the shape against the stream's length before anything is read; the stream has all `parts`. Bytes
+    /// behind the last value, fewer than a slice has, are a note. Errors: corrupt (the stream is too short,
+    /// or too long where it should end).
     static Result<std::unique_ptr<VolumeSource>> make(std::string format, VolumeShape shape,
                                                       const SampleFormat& samples, ByteStreamPtr stream,
-                                                      Ending ending = Ending::end);
+                                                      Ending ending = Ending::end,
+                                                      const VolumeParts& parts = {});
 
     std::string format() const override { return format_; }
     const VolumeShape& shape() const override { return shape_; }
     bool sequential() const override { return stream_->sequential(); }
     Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) override;
+    std::vector<std::string> takeNotes() override { return std::exchange(notes_, {}); }
 
   private:
     StreamVolume(std::string format, VolumeShape shape, const SampleFormat& samples, ByteStreamPtr stream,
-                 Ending ending);
-    Status checkLength() const;
+                 Ending ending, const VolumeParts& parts);
+    std::uint64_t bytesOfSlice() const {
+        return shape_.voxelsOfSlice() * parts_.components * bytesOf(samples_.type);
+    }
+    std::uint64_t neededBytes() const { return bytesOfSlice() * shape_.nz * parts_.volumes; }
+    Status checkLength();
     Error contradiction(const std::string& held) const;
     Status checkEnd();
+    std::string behind(std::uint64_t bytes) const;
+    Status decode(std::span<char> bytes, std::span<float> values);
 
     std::string format_;
     VolumeShape shape_;
     SampleFormat samples_;
     ByteStreamPtr stream_;
     Ending ending_;
-    std::vector<char> block_;
+    VolumeParts parts_;
+    bool endChecked_ = false, rounded_ = false;
+    std::vector<char> block_, picked_;
+    std::vector<std::string> notes_;
 };
 
 /// Eight bytes, the machine's own double, for each number of `text`; between them stand blanks, line ends or

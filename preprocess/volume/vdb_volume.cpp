@@ -114,10 +114,26 @@ class GridReader : public openvdb::io::Archive {
     const openvdb::io::GridDescriptor& descriptor() const { return descriptor_; }
     const openvdb::GridBase::Ptr& grid() const { return grid_; }
 
-    /// The grid's nodes, and its voxels in a box of indices.
+    /// The grid's nodes, and its voxels in a box of indices. As readGrid() of the base does, but for the
+    /// root: that would prune the tree, and a leaf whose first voxel is no number is alike all over to it, as
+    /// nothing differs from that.
+    template <class Grid>
     void readBox(const openvdb::CoordBBox& box) {
         descriptor_.seekToGrid(file_);
-        readGrid(grid_, descriptor_, file_, box);
+        readGridCompression(file_);
+        metadata_->setHalfFloat(grid_->saveFloatAsHalf());
+        grid_->readMeta(file_);
+        // Inactive voxels are told by the class of the grid and its background.
+        openvdb::io::setGridClass(file_, grid_->getGridClass());
+        openvdb::io::setGridBackgroundValuePtr(file_, nullptr);
+        metadata_->setLeaf(0);
+        grid_->removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
+        grid_->readTransform(file_);
+        grid_->readTopology(file_);
+        auto& root = static_cast<Grid&>(*grid_).tree().root();
+        for (auto child = root.beginChildOn(); child; ++child) {
+            child->readBuffers(file_, box, grid_->saveFloatAsHalf());
+        }
     }
 
   private:
@@ -253,7 +269,17 @@ class VdbVolume : public VolumeSource {
                 if (!reader.next()) return changed();
             }
             if (typeOf(*reader.grid()) != shape_.type) return changed();
-            reader.readBox(slices(windowBegin_, windowEnd_));
+            const auto box = slices(windowBegin_, windowEnd_);
+            switch (shape_.type) {
+                case ScalarType::f64:
+                    reader.readBox<openvdb::DoubleGrid>(box);
+                    break;
+                case ScalarType::i32:
+                    reader.readBox<openvdb::Int32Grid>(box);
+                    break;
+                default:
+                    reader.readBox<openvdb::FloatGrid>(box);
+            }
             window_ = reader.grid();
             return success();
         });

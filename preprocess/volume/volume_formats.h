@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "preprocess/volume/volume_parts.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/scene/error.h"
 
@@ -32,11 +33,15 @@ bool naturallyLess(std::string_view a, std::string_view b);
 bool beginsAsPicture(std::string_view bytes);
 
 /// `input` is a folder, a pattern of names (namesPictures) or a TIFF file. Rows from top to bottom are y, the
-/// numbers those that the files store: no colour space is undone. Pictures in colour become their luminance,
-/// with a note. `progress` is asked while slices are read. Errors: notFound, unsupported (a single picture,
-/// another format), corrupt (pictures of different size or type), cancelled.
+/// numbers those that the files store: no colour space is undone, no palette looked up. Pictures in colour
+/// become their luminance, with a note. `field`: as of chooseParts, of the frames and channels of a file
+/// (ImageJ, OME, tifffile), or a channel's name. `progress` is asked while slices are read. Errors: notFound,
+/// unsupported (a single picture, another format), corrupt (pictures of different size or type), those of
+/// chooseParts, cancelled.
 Result<std::unique_ptr<VolumeSource>> openPictureStack(const std::filesystem::path& input,
-                                                       Progress& progress);
+                                                       const std::string& field, Progress& progress);
+Result<VolumeParts> partsOfPictures(const std::filesystem::path& input, const std::string& field,
+                                    Progress& progress);
 
 // OpenVDB volumes: one grid of floats, doubles or 32-bit integers, in the box of its active voxels. Called
 // from one thread.

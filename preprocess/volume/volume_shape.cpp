@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <type_traits>
 
 #include "preprocess/readers/text/number.h"
 #include "protocol/scene/mote_check.h"
@@ -20,8 +22,16 @@ struct TypeName {
     std::size_t bytes;
 };
 /// Names and sizes by ScalarType.
-constexpr std::array<TypeName, 8> types{
-    {{"u8", 1}, {"i8", 1}, {"u16", 2}, {"i16", 2}, {"u32", 4}, {"i32", 4}, {"f32", 4}, {"f64", 8}}};
+constexpr std::array<TypeName, 10> types{{{"u8", 1},
+                                          {"i8", 1},
+                                          {"u16", 2},
+                                          {"i16", 2},
+                                          {"u32", 4},
+                                          {"i32", 4},
+                                          {"f32", 4},
+                                          {"f64", 8},
+                                          {"u64", 8},
+                                          {"i64", 8}}};
 
 template <class Number, bool swapped>
 void decode(const char* from, const SampleFormat& format, std::span<float> values) {
@@ -41,6 +51,20 @@ template <class Number>
 void decode(const char* from, const SampleFormat& format, std::span<float> values) {
     return format.bigEndian && sizeof(Number) > 1 ? decode<Number, true>(from, format, values)
                                                   : decode<Number, false>(from, format, values);
+}
+
+template <class Number>
+std::optional<std::string> inexact(std::span<const char> bytes, const SampleFormat& format) {
+    const bool scaled = format.slope != 1.0 || format.intercept != 0.0;
+    for (std::size_t at = 0; at + sizeof(Number) <= bytes.size(); at += sizeof(Number)) {
+        const auto number = loadNumber<Number>(bytes.data() + at, format.bigEndian);
+        auto magnitude = static_cast<std::uint64_t>(number);
+        if (std::is_signed_v<Number> && static_cast<std::int64_t>(number) < 0) magnitude = 0 - magnitude;
+        // Of an integer's digits, those from the first to the last that is not 0 must fit.
+        const auto digits = std::bit_width(magnitude) - (magnitude == 0 ? 0 : std::countr_zero(magnitude));
+        if (digits > (scaled ? 53 : 24)) return std::to_string(number);
+    }
+    return std::nullopt;
 }
 
 constexpr std::size_t maxUnit = 16;
@@ -84,7 +108,19 @@ void decodeSamples(std::span<const char> bytes, const SampleFormat& format, std:
             return decode<float>(bytes.data(), format, values);
         case ScalarType::f64:
             return decode<double>(bytes.data(), format, values);
+        case ScalarType::u64:
+            return decode<std::uint64_t>(bytes.data(), format, values);
+        case ScalarType::i64:
+            return decode<std::int64_t>(bytes.data(), format, values);
     }
+}
+
+std::optional<std::string> inexactNumber(std::span<const char> bytes, const SampleFormat& format) {
+    if (format.type == ScalarType::u64) return inexact<std::uint64_t>(bytes, format);
+    if (format.type == ScalarType::i64) return inexact<std::int64_t>(bytes, format);
+    if (format.type == ScalarType::u32) return inexact<std::uint32_t>(bytes, format);
+    if (format.type == ScalarType::i32) return inexact<std::int32_t>(bytes, format);
+    return std::nullopt;
 }
 
 Status setDimensions(VolumeShape& shape, std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,

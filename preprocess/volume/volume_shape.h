@@ -13,12 +13,13 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "protocol/scene/error.h"
 
 namespace mote::prep {
 
-enum class ScalarType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64 };
+enum class ScalarType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64, u64, i64 };
 
 /// "u8", "i8", ...: in options, manifests and messages.
 std::string_view name(ScalarType type);
@@ -35,6 +36,9 @@ struct SampleFormat {
 /// `bytes` holds values.size() numbers. Where slope and intercept are 1 and 0, each value is the number
 /// rounded to the nearest float; else it is computed in double and rounded once.
 void decodeSamples(std::span<const char> bytes, const SampleFormat& format, std::span<float> values);
+/// The first of the numbers, of integers of 32 and 64 bits, that a float (with a slope: a double) is not.
+/// Those of 64 bits are read where that is none; those of 32 are rounded.
+std::optional<std::string> inexactNumber(std::span<const char> bytes, const SampleFormat& format);
 
 struct VolumeShape {
     static constexpr std::uint32_t maxDimension = 1u << 16;
@@ -47,6 +51,12 @@ struct VolumeShape {
     glm::dmat4 indexToWorld{1.0};
     std::string worldUnit;  ///< of a length in the world: "mm"; "" where the file does not say
     std::string valueUnit;  ///< of a value: "HU"; "" where the file does not say
+    /// The frame of the file's world as NRRD names it, "left-posterior-superior" or "3d-left-handed"; ""
+    /// where the file does not say.
+    std::string space;
+    std::string worldSpace = {};          ///< of indexToWorld: "ras" or "lps"; "": the file's own
+    std::optional<double> time = {};      ///< of the volume, s, where the file says it
+    std::vector<std::string> notes = {};  ///< what was assumed or left out, a sentence each
 
     std::uint64_t voxelsOfSlice() const { return std::uint64_t{nx} * ny; }
     std::uint64_t voxels() const { return voxelsOfSlice() * nz; }

@@ -26,7 +26,9 @@ class VolumeSource {
     virtual std::string format() const = 0;  ///< as in --format
     virtual const VolumeShape& shape() const = 0;
     /// Of the volume, s, where the file says it.
-    virtual std::optional<double> time() const { return std::nullopt; }
+    virtual std::optional<double> time() const { return shape().time; }
+    /// What was found only while values were read, a sentence each, told once.
+    virtual std::vector<std::string> takeNotes() { return {}; }
     /// Whether slabs are best asked for in ascending z: going back decompresses the file from its beginning.
     virtual bool sequential() const = 0;
     /// The values of slices [z0, z1), x fastest, slope and intercept of the file applied. 32-bit integers and
@@ -37,8 +39,9 @@ class VolumeSource {
 };
 
 /// Opens the volume of one input (a path of the file system): format by `options.format()` or by content.
-/// `options.spacing()` and `origin()` go before what the file says. `progress` must outlive the source.
-/// Errors: notFound, permissionDenied, unsupported (an unknown format, vectors, several volumes), corrupt,
+/// Places are in the space that `options.space()` names (world_space.h); `options.spacing()` and `origin()`
+/// go before what the file says. What was assumed is noted. `progress` must outlive the source. Errors:
+/// notFound, permissionDenied, unsupported (an unknown format, vectors, several volumes), corrupt,
 /// invalidArgument (an option), resourceExhausted, cancelled.
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
                                                        const std::filesystem::path& input,
@@ -49,8 +52,8 @@ struct VolumeStep {
     std::filesystem::path input;
     proto::VolumeSourceOptions options;
 };
-/// One for each input, but for openPMD files of several iterations, which are a step each. Errors: as
-/// openVolumeSource, of these.
+/// One for each input, but for files of several volumes and openPMD's of several iterations, which are a step
+/// each. Errors: as openVolumeSource, of openPMD's.
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
                                             const std::vector<std::filesystem::path>& inputs);
 

@@ -17,14 +17,16 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::array<ScalarTypeName, 8> typeNames{{{"Int8", ScalarType::i8},
-                                                   {"UInt8", ScalarType::u8},
-                                                   {"Int16", ScalarType::i16},
-                                                   {"UInt16", ScalarType::u16},
-                                                   {"Int32", ScalarType::i32},
-                                                   {"UInt32", ScalarType::u32},
-                                                   {"Float32", ScalarType::f32},
-                                                   {"Float64", ScalarType::f64}}};
+constexpr std::array<ScalarTypeName, 10> typeNames{{{"Int64", ScalarType::i64},
+                                                    {"UInt64", ScalarType::u64},
+                                                    {"Int8", ScalarType::i8},
+                                                    {"UInt8", ScalarType::u8},
+                                                    {"Int16", ScalarType::i16},
+                                                    {"UInt16", ScalarType::u16},
+                                                    {"Int32", ScalarType::i32},
+                                                    {"UInt32", ScalarType::u32},
+                                                    {"Float32", ScalarType::f32},
+                                                    {"Float64", ScalarType::f64}}};
 
 class HeaderReader {
   public:
@@ -265,7 +267,8 @@ Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path,
     samples.bigEndian = header.bigEndian && !ascii;
     const std::uint64_t needed = header.shape.voxels() * bytesOf(samples.type);
     MOTE_ASSIGN_OR_RETURN(auto data, values(std::move(file), header, needed));
-    return StreamVolume::make("vti", std::move(header.shape), samples, std::move(data));
+    return StreamVolume::make("vti", std::move(header.shape), samples, std::move(data),
+                              StreamVolume::Ending::exact);
 }
 
 }  // namespace mote::prep

@@ -24,9 +24,12 @@ class Parser {
     Status parse(const Progress& progress) {
         if (!parser_) return Error{ErrorCode::resourceExhausted, file_.name(), "cannot be parsed: no memory"};
         XML_SetUserData(parser_.get(), this);
-        XML_SetStartElementHandler(parser_.get(), [](void* self, const char* name, const char** attributes) {
-            static_cast<Parser*>(self)->start(name, attributes);
-        });
+        XML_SetElementHandler(
+            parser_.get(),
+            [](void* self, const char* name, const char** attributes) {
+                static_cast<Parser*>(self)->start(name, attributes);
+            },
+            [](void* self, const char* name) { static_cast<Parser*>(self)->end(name); });
         // Nothing that VTK writes has one, and entities are a way to make much out of little.
         XML_SetStartDoctypeDeclHandler(
             parser_.get(), [](void* self, const char*, const char*, const char*, int) {
@@ -94,12 +97,18 @@ class Parser {
             inCells_ = element == "CellData";
             active_ = fields(element, attributes).text("Scalars");
         }
-        if (element == "DataArray") addArray(fields(element, attributes));
+        if (element == "FieldData") inFieldData_ = true;
+        // Values of no point and of no cell, and marks of VTK's own.
+        if (element == "DataArray" && !inFieldData_) addArray(fields(element, attributes));
         if (element == "AppendedData") {
             document_.appended = fields(element, attributes);
             document_.appendedAt = contentAt();
             finish();
         }
+    }
+
+    void end(std::string_view element) {
+        if (element == "FieldData") inFieldData_ = false;
     }
 
     void addArray(HeaderFields attributes) {
@@ -119,7 +128,7 @@ class Parser {
                                                                          &XML_ParserFree};
     std::optional<Error> error_;
     bool done_ = false;
-    bool inCells_ = false;
+    bool inCells_ = false, inFieldData_ = false;
     std::string active_;  ///< the Scalars of the element whose arrays follow
     std::uint64_t fed_ = 0;
 };
@@ -138,7 +147,7 @@ const VtiArray* VtiDocument::chosen(std::string_view field) const {
     for (const VtiArray& array : arrays) {
         if (array.isSurely(field)) return &array;
         const bool better = best == nullptr || (best->ofCells && !array.ofCells);
-        if (field.empty() && array.isScalar() && better) best = &array;
+        if (field.empty() && array.isScalar() && !array.isMark() && better) best = &array;
     }
     return best;
 }

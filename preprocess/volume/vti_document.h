@@ -26,10 +26,18 @@ struct VtiArray {
         const auto count = attributes.text("NumberOfComponents");
         return count.empty() || count == "1";
     }
+    /// Which points VTK hides, and numbers that it gives them for itself.
+    bool isMark() const {
+        const auto name = attributes.text("Name");
+        return name == "vtkGhostType" || name == "vtkGhostLevels" || name == "vtkValidPointMask" ||
+               name == "vtkOriginalPointIds" || name == "vtkOriginalCellIds" || name == "GlobalPointIds" ||
+               name == "GlobalCellIds" || name == "GlobalNodeId" || name == "GlobalElementId";
+    }
     /// Whether no array that follows can be the one to read: it has the name `field`, or is the active one of
     /// the points where there is no name.
     bool isSurely(std::string_view field) const {
-        return field.empty() ? active && !ofCells && isScalar() : attributes.text("Name") == field;
+        return field.empty() ? active && !ofCells && isScalar() && !isMark()
+                             : attributes.text("Name") == field;
     }
 };
 
@@ -43,7 +51,8 @@ struct VtiDocument {
     /// type; a tag of more than 1 MiB), unsupported (several pieces), cancelled, those of `file`.
     static Result<VtiDocument> parse(ByteStream& file, std::string_view field, const Progress& progress);
 
-    /// The one that isSurely(), else without a name the first scalars of points, else of cells. Null: none.
+    /// The one that isSurely(), else, but for marks, without a name the first scalars of points, else of
+    /// cells. Null: none.
     const VtiArray* chosen(std::string_view field) const;
 };
 

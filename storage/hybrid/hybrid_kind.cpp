@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cmath>
 
 #include "storage/dataset_kind.h"
 #include "storage/files/packed_file.h"
@@ -40,6 +44,44 @@ std::string sizeText(const google::protobuf::RepeatedField<std::uint32_t>& size)
     return fmt::format("{} x {} x {}", size.at(0), size.at(1), size.at(2));
 }
 
+/// "right", of the axis of the world that a step of voxels goes along most; patients' worlds have words for
+/// it.
+std::string directionText(const proto::HybridManifest& hybrid, int axis) {
+    const auto at = [&](int row) { return hybrid.index_to_world(4 * row + axis); };
+    int most = 0;
+    for (int row = 1; row < 3; ++row) most = std::abs(at(row)) > std::abs(at(most)) ? row : most;
+    const bool forward = at(most) >= 0.0;
+    const bool lps = hybrid.space() == "lps";
+    if (hybrid.space().empty()) return fmt::format("{}{}", forward ? "+" : "-", "xyz"[most]);
+    static constexpr std::array<std::array<const char*, 2>, 3> words{
+        {{"right", "left"}, {"anterior", "posterior"}, {"superior", "inferior"}}};
+    const bool first = forward != (lps && most < 2);
+    return words[static_cast<std::size_t>(most)][first ? 0 : 1];
+}
+
+/// Voxel size, place, orientation and space.
+void describePlace(const proto::HybridManifest& hybrid, std::string& text) {
+    const auto out = std::back_inserter(text);
+    const auto unit = hybrid.world_unit().empty() ? "" : " " + hybrid.world_unit();
+    std::array<std::string, 3> sizes, origin, axes;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto at = [&](int row, int column) { return hybrid.index_to_world(4 * row + column); };
+        const auto i = static_cast<std::size_t>(axis);
+        sizes[i] = fmt::format("{:.6g}", std::hypot(at(0, axis), at(1, axis), at(2, axis)));
+        origin[i] = fmt::format("{:.10g}", at(axis, 3));
+        axes[i] = fmt::format("{} ({:.6g}, {:.6g}, {:.6g})", directionText(hybrid, axis), at(0, axis),
+                              at(1, axis), at(2, axis));
+    }
+    fmt::format_to(out, "voxels   {}{}{}\n", fmt::join(sizes, " x "), unit,
+                   hybrid.world_unit().empty() ? ", of an unknown unit" : "");
+    fmt::format_to(out, "origin   {}{}\n", fmt::join(origin, ", "), unit);
+    fmt::format_to(out, "axes     {}\n", fmt::join(axes, ", "));
+    fmt::format_to(out, "space    {}, the source's {}\n",
+                   hybrid.space().empty() ? "as the source has it" : hybrid.space(),
+                   hybrid.source_space().empty() ? "is not said" : hybrid.source_space());
+    for (const auto& note : hybrid.notes()) fmt::format_to(out, "note     {}\n", note);
+}
+
 std::string describe(const proto::Manifest& manifest) {
     const auto& hybrid = manifest.hybrid();
     std::string text;
@@ -50,6 +92,7 @@ std::string describe(const proto::Manifest& manifest) {
     fmt::format_to(out, "source   {} of {}, values from {:.6g} to {:.6g}{}{}\n",
                    sizeText(hybrid.source_size()), hybrid.scalar_type(), hybrid.value_min(),
                    hybrid.value_max(), hybrid.value_unit().empty() ? "" : " ", hybrid.value_unit());
+    describePlace(hybrid, text);
     fmt::format_to(out, "volume   {}, {} bits, {}\n", sizeText(hybrid.low_size()), hybrid.value_bits(),
                    hybrid.filter());
     fmt::format_to(out, "errors   on {}", sizeText(hybrid.error_size()));

@@ -164,8 +164,14 @@ TEST_P(Nifti, ContradictionsAreRefused) {
     EXPECT_THAT(error([](Header& h) { h.dim({3, 3, 4, 0}); }), HasSubstr("dim: says 3 x 4 x 0"));
     EXPECT_THAT(error([](Header& h) { h.dim({3, 3, -4, 5}); }), HasSubstr("dim: says -4 voxels"));
     EXPECT_THAT(error([](Header& h) { h.dim({9, 3, 4, 5}); }), HasSubstr("dim: says 9 axes"));
-    EXPECT_THAT(error([](Header& h) { h.dim({4, 3, 4, 1, 5}); }), HasSubstr("says 5 times; only one"));
-    EXPECT_THAT(error([](Header& h) { h.dim({5, 3, 4, 1, 1, 5}); }), HasSubstr("5 values for each voxel"));
+    EXPECT_THAT(error([](Header& h) {
+                    h.dim({4, 3, 4, 1, 5});
+                }),
+                HasSubstr("says 5 volumes: ask for one of"));
+    EXPECT_THAT(error([](Header& h) {
+                    h.dim({5, 3, 4, 1, 1, 5});
+                }),
+                HasSubstr("says 5 volumes: ask for one of"));
     EXPECT_THAT(error([](Header& h) { h.type(128); }), HasSubstr("unsupported: a.nii: datatype: 128 is no"));
     EXPECT_THAT(error([](Header& h) { h.offset(-1); }), HasSubstr("vox_offset: is -1"));
     EXPECT_THAT(error([](Header& h) { h.offset(1e9); }), HasSubstr("and it holds 0"));

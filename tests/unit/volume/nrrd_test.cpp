@@ -79,8 +79,11 @@ TEST_F(Nrrd, LiesWhereItsDirectionsSay) {
                              "sample units: \"HU\"\n\n" +
                              std::string(60, 'x'));
     ASSERT_TRUE(volume.ok()) << volume.error().toString();
-    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(10, -20, 30));
-    EXPECT_EQ(worldOf(volume->shape, 1, 2, 3), glm::dvec3(8, -16.5, 39));
+    // Of a patient, and so in right, anterior, superior.
+    EXPECT_EQ(worldOf(volume->shape, 0, 0, 0), glm::dvec3(-10, 20, 30));
+    EXPECT_EQ(worldOf(volume->shape, 1, 2, 3), glm::dvec3(-8, 16.5, 39));
+    EXPECT_EQ(volume->shape.space, "left-posterior-superior");
+    EXPECT_EQ(volume->shape.worldSpace, "ras");
     EXPECT_EQ(volume->shape.worldUnit, "mm");
     EXPECT_EQ(volume->shape.valueUnit, "HU");
 }
@@ -160,7 +163,7 @@ TEST_F(Nrrd, VectorsAreRefused) {
     const auto rest = std::string("encoding: raw\n") + "\n" + std::string(60, 'x');
     EXPECT_THAT(
         error("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 3 4 5\nkinds: RGB-color domain domain\n" + rest),
-        HasSubstr("unsupported: a.nrrd: sizes: says 3 values for each voxel"));
+        HasSubstr("unsupported: a.nrrd: sizes: says 2 axes of space"));
     EXPECT_THAT(error("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 1 4 5\nspacings: nan 1 1 1\n" + rest),
                 HasSubstr("says 3 values for each voxel"));
 }
@@ -191,7 +194,7 @@ TEST_F(Nrrd, ContradictionsAreRefused) {
     EXPECT_THAT(errorOf(type + dimension + raw), HasSubstr("sizes: are not as many"));
     EXPECT_THAT(errorOf(dimension + sizes + raw), HasSubstr("unsupported: a.nrrd: type: \"\" is no"));
     EXPECT_THAT(errorOf("type: block\n" + dimension + sizes + raw), HasSubstr("\"block\" is no integer"));
-    EXPECT_THAT(errorOf(type + dimension + sizes + "encoding: bzip2"), HasSubstr("\"bzip2\" is none of"));
+    EXPECT_THAT(errorOf(type + dimension + sizes + "encoding: lzma"), HasSubstr("\"lzma\" is none of"));
     EXPECT_THAT(errorOf("type: short\n" + dimension + sizes + raw), HasSubstr("endian: \"\" is neither"));
     EXPECT_THAT(errorOf(type + type + dimension + sizes + raw), HasSubstr("type: stands there twice"));
     EXPECT_THAT(errorOf(type + dimension + sizes + raw + "\nnonsense"), HasSubstr("which is no field"));
@@ -204,7 +207,8 @@ TEST_F(Nrrd, ContradictionsAreRefused) {
     EXPECT_THAT(errorOf(directions + "(1,0,0) (2,0,0) (0,0,1)"), HasSubstr("lie in one plane"));
     EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0)"), HasSubstr("three numbers in brackets"));
     EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) (0,0,x)"), HasSubstr("something else than numbers"));
-    EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) none"), HasSubstr("says 5 values for each voxel"));
+    EXPECT_THAT(errorOf(directions + "(1,0,0) (0,1,0) none"),
+                HasSubstr("says 5 values between the axes of space"));
     EXPECT_THAT(errorOf("type: \xff\x01 y\n" + dimension + sizes + raw), HasSubstr("\"?? y\" is no integer"));
     EXPECT_THAT(error("NRRD0004\n" + std::string(2 << 20, 'x')), HasSubstr("header: has no end"));
 }
@@ -216,7 +220,10 @@ TEST_F(Nrrd, GzipMayHaveSeveralMembers) {
     const auto bytes = numberBytes<std::uint8_t>(numbers);
     EXPECT_THAT(read(head + gzipped(bytes.substr(0, 25)) + gzipped(bytes.substr(25)))->values,
                 ElementsAreArray(numbers));
-    EXPECT_THAT(error(head + gzipped(bytes) + gzipped("x")), HasSubstr("and it holds more"));
+    EXPECT_THAT(error(head + gzipped(bytes) + gzipped("a whole slice")), HasSubstr("and it holds more"));
+    const auto longer = read(head + gzipped(bytes) + gzipped("x"));
+    ASSERT_TRUE(longer.ok()) << longer.error().toString();
+    EXPECT_THAT(longer->notes, testing::ElementsAre("a.nrrd: a byte behind its last value was left out"));
 }
 
 TEST_F(Nrrd, CutDataAreRefused) {

@@ -117,7 +117,7 @@ TEST_F(VolumeProgram, OptionsOutOfRangeAreRefused) {
     for (const auto* filter : {"under:2", "under:nan", "under:", "gauss"}) {
         refused(few + std::vector<std::string>{"--filter", filter}, "volume.filter: must be cubic, box or");
     }
-    refused({}, "volume.threshold: either a threshold or a number of points is needed");
+    refused(few + std::vector<std::string>{"--space", "las"}, "space: \"las\" is none of ras, lps and file");
     refused(few + std::vector<std::string>{"--low", "0"}, "volume.low: must be at least 1");
     refused(few + std::vector<std::string>{"--error-grid", "0"}, "volume.errorGrid: must be at least 1");
     refused(few + std::vector<std::string>{"--spacing", "nan", "1", "1"}, "spacing: is not over 0");

@@ -206,7 +206,7 @@ TEST_F(Vti, ContradictionsAreRefused) {
                 HasSubstr("resource_exhausted: a.vti: Piece: Extent: says 1000000 x"));
     EXPECT_THAT(errorOf([](Form& f) { f.image = "Spacing=\"1 0 1\""; }), HasSubstr("axis y lie 0 apart"));
     EXPECT_THAT(errorOf([](Form& f) { f.image = "Spacing=\"1 nan 1\""; }), HasSubstr("Spacing: says nan"));
-    EXPECT_THAT(errorOf([](Form& f) { f.type = "Int64"; }), HasSubstr("\"Int64\" is no integer of 8"));
+    EXPECT_THAT(errorOf([](Form& f) { f.type = "String"; }), HasSubstr("\"String\" is no integer of 8"));
     EXPECT_THAT(errorOf([](Form& f) { f.type = "String"; }), HasSubstr("DataArray: type"));
     EXPECT_THAT(errorOf([](Form& f) { f.format = "binary", f.arrayAttributes = "NumberOfComponents=\"3\""; }),
                 HasSubstr("has no array with one value"));
