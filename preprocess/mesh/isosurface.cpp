@@ -72,6 +72,7 @@ class SurfaceNet {
         for (auto& slice : slices_) slice.resize(shape.voxelsOfSlice());
         for (auto& inside : inside_) inside.resize(shape.voxelsOfSlice());
         for (auto& layer : vertices_) layer.resize(shape.voxelsOfSlice(), none);
+        mesh_.origin = origin();
         // Seen from outside, which a mirror image turns round.
         mirrored_ = glm::determinant(glm::dmat3(shape.indexToWorld)) < 0.0;
     }
@@ -103,6 +104,21 @@ class SurfaceNet {
     }
 
   private:
+    /// For the volume's box, or what of it is kept.
+    glm::dvec3 origin() const {
+        glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+        const glm::dvec3 last(shape_.nx - 1.0, shape_.ny - 1.0, shape_.nz - 1.0);
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 world(shape_.indexToWorld * glm::dvec4(placeOf(corner) * last, 1.0));
+            low = glm::min(low, world);
+            high = glm::max(high, world);
+        }
+        if (options_.clip) {
+            low = glm::max(low, options_.clip->min);
+            high = glm::max(low, glm::min(high, options_.clip->max));
+        }
+        return originFor(low, high);
+    }
     std::string whyEmpty() const {
         if (low_ > high_) return "the volume has no values that are numbers";
         if (!(low_ < options_.value && options_.value <= high_))
@@ -139,7 +155,7 @@ class SurfaceNet {
         if (options_.clip && (glm::any(glm::lessThan(world, options_.clip->min)) ||
                               glm::any(glm::greaterThan(world, options_.clip->max))))
             return none;
-        mesh_.positions.emplace_back(world);
+        mesh_.positions.emplace_back(world - mesh_.origin);
         return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
     }
     Corners cornersOf(std::uint32_t x, std::uint32_t y) const {

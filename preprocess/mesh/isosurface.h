@@ -25,10 +25,10 @@ struct IsosurfaceOptions {
     std::uint64_t mostTriangles = 0;
 };
 
-/// Triangles are counterclockwise seen from where values are lower, positions in world units. Where the
-/// volume ends, the mesh is open; samples that are not finite lie outside. Errors: invalidArgument (no
-/// surface: with the range of values, or why else; a volume of less than two samples along an axis),
-/// resourceExhausted (more triangles), cancelled, those of the source.
+/// Triangles are counterclockwise seen from where values are lower, positions in world units, the
+/// mesh's origin taken off. Where the volume ends, the mesh is open; samples that are not finite lie outside.
+/// Errors: invalidArgument (no surface: with the range of values, or why else; a volume of less than two
+/// samples along an axis), resourceExhausted (more triangles), cancelled, those of the source.
 Result<TriangleMesh> isosurface(VolumeSource& source, const IsosurfaceOptions& options, Progress& progress);
 
 }  // namespace mote::prep

@@ -5,6 +5,7 @@
 // of vertices. `name` is the file's, for errors. Functions without state.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,13 +23,16 @@ Result<TriangleMesh> parseObj(std::string_view text, const std::string& name);
 /// 4OFF, nOFF).
 Result<TriangleMesh> parseOff(std::string_view text, const std::string& name);
 
+/// Where in the first word of a file "OFF" stands, with its prefixes and perhaps a count right behind it.
+std::optional<std::size_t> offMark(std::string_view word);
+
 /// Stanford: ASCII and binary of either byte order; faces of any integer type, strips with -1 between them;
 /// elements and properties that we do not know are stepped over. Errors: corrupt with line or byte,
 /// unsupported.
 Result<TriangleMesh> parsePly(std::string_view bytes, const std::string& name);
 
 /// Stereolithography, ASCII or binary. A file whose length is that of a binary one is binary, though it begin
-/// with "solid". Errors: corrupt with line or byte.
+/// with "solid"; one that says 0 triangles has those that follow. Errors: corrupt with line or byte.
 Result<TriangleMesh> parseStl(std::string_view bytes, const std::string& name);
 
 /// Whether the length is that of a binary STL with its own count of triangles.

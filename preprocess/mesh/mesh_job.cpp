@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "preprocess/job.h"
+#include "preprocess/kept_notes.h"
 #include "preprocess/mesh/isosurface.h"
 #include "preprocess/mesh/read_mesh.h"
 #include "preprocess/mesh/surface_topology.h"
@@ -55,6 +56,7 @@ Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& inpu
     const auto& clip = job.clip();
     if (!clip.empty()) options.clip = Bounds{{clip[0], clip[1], clip[2]}, {clip[3], clip[4], clip[5]}};
     MOTE_ASSIGN_OR_RETURN(auto surface, isosurface(*source, options, progress));
+    if (const auto origin = describeOrigin(surface.origin); !origin.empty()) progress.note(origin);
     auto welded = weldMesh(std::move(surface), counts);
     if (!welded.triangles.empty()) return welded;
     return Error{ErrorCode::invalidArgument, "isovalue", "its surface has no area"};
@@ -63,12 +65,12 @@ Result<TriangleMesh> readSurface(const proto::MeshJob& job, const fs::path& inpu
 }  // namespace
 
 std::uint64_t meshFileLimit(std::uint64_t memory) {
-    return memory / 12;
+    return memory / 18;
 }
 
 Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::path& input,
-                                   const fs::path& output, const JobResources& resources,
-                                   Progress& progress) {
+                                   const fs::path& output, const JobResources& resources, Progress& told) {
+    KeptNotes progress(told);
     MOTE_ASSIGN_OR_RETURN(auto writer, storage::DatasetWriter::create(output));
     progress.report(0.0, "reading");
     MOTE_ASSIGN_OR_RETURN(const auto surface,
@@ -82,6 +84,7 @@ Result<proto::Manifest> runMeshJob(const proto::JobRequest& request, const fs::p
     MOTE_RETURN_IF_ERROR(writer.add("mesh.h5", cancelled));
     MOTE_RETURN_IF_ERROR(writer.add("mesh.digest", cancelled));
     auto manifest = describe(request, input, output, mesh);
+    manifest.mutable_mesh()->mutable_notes()->Assign(progress.notes().begin(), progress.notes().end());
     MOTE_RETURN_IF_ERROR(writer.publish(manifest));
     manifest.mutable_files()->Assign(writer.files().begin(), writer.files().end());
     progress.report(1.0, "done");

@@ -13,8 +13,8 @@
 
 namespace mote::prep {
 
-/// Bytes that a mesh file may have, inflated, for a job of so much memory: in memory it takes up to twelve
-/// times as much (a PLY file of one-byte coordinates).
+/// Bytes that a mesh file may have, inflated, for a job of so much memory: in memory it takes up to eighteen
+/// times as much (a PLY file of one-byte coordinates, which are doubles while it is read).
 std::uint64_t meshFileLimit(std::uint64_t memory);
 
 /// Makes `output`, which appears by one rename, from `input`. Returns its manifest. Errors: those of readMesh

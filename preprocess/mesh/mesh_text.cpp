@@ -27,20 +27,24 @@ bool MeshText::nextLine() {
         at_ = std::min(end + 1, text_.size());
         ++number_;
         line_ = withoutBlanks(line_.substr(0, line_.find('#')));
-        if (!line_.empty()) return true;
+        line_ = line_.substr(0, line_.find_last_not_of(blanks) + 1);
+        goesOn_ = line_.ends_with('\\');
+        if (goesOn_) line_.remove_suffix(1);
+        if (!line_.empty() || goesOn_) return true;
     }
     line_ = {};
+    goesOn_ = false;
     return false;
 }
 
 std::string_view MeshText::word() {
-    for (;;) {
-        const auto word = line_.substr(0, line_.find_first_of(blanks));
-        line_.remove_prefix(word.size());
-        line_ = withoutBlanks(line_);
-        if (word != "\\" || !line_.empty()) return word;
+    while (line_.empty() && goesOn_) {
         if (!nextLine()) return {};
     }
+    const auto word = line_.substr(0, line_.find_first_of(blanks));
+    line_.remove_prefix(word.size());
+    line_ = withoutBlanks(line_);
+    return word;
 }
 
 std::string_view MeshText::wordAcrossLines() {

@@ -16,7 +16,9 @@ namespace mote::prep {
 class MeshText {
   public:
     /// `name` is the file's, for errors.
-    MeshText(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {}
+    MeshText(std::string_view text, std::string name) : text_(text), name_(std::move(name)) {
+        if (text_.starts_with("\xef\xbb\xbf")) at_ = 3;  // a mark of UTF-8, which is no word
+    }
 
     /// Goes to the next line that has a word, what stands behind '#' left out; a line that ends in '\' goes
     /// on in the next one. False at the end.
@@ -41,6 +43,7 @@ class MeshText {
     std::string_view text_;
     std::string name_;
     std::string_view line_;
+    bool goesOn_ = false;  ///< in the next line
     std::size_t at_ = 0;
     std::uint64_t number_ = 0;
 };

@@ -76,16 +76,16 @@ class ObjParser {
         }
         MOTE_RETURN_IF_ERROR(checkForward());
         for (const auto& face : forward_) add(face.corners, face.part);
-        return std::move(mesh_);
+        return toFloats(std::move(mesh_));
     }
 
   private:
     Status addVertex() {
-        glm::vec3 position;
+        glm::dvec3 position;
         for (int axis = 0; axis < 3; ++axis) {
             const auto value = MeshText::number(text_.word());
             if (!value) return text_.error("a vertex needs three numbers");
-            position[axis] = static_cast<float>(*value);
+            position[axis] = *value;
         }
         mesh_.positions.push_back(position);
         return success();
@@ -111,7 +111,6 @@ class ObjParser {
             known = known && corner < mesh_.positions.size();
             corners_.push_back(corner);
         }
-        if (corners_.size() < 3) return text_.error("a face needs three vertices");
         const auto part = names_.part();
         if (known) {
             add(corners_, part);
@@ -142,7 +141,7 @@ class ObjParser {
     }
 
     MeshText text_;
-    TriangleMesh mesh_;
+    ExactMesh mesh_;
     std::vector<std::uint32_t> corners_;
     PartNames names_;
     std::vector<ForwardFace> forward_;

@@ -18,7 +18,7 @@ class OffParser {
         MOTE_RETURN_IF_ERROR(readHeader());
         MOTE_RETURN_IF_ERROR(readVertices());
         MOTE_RETURN_IF_ERROR(readFaces());
-        return std::move(mesh_);
+        return toFloats(std::move(mesh_));
     }
 
   private:
@@ -28,11 +28,13 @@ class OffParser {
 
     Status readHeader() {
         auto word = text_.wordAcrossLines();
-        if (word.ends_with("OFF")) {
-            if (word.find_first_of("4n") != std::string_view::npos) {
+        if (const auto mark = offMark(word)) {
+            if (word.substr(0, *mark).find_first_of("4n") != std::string_view::npos) {
                 return unsupported("is an OFF file of other than three dimensions, which is not read");
             }
-            word = text_.wordAcrossLines();
+            // ModelNet's files have the first count right behind it.
+            word.remove_prefix(*mark + 3);
+            if (word.empty()) word = text_.wordAcrossLines();
             if (word == "BINARY") return unsupported("is a binary OFF file, which is not read: use PLY");
         }
         for (auto* count : {&vertices_, &faces_}) {
@@ -44,9 +46,13 @@ class OffParser {
             *count = static_cast<std::uint64_t>(*value);
             if (count == &vertices_) word = text_.wordAcrossLines();
         }
-        // The count of edges is often wrong, and sometimes missing.
-        while (!text_.word().empty()) {
-        }
+        // The count of edges is often wrong, sometimes missing, and sometimes alone in a line.
+        bool edges = false;
+        while (!text_.word().empty()) edges = true;
+        if (edges) return success();
+        MeshText ahead = text_;
+        const auto only = ahead.nextLine() ? ahead.word() : std::string_view();
+        if (MeshText::integer(only) && ahead.word().empty()) text_ = ahead;
         return success();
     }
 
@@ -54,11 +60,11 @@ class OffParser {
         mesh_.positions.reserve(vertices_);
         for (std::uint64_t i = 0; i < vertices_; ++i) {
             if (!text_.nextLine()) return text_.error(fmt::format("ends after {} vertices", i));
-            glm::vec3 position;
+            glm::dvec3 position;
             for (int axis = 0; axis < 3; ++axis) {
                 const auto value = MeshText::number(text_.word());
                 if (!value) return text_.error("a vertex needs three numbers");
-                position[axis] = static_cast<float>(*value);
+                position[axis] = *value;
             }
             mesh_.positions.push_back(position);
         }
@@ -90,10 +96,19 @@ class OffParser {
     std::uint64_t bytes_;
     std::uint64_t vertices_ = 0;
     std::uint64_t faces_ = 0;
-    TriangleMesh mesh_;
+    ExactMesh mesh_;
 };
 
 }  // namespace
+
+std::optional<std::size_t> offMark(std::string_view word) {
+    const auto mark = word.find("OFF");
+    if (mark == std::string_view::npos || mark > 5) return std::nullopt;
+    const auto before = word.substr(0, mark), behind = word.substr(mark + 3);
+    const bool known = before.find_first_not_of("STCN4n") == std::string_view::npos &&
+                       behind.find_first_not_of("0123456789") == std::string_view::npos;
+    return known ? std::optional(mark) : std::nullopt;
+}
 
 Result<TriangleMesh> parseOff(std::string_view text, const std::string& name) {
     return OffParser(text, name).parse();

@@ -33,12 +33,12 @@ class PlyParser {
         for (const auto& element : header_.elements) {
             for (std::uint64_t i = 0; i < element.count; ++i) MOTE_RETURN_IF_ERROR(read(element));
         }
-        return std::move(mesh_);
+        MOTE_RETURN_IF_ERROR(addWaiting());
+        return toFloats(std::move(mesh_));
     }
 
   private:
-    /// Vertices have a place, and stand before what names them: only then can an index be held to their
-    /// number.
+    /// Vertices have a place. What names them may stand before them, and waits then until they are there.
     Status checkMeanings() {
         int axes = 0;
         bool indexed = false;
@@ -47,16 +47,14 @@ class PlyParser {
                 const auto meaning = meaningOf(element, property);
                 if (meaning == Meaning::x || meaning == Meaning::y || meaning == Meaning::z) ++axes;
                 const bool indices = meaning == Meaning::polygon || meaning == Meaning::strips;
-                if (indices && axes < 3) {
-                    return Error{ErrorCode::unsupported, name_,
-                                 "its faces stand before its vertices, or its vertices have no x, y and z"};
-                }
                 if (indices && property.type >= PlyType::float32) {
                     return Error{ErrorCode::corrupt, name_, "its faces name vertices by fractions"};
                 }
                 indexed = indexed || indices;
             }
-            if (element.name == "vertex") mesh_.positions.reserve(element.count);
+            if (element.name != "vertex") continue;
+            mesh_.positions.reserve(element.count);
+            vertices_ = element.count;
         }
         if (axes != 3) return Error{ErrorCode::corrupt, name_, "its vertices have not one x, y and z each"};
         if (indexed) return success();
@@ -64,7 +62,7 @@ class PlyParser {
     }
 
     Status read(const PlyElement& element) {
-        glm::vec3 position(0.0F);
+        glm::dvec3 position(0.0);
         for (const auto& property : element.properties) {
             const auto meaning = meaningOf(element, property);
             if (property.countType) {
@@ -72,9 +70,9 @@ class PlyParser {
                 continue;
             }
             MOTE_ASSIGN_OR_RETURN(const auto value, values_.next(property.type));
-            if (meaning == Meaning::x) position.x = static_cast<float>(value);
-            if (meaning == Meaning::y) position.y = static_cast<float>(value);
-            if (meaning == Meaning::z) position.z = static_cast<float>(value);
+            if (meaning == Meaning::x) position.x = value;
+            if (meaning == Meaning::y) position.y = value;
+            if (meaning == Meaning::z) position.z = value;
         }
         if (element.name == "vertex") mesh_.positions.push_back(position);
         return success();
@@ -95,15 +93,29 @@ class PlyParser {
                 addStrip();
                 continue;
             }
-            if (!(value >= 0.0) || value >= static_cast<double>(mesh_.positions.size()) ||
-                value != std::floor(value)) {
-                return values_.error(
-                    fmt::format("a face names vertex {} of {}", value, mesh_.positions.size()));
+            if (!(value >= 0.0) || value >= static_cast<double>(vertices_) || value != std::floor(value)) {
+                return values_.error(fmt::format("a face names vertex {} of {}", value, vertices_));
             }
             corners_.push_back(static_cast<std::uint32_t>(value));
         }
-        if (meaning == Meaning::polygon) addPolygon(mesh_, corners_);
+        if (meaning == Meaning::polygon && mesh_.positions.size() < vertices_) {
+            waiting_.insert(waiting_.end(), corners_.begin(), corners_.end());
+            waitingCounts_.push_back(static_cast<std::uint32_t>(corners_.size()));
+        } else if (meaning == Meaning::polygon) {
+            addPolygon(mesh_, corners_);
+        }
         if (meaning == Meaning::strips) addStrip();
+        return success();
+    }
+
+    /// Polygons that stood before their vertices.
+    Status addWaiting() {
+        if (mesh_.positions.size() < vertices_) return values_.error("has fewer vertices than it says");
+        std::span<const std::uint32_t> left(waiting_);
+        for (const auto count : waitingCounts_) {
+            addPolygon(mesh_, left.first(count));
+            left = left.subspan(count);
+        }
         return success();
     }
 
@@ -124,8 +136,9 @@ class PlyParser {
     PlyHeader header_;
     PlyValues values_;
     std::string name_;
-    TriangleMesh mesh_;
-    std::vector<std::uint32_t> corners_;
+    ExactMesh mesh_;
+    std::uint64_t vertices_ = 0;
+    std::vector<std::uint32_t> corners_, waiting_, waitingCounts_;
 };
 
 }  // namespace

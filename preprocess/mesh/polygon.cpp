@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <glm/geometric.hpp>
 
+#include "preprocess/mesh/large_polygon.h"
 #include "preprocess/mesh/triangle_mesh.h"
 
 namespace mote::prep {
@@ -9,11 +10,12 @@ namespace {
 constexpr std::size_t mostEars = 64;
 
 /// Newell's normal: twice the area of the polygon's shadow on each coordinate plane.
-glm::dvec3 normalOf(const TriangleMesh& mesh, std::span<const std::uint32_t> corners) {
+glm::dvec3 normalOf(const ExactMesh& mesh, std::span<const std::uint32_t> corners) {
     glm::dvec3 sum(0.0);
+    const glm::dvec3 first = mesh.positions[corners[0]];  // far from 0, products lose what is small
     for (std::size_t i = 0; i < corners.size(); ++i) {
-        const glm::dvec3 a(mesh.positions[corners[i]]);
-        const glm::dvec3 b(mesh.positions[corners[(i + 1) % corners.size()]]);
+        const glm::dvec3 a = mesh.positions[corners[i]] - first;
+        const glm::dvec3 b = mesh.positions[corners[(i + 1) % corners.size()]] - first;
         sum += glm::cross(a, b);
     }
     return sum;
@@ -21,7 +23,7 @@ glm::dvec3 normalOf(const TriangleMesh& mesh, std::span<const std::uint32_t> cor
 
 class Ears {
   public:
-    Ears(TriangleMesh& mesh, std::span<const std::uint32_t> corners)
+    Ears(ExactMesh& mesh, std::span<const std::uint32_t> corners)
         : mesh_(mesh), normal_(normalOf(mesh, corners)), left_(corners.begin(), corners.end()) {}
 
     void cut() {
@@ -39,10 +41,8 @@ class Ears {
   private:
     std::uint32_t corner(std::size_t i) const { return left_[i % left_.size()]; }
     double side(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-        const glm::dvec3 origin(mesh_.positions[a]);
-        return glm::dot(
-            glm::cross(glm::dvec3(mesh_.positions[b]) - origin, glm::dvec3(mesh_.positions[c]) - origin),
-            normal_);
+        const glm::dvec3 origin = mesh_.positions[a];
+        return glm::dot(glm::cross(mesh_.positions[b] - origin, mesh_.positions[c] - origin), normal_);
     }
     bool isEar(std::size_t i) const {
         const auto a = corner(i + left_.size() - 1);
@@ -57,23 +57,22 @@ class Ears {
         return true;
     }
 
-    TriangleMesh& mesh_;
+    ExactMesh& mesh_;
     glm::dvec3 normal_;
     std::vector<std::uint32_t> left_;
 };
 
 }  // namespace
 
-void addPolygon(TriangleMesh& mesh, std::span<const std::uint32_t> corners) {
-    if (corners.size() < 3) return;
-    if (corners.size() == 3) {
+void addPolygon(ExactMesh& mesh, std::span<const std::uint32_t> corners) {
+    if (corners.size() < 3) {
+        ++mesh.smallFaces;
+    } else if (corners.size() == 3) {
         mesh.triangles.push_back({corners[0], corners[1], corners[2]});
     } else if (corners.size() <= mostEars) {
         Ears(mesh, corners).cut();
     } else {
-        for (std::size_t i = 2; i < corners.size(); ++i) {
-            mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-        }
+        cutLargePolygon(mesh, corners, normalOf(mesh, corners));
     }
 }
 

@@ -39,13 +39,15 @@ Result<std::string> readAll(const fs::path& path, std::uint64_t limit, Progress&
     }
 }
 
+std::string lower(std::string_view text) {
+    std::string made(text);
+    std::transform(made.begin(), made.end(), made.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return made;
+}
+
 /// ".obj" of "Skull.OBJ.gz".
 std::string endingOf(const fs::path& path) {
-    const auto lower = [](std::string text) {
-        std::transform(text.begin(), text.end(), text.begin(),
-                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        return text;
-    };
     const auto last = lower(path.extension().string());
     return last == ".gz" ? lower(path.stem().extension().string()) : last;
 }
@@ -57,11 +59,11 @@ Parse parserOf(std::string_view bytes, const std::string& ending) {
     const auto first = text.wordAcrossLines();
     if (first == "ply") return parsePly;
     if (isBinaryStl(bytes)) return parseStl;
-    if (first.size() <= 6 && first.ends_with("OFF")) return parseOff;
+    if (offMark(first)) return parseOff;
     if (ending == ".obj") return parseObj;
     if (ending == ".stl") return parseStl;
     if (ending == ".off") return parseOff;
-    if (first == "solid") return parseStl;
+    if (lower(first.substr(0, 16)) == "solid") return parseStl;
     if (first == "v" || first == "mtllib" || first == "o" || first == "g") return parseObj;
     return nullptr;
 }
@@ -71,6 +73,9 @@ Parse parserOf(std::string_view bytes, const std::string& ending) {
 Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(auto bytes, readAll(path, limit, progress));
     const auto name = path.filename().string();
+    if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff")) {
+        return Error{ErrorCode::unsupported, name, "is text in UTF-16, which is not read: save it as UTF-8"};
+    }
     const auto parse = parserOf(bytes, endingOf(path));
     if (parse == nullptr) {
         return Error{ErrorCode::unsupported, name, "is no OBJ, PLY, STL or OFF file"};
@@ -82,6 +87,8 @@ Result<ReadMesh> readMesh(const fs::path& path, std::uint64_t limit, Progress& p
         return Error{ErrorCode::resourceExhausted, name, "has more than 2^31 triangles or 2^32 vertices"};
     }
     if (progress.cancelled()) return Error{ErrorCode::cancelled, "", "cancelled"};
+    for (const auto& note : parsed.notes) progress.note(note);
+    if (const auto origin = describeOrigin(parsed.origin); !origin.empty()) progress.note(origin);
     ReadMesh made;
     made.mesh = weldMesh(std::move(parsed), made.counts);
     if (!made.mesh.triangles.empty()) return made;
@@ -95,6 +102,8 @@ std::string describeRepairs(const MeshCounts& counts) {
     const auto add = [&](std::uint64_t count, const char* what) {
         if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
     };
+    add(counts.smallFaces, "faces of fewer than three corners left out");
+    add(counts.tangled, "polygons of very many corners cut into triangles that may overlap");
     add(counts.notFinite, "triangles with a corner that is not finite or beyond 1e18 left out");
     add(counts.degenerate, "triangles without area left out");
     add(counts.repeated, "repeated triangles left out");

@@ -21,20 +21,28 @@ std::uint64_t statedTriangles(std::string_view bytes) {
     return count;
 }
 
-void addCorner(TriangleMesh& mesh, const glm::vec3& position) {
+void addCorner(ExactMesh& mesh, const glm::dvec3& position) {
     mesh.positions.push_back(position);
     const auto count = static_cast<std::uint32_t>(mesh.positions.size());
     if (count % 3 == 0) mesh.triangles.push_back({count - 3, count - 2, count - 1});
 }
 
-Result<TriangleMesh> parseBinary(std::string_view bytes, const std::string& name) {
-    const auto count = statedTriangles(bytes);
-    if (count > (bytes.size() - headerBytes) / triangleBytes) {
+Result<ExactMesh> parseBinary(std::string_view bytes, const std::string& name) {
+    auto count = statedTriangles(bytes);
+    const auto held = (bytes.size() - headerBytes) / triangleBytes;
+    if (count > held) {
         return Error{ErrorCode::corrupt, fmt::format("{}: byte 80", name),
-                     fmt::format("says {} triangles, and there are bytes for {}", count,
-                                 (bytes.size() - headerBytes) / triangleBytes)};
+                     fmt::format("says {} triangles, and there are bytes for {}", count, held)};
     }
-    TriangleMesh mesh;
+    ExactMesh mesh;
+    if (count == 0 && held > 0) {
+        // Who wrote them as they came did not know how many there would be.
+        mesh.notes.push_back(fmt::format("{}: says 0 triangles; the {} that follow were read", name, held));
+        count = held;
+    } else if (count < held) {
+        mesh.notes.push_back(fmt::format("{}: says {} triangles; bytes for {} more follow and were left out",
+                                         name, count, held - count));
+    }
     mesh.positions.reserve(3 * count);
     mesh.triangles.reserve(count);
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -42,26 +50,32 @@ Result<TriangleMesh> parseBinary(std::string_view bytes, const std::string& name
         for (int corner = 0; corner < 3; ++corner) {
             glm::vec3 position;
             std::memcpy(&position, at + corner * sizeof position, sizeof position);
-            addCorner(mesh, position);
+            addCorner(mesh, glm::dvec3(position));
         }
     }
     return mesh;
 }
 
-Result<TriangleMesh> parseAscii(std::string_view text, const std::string& name) {
+std::string lower(std::string_view text) {
+    std::string made(text);
+    for (char& c : made) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return made;
+}
+
+Result<ExactMesh> parseAscii(std::string_view text, const std::string& name) {
     MeshText words(text, name);
-    TriangleMesh mesh;
+    ExactMesh mesh;
     while (words.nextLine()) {
-        const auto key = words.word();
+        const auto key = lower(words.word().substr(0, 16));
         if (key == "endfacet" && mesh.positions.size() % 3 != 0) {
             return words.error("a facet ends that has not three vertices");
         }
         if (key != "vertex") continue;
-        glm::vec3 position;
+        glm::dvec3 position;
         for (int axis = 0; axis < 3; ++axis) {
             const auto value = MeshText::number(words.word());
             if (!value) return words.error("a vertex needs three numbers");
-            position[axis] = static_cast<float>(*value);
+            position[axis] = *value;
         }
         addCorner(mesh, position);
     }
@@ -77,18 +91,16 @@ bool isBinaryStl(std::string_view bytes) {
 }
 
 Result<TriangleMesh> parseStl(std::string_view bytes, const std::string& name) {
-    if (isBinaryStl(bytes)) return parseBinary(bytes, name);
     // Some programs write bytes behind the last triangle, some begin a binary file with "solid": where no
     // facet follows, it is no text.
-    const auto head = bytes.substr(0, 1024);
-    const bool text =
-        head.find("solid") != std::string_view::npos &&
-        (head.find("facet") != std::string_view::npos || head.find("endsolid") != std::string_view::npos);
-    if (text) return parseAscii(bytes, name);
-    if (bytes.size() < headerBytes) {
+    const auto head = lower(bytes.substr(0, 1024));
+    const auto has = [&](const char* word) { return head.find(word) != std::string::npos; };
+    const bool text = !isBinaryStl(bytes) && has("solid") && (has("facet") || has("endsolid"));
+    if (!text && bytes.size() < headerBytes) {
         return Error{ErrorCode::corrupt, name, "is too short for an STL file"};
     }
-    return parseBinary(bytes, name);
+    MOTE_ASSIGN_OR_RETURN(auto mesh, text ? parseAscii(bytes, name) : parseBinary(bytes, name));
+    return toFloats(std::move(mesh));
 }
 
 }  // namespace mote::prep

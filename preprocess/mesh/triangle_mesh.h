@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace mote::prep {
@@ -15,10 +16,34 @@ namespace mote::prep {
 using Triangle = std::array<std::uint32_t, 3>;  ///< vertices, counterclockwise seen from outside
 
 struct TriangleMesh {
-    std::vector<glm::vec3> positions;  ///< the file's own units
+    std::vector<glm::vec3> positions;  ///< the file's own units, `origin` taken off
     std::vector<Triangle> triangles;
     std::vector<std::uint32_t> parts = {};  ///< [T] numbers of any order; empty: all are one
+    glm::dvec3 origin{0.0};                 ///< not 0 where floats would be too coarse there
+    std::uint64_t smallFaces = 0;           ///< of fewer than three corners, left out
+    std::uint64_t tangled = 0;              ///< polygons of very many corners whose triangles may overlap
+    std::vector<std::string> notes = {};    ///< what else was put right, a sentence each
 };
+
+/// The same while a file is read: every number as it stands there.
+struct ExactMesh {
+    std::vector<glm::dvec3> positions;
+    std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> parts = {};
+    std::uint64_t smallFaces = 0, tangled = 0;
+    std::vector<std::string> notes = {};
+    std::uint64_t cutting = 0;  ///< work that cutting its polygons took
+};
+
+/// What to take off places between `low` and `high` so that floats keep them apart: 0 where the step of a
+/// float is less than 1e-5 of the box's longest side, else round numbers near the box's middle.
+glm::dvec3 originFor(const glm::dvec3& low, const glm::dvec3& high);
+
+/// Takes off the origin for those vertices that triangles use.
+TriangleMesh toFloats(ExactMesh mesh);
+
+/// A sentence that says so; empty where none was taken off.
+std::string describeOrigin(const glm::dvec3& origin);
 
 /// What reading and welding met and put right.
 struct MeshCounts {
@@ -30,11 +55,14 @@ struct MeshCounts {
     std::uint64_t repeated = 0;    ///< triangles left out: another one has the same three corners
     std::uint64_t needles = 0;  ///< triangles kept whose height is below a thousandth of their longest edge
     std::uint64_t unused = 0;   ///< vertices left out: in no triangle
+    std::uint64_t smallFaces = 0;  ///< left out: fewer than three corners
+    std::uint64_t tangled = 0;     ///< polygons of very many corners whose triangles may overlap
 };
 
 /// Adds a polygon as triangles: ears are cut off in the plane that fits it best, so that one that is not
-/// convex keeps its shape; a fan where it has more than 64 corners. Fewer than three corners add nothing. All
+/// convex keeps its shape, however many corners it has; all polygons of a mesh that take more than some
+/// seconds together are counted as tangled. Fewer than three corners are counted, and add nothing. All
 /// indices are below the number of positions.
-void addPolygon(TriangleMesh& mesh, std::span<const std::uint32_t> corners);
+void addPolygon(ExactMesh& mesh, std::span<const std::uint32_t> corners);
 
 }  // namespace mote::prep

@@ -106,6 +106,8 @@ void removeUnused(TriangleMesh& mesh) {
 TriangleMesh weldMesh(TriangleMesh mesh, MeshCounts& counts) {
     counts.vertices += mesh.positions.size();
     counts.triangles += mesh.triangles.size();
+    counts.smallFaces += mesh.smallFaces;
+    counts.tangled += mesh.tangled;
     const auto first = firstAtPlace(mesh.positions);
     std::uint64_t placed = 0;
     for (std::uint32_t i = 0; i < first.size(); ++i) placed += first[i] == i || first[i] == none ? 1 : 0;

@@ -55,11 +55,14 @@ std::string describe(const proto::Manifest& manifest) {
     const auto made = manifest.request().has_mesh()
                           ? fmt::format("mesh     {}\n", manifest.request().mesh().input())
                           : std::string();
-    return made + fmt::format(
-                      "surface  {} vertices, {} triangles, {} edges, area {:.6g}\n"
-                      "bounds   [{:.6g}] to [{:.6g}]\n",
-                      mesh.vertices(), mesh.triangles(), mesh.edges(), mesh.area(),
-                      fmt::join(mesh.bounds_min(), ", "), fmt::join(mesh.bounds_max(), ", "));
+    std::string notes;
+    for (const auto& note : mesh.notes()) notes += fmt::format("note     {}\n", note);
+    return made + notes +
+           fmt::format(
+               "surface  {} vertices, {} triangles, {} edges, area {:.6g}\n"
+               "bounds   [{:.6g}] to [{:.6g}]\n",
+               mesh.vertices(), mesh.triangles(), mesh.edges(), mesh.area(),
+               fmt::join(mesh.bounds_min(), ", "), fmt::join(mesh.bounds_max(), ", "));
 }
 
 DatasetSummary summarize(const proto::Manifest& manifest) {

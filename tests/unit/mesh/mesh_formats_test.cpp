@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "tests/support/deflate.h"
@@ -117,6 +120,55 @@ TEST(Polygons, OfAnyNumberOfCornersEnd) {
         ASSERT_TRUE(read.ok()) << corners;
         EXPECT_EQ(read->counts.triangles, static_cast<std::uint64_t>(corners) - 2);
     }
+}
+
+// A star, concave at every other corner: a fan would cover it many times over.
+TEST(Polygons, OfManyCornersKeepTheirShape) {
+    for (const int corners : {66, 1000}) {
+        std::string text, face = "f";
+        for (int i = 0; i < corners; ++i) {
+            const double angle = 6.283185307179586 * i / corners, radius = i % 2 == 0 ? 1.0 : 0.4;
+            text += fmt::format("v 0 {} {}\n", radius * std::cos(angle), radius * std::sin(angle));
+            face += fmt::format(" {}", i + 1);
+        }
+        const auto read = readBytes({"star.obj", text + face + "\n"});
+        ASSERT_TRUE(read.ok()) << corners;
+        double area = 0.0;
+        for (const auto& [a, b, c] : read->mesh.triangles) {
+            const auto& p = read->mesh.positions;
+            area += 0.5 * glm::length(glm::cross(glm::dvec3(p[b]) - glm::dvec3(p[a]),
+                                                 glm::dvec3(p[c]) - glm::dvec3(p[a])));
+        }
+        // corners triangles of sides 1 and .4 with an angle between.
+        EXPECT_NEAR(area, 0.5 * corners * 0.4 * std::sin(6.283185307179586 / corners), 1e-6);
+        EXPECT_EQ(read->counts.tangled, 0U);
+    }
+}
+
+TEST(Polygons, ThatWindIntoThemselvesAreCutAllTheSame) {
+    std::string text, face = "f";
+    for (int i = 0; i < 501; ++i) {
+        text += fmt::format("v {} {} 0\n", i * 7919 % 501, i * 104729 % 499);
+        face += fmt::format(" {}", i + 1);
+    }
+    const auto read = readBytes({"knot.obj", text + face + "\n"});
+    ASSERT_TRUE(read.ok()) << read.error().toString();
+    EXPECT_EQ(read->counts.triangles, 499U);
+    EXPECT_EQ(read->counts.tangled, 1U);
+}
+
+// 4 m in UTM coordinates, where the step of a float is half a metre.
+TEST(FarMeshes, KeepTheirShapeAndSayWhatWasTakenOff) {
+    const std::string text =
+        "v 448123.25 5450321.5 100\nv 448127.25 5450321.5 100\nv 448127.25 5450325.5 100\nf 1 2 3\n";
+    const auto read = readBytes({"utm.obj", text});
+    ASSERT_TRUE(read.ok()) << read.error().toString();
+    EXPECT_EQ(read->mesh.origin, glm::dvec3(448125, 5450324, 100));
+    const auto& p = read->mesh.positions;
+    EXPECT_EQ(p[0], glm::vec3(-1.75F, -2.5F, 0.0F));
+    EXPECT_EQ(p[2], glm::vec3(2.25F, 1.5F, 0.0F));
+    EXPECT_THAT(prep::describeOrigin(read->mesh.origin), HasSubstr("(448125, 5450324, 100) was taken off"));
+    EXPECT_EQ(prep::originFor({20, 0, 0}, {24, 4, 4}), glm::dvec3(0)) << "floats do there";
 }
 
 TEST(Welding, CountsAndRepairs) {
