@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "preprocess/image/bilevel_tiff.h"
 #include "protocol/scene/srgb.h"
 #include "protocol/scene/system_error.h"
 #include "storage/files/dataset_file.h"
@@ -102,9 +103,20 @@ class PictureReader {
 
     Result<Picture> read(std::uint64_t memory) {
         MOTE_RETURN_IF_ERROR(open());
+        if (input_->format_name() == "tiff"sv) {
+            const auto most = memory > 0 ? memory / (2 * sizeof(float)) : storage::maxImagePixels;
+            MOTE_ASSIGN_OR_RETURN(auto bilevel,
+                                  readBilevelTiff(path_, std::min(most, storage::maxImagePixels)));
+            if (bilevel) {
+                picture_.colorSpace = "linear";
+                picture_.luminance = upright(*std::move(bilevel), spec_.get_int_attribute("Orientation", 1));
+                return std::move(picture_);
+            }
+        }
         MOTE_RETURN_IF_ERROR(checkSize(memory));
         MOTE_RETURN_IF_ERROR(findColorSpace());
         MOTE_RETURN_IF_ERROR(readPixels());
+        MOTE_RETURN_IF_ERROR(applyDisplayWindow());
         const int orientation = spec_.get_int_attribute("Orientation", 1);
         picture_.luminance = upright(std::move(picture_.luminance), orientation);
         return std::move(picture_);
@@ -199,6 +211,39 @@ class PictureReader {
             }
             convert(decode, strip, row, rows);
         }
+        return success();
+    }
+
+    /// OpenEXR's pixels are a part of the picture, or more than it: what is shown is the display window.
+    Status applyDisplayWindow() {
+        const bool same = spec_.x == spec_.full_x && spec_.y == spec_.full_y &&
+                          spec_.width == spec_.full_width && spec_.height == spec_.full_height;
+        if (input_->format_name() != "openexr"sv || same) return success();
+        const auto width = static_cast<std::int64_t>(spec_.full_width);
+        const auto height = static_cast<std::int64_t>(spec_.full_height);
+        if (width < 1 || height < 1 || std::max(width, height) > storage::maxImageSide ||
+            width * height > static_cast<std::int64_t>(storage::maxImagePixels)) {
+            return corrupt(fmt::format("has a display window of {} x {} pixels", width, height));
+        }
+        const auto& from = picture_.luminance;
+        storage::Luminance shown{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height), {}};
+        shown.values.resize(static_cast<std::size_t>(width * height), picture_.transparent ? 1.0F : 0.0F);
+        for (std::int64_t y = 0; y < height; ++y) {
+            const std::int64_t row = y + spec_.full_y - spec_.y;
+            if (row < 0 || row >= spec_.height) continue;
+            for (std::int64_t x = 0; x < width; ++x) {
+                const std::int64_t column = x + spec_.full_x - spec_.x;
+                if (column < 0 || column >= spec_.width) continue;
+                shown.values[static_cast<std::size_t>(y * width + x)] =
+                    from.at(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row));
+            }
+        }
+        progress_.note(fmt::format(
+            "its pixels are {} x {} at ({}, {}); the display window of {} x {} is the picture, and is {} "
+            "where there are none",
+            spec_.width, spec_.height, spec_.x - spec_.full_x, spec_.y - spec_.full_y, width, height,
+            picture_.transparent ? "white" : "black"));
+        picture_.luminance = std::move(shown);
         return success();
     }
 

@@ -71,6 +71,44 @@ TEST_F(ReadPicture, eightAndSixteenBitsOfSrgb) {
     }
 }
 
+// OpenEXR stores a part of the picture, or more than is shown of it.
+TEST_F(ReadPicture, theDisplayWindowIsThePicture) {
+    OIIO::ImageSpec spec(3, 2, 1, OIIO::TypeDesc::FLOAT);
+    spec.x = 1, spec.y = -1;  // pixels (1, -1) to (3, 0) of a picture of 4 x 3
+    spec.full_width = 4, spec.full_height = 3;
+    const std::vector<float> values{0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F};
+    const auto path = folder_ / "a.exr";
+    const auto output = OIIO::ImageOutput::create(path.string());
+    ASSERT_TRUE(output->open(path.string(), spec) &&
+                output->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+    ASSERT_TRUE(output->close());
+    const auto picture = readGood(path).luminance;
+    EXPECT_EQ(picture.width, 4U);
+    EXPECT_EQ(picture.height, 3U);
+    EXPECT_EQ(picture.values, (std::vector<float>{0, 0.4F, 0.5F, 0.6F, 0, 0, 0, 0, 0, 0, 0, 0}));
+}
+
+// TIFF 6.0: a sample has one bit where none are told.
+TEST_F(ReadPicture, bitsThatAreNotToldAreOne) {
+    const auto tag = [](int number, int type, int value) {
+        std::string entry;
+        for (const int part : {number & 255, number >> 8, type, 0, 1, 0, 0, 0, value, 0, 0, 0}) {
+            entry += static_cast<char>(part);
+        }
+        return entry;
+    };
+    for (const int white : {0, 1}) {
+        std::string tiff("II*\0\x0c\0\0\0\xa0\x40\0\0", 12);  // rows of three bits: 101 and 010
+        tiff +=
+            std::string("\x07\0", 2) + tag(256, 4, 3) + tag(257, 4, 2) + tag(259, 3, 1) + tag(262, 3, white);
+        tiff += tag(273, 4, 8) + tag(278, 4, 2) + tag(279, 4, 2) + std::string(4, '\0');
+        std::ofstream(folder_ / "a.tif", std::ios::binary) << tiff;
+        const auto picture = readGood(folder_ / "a.tif").luminance;
+        const auto one = static_cast<float>(white), other = 1.0F - one;
+        EXPECT_EQ(picture.values, (std::vector<float>{one, other, one, other, one, other}));
+    }
+}
+
 TEST_F(ReadPicture, greyFloatsAreLinearAndMayBeBrighterThanWhite) {
     const auto path = write(folder_ / "a.exr", {2, 1, 1, OIIO::TypeDesc::FLOAT}, {0.25F, 3.0F});
     const auto picture = readGood(path);
