@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""VTK images by VTK's own writer, and OpenVDB grids by its Python module."""
+import itertools
+import unittest
+
+import numpy
+import pyopenvdb
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+import phantom
+from phantom import SIZES, VALUES
+from support import Case, needs_program, volume
+
+
+@needs_program
+class Vti(Case):
+    def image(self, kind="i2", cells=False):
+        image = vtk.vtkImageData()
+        image.SetDimensions(*(n + cells for n in SIZES))
+        image.SetSpacing(*phantom.SPACING)
+        image.SetOrigin(*phantom.ORIGIN)
+        self.add(image.GetCellData() if cells else image.GetPointData(), VALUES.astype(kind), "density")
+        return image
+
+    def add(self, data, values, name, first=False):
+        array = numpy_to_vtk(values.ravel(), deep=True)
+        array.SetName(name)
+        data.AddArray(array)
+
+    def write(self, image, mode="appended", packed=True, name="a.vti", encoded=True, wide=True):
+        writer = vtk.vtkXMLImageDataWriter()
+        writer.SetFileName(str(self.folder / name))
+        writer.SetInputData(image)
+        {"ascii": writer.SetDataModeToAscii, "binary": writer.SetDataModeToBinary,
+         "appended": writer.SetDataModeToAppended}[mode]()
+        if not packed:
+            writer.SetCompressorTypeToNone()
+        writer.SetEncodeAppendedData(encoded)
+        (writer.SetHeaderTypeToUInt64 if wide else writer.SetHeaderTypeToUInt32)()
+        self.assertEqual(writer.Write(), 1)
+        return self.folder / name
+
+    def test_every_type_and_form(self):
+        variants = {}
+        for kind, mode, packed in itertools.product(("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"),
+                                                    ("ascii", "binary", "appended"), (False, True)):
+            what = f"{kind}-{mode}-{packed}"
+            variants[what] = self.write(self.image(kind), mode, packed, what + ".vti")
+        for encoded, wide in itertools.product((False, True), (False, True)):
+            what = f"{encoded}-{wide}"
+            variants[what] = self.write(self.image(), "appended", True, what + ".vti", encoded, wide)
+        self.all_same(variants, VALUES, phantom.affine(numpy.eye(3)))
+
+    def test_arrays_that_are_no_volume(self):
+        """Field data, ghosts and ids before the array, active or not."""
+        for mode, cells in itertools.product(("ascii", "binary", "appended"), (False, True)):
+            image = vtk.vtkImageData()
+            image.CopyStructure(self.image(cells=cells))
+            field = numpy_to_vtk(numpy.array([1.5]), deep=True)
+            field.SetName("TimeValue")
+            image.GetFieldData().AddArray(field)
+            many = numpy_to_vtk(numpy.arange(120.0), deep=True)
+            many.SetName("looks like a volume")
+            image.GetFieldData().AddArray(many)
+            data = image.GetCellData() if cells else image.GetPointData()
+            for name, kind in (("vtkGhostType", "u1"), ("vtkOriginalPointIds", "i8"), ("density", "f4")):
+                self.add(data, VALUES.astype(kind) if name == "density" else numpy.zeros(120, kind), name)
+            place = phantom.affine(numpy.eye(3))
+            if cells:
+                place[:3, 3] += numpy.array(phantom.SPACING) / 2
+            self.same(volume(self.write(image, mode)), VALUES, place, mode)
+            self.assertRaises(Exception, volume, self.write(image, mode), "--field", "TimeValue")
+
+
+@needs_program
+class Vdb(Case):
+    def write(self, grid):
+        grid.name = "density"
+        path = self.folder / "a.vdb"
+        pyopenvdb.write(str(path), grid)
+        return path
+
+    def test_grids(self):
+        shape = (20, 17, 13)
+        rng = numpy.random.default_rng(8)
+        for form, kind in (("FloatGrid", "f4"), ("DoubleGrid", "f8"), ("Int32Grid", "i4")):
+            if not hasattr(pyopenvdb, form):
+                continue  # Debian's has floats alone
+            values = rng.integers(1, 1000, shape).astype(kind)
+            grid = getattr(pyopenvdb, form)()
+            grid.copyFromArray(values)
+            grid.transform = pyopenvdb.createLinearTransform(0.5)
+            made = volume(self.write(grid))
+            self.same(made, values.transpose(2, 1, 0).astype(float), numpy.diag([0.5, 0.5, 0.5, 1]), kind)
+
+    def test_one_missing_sample_is_one(self):
+        """At every place of a leaf: the first, one within, the last."""
+        values = numpy.random.default_rng(9).integers(1, 1000, (16, 16, 16)).astype("f4")
+        for place in ((0, 0, 0), (8, 0, 8), (3, 4, 5), (15, 15, 15), (8, 8, 8)):
+            grid = pyopenvdb.FloatGrid()
+            grid.copyFromArray(values)
+            grid.getAccessor().setValueOn(place, float("nan"))
+            made = volume(self.write(grid))
+            wanted = values.copy()
+            wanted[place] = numpy.delete(values.ravel(), numpy.ravel_multi_index(place, values.shape)).min()
+            self.same(made, wanted.transpose(2, 1, 0), what=str(place))
+            self.assertEqual(int(made.manifest["hybrid"]["steps"][0]["invalid"]), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
