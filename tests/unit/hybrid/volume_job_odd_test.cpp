@@ -162,7 +162,6 @@ TEST(VolumeJob, RefusesRequestsThatMakeNoSense) {
     };
     EXPECT_EQ(refused([](auto& job) { job.set_low(0); }), "low");
     EXPECT_EQ(refused([](auto& job) { job.set_error_grid(0); }), "errorGrid");
-    EXPECT_EQ(refused([](auto& job) { job.clear_threshold(); }), "threshold");
     EXPECT_EQ(refused([](auto& job) { job.set_max_points(3); }), "threshold");
     EXPECT_EQ(refused([](auto& job) { job.set_threshold(std::nan("")); }), "threshold");
     for (const std::uint64_t most : {std::uint64_t{0}, storage::maxGridSamples + 1, ~std::uint64_t{0}}) {
