@@ -217,4 +217,21 @@ Result<Octree> assembleOctree(OctreeLevels levels) {
     return Assembly(std::move(levels)).run();
 }
 
+Range densityRange(const Octree& tree) {
+    Range range;
+    std::vector<float> known(tree.density.size());  // by node: the density of the cell that it is told by
+    if (!known.empty()) known[0] = tree.density[0];
+    for (std::size_t node = 0; node < known.size(); ++node) {
+        for (std::size_t k = 0; k < tree.childCount[node]; ++k) {
+            const std::size_t child = tree.firstChild[node] + k;
+            known[child] = tree.count[child] >= counted ? tree.density[child] : known[node];
+        }
+        if (tree.childCount[node] == 0 && tree.density[node] > 0.0F) {
+            const double density = known[node] > 0.0F ? known[node] : tree.density[node];
+            range = range.united({density, density});
+        }
+    }
+    return range;
+}
+
 }  // namespace mote::prep

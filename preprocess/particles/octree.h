@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "preprocess/particles/bounds_rule.h"
 #include "protocol/scene/error.h"
 #include "storage/particles/particle_step.h"
 
@@ -53,6 +54,12 @@ struct Octree {
     storage::OctreeNodes nodes() const;
     storage::Leaves leaves() const;
 };
+
+/// The range of the densities of leaves, but for those of zero (macro-particles may weigh nothing); empty
+/// where there is no other. A density of few particles says little: of a leaf that holds fewer than
+/// `counted`, that of the smallest cell around it that holds as many, or of the whole plot, is taken.
+Range densityRange(const Octree& tree);
+inline constexpr std::uint64_t counted = 64;  ///< particles, whose density is right to an eighth
 
 /// Assembles the octree from all levels, the root's first. Weights are summed in a fixed order: the result is
 /// the same for any number of threads of the calling arena. Errors: resourceExhausted (more nodes than 32

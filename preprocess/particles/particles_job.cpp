@@ -190,7 +190,7 @@ class Job {
         entry.set_iteration(info.iteration);
         entry.set_time(std::isfinite(info.time) ? info.time : 0.0);
         entry.set_total_weight(built.octree.totalWeight);
-        densities_ = densities_.united(densityRange(built.octree.leafDensity));
+        densities_ = densities_.united(densityRange(built.octree));
         leaves_.push_back(built.octree.leafNode.size());
         reportStep(index, 0.6, "writing");
         return write(built, static_cast<std::uint32_t>(index), entry);

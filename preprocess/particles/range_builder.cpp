@@ -207,12 +207,6 @@ std::vector<float> densityVolume(const std::vector<double>& sums, unsigned level
     return volume;
 }
 
-Range densityRange(std::span<const float> density) {
-    const auto first = std::upper_bound(density.begin(), density.end(), 0.0F);
-    if (first == density.end()) return {};
-    return {*first, density.back()};
-}
-
 void addToHistogram(std::span<const float> density, std::span<const std::uint32_t> particles,
                     const LogDensity& scale, std::vector<std::uint64_t>& bins) {
     constexpr std::size_t count = storage::densityHistogramBins;

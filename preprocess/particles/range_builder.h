@@ -105,10 +105,6 @@ void addCells(std::span<const CellSum> cells, unsigned cellLevel, unsigned level
 /// The densities of the 8^level cells of an octree level, x fastest: weight over the cell's share of the box.
 std::vector<float> densityVolume(const std::vector<double>& sums, unsigned level);
 
-/// The range of leaves in ascending density, but for those of zero (macro-particles may weigh nothing); empty
-/// where there is no other.
-Range densityRange(std::span<const float> density);
-
 /// Adds particles to even bins of t over [0, 1], of which the last holds t = 1. `particles` are as many as
 /// the leaves' densities; `bins` are resized to as many as the manifest has.
 void addToHistogram(std::span<const float> density, std::span<const std::uint32_t> particles,

@@ -17,8 +17,22 @@ namespace {
 // Most of the log densities as points, the dense end as a volume that lets the eye in, a soft seam between.
 // The opacity is level above the seam, so that no points are left there to cover the core.
 const std::vector<Curve::Knot>& defaultVolumeKnots() {
-    static const std::vector<Curve::Knot> knots{{0.62, 0.0}, {0.82, 0.12}};
+    static const std::vector<Curve::Knot> knots{{0.62, 0.0}, {0.82, ParticlesStyle::fullOpacity}};
     return knots;
+}
+
+constexpr LengthField sizeField{"particles.points.sizePixels", 0.1, 64.0};
+constexpr double unknownOpacity = 0.25;  // of a point of a plot of which nothing is known
+
+Result<std::optional<ValueRange>> parseDensityRange(const proto::VolumeStyle& message) {
+    const auto& range = message.density_range();
+    if (range.empty()) return std::optional<ValueRange>();
+    const bool valid = range.size() == 2 && std::isfinite(range[1]) && range[0] > 0.0 && range[0] < range[1];
+    if (!valid) {
+        return Error{ErrorCode::invalidArgument, "volume.densityRange",
+                     "there must be two densities above 0, ascending"};
+    }
+    return std::optional(ValueRange{range[0], range[1]});
 }
 
 Result<Curve> parseVolumeCurve(const proto::VolumeStyle& message) {
@@ -49,17 +63,17 @@ bool isLinked(const ParticlesStyle& style) {
 }  // namespace
 
 TransferFunction ParticlesStyle::transfer() const {
+    auto made = transferOf(volumeOpacity, colorMap);
+    made.colorRange = colorRange;
+    return made;
+}
+
+TransferFunction ParticlesStyle::transferOf(const Curve& volumeOpacity, const ColorMap& colorMap) {
     return {.opacity = volumeOpacity,
             .opacityLength = opacityLength,
             .fade = LogDensity::fade,
             .colorMap = colorMap,
             .span = {-LogDensity::fade, 1.0}};
-}
-
-double defaultPointOpacity(std::uint64_t particles) {
-    constexpr double ofFew = 0.25, few = 4e6;
-    const auto count = static_cast<double>(particles);
-    return count <= few ? ofFew : -std::expm1(std::log1p(-ofFew) * few / count);
 }
 
 Curve linkedFraction(const Curve& volumeOpacity) {
@@ -77,40 +91,50 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
     const auto& mapName = message.volume().color_map();
     const auto map = ColorMap::find(mapName.empty() ? ColorMap::defaultName : std::string_view(mapName));
     if (!map.ok()) return map.error().within("volume.colorMap");
-    MOTE_ASSIGN_OR_RETURN(const auto opacity,
-                          checkRange(points.has_opacity() ? points.opacity() : defaultPointOpacity(0), 0.0,
-                                     1.0, "points.opacity"));
-    MOTE_ASSIGN_OR_RETURN(const auto size, checkRange(points.has_size_pixels() ? points.size_pixels() : 1.0,
-                                                      0.1, 64.0, "points.sizePixels"));
+    MOTE_ASSIGN_OR_RETURN(
+        const auto opacity,
+        checkRange(points.has_opacity() ? points.opacity() : unknownOpacity, 0.0, 1.0, "points.opacity"));
+    const auto size =
+        checkLength(points.has_size_pixels(), points.size_pixels(), ScreenLength::usual(1.0), sizeField);
+    if (!size.ok()) return size.error().within("points");
     MOTE_ASSIGN_OR_RETURN(
         const auto color,
         checkColor(points.color(), srgbToLinear(glm::dvec3(1.0, 0.85, 0.6)), "points.color"));
-    return ParticlesStyle{*std::move(volume),
-                          *map,
-                          std::move(fraction),
-                          std::min(opacity, ParticlesStyle::opacityLimit),
-                          size,
-                          color,
-                          !points.has_opacity()};
+    MOTE_ASSIGN_OR_RETURN(auto densities, parseDensityRange(message.volume()));
+    const bool linked = !points.has_linked() || points.linked();
+    return ParticlesStyle{.volumeOpacity = *std::move(volume),
+                          .colorMap = *map,
+                          .pointFraction = std::move(fraction),
+                          .pointOpacity = std::min(opacity, ParticlesStyle::opacityLimit),
+                          .pointSize = *size,
+                          .pointColor = color,
+                          .curveByPlot = message.volume().curve().empty() && linked,
+                          .opacityByPlot = !points.has_opacity(),
+                          .sizeByPlot = !points.has_size_pixels(),
+                          .densityRange = densities};
 }
 
 void writeStyle(const ParticlesStyle& style, const glm::dvec3&, proto::Layer& layer) {
     auto& volume = *layer.mutable_particles()->mutable_volume();
-    for (const auto& knot : style.volumeOpacity.knots()) {
+    for (const auto& knot : style.curveByPlot ? std::vector<Curve::Knot>() : style.volumeOpacity.knots()) {
         auto& added = *volume.add_curve();
         added.set_density(knot.x);
         added.set_opacity(knot.y);
     }
     volume.set_color_map(std::string(style.colorMap.name()));
+    if (style.densityRange) {
+        volume.add_density_range(style.densityRange->low);
+        volume.add_density_range(style.densityRange->high);
+    }
     auto& points = *layer.mutable_particles()->mutable_points();
-    points.set_linked(isLinked(style));
+    points.set_linked(style.curveByPlot || isLinked(style));
     for (const auto& knot : points.linked() ? std::vector<Curve::Knot>() : style.pointFraction.knots()) {
         auto& added = *points.add_curve();
         added.set_density(knot.x);
         added.set_fraction(knot.y);
     }
     if (!style.opacityByPlot) points.set_opacity(style.pointOpacity);
-    points.set_size_pixels(style.pointSize);
+    if (!style.sizeByPlot) points.set_size_pixels(style.pointSize);
     writeColor(style.pointColor, points.mutable_color());
 }
 
@@ -119,9 +143,11 @@ void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisito
     // Linked to what lies between the volumes they would jump where one of these is nowhere opaque.
     visitCurve(visitor, style.pointFraction, other.pointFraction);
     visitor.word(style.colorMap == other.colorMap);
-    visitor.word(style.opacityByPlot == other.opacityByPlot);
+    visitor.word(style.densityRange == other.densityRange);
+    visitor.word(style.curveByPlot == other.curveByPlot && style.opacityByPlot == other.opacityByPlot &&
+                 style.sizeByPlot == other.sizeByPlot);
     if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);
-    visitor.pixels(style.pointSize, other.pointSize);
+    visitor.pixels(style.pointSize, other.pointSize, sizeField);
     visitor.vector(style.pointColor, other.pointColor);
 }
 

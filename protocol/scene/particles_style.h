@@ -9,11 +9,13 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/curve.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/transfer_function.h"
 
 namespace mote {
@@ -23,31 +25,39 @@ struct ParticlesStyle {
     /// of a 64^3 volume across the plot's edge of 2, the slice distance of the dissertation.
     static constexpr double opacityLength = 2.0 / 64.0;
     static constexpr double opacityLimit = TransferFunction::opacityLimit;
+    /// What the default curve ends in: a volume that lets the eye in.
+    static constexpr double fullOpacity = 0.12;
 
-    Curve volumeOpacity;    ///< t -> opacity over opacityLength
-    ColorMap colorMap;      ///< t -> linear RGB
-    Curve pointFraction;    ///< t -> fraction of a leaf's points that are drawn; already resolved when linked
-    double pointOpacity;    ///< of one point, 0 to opacityLimit
-    double pointSize;       ///< diameter, pixels of the full-resolution picture
-    glm::dvec3 pointColor;  ///< linear RGB
-    bool opacityByPlot = false;  ///< the view leaves the opacity of a point to defaultPointOpacity()
+    Curve volumeOpacity;  ///< t -> opacity over opacityLength
+    ColorMap colorMap;    ///< t -> linear RGB
+    Curve pointFraction;  ///< t -> fraction of a leaf's points that are drawn; already resolved when linked
+    double pointOpacity;  ///< of one point, 0 to opacityLimit
+    ScreenLength pointSize;  ///< diameter
+    glm::dvec3 pointColor;   ///< linear RGB
+    /// What the view leaves to the plot (plot_density.h): both curves; the opacity of a point, which then
+    /// follows from its optical area; and whether the size of a point does, too.
+    bool curveByPlot = false, opacityByPlot = false, sizeByPlot = false;
+    /// Where opacityByPlot: of a particle of the mean weight, square units of layer space; 0: not told yet, a
+    /// point has `pointOpacity`.
+    double pointArea = 0.0;
+    double meanWeight = 0.0;  ///< of a particle of the plot, likewise; 0: all count alike
+    /// The two densities that curves and colours are told between, weight over the product of what the axes
+    /// span, in their units; absent: the plot's own.
+    std::optional<ValueRange> densityRange = std::nullopt;
+    ValueRange colorRange{0.0, 1.0};  ///< the two t where the colour map begins and ends
 
     /// The transfer function of t; see log_density.h for t < 0.
     TransferFunction transfer() const;
+    static TransferFunction transferOf(const Curve& volumeOpacity, const ColorMap& colorMap);
 
     bool operator==(const ParticlesStyle&) const = default;
 };
-
-/// The opacity of a point where a view says nothing: a quarter in plots of up to four million particles; in
-/// larger ones the extinction of all points together stays what it is there, so that a core is seen through
-/// any number of them.
-double defaultPointOpacity(std::uint64_t particles);
 
 /// The point curve that mirrors a volume curve: 1 - opacity / max(opacity), sampled at its knots; all points
 /// where the volume is nowhere opaque.
 Curve linkedFraction(const Curve& volumeOpacity);
 
-/// Fills every default; the opacity of a point for a small plot, as the plot is not known here. Errors: a
+/// Fills every default; what is left to the plot, as it is in a plot of which nothing is known. Errors: a
 /// curve, colour map, colour, size (0.1 to 64) or opacity out of range; a point curve given while linked.
 Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message);
 

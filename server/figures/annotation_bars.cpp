@@ -64,14 +64,19 @@ std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFun
     const auto& plot = manifest.particles();
     RichText unit;
     const double factor = densityUnit(plot, unit);
-    const double low = plot.density_min() * factor, high = plot.density_max() * factor;
+    const double decades = std::log(plot.density_max() / plot.density_min());
+    const ValueRange shown = transfer.colorRange;  // of t
+    const double low = plot.density_min() * std::exp(shown.low * decades) * factor;
+    const double high = plot.density_min() * std::exp(shown.high * decades) * factor;
     if (!(low > 0.0) || !(high > low) || !std::isfinite(high)) return std::nullopt;
     RichText name = upright(plot.weight_unit() == "C" ? "charge density" : "density");
     if (!unit.empty()) name = name + upright(" (") + unit + upright(")");
     return Bar{{low, high, true},
                "1",
                std::move(name),
-               [transfer](double share) { return transfer.color(share); },
+               [transfer, shown](double share) {
+                   return transfer.color(shown.low + share * (shown.high - shown.low));
+               },
                ""};
 }
 

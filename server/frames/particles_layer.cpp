@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "protocol/scene/plot_density.h"
 #include "server/data/load_points.h"
 #include "server/frames/layer_kinds.h"
 
@@ -15,6 +16,7 @@ struct LayerData {
     std::shared_ptr<const render::PointValues> values;
     std::optional<ValueRange> valueRange;  ///< that the colours of values stand for
     std::shared_ptr<const render::PointPaths> paths;
+    PlotDensity plot;  ///< of a selection as many particles as it holds
     bool waits = false;
 };
 
@@ -25,8 +27,9 @@ class Gathering {
 
     Result<LayerData> gather() {
         MOTE_ASSIGN_OR_RETURN(out_.step, data_.step(layer_.dataset, layer_.step));
-        if (!layer_.select && !layer_.highlight && !layer_.colorBy && !layer_.paths) return out_;
         MOTE_ASSIGN_OR_RETURN(entry_, data_.dataset(layer_.dataset));
+        out_.plot = PlotDensity::of(entry_.manifest->particles());
+        if (!layer_.select && !layer_.highlight && !layer_.colorBy && !layer_.paths) return out_;
         const auto whole = out_.step;
         MOTE_RETURN_IF_ERROR(gatherChosen(whole));
         MOTE_RETURN_IF_ERROR(gatherHighlight(whole));
@@ -56,6 +59,7 @@ class Gathering {
     Status gatherChosen(const Step& whole) {
         if (!layer_.select || layer_.select->everything()) return success();
         MOTE_RETURN_IF_ERROR(takeChosen(*layer_.select, whole, chosen_, out_.step), "select");
+        out_.plot.particles = out_.step->pointCount();
         return success();
     }
 
@@ -111,7 +115,7 @@ Result<LayerPart> partOf(const ParticlesStyle&, const LayerRequest& asked) {
     if (found.waits) return LayerPart();
     return LayerPart([data = std::move(found)](render::Scene& scene, std::size_t index, const auto&) {
         ParticlesStyle& style = *scene.view.layers[index].particles();
-        if (style.opacityByPlot) style.pointOpacity = defaultPointOpacity(data.step->pointCount());
+        resolveByPlot(style, data.plot);
         scene.steps[index] = data.step;
         // A colour bar tells it.
         if (data.valueRange) scene.view.layers[index].colorBy->range = data.valueRange;

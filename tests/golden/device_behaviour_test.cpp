@@ -159,7 +159,7 @@ TEST_P(DeviceBehaviourTest, APictureThatGaveWayMayBeForgottenAndOutliveItsDevice
 }
 
 TEST_P(DeviceBehaviourTest, APictureWithoutLayersIsItsBackground) {
-    const View view{5, 3, {1.0, 0.0, 0.25}, {}, {}, {}};
+    const View view{5, 3, 1.0, {1.0, 0.0, 0.25}, {}, {}, {}};
     const auto image = picture(*device_, {view, {}}, Quality::exact());
     ASSERT_EQ(image.pixels.size(), 60U);
     // 0.25 encodes to 137.

@@ -30,7 +30,7 @@ TEST_P(GoldenSceneTest, ShowsVolumePointsAndDots) {
     const auto scene = makeScene(GetParam().name);
     const auto whole = quickly(scene);
     const auto empty =
-        quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}, {}}, {}});
+        quickly({View{scene.view.width, scene.view.height, 1.0, scene.view.background, {}, {}, {}}, {}});
     auto noVolume = scene, noPoints = scene;
     auto noMesh = scene;
     for (std::size_t i = 0; i < scene.view.layers.size(); ++i) {
@@ -62,7 +62,7 @@ TEST_P(GoldenHybridTest, ShowsVolumeAndWhatSetsItRight) {
     const auto scene = makeScene(GetParam().name);
     const auto whole = quickly(scene);
     const auto empty =
-        quickly({View{scene.view.width, scene.view.height, scene.view.background, {}, {}, {}}, {}});
+        quickly({View{scene.view.width, scene.view.height, 1.0, scene.view.background, {}, {}, {}}, {}});
     auto low = scene;
     for (auto& layer : low.view.layers) {
         if (auto* const style = std::get_if<HybridStyle>(&layer.style))

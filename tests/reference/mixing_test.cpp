@@ -56,9 +56,9 @@ void expectColor(const glm::dvec3& actual, const glm::dvec3& expected) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], tolerance) << "channel " << i;
 }
 
-/// A position keeps 16 bits of the box, rounded to the middle of its step.
+/// A position keeps 16 bits of its leaf, a fourth of the box, rounded to the middle of its step.
 double layerZ(double inBox) {
-    return 2.0 * (std::floor(inBox * 65536.0) + 0.5) / 65536.0 - 1.0;
+    return 2.0 * (std::floor(inBox * 262144.0) + 0.5) / 262144.0 - 1.0;
 }
 
 TEST(ReferenceMixing, APointInsideTheVolumeIsDimmedByWhatIsInFront) {
@@ -85,6 +85,7 @@ TEST(ReferenceMixing, APointOfAnotherLayerInFrontAndBehind) {
     const auto onePoint = MemoryStep::make({{{0.5, 0.5, 0.5}}}, {.volumeLevel = 0, .volume = {0.0F}});
     auto scene = view();
     scene.layers.push_back(scene.layers.front());
+    scene.layers[1].particles()->volumeOpacity = Curve::constant(0.0);
     scene.layers[1].transform[3][2] = 2.0;
     expectColor(render({scene, {volume, onePoint}}).at(1, 1), pointOver(through(2.0, background)));
     scene.layers[1].transform[3][2] = -2.0;

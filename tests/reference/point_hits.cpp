@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
 #include "protocol/scene/drawn_points.h"
 #include "server/render/layers/particles/lower_paths.h"
+#include "tests/reference/volume_field.h"
 
 namespace mote::reference {
 namespace {
@@ -44,6 +47,11 @@ std::pair<std::uint32_t, std::uint32_t> touched(double center, double reach, std
 }
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// What a point of such a diameter covers, in whole pixels.
+double discArea(double size) {
+    return size > 1.0 ? std::numbers::pi * (0.25 * size * size + 1.0 / 12.0) : 1.0;
+}
 
 /// Calls take(point, place in layer space) for each drawn point of a step, with a fraction for each leaf.
 template <class Fraction, class Take>
@@ -139,24 +147,56 @@ void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
         });
 }
 
+/// docs/PICTURE.md, "Points": where the light of a point is the plot's, so is its size.
+PointHits::Look PointHits::lookOf(const View& view, const glm::dmat4& transform,
+                                  const ParticlesStyle& style) {
+    Look look{style.pointSize, style.pointOpacity, style.pointColor};
+    if (!style.opacityByPlot || !(style.pointArea > 0.0)) return look;
+    const double unit = std::cbrt(std::abs(glm::determinant(glm::dmat3(transform))));
+    const double away = view.camera.perspective() ? glm::length(view.camera.target - view.camera.eye) : 1.0;
+    const double pixels = view.height / (2.0 * view.camera.halfHeight() * away);
+    look.area = style.pointArea * unit * unit;
+    const double disc = look.area * pixels * pixels / 0.2;  // so large, a point hides a fifth
+    const double diameter = 2.0 * std::sqrt(std::max(disc / std::numbers::pi - 1.0 / 12.0, 0.0));
+    if (style.sizeByPlot) look.size = std::min(disc > discArea(1.0 + 1e-9) ? diameter : 1.0, 64.0);
+    look.size = std::max(look.size, 1.0);
+    return look;
+}
+
 void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const View& view = scene.view;
     const storage::ParticleStep& step = *scene.steps[layer];
     const ParticlesStyle& style = *view.layers[layer].particles();
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
-    const Look look{style.pointSize, style.pointOpacity, style.pointColor};
+    const Look look = lookOf(view, view.layers[layer].transform, style);
+    const VolumeField volume(step, style);
+    const auto nodes = step.nodes();
     const bool colored =
         view.layers[layer].colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
     const LogDensity scale = step.logDensity();
-    const auto fraction = [&, leaves = step.leaves()](std::size_t leaf) {
-        return style.pointFraction(scale.ofLeaf(leaves.density[leaf]));
+    const auto leaves = step.leaves();
+    const auto fraction = [&](std::size_t leaf) {
+        return 1.0 - (1.0 - style.pointFraction(scale.ofLeaf(leaves.density[leaf]))) * volume.share(leaf);
     };
+    double weight = 1.0;
+    std::uint64_t weighed = 0;  // points up to the end of the leaf of that weight
+    std::size_t leaf = 0;
     forPoints(step, fraction, [&](std::uint64_t point, const glm::dvec3& place) {
+        for (; point >= weighed && style.meanWeight > 0.0; ++leaf) {
+            const double all = leaves.density[leaf] * std::ldexp(1.0, -3 * nodes.level[leaves.node[leaf]]);
+            weighed = leaves.pointBegin[leaf] + leaves.pointCount[leaf];
+            weight = all / (leaves.pointCount[leaf] * style.meanWeight);
+        }
         const auto code = colored ? scene.values[layer]->codes.at(point) : render::noValue;
         const double value =
             code == render::noValue ? none : static_cast<double>(code) / render::greatestValue;
-        addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(place, 1.0)), std::nullopt, value);
+        addPoint(view, layer, look, glm::dvec3(layerToEye * glm::dvec4(place, 1.0)), std::nullopt, value,
+                 weight);
     });
+}
+
+double PointHits::Spot::depthOf(double covered) const {
+    return tau >= 0.0 ? tau * covered : -std::log1p(-alpha * covered);
 }
 
 /// The disc's edge is softened over a pixel around a radius so chosen that its ink is that of the disc.
@@ -176,7 +216,7 @@ void PointHits::addDots(const render::Scene& scene) {
 }
 
 void PointHits::addPoint(const View& view, std::uint32_t layer, const Look& look, const glm::dvec3& inEye,
-                         std::optional<double> stands, double value) {
+                         std::optional<double> stands, double value, double weight) {
     const double depth = -inEye.z;
     if (depth < nearestDepth(view.camera) || !(look.opacity > 0.0)) return;
     const double halfHeight = view.camera.halfHeight() * (view.camera.perspective() ? depth : 1.0);
@@ -189,8 +229,11 @@ void PointHits::addPoint(const View& view, std::uint32_t layer, const Look& look
     const auto& colorBy = view.layers[layer].colorBy;
     if (!small && !std::isnan(value) && colorBy->ofPixel == ColorBy::OfPixel::nearest)
         markHalfCovered(px, py, 0.5 * look.size);
+    const double pixels = view.height / (2.0 * halfHeight);  // of a unit of the world
+    const double tau = look.area > 0.0 ? look.area * pixels * pixels * weight / discArea(look.size) : -1.0;
     spots_.push_back({layer, stands.value_or(depth), ink * look.opacity, view.layers[layer].opacity,
-                      look.color, value, stands.has_value(), px, py, small ? 0.0 : 0.5 * look.size + 0.5});
+                      look.color, value, stands.has_value(), px, py, small ? 0.0 : 0.5 * look.size + 0.5,
+                      tau});
 }
 
 void PointHits::markAmbiguous(double px, double py) {
@@ -246,7 +289,7 @@ class PointHits::RowColors {
     void add(const Spot& spot, std::uint32_t column, double covered) {
         if (std::isnan(spot.value)) return;
         Pixel& pixel = pixels_[spot.layer][column];
-        const double weight = -std::log1p(-spot.alpha * covered);
+        const double weight = spot.tau >= 0.0 ? covered : spot.depthOf(covered);
         if (!nearest(spot.layer)) {
             pixel.weight += weight;
             pixel.sum += weight * spot.value;
@@ -294,7 +337,9 @@ RowHits PointHits::row(std::uint32_t row) const {
     for (const auto i : rows_[row]) {
         const Spot& spot = spots_[i];
         forPixels(spot, [&](auto column, double covered) {
-            const double alpha = 1.0 - std::pow(1.0 - spot.alpha * covered, spot.layerOpacity);
+            const double alpha = spot.tau >= 0.0
+                                     ? -std::expm1(-spot.layerOpacity * spot.depthOf(covered))
+                                     : 1.0 - std::pow(1.0 - spot.alpha * covered, spot.layerOpacity);
             if (alpha > 0.0) result.hits_.push_back({column, spot.depth, alpha, colors.of(spot, column)});
         });
     }

@@ -51,10 +51,14 @@ class PointHits {
         double alpha;         ///< before coverage
         double layerOpacity;  ///< of a point's layer; of a dot's it is in `alpha`
         glm::dvec3 color;
-        double value;      ///< of a point by which it is coloured, a share of the map's range; NaN: none
-        bool highlighted;  ///< a point that is drawn over the others of its layer
-        double x, y;       ///< pixels
-        double reach;      ///< beyond which, across and down, nothing is covered; 0: within one pixel
+        double value;       ///< of a point by which it is coloured, a share of the map's range; NaN: none
+        bool highlighted;   ///< a point that is drawn over the others of its layer
+        double x, y;        ///< pixels
+        double reach;       ///< beyond which, across and down, nothing is covered; 0: within one pixel
+        double tau = -1.0;  ///< of a lit point: optical depth where it covers all; below 0: it has `alpha`
+
+        /// Of a pixel of which so much is covered, before its layer fades.
+        double depthOf(double covered) const;
     };
 
     void addLayer(const render::Scene& scene, std::uint32_t layer);
@@ -64,12 +68,15 @@ class PointHits {
     struct Look {
         double size, opacity;
         glm::dvec3 color;
+        double area =
+            0.0;  ///< of a lit point of the mean weight: its optical area, square units of the world
     };
+    static Look lookOf(const View& view, const glm::dmat4& transform, const ParticlesStyle& style);
     void addHighlight(const render::Scene& scene, std::uint32_t layer);
     void addPaths(const render::Scene& scene, std::uint32_t layer);
     /// `depth`: where it stands; absent: at its own. `value`: as Spot's.
     void addPoint(const View& view, std::uint32_t layer, const Look& look, const glm::dvec3& inEye,
-                  std::optional<double> depth, double value);
+                  std::optional<double> depth, double value, double weight = 1.0);
     /// The colours of the points of a row's pixels, by what their values are.
     class RowColors;
     void markAmbiguous(double px, double py);

@@ -3,29 +3,205 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/common.hpp>
+#include <glm/matrix.hpp>
+#include <iterator>
 
 namespace mote::reference {
+namespace {
 
-VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style)
-    : size_(step.volumeSize()), transfer_(style.transfer()) {
-    const LogDensity scale = step.logDensity();
-    for (const float density : step.volume()) cells_.push_back(scale.ofCell(density));
+/// Every third bit of a Morton code.
+std::int64_t placeOf(std::uint64_t morton, unsigned axis) {
+    std::int64_t place = 0;
+    for (unsigned bit = 0; bit < 21; ++bit)
+        place |= static_cast<std::int64_t>(morton >> (3 * bit + axis) & 1) << bit;
+    return place;
 }
 
-double VolumeField::t(const glm::dvec3& inLayer) const {
+/// A place of a level, at another one: of a coarser, the cell that holds it; of a finer, its first.
+std::int64_t atLevel(std::int64_t place, int from, int to) {
+    return to >= from ? place * (std::int64_t{1} << (to - from)) : place / (std::int64_t{1} << (from - to));
+}
+
+}  // namespace
+
+VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style)
+    : transfer_(style.transfer()) {
+    const auto all = leavesOf(step);
+    std::vector<Leaf> leaves;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(leaves),
+                 [](const Leaf& leaf) { return leaf.extinction > 0.0; });
+    if (leaves.empty()) return;
+    int finest = 0;
+    for (const auto& leaf : leaves) finest = std::max(finest, leaf.level);
+    const double most = std::min(std::pow(step.volumeSize(), 3.0), 2097152.0);
+    int level = std::min(finest, 12);
+    while (level > 0 && !choose(leaves, level, most)) --level;
+    if (level == 0) choose(leaves, 0, most);
+    shares_.assign(step.leaves().size(), 1.0);
+    fill(leaves, all);
+}
+
+std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep& step) const {
+    const auto nodes = step.nodes();
+    const auto leaves = step.leaves();
+    const LogDensity scale = step.logDensity();
+    std::vector<Leaf> found;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        const double density = leaves.density[i], t = scale.ofLeaf(density);
+        const double extinction = density > 0.0 ? transfer_.extinction(t) : 0.0;
+        const auto morton = nodes.morton[leaves.node[i]];
+        found.push_back({i,
+                         nodes.level[leaves.node[i]],
+                         {placeOf(morton, 0), placeOf(morton, 1), placeOf(morton, 2)},
+                         density,
+                         t,
+                         extinction});
+    }
+    return found;
+}
+
+/// The cells of a level around all leaves, and one more on each side; false where there are more than `most`.
+bool VolumeField::choose(const std::vector<Leaf>& leaves, int level, double most) {
+    double count = 1.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::int64_t side = std::int64_t{1} << level;
+        std::int64_t low = side, high = 0;
+        for (const auto& leaf : leaves) {
+            low = std::min(low, atLevel(leaf.place[axis], leaf.level, level));
+            const std::int64_t next = leaf.place[axis] + 1;
+            const std::int64_t last = level >= leaf.level ? atLevel(next, leaf.level, level)
+                                                          : atLevel(leaf.place[axis], leaf.level, level) + 1;
+            high = std::max(high, last);
+        }
+        first_[axis] = std::max<std::int64_t>(low - 1, 0);
+        size_[axis] = std::min(high + 1, side) - first_[axis];
+        count *= static_cast<double>(size_[axis]);
+    }
+    level_ = level;
+    edge_ = std::ldexp(2.0, -level);
+    return count <= most;
+}
+
+std::size_t VolumeField::index(std::int64_t x, std::int64_t y, std::int64_t z) const {
+    return static_cast<std::size_t>(((z - first_[2]) * size_[1] + (y - first_[1])) * size_[0] +
+                                    (x - first_[0]));
+}
+
+void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all) {
+    const auto count = static_cast<std::size_t>(size_[0] * size_[1] * size_[2]);
+    std::vector<double> matter(count, 0.0), moment(count, 0.0), density(count, 0.0);
+    const auto forCells = [&](const Leaf& leaf, const std::function<void(std::size_t, double)>& visit) {
+        const double part = leaf.level > level_ ? std::ldexp(1.0, -3 * (leaf.level - level_)) : 1.0;
+        const std::int64_t side = leaf.level < level_ ? std::int64_t{1} << (level_ - leaf.level) : 1;
+        std::array<std::int64_t, 3> low{}, high{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::int64_t from = atLevel(leaf.place[axis], leaf.level, level_);
+            low[axis] = std::max(from, first_[axis]);
+            high[axis] = std::min(from + side, first_[axis] + size_[axis]);
+        }
+        for (std::int64_t z = low[2]; z < high[2]; ++z) {
+            for (std::int64_t y = low[1]; y < high[1]; ++y) {
+                for (std::int64_t x = low[0]; x < high[0]; ++x) visit(index(x, y, z), part);
+            }
+        }
+    };
+    for (const auto& leaf : leaves) {
+        forCells(leaf, [&](std::size_t cell, double part) {
+            matter[cell] += part * leaf.extinction;
+            moment[cell] += part * leaf.extinction * leaf.t;
+        });
+    }
+    for (const auto& leaf : all)
+        forCells(leaf, [&](std::size_t cell, double part) { density[cell] += part * leaf.density; });
+    const auto around = [&](std::size_t cell, const std::function<void(std::size_t)>& visit) {
+        const auto at = static_cast<std::int64_t>(cell);
+        const std::int64_t x = at % size_[0], y = at / size_[0] % size_[1], z = at / (size_[0] * size_[1]);
+        for (std::int64_t k = std::max<std::int64_t>(z - 1, 0); k <= std::min(z + 1, size_[2] - 1); ++k) {
+            for (std::int64_t j = std::max<std::int64_t>(y - 1, 0); j <= std::min(y + 1, size_[1] - 1); ++j) {
+                for (std::int64_t i = std::max<std::int64_t>(x - 1, 0); i <= std::min(x + 1, size_[0] - 1);
+                     ++i)
+                    visit(static_cast<std::size_t>((k * size_[1] + j) * size_[0] + i));
+            }
+        }
+    };
+    // How the weight of the 27 cells in and around one is spread: the harmonic mean of the variances along
+    // its principal axes, over 3; beyond the cells it goes on as it is.
+    std::vector<double> thick(count, 0.0);
+    for (std::size_t cell = 0; cell < count; ++cell) {
+        if (!(matter[cell] > 0.0)) continue;
+        glm::dmat3 second(0.0);
+        glm::dvec3 first(0.0);
+        double sum = 0.0;
+        const auto at = static_cast<std::int64_t>(cell);
+        const std::array<std::int64_t, 3> place{at % size_[0], at / size_[0] % size_[1],
+                                                at / (size_[0] * size_[1])};
+        for (int i = 0; i < 27; ++i) {
+            const glm::dvec3 away(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+            std::array<std::int64_t, 3> near{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                near[axis] = std::clamp<std::int64_t>(
+                    place[axis] + static_cast<std::int64_t>(away[static_cast<int>(axis)]), 0,
+                    size_[axis] - 1);
+            }
+            const double weight =
+                density[static_cast<std::size_t>((near[2] * size_[1] + near[1]) * size_[0] + near[0])];
+            sum += weight;
+            first += weight * away;
+            second += weight * glm::outerProduct(away, away);
+        }
+        const glm::dmat3 spread = second / sum - glm::outerProduct(first / sum, first / sum);
+        // The sum of the inverse's diagonal is that of the inverse variances.
+        const double determinant = glm::determinant(spread);
+        if (!(determinant > 0.0)) continue;
+        const glm::dmat3 inverse = glm::inverse(spread);
+        const double harmonic = 1.0 / (inverse[0][0] + inverse[1][1] + inverse[2][2]);
+        thick[cell] = std::clamp((harmonic - 0.10) / 0.06, 0.0, 1.0);
+    }
+    for (const auto& leaf : leaves) {
+        double most = 0.0;
+        forCells(leaf, [&](std::size_t cell, double) {
+            around(cell, [&](std::size_t near) { most = std::max(most, thick[near]); });
+        });
+        shares_[leaf.number] = std::round(255.0 * most) / 255.0;
+    }
+    extinction_.assign(count, 0.0);
+    t_.assign(count, 0.0);
+    for (const auto& leaf : leaves) {
+        forCells(leaf, [&](std::size_t cell, double part) {
+            extinction_[cell] += part * shares_[leaf.number] * leaf.extinction;
+        });
+    }
+    for (std::size_t cell = 0; cell < count; ++cell) {
+        double sum = 0.0, moments = 0.0;
+        around(cell, [&](std::size_t near) {
+            sum += matter[near];
+            moments += moment[near];
+        });
+        if (matter[cell] > 0.0)
+            t_[cell] = moment[cell] / matter[cell];
+        else if (sum > 0.0)
+            t_[cell] = moments / sum;
+    }
+}
+
+double VolumeField::between(const std::vector<double>& cells, const glm::dvec3& inLayer) const {
+    if (cells.empty()) return 0.0;
     std::array<std::size_t, 3> below{}, above{};
     std::array<double, 3> share{};
-    for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
         // Cell i has its centre at i + 1/2 cells from the box's side.
-        const double last = size_ - 1.0;
-        const double place = std::clamp(0.5 * (inLayer[axis] + 1.0) * size_ - 0.5, 0.0, last);
+        const auto last = static_cast<double>(size_[axis] - 1);
+        const double inCells =
+            (inLayer[static_cast<int>(axis)] + 1.0) / edge_ - static_cast<double>(first_[axis]);
+        const double place = std::clamp(inCells - 0.5, 0.0, last);
         below[axis] = static_cast<std::size_t>(place);
-        above[axis] = std::min(below[axis] + 1, static_cast<std::size_t>(size_) - 1);
+        above[axis] = std::min(below[axis] + 1, static_cast<std::size_t>(last));
         share[axis] = place - static_cast<double>(below[axis]);
     }
     const auto cell = [&](std::size_t x, std::size_t y, std::size_t z) {
-        return cells_[(z * size_ + y) * size_ + x];
+        return cells[(z * static_cast<std::size_t>(size_[1]) + y) * static_cast<std::size_t>(size_[0]) + x];
     };
     const auto alongX = [&](std::size_t y, std::size_t z) {
         return glm::mix(cell(below[0], y, z), cell(above[0], y, z), share[0]);
@@ -37,19 +213,21 @@ double VolumeField::t(const glm::dvec3& inLayer) const {
 }
 
 VolumeMatter VolumeField::at(const glm::dvec3& inLayer) const {
-    const double here = t(inLayer), extinct = extinction(here);
+    const double extinct = extinction(inLayer);
     // Most of a plot's box is empty, and a colour takes longer than all else.
     if (!(extinct > 0.0)) return {};
-    return {extinct, color(here)};
+    return {extinct, color(t(inLayer))};
 }
 
 std::vector<HalfSpace> VolumeField::within() const {
     std::vector<HalfSpace> sides;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
         glm::dvec3 normal(0.0);
-        normal[axis] = 1.0;
-        sides.push_back({normal, -1.0});
-        sides.push_back({-normal, -1.0});
+        normal[static_cast<int>(axis)] = 1.0;
+        const double low = static_cast<double>(first_[axis]) * edge_ - 1.0;
+        const double high = low + static_cast<double>(size_[axis]) * edge_;
+        sides.push_back({normal, low});
+        sides.push_back({-normal, -high});
     }
     return sides;
 }

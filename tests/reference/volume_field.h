@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // VolumeField: the continuous volume of one layer (docs/PICTURE.md, "Volume"): extinction and colour anywhere
-// in layer space. A value that shares its step's numbers; safe on any number of threads.
+// in layer space, and how much of each leaf lies in it. A value; safe on any number of threads.
 #pragma once
 
 #include <array>
@@ -19,21 +19,40 @@ class VolumeField final : public Volume {
   public:
     VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style);
 
-    /// Scaled log density at a place in layer space, trilinear between the cells' centres; the nearest value
-    /// beyond the outermost centres.
-    double t(const glm::dvec3& inLayer) const;
-    /// Per unit length of layer space.
-    double extinction(double t) const { return transfer_.extinction(t); }
+    /// Extinction per unit length of layer space, trilinear between the cells' centres; the nearest value
+    /// beyond the outermost ones, and nothing where there are no cells.
+    double extinction(const glm::dvec3& inLayer) const { return between(extinction_, inLayer); }
+    /// Scaled log density, likewise.
+    double t(const glm::dvec3& inLayer) const { return between(t_, inLayer); }
+    /// How much lies in the volume of what the curve gives it of a leaf, 0 to 1.
+    double share(std::size_t leaf) const { return shares_.empty() ? 1.0 : shares_[leaf]; }
     /// Linear RGB.
     glm::dvec3 color(double t) const { return transfer_.color(t); }
     VolumeMatter at(const glm::dvec3& inLayer) const override;
     std::vector<HalfSpace> within() const override;
-    double cellEdge() const override { return 2.0 / size_; }
+    double cellEdge() const override { return edge_; }
 
   private:
-    std::uint32_t size_;
-    std::vector<double> cells_;  // t of each, x fastest
+    struct Leaf {
+        std::size_t number;
+        int level;
+        std::array<std::int64_t, 3> place;  ///< among the cells of its level
+        double density, t, extinction;
+    };
+
+    std::vector<Leaf> leavesOf(const storage::ParticleStep& step) const;
+    bool choose(const std::vector<Leaf>& leaves, int level, double most);
+    /// `leaves`: those that are seen.
+    void fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all);
+    std::size_t index(std::int64_t x, std::int64_t y, std::int64_t z) const;
+    double between(const std::vector<double>& cells, const glm::dvec3& inLayer) const;
+
     TransferFunction transfer_;
+    double edge_ = 2.0;  // of a cell, layer units
+    int level_ = 0;
+    std::array<std::int64_t, 3> first_{}, size_{};  // cells of that level
+    std::vector<double> extinction_, t_;            // of each, x fastest
+    std::vector<double> shares_;                    // by leaf
 };
 
 }  // namespace mote::reference

@@ -39,24 +39,46 @@ std::uint16_t packed(double coordinate, std::uint32_t place, std::uint8_t level)
     return static_cast<std::uint16_t>(std::clamp(inCell * 65536.0, 0.0, 65535.0));
 }
 
-/// The cells of a cell's points one level below that hold any, in Morton order.
-std::vector<Cell> childrenOf(const Cell& cell, const std::vector<WeightedPoint>& points) {
+/// The cells one level below a cell, in Morton order, with its points.
+std::array<Cell, 8> childrenOf(const Cell& cell, const std::vector<WeightedPoint>& points) {
     std::array<Cell, 8> children;
     const auto level = static_cast<std::uint8_t>(cell.level + 1);
+    for (std::uint32_t number = 0; number < 8; ++number) {
+        children[number].level = level;
+        for (unsigned axis = 0; axis < 3; ++axis)
+            children[number].place[axis] = 2 * cell.place[axis] + (number >> axis & 1U);
+    }
     for (const auto row : cell.points) {
         std::array<std::uint32_t, 3> place{};
         for (int axis = 0; axis < 3; ++axis) place[axis] = placeAt(points[row].position[axis], 1U << level);
-        auto& child = children[mortonOf(place) & 7U];
-        child.level = level;
-        child.place = place;
-        child.points.push_back(row);
+        children[mortonOf(place) & 7U].points.push_back(row);
     }
-    std::vector<Cell> filled;
-    for (auto& child : children) {
-        if (!child.points.empty()) filled.push_back(std::move(child));
-    }
-    return filled;
+    return children;
 }
+
+/// The mean of a volume's cells in each cell of every level, the deepest last.
+class VolumeMeans {
+  public:
+    VolumeMeans(const std::vector<float>& volume, std::uint8_t level) : levels_(level + 1U) {
+        levels_.back().assign(volume.begin(), volume.end());
+        for (unsigned coarse = level; coarse-- > 0;) {
+            const std::uint32_t side = 2U << coarse;
+            levels_[coarse].assign(std::size_t{1} << (3 * coarse), 0.0);
+            for (std::size_t i = 0; i < levels_[coarse + 1].size(); ++i) {
+                const std::size_t x = i % side, y = i / side % side, z = i / side / side;
+                levels_[coarse][((z / 2) * (side / 2) + y / 2) * (side / 2) + x / 2] +=
+                    levels_[coarse + 1][i] / 8.0;
+            }
+        }
+    }
+    double of(const Cell& cell) const {
+        const std::size_t side = std::size_t{1} << cell.level;
+        return levels_[cell.level][(cell.place[2] * side + cell.place[1]) * side + cell.place[0]];
+    }
+
+  private:
+    std::vector<std::vector<double>> levels_;
+};
 
 }  // namespace
 
@@ -74,8 +96,10 @@ class MemoryStepBuilder {
     }
 
     std::shared_ptr<const MemoryStep> build() {
+        if (std::any_of(options_.volume.begin(), options_.volume.end(), [](float x) { return x > 0.0F; }))
+            means_.emplace(options_.volume, options_.volumeLevel);
         growTree();
-        if (!points_.empty()) orderLeaves();
+        if (!points_.empty() || means_) orderLeaves();
         spreadLeastDensities();
         writePoints();
         countVolume();
@@ -93,12 +117,14 @@ class MemoryStepBuilder {
         cells_.push_back(std::move(root));
         for (std::size_t i = 0; i < cells_.size(); ++i) {
             addNode(cells_[i]);
-            const bool full = cells_[i].points.size() > options_.leafCapacity;
-            if (!full || cells_[i].level >= options_.maxLevel) continue;
-            auto children = childrenOf(cells_[i], points_);
+            const bool full = means_ || cells_[i].points.size() > options_.leafCapacity;
+            if (!full || cells_[i].level >= (means_ ? options_.volumeLevel : options_.maxLevel)) continue;
             step_->firstChild_[i] = static_cast<std::uint32_t>(cells_.size());
-            step_->childCount_[i] = static_cast<std::uint8_t>(children.size());
-            for (auto& child : children) cells_.push_back(std::move(child));
+            for (auto& child : childrenOf(cells_[i], points_)) {
+                if (child.points.empty() && !(means_ && means_->of(child) > 0.0)) continue;
+                ++step_->childCount_[i];
+                cells_.push_back(std::move(child));
+            }
         }
     }
 
@@ -110,7 +136,8 @@ class MemoryStepBuilder {
         step_->firstChild_.push_back(0);
         step_->childCount_.push_back(0);
         step_->count_.push_back(cell.points.size());
-        step_->density_.push_back(static_cast<float>(std::ldexp(weight, 3 * cell.level)));
+        step_->density_.push_back(
+            static_cast<float>(means_ ? means_->of(cell) : std::ldexp(weight, 3 * cell.level)));
     }
 
     void orderLeaves() {
@@ -190,6 +217,7 @@ class MemoryStepBuilder {
     const std::vector<WeightedPoint>& points_;
     const MemoryStepOptions& options_;
     std::vector<Cell> cells_;
+    std::optional<VolumeMeans> means_;  // of a volume that is given
     std::shared_ptr<MemoryStep> step_ = std::make_shared<MemoryStep>();
 };
 

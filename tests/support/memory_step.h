@@ -2,7 +2,8 @@
 //
 // MemoryStep: a particle step without files, for tests. It is built from plain points by a slow, simple
 // octree builder that shares no code with mote-prep, so that a test of the renderers does not lean on the
-// job, and may hold a volume that no particles would make. Immutable; safe on any number of threads.
+// job, and may hold leaves and a volume that no particles would make. Immutable; safe on any number of
+// threads.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -26,8 +27,10 @@ struct MemoryStepOptions {
     std::uint8_t volumeLevel = 5;     ///< the volume has 2^volumeLevel cells along each axis
     std::uint64_t seed = 1;           ///< of the shuffle within leaves
     std::optional<LogDensity> logDensity =
-        std::nullopt;                ///< absent: from the least and the greatest leaf density
-    std::vector<float> volume = {};  ///< replaces the counted volume unless empty, x fastest
+        std::nullopt;  ///< absent: from the least and the greatest leaf density
+    /// Replaces the counted volume unless empty, x fastest. Where any of it is above 0, the leaves are its
+    /// cells, of these densities, whatever points lie in them.
+    std::vector<float> volume = {};
 };
 
 class MemoryStep final : public storage::ParticleStep {

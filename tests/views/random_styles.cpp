@@ -40,7 +40,7 @@ void setPoints(Random& random, proto::PointsStyle& style) {
             added->set_fraction(knot.y);
         }
     }
-    if (random.chance(0.8)) style.set_opacity(anyShare(random));
+    if (random.chance(0.5)) style.set_opacity(anyShare(random));
     if (random.chance(0.7)) style.set_size_pixels(anySize(random));
     if (random.chance(0.6)) setAnyColor(random, style.mutable_color());
 }

@@ -7,6 +7,8 @@
 #include <charconv>
 #include <vector>
 
+#include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/plot_density.h"
 #include "server/render/layers/ink/density_grid.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
@@ -136,14 +138,27 @@ Status ViewData::add(const Layer& layer, render::Scene& scene, render::Dots& dot
     return inked ? success() : checkRepresentation(*layer.hybrid(), *scene.hybrids.back());
 }
 
+namespace {
+
+/// What a view leaves to the plot is that of a plot of as many, or of so many that there is a volume.
+PlotDensity plotOf(const storage::ParticleStep& step) {
+    const std::uint64_t points = step.pointCount();
+    const double weight = points > 0 ? step.nodes().density[0] / static_cast<double>(points) : 0.0;
+    return {step.logDensity(), points % 2 == 0 ? points : points + 1'000'000, weight};
+}
+
+}  // namespace
+
 Result<render::Scene> ViewData::scene(const proto::View& message) {
     const auto view = parseView(message);
     MOTE_RETURN_IF_ERROR(view);
-    render::Scene scene{*view, {}};
+    render::Scene scene{lengthsInPixels(*view), {}};
     auto dots = std::make_shared<render::Dots>();
     for (std::size_t i = 0; i < view->layers.size(); ++i) {
         const auto added = add(view->layers[i], scene, *dots);
         if (!added.ok()) return added.error().within(fmt::format("layers[{}]", i));
+        ParticlesStyle* const style = scene.view.layers[i].particles();
+        if (style != nullptr && scene.steps[i] != nullptr) resolveByPlot(*style, plotOf(*scene.steps[i]));
     }
     if (!dots->empty()) scene.dots = std::move(dots);
     return scene;

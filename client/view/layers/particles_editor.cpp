@@ -13,6 +13,7 @@
 #include "client/view/server_state.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/particles_style.h"
+#include "protocol/scene/plot_density.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::client {
@@ -82,22 +83,31 @@ void drawPoints(ParticlesControls& controls, const LayerPanel& panel) {
 ParticlesControls::ParticlesControls() {
     read({});
     plotOpacity_ = pointOpacity;
+    plotSize_ = pointSize;
+}
+
+bool ParticlesControls::opacityChosen() const {
+    return ownOpacity_ || pointOpacity != plotOpacity_;
+}
+
+bool ParticlesControls::sizeChosen() const {
+    return ownSize_ || pointSize != plotSize_;
 }
 
 void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
-    std::uint64_t most = 0;
-    for (const auto& step : manifest.steps()) most = std::max(most, step.particles());
-    const auto opacity = static_cast<float>(defaultPointOpacity(most));
-    const bool chosen = ownOpacity_ || pointOpacity != plotOpacity_;
-    if (!chosen) pointOpacity = opacity;
-    plotOpacity_ = opacity;
+    auto style = parseParticlesStyle({}).value();
+    resolveByPlot(style, PlotDensity::of(manifest));
+    functions.setOfPlot(style.volumeOpacity, style.pointFraction);
 }
 
 void ParticlesControls::write(proto::ParticlesStyle& style) const {
     functions.write(style);
     style.mutable_volume()->set_color_map(colorMap);
-    style.mutable_points()->set_opacity(share(pointOpacity));
-    style.mutable_points()->set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
+    auto& points = *style.mutable_points();
+    points.clear_opacity();
+    points.clear_size_pixels();
+    if (opacityChosen()) points.set_opacity(share(pointOpacity));
+    if (sizeChosen()) points.set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
     assignColor(style.mutable_points()->mutable_color(), pointColor);
 }
 
@@ -106,6 +116,7 @@ void ParticlesControls::read(const proto::ParticlesStyle& message) {
     functions.read(message);
     colorMap = style.colorMap.name();
     ownOpacity_ = message.points().has_opacity();
+    ownSize_ = message.points().has_size_pixels();
     pointOpacity = static_cast<float>(ownOpacity_ ? message.points().opacity() : style.pointOpacity);
     pointSize = static_cast<float>(style.pointSize);
     pointColor = toFloats(linearToSrgb(style.pointColor));

@@ -23,7 +23,7 @@ struct ParticlesControls {
 
     ParticlesControls();
 
-    /// Another plot: an opacity of points that nobody has chosen goes with how many it has.
+    /// Another plot: curves that nobody has chosen are its own.
     void setDataset(const proto::ParticlesManifest& manifest);
 
     /// Fills the fields above and leaves the others alone.
@@ -32,8 +32,11 @@ struct ParticlesControls {
     void read(const proto::ParticlesStyle& style);
 
   private:
-    bool ownOpacity_ = false;   // from a saved view
-    float plotOpacity_ = 0.0F;  // defaultPointOpacity() of the plot
+    bool opacityChosen() const;
+    bool sizeChosen() const;
+
+    bool ownOpacity_ = false, ownSize_ = false;   // from a saved view
+    float plotOpacity_ = 0.0F, plotSize_ = 0.0F;  // what sliders show where the plot says how points look
 };
 
 class ParticlesEditor final : public LayerEditor {

@@ -15,12 +15,21 @@ void TransferFunctions::follow() {
     if (linked_) points_.take(linkedFraction(Curve::create(volume_.knots()).value()).knots());
 }
 
+void TransferFunctions::setOfPlot(const Curve& volume, const Curve& points) {
+    if (chosen_) return;
+    volume_.take(volume.knots());
+    points_.take(points.knots());
+    linked_ = false;
+}
+
 void TransferFunctions::setLinked(bool linked) {
+    chosen_ = true;
     linked_ = linked;
     follow();
 }
 
 void TransferFunctions::move(Which which, std::size_t knot, Curve::Knot to) {
+    chosen_ = true;
     if (isOpposite(which)) {
         moveOpposite(knot, to);
     } else {
@@ -44,6 +53,7 @@ void TransferFunctions::moveOpposite(std::size_t knot, Curve::Knot to) {
 }
 
 std::size_t TransferFunctions::insert(Which which, Curve::Knot at) {
+    chosen_ = true;
     auto& curve = edited(which);
     const std::size_t before = curve.knots().size();
     const double y = isOpposite(which) ? Curve::create(curve.knots()).value()(at.x) : at.y;
@@ -54,19 +64,22 @@ std::size_t TransferFunctions::insert(Which which, Curve::Knot at) {
 }
 
 void TransferFunctions::remove(Which which, std::size_t knot) {
+    chosen_ = true;
     edited(which).remove(knot);
     follow();
 }
 
 void TransferFunctions::write(proto::ParticlesStyle& style) const {
     style.mutable_volume()->clear_curve();
+    style.mutable_points()->clear_curve();
+    style.mutable_points()->clear_linked();
+    if (!chosen_) return;
     for (const auto& knot : volume_.knots()) {
         auto* written = style.mutable_volume()->add_curve();
         written->set_density(knot.x);
         written->set_opacity(knot.y);
     }
     style.mutable_points()->set_linked(linked_);
-    style.mutable_points()->clear_curve();
     if (linked_) return;
     for (const auto& knot : points_.knots()) {
         auto* written = style.mutable_points()->add_curve();
@@ -80,6 +93,7 @@ void TransferFunctions::read(const proto::ParticlesStyle& style) {
     volume_.take(parsed.volumeOpacity.knots());
     points_.take(parsed.pointFraction.knots());
     linked_ = !style.points().has_linked() || style.points().linked();
+    chosen_ = !parsed.curveByPlot;
 }
 
 }  // namespace mote::client

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// TransferFunctions: the two curves that the user drags, linked by default: an edit of one is the opposite
-// edit of the other (section 3.3.3 of the dissertation). A value, free of any window.
+// TransferFunctions: the two curves that the user drags. Linked, an edit of one is the opposite edit of the
+// other (section 3.3.3 of the dissertation). Until the user edits them they are the plot's own, which a view
+// leaves out. A value, free of any window.
 #pragma once
 
 #include <cstddef>
@@ -23,6 +24,10 @@ class TransferFunctions {
         return which == Which::volume ? volume_.knots() : points_.knots();
     }
     bool linked() const { return linked_; }
+    /// Whether a view says them: they were edited, or read from one that does.
+    bool chosen() const { return chosen_; }
+    /// Those that the plot has where nobody has chosen any; otherwise nothing changes.
+    void setOfPlot(const Curve& volume, const Curve& points);
     /// Linking makes the points follow the volume.
     void setLinked(bool linked);
 
@@ -50,6 +55,7 @@ class TransferFunctions {
     KnotCurve volume_;
     KnotCurve points_;
     bool linked_ = true;
+    bool chosen_ = false;
 };
 
 }  // namespace mote::client

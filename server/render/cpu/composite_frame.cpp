@@ -49,6 +49,17 @@ std::vector<FrameSection> sectionsOf(const FramePlan& plan) {
     return sections;
 }
 
+std::vector<SlabDepth> depthsOf(const FramePlan& plan) {
+    std::vector<SlabDepth> depths;
+    for (const auto& section : plan.sections) {
+        for (std::uint32_t i = 0; i < section.slabs; ++i) {
+            depths.push_back({static_cast<float>(section.nearDepth + i * section.thickness()),
+                              static_cast<float>(section.thickness())});
+        }
+    }
+    return depths;
+}
+
 std::array<std::uint32_t, 256> packedShades(const Shades& shades) {
     std::array<std::uint32_t, 256> packed{};
     const auto bits = [](float x) {
@@ -125,6 +136,7 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       height(plan.height),
       slabs(plan.slabs),
       sections(sectionsOf(plan)),
+      depths(depthsOf(plan)),
       samplesPerCell(static_cast<float>(std::clamp(plan.samplesPerCell, 0.25, 64.0))),
       cellByCell(plan.samplesPerCell >= 2.0),
       window(plan.camera.halfHeight() * plan.width / plan.height, plan.camera.halfHeight()),
@@ -133,10 +145,9 @@ CompositeFrame::CompositeFrame(const FramePlan& plan, PixelFormat chosen,
       blank(blankPixel(plan.background, chosen)) {
     for (std::size_t i = 0; i < plan.points.size(); ++i) {
         const PointLook& look = plan.points[i].look;
-        const double size = std::min(look.size, 1.0);
-        points.push_back({glm::vec3(look.color),
-                          static_cast<float>(-std::log1p(-look.opacity * size * size) * look.thinned),
-                          colors[i].get()});
+        const bool byDepth = look.light > 0.0 && plan.camera.perspective();
+        points.push_back({glm::vec3(look.color), static_cast<float>(look.tauAt(1.0, byDepth) * look.thinned),
+                          byDepth, colors[i].get()});
     }
     for (std::size_t i = 0; i < plan.fields.size(); ++i) {
         const FieldPlan& field = plan.fields[i];

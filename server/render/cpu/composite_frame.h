@@ -46,7 +46,13 @@ struct PixelRange {
 struct FramePointLook {
     glm::vec3 color;                      ///< linear RGB
     float tau;                            ///< optical depth of a whole point, thinned as its look says
+    bool byDepth;                         ///< `tau` is that at depth 1, and goes with its inverse square
     const PixelColors* colors = nullptr;  ///< by pixel, in place of the one; null: none
+};
+
+/// Where a slab lies.
+struct SlabDepth {
+    float nearest, thickness;  ///< world units along the line of sight
 };
 
 /// What is read of a field of samples with normals; nothing is owned but a few numbers.
@@ -89,6 +95,7 @@ struct CompositeFrame {
     std::uint32_t width, height;         ///< pixels
     std::uint32_t slabs;                 ///< of all sections
     std::vector<FrameSection> sections;  ///< front to back
+    std::vector<SlabDepth> depths;       ///< of each slab
     float samplesPerCell;
     bool cellByCell;       ///< rays go from cell to cell, for their kinks: at two samples a cell or more
     glm::dvec2 window;     ///< half width and half height of the picture at depth 1

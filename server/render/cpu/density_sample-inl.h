@@ -48,30 +48,28 @@ HWY_INLINE WordV nearestWord(V x) {
     return hn::BitCast(Words(), hn::Add(x, hn::Set(Floats(), 8388608.0F)));
 }
 
-/// A weight of 1, of those of two neighbours that lie in one word. A power of two: where all cells are alike
-/// their mean is exact, and on the same side of a step of a curve by all kinds of vectors.
-constexpr std::uint32_t fullWeight = 16384;
-
-/// The weights of two neighbours, by the share of the way to the second; that one's is in the high half.
-HWY_INLINE WordV weightsOf(V share) {
-    const WordV far = nearestWord(hn::Mul(share, hn::Set(Floats(), static_cast<float>(fullWeight))));
-    return hn::Or(hn::ShiftLeft<16>(far), hn::Sub(hn::Set(Words(), Whole::bias + fullWeight), far));
-}
-
-/// What is read of a field of densities.
+/// What is read of a step's volume.
 struct DensitySource {
     const std::uint8_t* words;
     float sheetRows;
     std::uint32_t rowBytes;
     std::size_t sheetBytes;
     const TransferTable::Entry* entries;
+    float strength;              ///< times extinction
+    float tableScale, tableLow;  ///< of a cell's t, to places in the table
 
     explicit DensitySource(const VisibleField& visible)
         : words(reinterpret_cast<const std::uint8_t*>(visible.volume->words())),
           sheetRows(static_cast<float>(visible.volume->sheetRows())),
           rowBytes(4 * visible.volume->rowWords()),
           sheetBytes(std::size_t{4} * visible.volume->rowWords() * visible.volume->sheetRows()),
-          entries(visible.seen.table->entries()) {}
+          entries(visible.seen.table->entries()),
+          strength(visible.strength) {
+        const TransferTable& table = *visible.seen.table;
+        const double perT = TransferTable::cells / (table.high() - table.low());
+        tableScale = static_cast<float>(perT / PackedVolume::fullT);
+        tableLow = static_cast<float>(1.0 - table.low() * perT);
+    }
 };
 
 /// Rays in registers, see PacketRays.
@@ -125,12 +123,6 @@ HWY_INLINE Entries readEntries(const TransferTable::Entry* entries, IntV cell) {
     const auto& entry = entries[hn::GetLane(cell)];
     const auto set = [](float x) { return hn::Set(Floats(), x); };
     return {set(entry.value), set(entry.start), set(entry.bend), hn::Set(Words(), entry.color)};
-}
-
-/// The mean of the two 15-bit cells in each word, by weights that add up to one; times fullWeight.
-HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
-    const std::uint32_t c = hn::GetLane(cells), w = hn::GetLane(weights);
-    return hn::Set(Floats(), static_cast<float>((c & 0xffffU) * (w & 0xffffU) + (c >> 16) * (w >> 16)));
 }
 
 #else
@@ -223,27 +215,19 @@ HWY_INLINE Entries readEntries(const TransferTable::Entry* entries, IntV cell) {
             hn::BitCast(words, hn::InterleaveLower(pairs, lowColor, highColor))};
 }
 
-/// The mean of the two 15-bit cells in each word, by weights that add up to one; times fullWeight.
-HWY_INLINE V meanOfPair(WordV cells, WordV weights) {
-    const Ints ints;
-    const hn::Repartition<std::int16_t, Floats> shorts;
-    auto odd = hn::Zero(ints);
-    const auto sum = hn::ReorderWidenMulAccumulate(ints, hn::BitCast(shorts, cells),
-                                                   hn::BitCast(shorts, weights), hn::Zero(ints), odd);
-    return hn::ConvertTo(Floats(), hn::RearrangeToOddPlusEven(sum, odd));
-}
-
 #endif
 
 /// A sample is taken in three steps, so that a march can have each of them under way for another sample:
 /// reads of memory take long, and the processor looks only so far ahead. First the 2 x 2 x 2 cells are read.
 struct CellReads {
-    Reads front, back;
+    Reads frontLow, frontHigh, backLow, backHigh;  ///< two along x each; low and high along y
 };
 
 HWY_INLINE CellReads readCells(const DensitySource& source, IntV offset) {
     const LaneNumbers offsets(offset);
-    return {gather(source.words, offsets), gather(source.words + source.sheetBytes, offsets)};
+    const auto* const back = source.words + source.sheetBytes;
+    return {gather(source.words, offsets), gather(source.words + source.rowBytes, offsets),
+            gather(back, offsets), gather(back + source.rowBytes, offsets)};
 }
 
 /// Where the words of a cell are, from the whole parts of its place.
@@ -254,30 +238,55 @@ HWY_INLINE IntV cellOffset(const DensitySource& source, const Whole& x, const Wh
     return hn::BitCast(Ints(), hn::Sub(biased, hn::Set(words, Whole::bias * (source.rowBytes + 4U))));
 }
 
-/// t in a cell, as the TransferTable counts it; shares of the way from its first corner to its last.
-HWY_INLINE V densityIn(const WordPairs& front, const WordPairs& back, V shareX, V shareY, V shareZ) {
-    const Floats d;
-    const WordV weights = weightsOf(shareY);
-    const auto along = [&](const WordPairs& pairs) HWY_ATTR {
-        const V low = meanOfPair(pairs.low, weights);
-        return hn::MulAdd(shareX, hn::Sub(meanOfPair(pairs.high, weights), low), low);
-    };
-    const V low = along(front);
-    const V mean = hn::MulAdd(shareZ, hn::Sub(along(back), low), low);
-    constexpr float scale =
-        static_cast<float>(TransferTable::cells) / (float{PackedVolume::full} * float{fullWeight});
-    return hn::MulAdd(mean, hn::Set(d, scale), hn::Set(d, 1.0F));
-}
-
-/// Then, from their density, the tables.
-struct TableReads {
-    V way, density, rest;
-    Entries entry;
+/// What lies at a place: extinction, and t as the cells have it.
+struct Density {
+    V extinction, t;
 };
 
-HWY_INLINE TableReads readTable(const DensitySource& source, V way, V density) {
-    const Whole whole(density);
-    return {way, density, hn::Sub(density, whole.value), readEntries(source.entries, whole.number())};
+/// The two cells of a read, at a share of the way from the first to the second.
+HWY_INLINE Density alongX(const WordPairs& cells, V share) {
+    const Floats d;
+    const Words words;
+    const Ints ints;
+    const WordV extinctionBits = hn::Set(words, 0xffff0000U), tBits = hn::Set(words, 0xffffU);
+    const auto mean = [&](V low, V high) HWY_ATTR { return hn::MulAdd(share, hn::Sub(high, low), low); };
+    const auto extinction = [&](WordV cell)
+                                HWY_ATTR { return hn::BitCast(d, hn::And(cell, extinctionBits)); };
+    const auto t = [&](WordV cell)
+                       HWY_ATTR { return hn::ConvertTo(d, hn::BitCast(ints, hn::And(cell, tBits))); };
+    return {mean(extinction(cells.low), extinction(cells.high)), mean(t(cells.low), t(cells.high))};
+}
+
+HWY_INLINE Density between(const Density& low, const Density& high, V share) {
+    return {hn::MulAdd(share, hn::Sub(high.extinction, low.extinction), low.extinction),
+            hn::MulAdd(share, hn::Sub(high.t, low.t), low.t)};
+}
+
+/// In a cell; shares of the way from its first corner to its last.
+HWY_INLINE Density densityIn(const CellReads& cells, V shareX, V shareY, V shareZ) {
+    const auto sheet = [&](const Reads& low, const Reads& high) HWY_ATTR {
+        return between(alongX(pairsOf(low), shareX), alongX(pairsOf(high), shareX), shareY);
+    };
+    return between(sheet(cells.frontLow, cells.frontHigh), sheet(cells.backLow, cells.backHigh), shareZ);
+}
+
+/// Then, from their t, the colours.
+struct TableReads {
+    V way, extinction, place;
+    WordV color;
+};
+
+HWY_INLINE TableReads readTable(const DensitySource& source, V way, const Density& density) {
+    const Floats d;
+    const Ints ints;
+    const V place = hn::MulAdd(density.t, hn::Set(d, source.tableScale), hn::Set(d, source.tableLow));
+    constexpr auto last = static_cast<float>(TransferTable::cells);
+    const IntV entry = hn::ConvertTo(ints, hn::Min(hn::Max(place, hn::Set(d, 1.0F)), hn::Set(d, last)));
+    static_assert(sizeof(TransferTable::Entry) == 1 << 4);
+    const IntV color = hn::GatherOffset(ints, reinterpret_cast<const std::int32_t*>(&source.entries->color),
+                                        hn::ShiftLeft<4>(entry));
+    const V extinction = hn::Mul(hn::Max(density.extinction, hn::Zero(d)), hn::Set(d, source.strength));
+    return {way, extinction, place, hn::BitCast(Words(), color)};
 }
 
 /// And then it is a place on the rays with what a segment needs of it.
@@ -290,25 +299,37 @@ struct Sample {
 };
 constexpr float colorScale = 1.0F / (1023.0F * 1023.0F);
 
+/// Linear components of a table's colour, times 1 / colorScale.
+HWY_INLINE V colorComponent(WordV root) {
+    const V value = hn::ConvertTo(Floats(), hn::BitCast(Ints(), root));
+    return hn::Mul(value, value);
+}
+
+/// Of a volume: its density is where its colour is in the table; extinction needs none.
 HWY_INLINE Sample sampleOf(const TableReads& table) {
-    const Floats d;
     const Words words;
-    const V half = hn::MulAdd(table.entry.bend, table.rest, table.entry.start);
-    const V integral = hn::MulAdd(half, table.rest, table.entry.value);
-    const V slope = hn::MulAdd(table.entry.bend, table.rest, half);
-    const WordV color = table.entry.color;
-    const auto component = [&](WordV word) HWY_ATTR {
-        const V root = hn::ConvertTo(d, hn::BitCast(Ints(), word));
-        return hn::Mul(root, root);
-    };
     const WordV mask = hn::Set(words, 1023U);
     return {table.way,
-            table.density,
-            integral,
-            slope,
-            component(hn::And(color, mask)),
-            component(hn::And(hn::ShiftRight<10>(color), mask)),
-            component(hn::ShiftRight<20>(color))};
+            table.place,
+            hn::Zero(Floats()),
+            table.extinction,
+            colorComponent(hn::And(table.color, mask)),
+            colorComponent(hn::And(hn::ShiftRight<10>(table.color), mask)),
+            colorComponent(hn::ShiftRight<20>(table.color))};
+}
+
+/// A sample of a field whose transfer function is looked up at the density itself, `rest` beyond an entry.
+HWY_INLINE Sample sampleOf(V way, V density, V rest, const Entries& entry) {
+    const Words words;
+    const V half = hn::MulAdd(entry.bend, rest, entry.start);
+    const WordV mask = hn::Set(words, 1023U);
+    return {way,
+            density,
+            hn::MulAdd(half, rest, entry.value),
+            hn::MulAdd(entry.bend, rest, half),
+            colorComponent(hn::And(entry.color, mask)),
+            colorComponent(hn::And(hn::ShiftRight<10>(entry.color), mask)),
+            colorComponent(hn::ShiftRight<20>(entry.color))};
 }
 
 /// A place on the rays, in its cell.
@@ -332,13 +353,14 @@ HWY_INLINE void prefetchCells(const DensitySource& source, const Place& place) {
     constexpr std::size_t last = hn::MaxLanes(Ints()) - 1;
     for (const std::int32_t offset : {hn::GetLane(place.offset), hn::ExtractLane(place.offset, last)}) {
         __builtin_prefetch(source.words + offset);
+        __builtin_prefetch(source.words + source.rowBytes + offset);
         __builtin_prefetch(source.words + source.sheetBytes + offset);
+        __builtin_prefetch(source.words + source.sheetBytes + source.rowBytes + offset);
     }
 }
 
-HWY_INLINE V densityAt(const DensitySource& source, const Place& place) {
-    const CellReads cells = readCells(source, place.offset);
-    return densityIn(pairsOf(cells.front), pairsOf(cells.back), place.shareX, place.shareY, place.shareZ);
+HWY_INLINE Density densityAt(const DensitySource& source, const Place& place) {
+    return densityIn(readCells(source, place.offset), place.shareX, place.shareY, place.shareZ);
 }
 
 HWY_INLINE Sample sampleAt(const DensitySource& source, const RayLanes& rays, V way) {

@@ -123,25 +123,19 @@ HWY_INLINE V nextPlane(const RayLanes& rays, const PacketRays& packet, std::size
 class PartDensity {
   public:
     HWY_INLINE PartDensity(const RayLanes& rays, const CellPart& part)
-        : front_(pairsOf(part.cells.front)),
-          back_(pairsOf(part.cells.back)),
+        : cells_(part.cells),
           x_(hn::Sub(rays.entryX, part.x)),
           y_(hn::Sub(rays.entryY, part.y)),
           z_(hn::Sub(rays.entryZ, part.z)) {}
 
     HWY_INLINE TableReads read(const DensitySource& source, const RayLanes& rays, V way) const {
-        const Floats d;
-        // A way may lead out of the cell by rounding, and by a thousandth of it (nextPlane): the integer
-        // weights along y mind the one, the table's ends the other where the density is steep.
-        const V y = hn::Min(hn::Max(hn::MulAdd(way, rays.travelY, y_), hn::Zero(d)), hn::Set(d, 1.0F));
-        const V density =
-            densityIn(front_, back_, hn::MulAdd(way, rays.travelX, x_), y, hn::MulAdd(way, rays.travelZ, z_));
-        constexpr float last = static_cast<float>(TransferTable::cells) + 1.0F;
-        return readTable(source, way, hn::Min(hn::Max(density, hn::Set(d, 1.0F)), hn::Set(d, last)));
+        return readTable(source, way,
+                         densityIn(cells_, hn::MulAdd(way, rays.travelX, x_),
+                                   hn::MulAdd(way, rays.travelY, y_), hn::MulAdd(way, rays.travelZ, z_)));
     }
 
   private:
-    WordPairs front_, back_;
+    CellReads cells_;
     V x_, y_, z_;
 };
 
@@ -151,9 +145,18 @@ HWY_INLINE PartReads readPart(const DensitySource& source, const RayLanes& rays,
             density.read(source, rays, part.to)};
 }
 
+/// What lies between two samples of a volume, extinction taken as linear.
+struct VolumePiece {
+    V mean, depth;
+
+    HWY_INLINE VolumePiece(const Sample& from, const Sample& to)
+        : mean(hn::Mul(hn::Add(from.slope, to.slope), hn::Set(Floats(), 0.5F))),
+          depth(hn::Mul(mean, hn::Sub(to.way, from.way))) {}
+};
+
 /// A way through a cell by three samples, as far apart as each other, and what lies between them.
 struct CellPieces {
-    Piece near, far, whole;
+    VolumePiece near, far, whole;
     V halves;  ///< optical depth of both halves, over that of a way of length 1
 
     HWY_INLINE CellPieces(const Sample& front, const Sample& middle, const Sample& back)
@@ -178,14 +181,15 @@ HWY_INLINE void takeSmooth(const CellPieces& pieces, const Sample& front, const 
     take(hn::Mul(pieces.far.depth, scale), middle, back, pieces.far.mean);
 }
 
-/// A change of density between two samples, as the TransferTable counts it, from which on they are too far
-/// apart for transfer functions with kinks and steps; and an optical depth by which halves may differ from
-/// the whole where a parabola still tells what lies between.
-constexpr float steepChange = 0.035F * TransferTable::cells;
-constexpr float bentDepth = 0.02F;
-constexpr float mostPieces = 8.0F, leastOfBent = 4.0F;
+/// An optical depth by which halves may differ from the whole where a parabola still tells what lies between,
+/// and one of a part whose front hides so much of its back that its colour does not change evenly; what is
+/// more is cut into several pieces.
+constexpr float bentDepth = 0.02F, deepPart = 1.0F;
+/// A change of t, as the TransferTable counts it, over which a colour map does not change evenly.
+constexpr float colorfulChange = 0.1F * TransferTable::cells;
+constexpr float steepPieces = 4.0F;
 
-/// The same for the rays whose density is steep in a part, each in as many pieces as it needs itself: what
+/// The same for the rays whose extinction is steep in a part, each in as many pieces as it needs itself: what
 /// its neighbours in the vector need must not show. `steep`: which; `pieces`: how many.
 template <class Take>
 HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, const Sample& front,
@@ -202,7 +206,7 @@ HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, con
         const TableReads end = density.read(source, rays, hn::Min(hn::Add(way, step), back.way));
         const Sample to = sampleOf(end);
         const Sample between = sampleOf(half);
-        const Piece near(from, between), far(between, to);
+        const VolumePiece near(from, between), far(between, to);
         if (!hn::AllTrue(d, hn::Le(hn::Add(near.depth, far.depth), hn::Zero(d)))) {
             take(hn::IfThenElseZero(counts, near.depth), from, between, near.mean);
             take(hn::IfThenElseZero(counts, far.depth), between, to, far.mean);
@@ -211,20 +215,22 @@ HWY_INLINE void takeSteep(const DensitySource& source, const RayLanes& rays, con
     }
 }
 
-/// The same for a part of which the table was read, in several pieces where the density is steep or what
-/// shows of it bends much. `length`: of a way of 1.
+/// The same for a part of which the table was read, in several pieces where extinction bends much or is deep,
+/// or colours change much. `length`: of a way of 1.
 template <class Take>
 HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, const Sample& front,
                          const PartReads& reads, const Sample& back, V length, const Take& take) {
     const Floats d;
     const Sample middle = sampleOf(reads.middle);
     const CellPieces pieces(front, middle, back);
-    const V change = hn::Max(hn::Abs(hn::Sub(middle.density, front.density)),
-                             hn::Abs(hn::Sub(back.density, middle.density)));
     const auto moved = hn::Gt(back.way, front.way);
     const V wrong = hn::Mul(hn::Abs(hn::Sub(pieces.halves, pieces.whole.depth)), length);
+    const V deep = hn::Mul(pieces.halves, length);
     const auto bent = hn::Gt(wrong, hn::Set(d, bentDepth));
-    const auto steep = hn::And(moved, hn::Or(bent, hn::Gt(change, hn::Set(d, steepChange))));
+    const V change = hn::Max(hn::Abs(hn::Sub(middle.density, front.density)),
+                             hn::Abs(hn::Sub(back.density, middle.density)));
+    const auto colorful = hn::And(hn::Gt(deep, hn::Zero(d)), hn::Gt(change, hn::Set(d, colorfulChange)));
+    const auto steep = hn::And(moved, hn::Or(hn::Or(bent, colorful), hn::Gt(deep, hn::Set(d, deepPart))));
     if (hn::AllFalse(d, steep)) {
         takeSmooth(pieces, front, middle, back, take);
         return;
@@ -232,10 +238,7 @@ HWY_INLINE void takePart(const DensitySource& source, const RayLanes& rays, cons
     takeSmooth(pieces, front, middle, back,
                [&](V depth, const Sample& one, const Sample& other, V mean)
                    HWY_ATTR { take(hn::IfThenZeroElse(steep, depth), one, other, mean); });
-    const V most = hn::Set(d, mostPieces), one = hn::Set(d, 1.0F);
-    const V wanted = hn::Floor(hn::MulAdd(change, hn::Set(d, 1.0F / steepChange), one));
-    const V least = hn::IfThenElse(bent, hn::Set(d, leastOfBent), one);
-    const V count = hn::IfThenElse(steep, hn::Min(hn::Max(wanted, least), most), one);
+    const V count = hn::IfThenElse(steep, hn::Set(d, steepPieces), hn::Set(d, 1.0F));
     takeSteep(source, rays, front, back, steep, count, take);
 }
 
@@ -277,7 +280,7 @@ HWY_INLINE Sample marchEvenly(const DensitySource& source, const PacketRays& pac
     // memory are under way at a time.
     constexpr std::size_t block = 16;
     std::array<Place, block> places;
-    std::array<V, block> densities;
+    std::array<Density, block> densities;
     for (std::size_t begin = 0; begin < count; begin += block) {
         const std::size_t size = std::min(block, count - begin);
         for (std::size_t i = 0; i < size; ++i) {
@@ -288,7 +291,7 @@ HWY_INLINE Sample marchEvenly(const DensitySource& source, const PacketRays& pac
         for (std::size_t i = 0; i < size; ++i) densities[i] = densityAt(source, places[i]);
         for (std::size_t i = 0; i < size; ++i) {
             const Sample back = sampleOf(readTable(source, places[i].way, densities[i]));
-            const Piece piece(front, back);
+            const VolumePiece piece(front, back);
             if (!hn::AllTrue(d, hn::Le(piece.depth, hn::Zero(d)))) {
                 light.gather(hn::Mul(piece.depth, length), front, back, piece.mean);
                 if (light.gone()) return back;

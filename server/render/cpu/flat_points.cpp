@@ -35,7 +35,7 @@ constexpr std::size_t countBytes = std::size_t{1} << 30;
 /// is much, must not be seen either. Few enough that counts saturate only where all is opaque.
 double discUnit(const PointLook& look) {
     constexpr double least = 256.0, most = 8192.0, stepsOfDepth = 512.0;
-    return std::round(std::clamp(-std::log1p(-look.opacity) * look.thinned * stepsOfDepth, least, most));
+    return std::round(std::clamp(look.tauAt(1.0, false) * look.thinned * stepsOfDepth, least, most));
 }
 
 /// So that a sum never wraps and does not depend on its order.
@@ -59,7 +59,7 @@ class Counting {
           unit_(static_cast<float>(discUnit(layer.look))),
           end_(layer.step->positions(0, 0).data() + layer.step->pointCount()) {
         if (layer.look.size > 1.0) {
-            discs_.emplace(layer.look.size, layer.look.opacity);
+            discs_.emplace(layer.look.size, layer.look.discOpacity());
         }
     }
 
@@ -171,8 +171,7 @@ class PixelBytes {
   public:
     PixelBytes(const FramePlan& plan, const PointsPlan& only, const FlatPoints& points, PixelFormat format)
         : background_(plan.background), color_(only.look.color), format_(format) {
-        const double size = std::min(only.look.size, 1.0);
-        tau_ = -std::log1p(-only.look.opacity * size * size) * only.look.thinned * points.weightOfOne();
+        tau_ = only.look.tauAt(1.0, false) * only.look.thinned * points.weightOfOne();
         // What is left behind so much shows in no pixel of the format.
         const double opaque = format == PixelFormat::srgb8 ? 12.0 : 20.0;
         constexpr double most = 65536.0;
@@ -280,7 +279,7 @@ std::optional<std::uint32_t> flatPoints(const FramePlan& plan, const std::vector
     std::optional<std::uint32_t> only;
     for (std::uint32_t i = 0; i < plan.points.size(); ++i) {
         if (plan.points[i].pointsDrawn == 0) continue;
-        if (only) return std::nullopt;
+        if (only || !plan.points[i].alike(plan.camera.perspective())) return std::nullopt;
         only = i;
     }
     return only;

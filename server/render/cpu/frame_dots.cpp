@@ -62,7 +62,8 @@ const TileDots* FrameDots::of(Tile tile, const FramePoints& points) {
     local.points.clear();
     local.all.clear();
     points.appendAlone(tile, local.points);
-    for (const auto& point : local.points) local.all.push_back({&point.dot, point.thinned, point.colors});
+    for (const auto& point : local.points)
+        local.all.push_back({&point.dot, point.thinned, point.tau, point.colors});
     if (!placed_.dots.empty()) {
         for (const auto dot : tiles_.of(std::size_t{tile.row} * columns_ + tile.column))
             local.all.push_back({&placed_.dots[dot]});

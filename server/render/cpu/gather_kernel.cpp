@@ -112,7 +112,7 @@ class TileGather {
             placeLeaves<perspective>(map_, blockCells_.data(), size, block_);
             for (std::size_t i = 0; i < size; ++i) {
                 if (begin + i + ahead < count) {
-                    const PackedPosition* next = points_ + leaves[begin + i + ahead].begin;
+                    const PackedPosition* next = points_ + leaves[begin + i + ahead].begin();
                     __builtin_prefetch(next);
                     __builtin_prefetch(next + 10);
                 }
@@ -142,12 +142,12 @@ class TileGather {
     /// As countInFour of the flat counts.
     HWY_INLINE void addToFour(const LeafPoints& leaf, std::size_t i, float left, float top, float slab,
                               float place) {
-        const Quarters quarters = countQuarters(block_, i, points_ + leaf.begin, leaf.count(), end_);
+        const Quarters quarters = countQuarters(block_, i, points_ + leaf.begin(), leaf.count(), end_);
         const auto x = static_cast<std::uint32_t>(left - left_), y = static_cast<std::uint32_t>(top - top_);
         const std::uint32_t first = static_cast<std::uint32_t>(slab) * Tile::pixels;
         const auto addTo = [&](std::uint32_t column, std::uint32_t row, std::size_t count) {
             if (count == 0) return;
-            const auto weight = static_cast<float>(count);
+            const float weight = static_cast<float>(count) * leaf.weight();
             sums_.add(first + Tile::pixelIndex(column, row), weight, weight * place);
         };
         addTo(x, y, quarters.leftTop);
@@ -163,8 +163,9 @@ class TileGather {
         const Float zero = hn::Zero(floats), edge = hn::Set(floats, static_cast<float>(Tile::edge));
         const Int lastSlab = hn::Set(ints, static_cast<std::int32_t>(map_.slabs()) - 1);
         const std::size_t count = leaf.count();
+        const float weight = leaf.weight();
         for (std::size_t k = 0; k < count; k += hn::Lanes(floats)) {
-            const Places at = loadPlaces(points_ + leaf.begin + k, end_);
+            const Places at = loadPlaces(points_ + leaf.begin() + k, end_);
             const Projected pixel = toScreen(at);
             const Float x = hn::Sub(pixel.x, hn::Set(floats, left_)),
                         y = hn::Sub(pixel.y, hn::Set(floats, top_));
@@ -179,7 +180,7 @@ class TileGather {
                 hn::CompressStore(cell, hn::RebindMask(ints, seen), ints, numbers_.data());
             hn::CompressStore(hn::Sub(slab, hn::ConvertTo(floats, slabIndex)), seen, floats, places_.data());
             for (std::size_t hit = 0; hit < hits; ++hit) {
-                sums_.add(static_cast<std::uint32_t>(numbers_[hit]), 1.0F, places_[hit]);
+                sums_.add(static_cast<std::uint32_t>(numbers_[hit]), weight, weight * places_[hit]);
             }
         }
     }

@@ -89,8 +89,8 @@ class GridSource {
     HWY_INLINE Sample sampleWith(V way, V exact) const {
         const V density = snapped(exact);
         const Whole whole(held(density));
-        return sampleOf({way, density, hn::Sub(density, whole.value),
-                         readEntries(samples_.table->entries(), whole.number())});
+        return sampleOf(way, density, hn::Sub(density, whole.value),
+                        readEntries(samples_.table->entries(), whole.number()));
     }
 
     /// Whether no density from `low` to `high` has extinction.

@@ -285,7 +285,7 @@ class PacketWalk {
                 store(back, samples_[f][front_[f] ^ 1U]);
             } else {
                 const Sample back = sampleAt(source, rays, way);
-                const Piece piece(front, back);
+                const VolumePiece piece(front, back);
                 matter.add(hn::Mul(piece.depth, length), front, back, piece.mean);
                 store(back, samples_[f][front_[f] ^ 1U]);
             }

@@ -19,7 +19,7 @@ std::uint16_t inBox(std::uint32_t cell, std::uint16_t position, std::uint32_t le
 }  // namespace
 
 bool PointStream::serves(const FramePlan& plan, const PointsPlan& layer, const PointMap& map) {
-    if (plan.exact || !layer.leavesInView.empty()) return false;
+    if (plan.exact || !layer.leavesInView.empty() || !layer.selection->weights.empty()) return false;
     if (layer.selection->points == 0 || layer.selection->points > mostPoints) return false;
     // Sixteen steps a pixel, where the box is nearest.
     constexpr double most = 65536.0 / 16.0;

@@ -4,6 +4,7 @@
 // the memory they are given; any thread.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -43,15 +44,21 @@ void leafTiles(const PointMap& map, const LeafCell* cells, std::size_t count, fl
 
 /// A run of points of one leaf.
 struct LeafPoints {
-    LeafCell cell;        ///< bits from `countShift` hold the number of points
-    std::uint64_t begin;  ///< its first point
+    LeafCell cell;  ///< bits from `countShift` hold the number of points
+    std::uint64_t
+        weighted;  ///< its first point; bits from `weightShift` hold the upper half of what each weighs
 
-    static constexpr unsigned countShift = 53;
+    static constexpr unsigned countShift = 53, weightShift = 48;
     static constexpr std::uint64_t mostPoints = (std::uint64_t{1} << (64 - countShift)) - 1;
+    static constexpr std::uint16_t one = 0x3f80;  ///< a weight
     std::uint32_t count() const { return static_cast<std::uint32_t>(cell >> countShift); }
+    std::uint64_t begin() const { return weighted & ((std::uint64_t{1} << weightShift) - 1); }
+    float weight() const {
+        return std::bit_cast<float>(static_cast<std::uint32_t>(weighted >> weightShift) << 16);
+    }
 };
 
-/// Adds each point that falls into the tile to its cell with a weight of 1.
+/// Adds each point that falls into the tile to its cell with its weight.
 void gatherPoints(const PointMap& map, const LeafPoints* leaves, std::size_t count,
                   const storage::PackedPosition* points, const storage::PackedPosition* end, Tile tile,
                   TileCells& cells);

@@ -12,42 +12,37 @@
 #include "server/render/plan/field_blocks.h"
 #include "server/render/plan/frame_plan.h"
 #include "server/render/plan/seen_fields.h"
-#include "storage/particles/particle_step.h"
+#include "server/render/plan/step_volume.h"
 
 namespace mote::render {
 
-/// PackedVolume: a step's density volume as scaled log densities, packed so that a trilinear sample takes two
-/// reads of 8 bytes. Immutable once made; safe on any number of threads.
+/// PackedVolume: the cells of a step's volume, packed so that a trilinear sample takes four reads of 8 bytes.
+/// Immutable once made; safe on any number of threads.
 ///
-/// The volume is padded by one cell on each side with its outermost values, so that interpolation within the
-/// box needs no clamping: the padded cell p (0 to size + 1) has its centre at (p - 1/2) / size of the box.
-/// A word holds two neighbours along y, the nearer one in the low half; words lie side by side along x, so
-/// that 8 bytes from any word on are 2 x 2 cells.
+/// It is padded by one cell on each side with its outermost values, so that interpolation within the box
+/// needs no clamping: the padded cell p (0 to size + 1) has its centre at (p - 1/2) / size of the box. A word
+/// is a cell: the upper half of its extinction as a float, and t in 65535ths; words lie side by side along x.
 class PackedVolume {
   public:
-    static constexpr std::uint32_t mostCells = 512;  ///< a side: words are counted in 31 bits
-    /// t = 1; 0 is t = -LogDensity::fade. A multiple of 9, so that t = 0, where extinction begins to fade, is
-    /// a code of its own and an end of a cell of the transfer functions' tables.
-    static constexpr std::uint16_t full = 32760;
+    static constexpr std::uint32_t fullT = 65535;
 
-    /// Works in parallel. Throws storage::StorageError where the volume is damaged or too large.
-    explicit PackedVolume(const storage::ParticleStep& step);
+    /// Works in parallel.
+    explicit PackedVolume(const StepVolume& grid);
 
-    std::uint32_t size() const { return size_; }           ///< cells a side, without the padding
-    std::uint32_t rowWords() const { return size_ + 2; }   ///< along x
-    std::uint32_t sheetRows() const { return size_ + 1; }  ///< along y; the last cell is in the row before
+    const glm::uvec3& size() const { return size_; }         ///< cells, without the padding
+    std::uint32_t rowWords() const { return size_.x + 2; }   ///< along x
+    std::uint32_t sheetRows() const { return size_.y + 2; }  ///< along y
     const std::uint32_t* words() const { return words_.get(); }
-    /// The ranges of t. Works in parallel.
+    /// The ranges of extinction. Works in parallel.
     BlockRanges ranges() const;
-    /// A padded cell's code.
-    std::uint16_t cell(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
-        const std::uint32_t row = y < sheetRows() ? y : y - 1;
-        const std::uint32_t word = words_[(std::size_t{z} * sheetRows() + row) * rowWords() + x];
-        return static_cast<std::uint16_t>(y < sheetRows() ? word : word >> 16);
-    }
 
   private:
-    std::uint32_t size_;
+    std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+        return (std::size_t{z} * sheetRows() + y) * rowWords() + x;
+    }
+    BlockRanges::Range rangeOf(const glm::uvec3& block, std::uint32_t edge) const;
+
+    glm::uvec3 size_;
     std::unique_ptr<std::uint32_t[]> words_;
 };
 
@@ -55,23 +50,24 @@ class PackedVolume {
 struct VisibleField {
     SeenField seen;
     const PackedVolume* volume = nullptr;  ///< of densities that are somewhere visible
+    float strength = 1.0F;                 ///< times its extinction
 };
 
 class ResidentFields {
   public:
-    /// One a field of the plan. Works in parallel. Throws storage::StorageError.
+    /// One a field of the plan. Works in parallel.
     std::vector<VisibleField> of(const FramePlan& plan);
     /// Gives up what belongs to data that nobody else holds any more.
     void dropExpired();
 
   private:
     struct Resident {
-        std::weak_ptr<const storage::ParticleStep> step;
-        const storage::ParticleStep* key;
+        std::weak_ptr<const StepVolume> grid;
+        const StepVolume* key;
         PackedVolume volume;
     };
 
-    const PackedVolume& resident(const std::shared_ptr<const storage::ParticleStep>& step);
+    const PackedVolume& resident(const std::shared_ptr<const StepVolume>& grid);
 
     std::list<Resident> volumes_;
     SeenFields seen_;

@@ -87,21 +87,24 @@ struct alignas(64) SlabPoints {
             if (!packet.hasPoints(l, slab)) continue;
             layer[count] = l;
             for (std::size_t c = 0; c < 3; ++c) color[count][c] = packet.pointColors[l][c].data() + lane;
-            readLayer(packet.cells(l, slab) + lane, frame.points[l].tau, static_cast<float>(slab));
+            readLayer(packet.cells(l, slab) + lane, frame.points[l], frame.depths[slab],
+                      static_cast<float>(slab));
             layers |= 1U << l;
         }
         return layers;
     }
 
-    HWY_INLINE void readLayer(const PointCell* cells, float tauOfOne, float slab) {
+    HWY_INLINE void readLayer(const PointCell* cells, const FramePointLook& look, const SlabDepth& depth,
+                              float slab) {
         const Floats d;
         static_assert(sizeof(PointCell) == 2 * sizeof(float));
         V weight, moment;
         hn::LoadInterleaved2(d, &cells->weight, weight, moment);
         const V one = hn::Set(d, 1.0F), zero = hn::Zero(d);
-        const V all = hn::Mul(weight, hn::Set(d, tauOfOne));
         const V least = hn::Set(d, 1.0F / 64.0F);  // a slab's share that points are spread over at least
-        const V middle = hn::Min(hn::Max(hn::Div(moment, hn::Max(weight, hn::Set(d, 1e-9F))), least), one);
+        const V mean = hn::Div(moment, hn::Max(weight, hn::Set(d, 1e-30F)));
+        const V middle = hn::Min(hn::Max(mean, least), one);
+        const V all = hn::Mul(weight, tauOfOne(look, depth, mean));
         const V spread = hn::IfThenElse(hn::Lt(weight, hn::Set(d, 1.5F)), zero,
                                         hn::Div(hn::Sub(weight, one), hn::Add(weight, one)));
         const V half = hn::Mul(spread, hn::Set(d, 0.5F));
@@ -117,6 +120,15 @@ struct alignas(64) SlabPoints {
         hn::Store(hn::IfThenElse(alone, all, zero), d, single[count].data());
         hn::Store(all, d, tau[count].data());
         ++count;
+    }
+
+    /// Of points that stand so far, a share, into a slab.
+    HWY_INLINE static V tauOfOne(const FramePointLook& look, const SlabDepth& slab, V share) {
+        const Floats d;
+        const V tau = hn::Set(d, look.tau);
+        if (!look.byDepth) return tau;
+        const V depth = hn::MulAdd(share, hn::Set(d, slab.thickness), hn::Set(d, slab.nearest));
+        return hn::Div(tau, hn::Mul(depth, depth));
     }
 
     /// The nearest depth behind `at` where points begin or end; at most `end`.

@@ -60,7 +60,8 @@ void TileDots::spread(Tile tile, const TileDot& one, std::uint32_t slabs) {
             if (left_[pixel] < opaque) continue;
             const float dx = static_cast<float>(tile.column * Tile::edge + column) + 0.5F - dot.x;
             const float whole = small ? dot.ink.most : dot.ink.coverage(std::sqrt(dx * dx + dy * dy));
-            const float opacity = thinnedOpacity(whole, one.thinned);
+            const float opacity =
+                one.tau >= 0.0F ? -std::expm1(-one.tau * whole) : thinnedOpacity(whole, one.thinned);
             if (!(opacity > 0.0F)) continue;
             left_[pixel] *= 1.0F - opacity;
             const std::uint32_t x = tile.column * Tile::edge + column, y = tile.row * Tile::edge + row;

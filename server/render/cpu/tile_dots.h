@@ -26,6 +26,7 @@ struct DotHit {
 struct TileDot {
     const ScreenDot* dot;
     double thinned = 1.0;                 ///< what is left of its optical depth in each pixel, as PointLook's
+    float tau = -1.0F;                    ///< as LonePoint's
     const PixelColors* colors = nullptr;  ///< in place of the dot's, by pixel; null: none
 };
 

@@ -73,10 +73,13 @@ class LeafTiles {
 
     template <class Visit>
     void visitRuns(std::size_t tile, std::size_t leaf, std::uint32_t count, Visit& visit) const {
+        const auto& weights = layer_.selection->weights;
+        const std::uint16_t weight = weights.empty() ? LeafPoints::one : weights[leaf];
         std::uint64_t begin = leaves_.pointBegin[leaf];
         for (std::uint64_t left = count; left > 0;) {
             const std::uint64_t run = std::min(left, LeafPoints::mostPoints);
-            visit(tile, LeafPoints{cells_[leaf] | run << LeafPoints::countShift, begin});
+            visit(tile, LeafPoints{cells_[leaf] | run << LeafPoints::countShift,
+                                   begin | std::uint64_t{weight} << LeafPoints::weightShift});
             begin += run;
             left -= run;
         }
@@ -98,12 +101,15 @@ bool TilePoints::sort(const FramePlan& plan, const PointsPlan& layer, std::span<
     tiles_ = std::size_t{columns_} * tilesAcross(plan.height);
     map_ = PointMap::make(plan, layer);
     discs_.reset();
-    if (layer.look.size > 1.0) discs_.emplace(layer.look.size, layer.look.opacity);
+    if (layer.look.size > 1.0) discs_.emplace(layer.look.size, layer.look.discOpacity());
     points_ = layer.step->positions(0, 0).data();
     end_ = points_ + layer.step->pointCount();
     pointsDrawn_ = 0;
     alone_ = standAlone(plan, layer);
     ink_ = pointFootprint(layer.look);
+    look_ = layer.look;
+    perspective_ = plan.camera.perspective();
+    sections_ = plan.sections;
     thinned_ = layer.look.thinned;
     color_ = glm::vec3(layer.look.color);
     // Not by what is found: of several processes each has its own part of the points.
@@ -190,7 +196,7 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
     } else {
         gatherPoints(*map_, leaves.data(), leaves.size(), points_, end_, tile, cells);
     }
-    for (const auto& point : discPoints_.of(index(tile))) addDisc(point, tile, cells);
+    for (const auto& point : discPoints_.of(index(tile))) addDisc(point, 1.0F, tile, cells);
     constexpr float step = 1.0F / (1 << placeBits);
     for (const TilePoint point : pixelPoints_.of(index(tile))) {
         const std::uint32_t cell = point >> placeBits;
@@ -205,37 +211,43 @@ void TilePoints::gather(Tile tile, TileCells& cells) const {
 void TilePoints::addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const {
     std::array<ScreenPoint, LeafPoints::mostPoints> screen;
     for (const auto& leaf : leaves) {
-        const std::size_t hits =
-            projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
-        for (std::size_t i = 0; i < hits; ++i) addDisc(screen[i], tile, cells);
+        const std::size_t hits = projectPoints(*map_, leaf.cell, points_ + leaf.begin(), leaf.count(), end_,
+                                               reach(), screen.data());
+        for (std::size_t i = 0; i < hits; ++i) addDisc(screen[i], leaf.weight(), tile, cells);
     }
 }
 
 void TilePoints::appendAlone(Tile tile, std::vector<LonePoint>& out) const {
     if (!alone_) return;
+    const bool lit = look_.light > 0.0;
     const float left = static_cast<float>(tile.column * Tile::edge) - reach();
     const float top = static_cast<float>(tile.row * Tile::edge) - reach();
     const float edge = static_cast<float>(Tile::edge) + 2.0F * reach();
     const auto first = static_cast<float>(firstSlab());
     std::array<ScreenPoint, LeafPoints::mostPoints> screen;
     for (const auto& leaf : leaves_.of(index(tile))) {
-        const std::size_t hits =
-            projectPoints(*map_, leaf.cell, points_ + leaf.begin, leaf.count(), end_, reach(), screen.data());
+        const std::size_t hits = projectPoints(*map_, leaf.cell, points_ + leaf.begin(), leaf.count(), end_,
+                                               reach(), screen.data());
         for (const auto& point : std::span(screen).first(hits)) {
             if (point.x < left || point.x > left + edge || point.y < top || point.y > top + edge) continue;
-            out.push_back({{point.x, point.y, ink_, first + point.slab, color_}, thinned_, colors_});
+            const float place = first + point.slab;
+            const double tau =
+                lit ? leaf.weight() * look_.tauAt(depthAt(sections_, place), perspective_) * thinned_ : -1.0;
+            out.push_back(
+                {{point.x, point.y, ink_, place, color_}, thinned_, static_cast<float>(tau), colors_});
         }
     }
 }
 
-void TilePoints::addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) const {
+void TilePoints::addDisc(const ScreenPoint& point, float weighs, Tile tile, TileCells& cells) const {
     constexpr auto edge = static_cast<std::int32_t>(Tile::edge);
     const auto left = static_cast<std::int32_t>(tile.column) * edge;
     const auto top = static_cast<std::int32_t>(tile.row) * edge;
     const std::uint32_t slab = std::min(static_cast<std::uint32_t>(point.slab), cells.slabs() - 1);
     const float place = point.slab - static_cast<float>(slab);
     discs_->spread(point.x, point.y, {left, top, left + edge, top + edge},
-                   [&](std::int32_t column, std::int32_t row, float weight) {
+                   [&](std::int32_t column, std::int32_t row, float share) {
+                       const float weight = weighs * share;
                        const std::uint32_t pixel = Tile::pixelIndex(static_cast<std::uint32_t>(column - left),
                                                                     static_cast<std::uint32_t>(row - top));
                        PointCell& cell = cells.cells()[std::size_t{slab} * Tile::pixels + pixel];

@@ -29,6 +29,7 @@ namespace mote::render {
 struct LonePoint {
     ScreenDot dot;
     double thinned;             ///< as PointLook's
+    float tau;                  ///< of a lit point (PointLook::light): its optical depth; below 0: it is not
     const PixelColors* colors;  ///< in place of the dot's, by pixel; null: none
 };
 
@@ -75,11 +76,14 @@ class TilePoints {
     void sortPixels(const PreviewBlocks& blocks, const std::stop_token& stop);
     template <class Visit>
     void visitTiles(const ScreenPoint& point, Visit visit) const;
-    void addDisc(const ScreenPoint& point, Tile tile, TileCells& cells) const;
+    void addDisc(const ScreenPoint& point, float weighs, Tile tile, TileCells& cells) const;
     void addDiscs(std::span<const LeafPoints> leaves, Tile tile, TileCells& cells) const;
 
     bool alone_ = false;
     DotFootprint ink_{0.0F};  // of one that stands alone
+    PointLook look_;
+    bool perspective_ = false;
+    std::vector<DepthSection> sections_;
     double thinned_ = 1.0;
     glm::vec3 color_{0.0F};
     const PixelColors* colors_ = nullptr;

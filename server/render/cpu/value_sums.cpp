@@ -57,7 +57,7 @@ class Summing {
         if (nearest_) {
             for (std::size_t i = 0; i < pixels; ++i) sums_.words[2 * i] = noKey;
         }
-        if (points.look.size > 1.0) discs_.emplace(points.look.size, points.look.opacity);
+        if (points.look.size > 1.0) discs_.emplace(points.look.size, points.look.discOpacity());
     }
 
     std::optional<ValueSums> sum(const std::stop_token& stop) {

@@ -61,8 +61,8 @@ struct EglDevice::State {
 
     /// Before the first frame.
     void begin() {
-        const float nothing = 0.0F;
-        GlTexture noVolume = volumeTexture(1, &nothing);
+        const glm::vec2 nothing(0.0F);
+        GlTexture noVolume = volumeTexture(glm::uvec3(1), &nothing);
         setSamplerStates(shaders, noVolume);
         buffers.noVolume = std::move(noVolume);
     }

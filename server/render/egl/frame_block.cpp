@@ -71,7 +71,8 @@ std::vector<LayerSlot> layerSlots(const FramePlan& plan) {
 
 PointNumbers pointNumbers(const FramePlan& plan, const PointsPlan& points) {
     const double size = points.look.size;
-    const double opacity = points.look.opacity * std::min(size * size, 1.0);
+    const bool lit = points.look.light > 0.0, weighted = !points.selection->weights.empty();
+    const double opacity = lit ? 0.0 : points.look.opacity * std::min(size * size, 1.0);
     const glm::dmat4 toScreen = boxToScreen(plan, points.boxToEye);
     // Relative to the camera's target, for a camera that comes close to something looks at it.
     const glm::dvec3 target(glm::inverse(points.boxToEye) *
@@ -86,8 +87,10 @@ PointNumbers pointNumbers(const FramePlan& plan, const PointsPlan& points) {
             .discs = size > 1.0,
             .radius = static_cast<float>(0.5 * size + 0.5),
             .opacity = static_cast<float>(opacity),
-            .tau = static_cast<float>(-std::log1p(-opacity)),
-            .unit = weightUnit(points.pointsDrawn)};
+            .tau = static_cast<float>(points.look.tauAt(1.0, lit && plan.camera.perspective())),
+            .byDepth = lit && plan.camera.perspective(),
+            // Weights may be those of the heaviest points of the step.
+            .unit = weightUnit(weighted ? 2 * points.step->pointCount() : points.pointsDrawn)};
 }
 
 BendBlock::BendBlock(const SlabBends& slabs) : shape(slabs.bends.size(), slabs.first.firstSlab, slabs.slabs) {
@@ -111,7 +114,7 @@ std::vector<glm::vec4> sectionRays(const FramePlan& plan) {
     };
     const auto slots = layerSlots(plan);
     for (const auto& section : plan.sections) {
-        rays.emplace_back(section.endSlab(), section.firstSlab, 0.0, 0.0);
+        rays.emplace_back(section.endSlab(), section.firstSlab, section.nearDepth, section.thickness());
         for (const auto& slot : slots) add(section, slot.boxToEye());
         for (std::size_t i = plan.densities(); i < plan.fields.size(); ++i)
             add(section, plan.fields[i].boxToEye);
@@ -139,8 +142,7 @@ GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const Correct
     return block;
 }
 
-FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
-                      const std::array<std::uint32_t, 8>& volumeSizes) {
+FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows) {
     const std::uint32_t tilesAcross = (plan.width + 7) / 8;
     const double half = plan.camera.halfHeight();
     FrameBlock block{};
@@ -152,17 +154,25 @@ FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t f
     block.background = glm::vec4(plan.background, 1.0);
     const auto blank = blankPixel(plan.background, format);
     std::memcpy(&block.blank, blank.data(), blank.size());
+    const DepthSection& first = plan.sections.front();
+    block.depths = glm::vec4(first.nearDepth, first.thickness(), 0.0, 0.0);
     const auto slots = layerSlots(plan);
     for (std::size_t i = 0; i < slots.size(); ++i) {
         LayerBlock& result = block.layers[i];
         result.boxToScreen = glm::mat4(boxToScreen(plan, slots[i].boxToEye()));
         setRays(result, raysIn(plan, plan.sections.front(), slots[i].boxToEye()));
-        result.scale = glm::vec4(0.0, volumeSizes[i], 0.0, 0.0);
+        if (const FieldPlan* const field = slots[i].densities) {
+            const DensityField& cells = *field->density();
+            result.cells = glm::vec4(cells.grid->size, cells.strength);
+            for (int axis = 0; axis < 3; ++axis)
+                result.edges[axis] = static_cast<float>(field->boxToLayer[axis][axis]);
+        }
         if (slots[i].points == nullptr) continue;
         const PointNumbers numbers = pointNumbers(plan, *slots[i].points);
         const PointLook& look = slots[i].points->look;
         result.point = glm::vec4(look.color, numbers.tau * look.thinned);
         result.scale.x = static_cast<float>(1.0 / numbers.unit);
+        result.scale.w = numbers.byDepth ? 1.0F : 0.0F;
     }
     for (std::size_t i = plan.densities(), slot = slots.size(); i < plan.fields.size(); ++i, ++slot) {
         const FieldPlan& field = plan.fields[i];

@@ -23,6 +23,8 @@ struct LayerBlock {
     std::array<glm::vec4, 3> advance;
     glm::vec4 point;
     glm::vec4 scale;
+    glm::vec4 cells;
+    glm::vec4 edges;
 };
 
 /// A field of samples, as shaders/grid.glsl declares it (std140).
@@ -48,9 +50,10 @@ struct FrameBlock {
     glm::vec4 background;
     glm::uvec4 blank;
     glm::uvec4 counts;  ///< set by FrameRun
+    glm::vec4 depths;
     std::array<LayerBlock, 8> layers;
 };
-static_assert(sizeof(LayerBlock) == 192 && sizeof(FrameBlock) == 96 + 8 * 192);
+static_assert(sizeof(LayerBlock) == 224 && sizeof(FrameBlock) == 112 + 8 * 224);
 
 /// How the points of a layer are placed on the screen and weighted.
 struct PointNumbers {
@@ -59,8 +62,9 @@ struct PointNumbers {
     float nearest;       ///< w below which nothing is seen
     bool discs;          ///< larger than a pixel
     float radius;        ///< where a disc's coverage reaches 0, pixels
-    float opacity;       ///< of a whole point, in the pixel that it covers most
-    float tau;           ///< -log(1 - opacity)
+    float opacity;  ///< of a whole point, in the pixel that it covers most; 0: a disc is spread by coverage
+    float tau;      ///< its optical depth there; of one that is lit (PointLook::light) at depth 1
+    bool byDepth;   ///< and that goes with the inverse square of the depth
     std::uint32_t unit;  ///< weight of a whole point; the sum over all points drawn stays below 2^32
 };
 
@@ -72,7 +76,10 @@ struct LayerSlot {
     const PointsPlan* points = nullptr;    ///< null: none
     const FieldPlan* densities = nullptr;  ///< likewise
 
-    const glm::dmat4& boxToEye() const { return points != nullptr ? points->boxToEye : densities->boxToEye; }
+    /// Of the box that rays go through.
+    const glm::dmat4& boxToEye() const {
+        return densities != nullptr ? densities->boxToEye : points->boxToEye;
+    }
 };
 
 /// Those of points and densities.
@@ -97,9 +104,7 @@ std::vector<glm::vec4> sectionRays(const FramePlan& plan);
 GridBlock gridBlock(const FramePlan& plan, const FieldPlan& field, const CorrectedField& samples,
                     const glm::uvec3& size, std::uint32_t firstBrick);
 
-/// The block for the tile rows [firstRow, firstRow + rows); `volumeSizes[i]`: cells a side of a slot's
-/// densities, 0 where nothing of them is visible.
-FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows,
-                      const std::array<std::uint32_t, 8>& volumeSizes);
+/// The block for the tile rows [firstRow, firstRow + rows).
+FrameBlock frameBlock(const FramePlan& plan, PixelFormat format, std::uint32_t firstRow, std::uint32_t rows);
 
 }  // namespace mote::render

@@ -50,6 +50,7 @@ bool FrameRun::dispatchPoints(std::string_view name, std::size_t layer, const Pa
         const PointChunk& chunk = steps_.chunk(*work.resident, i);
         glBindTextureUnit(pointUnit, chunk.pointsTexture.get());
         glBindTextureUnit(selectedUnit, chunk.selectedTexture.get());
+        if (work.weighted()) glBindTextureUnit(weightUnitNumber, chunk.weightsTexture.get());
         if (selection.listed) {
             const auto count = static_cast<std::uint32_t>(selection.numbers.size());
             const GLuint program = usePointsProgram(name, layer, Selection::listed, pass);
@@ -79,7 +80,8 @@ GLuint FrameRun::usePointsProgram(std::string_view name, std::size_t layer, Sele
                                   const Pass& pass) {
     const GLuint program = shaders_.program(name, {{"DISCS", layers_[layer].numbers.discs ? 1U : 0U},
                                                    {"FLAT", flat_ ? 1U : 0U},
-                                                   {"SELECTION", static_cast<unsigned>(selection)}});
+                                                   {"SELECTION", static_cast<unsigned>(selection)},
+                                                   {"WEIGHTS", layers_[layer].weighted() ? 1U : 0U}});
     setPointUniforms(program, layer, pass);
     glUseProgram(program);
     return program;

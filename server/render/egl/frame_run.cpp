@@ -93,7 +93,8 @@ bool FrameRun::prepare() {
         const auto& step = slot.points != nullptr ? slot.points->step : slot.densities->density()->step;
         LayerWork work{.slot = slot,
                        .resident = &steps_.of(step),
-                       .bends = BendBlock(slabBends(plan_, slot.boxToEye())),
+                       .bends = BendBlock(slabBends(
+                           plan_, slot.points != nullptr ? slot.points->boxToEye : slot.boxToEye())),
                        .bricks = {}};
         if (slot.points != nullptr) work.numbers = pointNumbers(plan_, *slot.points);
         layers_.push_back(std::move(work));
@@ -106,7 +107,8 @@ bool FrameRun::prepare() {
     }
     if (!prepareGrids()) return false;
     // Points of one colour with nothing between them look the same in any order.
-    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && grids_.empty() && !plan_.anyDots();
+    flat_ = layers_.size() == 1 && layers_[0].volume == nullptr && grids_.empty() && !plan_.anyDots() &&
+            (layers_[0].slot.points == nullptr || layers_[0].slot.points->alike(plan_.camera.perspective()));
     prepareDots();
     if (!flat_) gatherTables();
     anyPoints_ =
@@ -116,12 +118,12 @@ bool FrameRun::prepare() {
 
 bool FrameRun::prepareVolume(LayerWork& work) {
     if (work.slot.densities == nullptr) return true;
-    const StepVolume* volume = steps_.volume(*work.resident, pacer_);
-    if (volume == nullptr) return false;
-    work.table = &tables_.of(work.slot.densities->transfer);
-    const auto visible = volume->visibleBricks(work.table->table);
+    const GridVolume& volume = steps_.volume(work.slot.densities->density()->grid);
+    work.table = &tables_.of(colorsOf(work.slot.densities->transfer));
+    const auto& visible = volume.visibleBricks();
     if (visible.empty()) return true;
-    work.volume = volume;
+    work.volume = &volume;
+    work.volumeBends.emplace(slabBends(plan_, work.slot.boxToEye()));
     work.bricks = GlBuffer::of(std::span<const std::uint32_t>(visible));
     work.brickCount = static_cast<std::uint32_t>(visible.size());
     return pacer_.next();
@@ -155,11 +157,7 @@ bool FrameRun::drawSlabs(const Band& band) {
 
 void FrameRun::bindBand(const Band& band) {
     const Stage stage(*this, times_.allocate);
-    std::array<std::uint32_t, 8> volumeSizes{};
-    for (std::size_t i = 0; i < layers_.size(); ++i) {
-        volumeSizes[i] = layers_[i].volume == nullptr ? 0 : layers_[i].volume->size();
-    }
-    FrameBlock block = frameBlock(plan_, format_, band.firstRow, band.rows, volumeSizes);
+    FrameBlock block = frameBlock(plan_, format_, band.firstRow, band.rows);
     block.counts = glm::uvec4(layerCount(), words_, 0, 0);
     // Slots of points come first, in their order.
     for (std::size_t i = 0, list = 0; i < frameColors_.size(); ++i)
@@ -211,8 +209,8 @@ void FrameRun::markVolumes() {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const LayerWork& work = layers_[i];
         if (work.volume == nullptr) continue;
-        dispatch(i, work.bricks, work.brickCount, glm::vec3(work.volume->brickEdge()), glm::vec3(0.0F),
-                 work.bends);
+        dispatch(i, work.bricks, work.brickCount, work.volume->brickEdge(), glm::vec3(0.0F),
+                 *work.volumeBends);
     }
     for (std::size_t i = 0; i < grids_.size(); ++i) {
         const GridWork& work = grids_[i];

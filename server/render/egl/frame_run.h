@@ -42,7 +42,7 @@ enum Storage : GLuint {
 };
 
 /// Texture units of points' programs and of cells_allocate.
-enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit, allocateDotsUnit };
+enum PointUnit : GLuint { pointUnit, selectedUnit, slabBitsUnit, allocateDotsUnit, weightUnitNumber };
 
 /// Texture units of composite.comp: eight volumes or hybrid volumes' samples from 0, then these.
 enum CompositeUnit : GLuint {
@@ -118,11 +118,13 @@ class FrameRun {
         ResidentStep* resident;
         BendBlock bends;
         PointNumbers numbers{};
-        const StepVolume* volume = nullptr;  ///< null where none of it is visible
+        const GridVolume* volume = nullptr;  ///< null where none of it is visible
+        std::optional<BendBlock> volumeBends = {};
         const DensityTable* table = nullptr;
         GlBuffer bricks;
         std::uint32_t brickCount = 0;
 
+        bool weighted() const { return slot.points != nullptr && !slot.points->selection->weights.empty(); }
         bool drawsPoints() const {
             return slot.points != nullptr && slot.points->pointsDrawn > 0 && numbers.tau > 0.0F;
         }

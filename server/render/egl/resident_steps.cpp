@@ -124,6 +124,12 @@ void StepPoints::selectChunk(const PointsPlan& layer, const storage::Leaves& lea
     std::uint64_t drawn = 0;
     forEachLeaf([&](std::uint32_t first, std::uint32_t end) { drawn += end - first; });
     selected.listed = drawn <= size / 2;
+    for (std::size_t leaf = selected.firstLeaf;
+         !layer.selection->weights.empty() && leaf < leaves.size() && leaves.pointBegin[leaf] < begin + size;
+         ++leaf) {
+        const bool known = leaf < layer.selection->weights.size();
+        selected.weights.push_back(known ? layer.selection->weightOf(leaf) : 0.0F);
+    }
     if (selected.listed) {
         selected.numbers.reserve(drawn);
         forEachLeaf([&](std::uint32_t first, std::uint32_t end) {
@@ -169,81 +175,60 @@ PointChunk& StepPoints::load(const storage::ParticleStep& step, std::size_t chun
             resident->selectedTexture = bufferTexture(resident->selected, GL_R32UI);
         }
         resident->selected.write(0, bytes, selected.numbers.data());
+        if (!selected.weights.empty()) {
+            resident->weights = GlBuffer::of(std::span<const float>(selected.weights));
+            resident->weightsTexture = bufferTexture(resident->weights, GL_R32F);
+        }
         selected.uploaded = true;
     }
     return *resident;
 }
 
-GlTexture volumeTexture(std::uint32_t size, const float* t) {
+GlTexture volumeTexture(const glm::uvec3& size, const glm::vec2* cells) {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_3D, 1, &name);
     GlTexture texture(name);
-    const auto side = static_cast<GLsizei>(size);
-    glTextureStorage3D(name, 1, GL_R32F, side, side, side);
+    const auto x = static_cast<GLsizei>(size.x), y = static_cast<GLsizei>(size.y),
+               z = static_cast<GLsizei>(size.z);
+    glTextureStorage3D(name, 1, GL_RG32F, x, y, z);
     glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
         glTextureParameteri(name, axis, GL_CLAMP_TO_EDGE);
     }
-    glTextureSubImage3D(name, 0, 0, 0, 0, side, side, side, GL_RED, GL_FLOAT, t);
+    glTextureSubImage3D(name, 0, 0, 0, 0, x, y, z, GL_RG, GL_FLOAT, cells);
     return texture;
 }
 
-std::optional<StepVolume> StepVolume::load(const storage::ParticleStep& step, const Pacer& pacer) {
-    const std::uint32_t size = step.volumeSize();
-    const auto densities = step.volume();
-    if (size == 0 || size > 1024 || densities.size() != std::size_t{size} * size * size) {
-        throw storage::StorageError(
-            Error{ErrorCode::corrupt, "/volume/density", "the volume's size is not its shape"});
-    }
-    const LogDensity scale = step.logDensity();
-    std::vector<float> t(densities.size());
-    const std::size_t slice = std::size_t{size} * size;
-    for (std::size_t begin = 0; begin < t.size(); begin += slice) {
-        if (pacer.stopped()) return std::nullopt;
-        for (std::size_t i = begin; i < begin + slice; ++i)
-            t[i] = static_cast<float>(scale.ofCell(densities[i]));
-    }
-    return StepVolume(size, t);
-}
-
-StepVolume::StepVolume(std::uint32_t size, const std::vector<float>& t)
-    : texture_(volumeTexture(size, t.data())),
-      size_(size),
-      brickCells_(std::max(2U, (size + 31) / 32)),
-      bricks_((size + brickCells_ - 1) / brickCells_) {
+GridVolume::GridVolume(const StepVolume& grid)
+    : size_(grid.size), brickCells_(std::max(2U, (std::max({size_.x, size_.y, size_.z}) + 31) / 32)) {
+    std::vector<glm::vec2> cells;
+    cells.reserve(grid.extinction.size());
+    for (std::size_t i = 0; i < grid.extinction.size(); ++i)
+        cells.emplace_back(grid.extinction[i], grid.t[i]);
+    texture_ = volumeTexture(size_, cells.data());
     checkGl("a volume");
-    ranges_.reserve(std::size_t{bricks_} * bricks_ * bricks_);
-    for (std::uint32_t bz = 0; bz < bricks_; ++bz) {
-        for (std::uint32_t by = 0; by < bricks_; ++by) {
-            for (std::uint32_t bx = 0; bx < bricks_; ++bx) {
-                const auto x = reach(bx, brickCells_, size), y = reach(by, brickCells_, size),
-                           z = reach(bz, brickCells_, size);
-                Range range{1.0F, -1.0F};
-                for (std::size_t k = z.begin; k < z.end; ++k) {
-                    for (std::size_t j = y.begin; j < y.end; ++j) {
-                        const float* row = t.data() + (k * size + j) * size;
-                        const auto [low, high] = std::minmax_element(row + x.begin, row + x.end);
-                        range = {std::min(range.low, *low), std::max(range.high, *high)};
-                    }
-                }
-                ranges_.push_back(range);
+    const glm::uvec3 bricks = (size_ + brickCells_ - 1U) / brickCells_;
+    for (std::uint32_t z = 0; z < bricks.z; ++z) {
+        for (std::uint32_t y = 0; y < bricks.y; ++y) {
+            for (std::uint32_t x = 0; x < bricks.x; ++x) {
+                if (brickSeen(grid, {x, y, z})) visible_.push_back(x | y << 10 | z << 20);
             }
         }
     }
 }
 
-std::vector<std::uint32_t> StepVolume::visibleBricks(const TransferTable& table) const {
-    std::vector<std::uint32_t> visible;
-    std::size_t i = 0;
-    for (std::uint32_t z = 0; z < bricks_; ++z) {
-        for (std::uint32_t y = 0; y < bricks_; ++y) {
-            for (std::uint32_t x = 0; x < bricks_; ++x, ++i) {
-                if (table.visible(ranges_[i].low, ranges_[i].high)) visible.push_back(x | y << 10 | z << 20);
-            }
+bool GridVolume::brickSeen(const StepVolume& grid, const glm::uvec3& brick) const {
+    const auto x = reach(brick.x, brickCells_, size_.x), y = reach(brick.y, brickCells_, size_.y),
+               z = reach(brick.z, brickCells_, size_.z);
+    for (std::uint32_t k = z.begin; k < z.end; ++k) {
+        for (std::uint32_t j = y.begin; j < y.end; ++j) {
+            const float* const row = grid.extinction.data() + grid.index(0, j, k);
+            if (std::any_of(row + x.begin, row + x.end, [](float extinction) { return extinction > 0.0F; }))
+                return true;
         }
     }
-    return visible;
+    return false;
 }
 
 ResidentStep& ResidentSteps::of(const std::shared_ptr<const storage::ParticleStep>& step) {
@@ -251,8 +236,7 @@ ResidentStep& ResidentSteps::of(const std::shared_ptr<const storage::ParticleSte
     for (auto& resident : steps_) {
         if (resident.key == step.get() && !resident.step.expired()) return resident;
     }
-    return steps_.emplace_back(
-        ResidentStep{.step = step, .key = step.get(), .points = StepPoints(*step), .volume = {}});
+    return steps_.emplace_back(ResidentStep{.step = step, .key = step.get(), .points = StepPoints(*step)});
 }
 
 const PointChunk& ResidentSteps::chunk(ResidentStep& resident, std::size_t index) {
@@ -265,25 +249,23 @@ const PointChunk& ResidentSteps::chunk(ResidentStep& resident, std::size_t index
     return chunk;
 }
 
-const StepVolume* ResidentSteps::volume(ResidentStep& resident, const Pacer& pacer) {
-    resident.volumeUse = ++uses_;
-    if (!resident.volume) {
-        const auto step = resident.step.lock();
-        MOTE_CHECK(step != nullptr);
-        resident.volume = StepVolume::load(*step, pacer);
+const GridVolume& ResidentSteps::volume(const std::shared_ptr<const StepVolume>& grid) {
+    for (const auto& resident : volumes_) {
+        if (resident.key == grid.get() && !resident.grid.expired()) return resident.volume;
     }
-    return resident.volume ? &*resident.volume : nullptr;
+    return volumes_.emplace_back(ResidentVolume{grid, grid.get(), GridVolume(*grid)}).volume;
 }
 
 void ResidentSteps::dropExpired() {
     steps_.remove_if([](const ResidentStep& resident) { return resident.step.expired(); });
+    volumes_.remove_if([](const ResidentVolume& resident) { return resident.grid.expired(); });
     makeRoom();
 }
 
 std::uint64_t ResidentSteps::bytes() const {
     std::uint64_t total = 0;
+    for (const auto& resident : volumes_) total += resident.volume.bytes();
     for (const auto& resident : steps_) {
-        total += resident.volume ? resident.volume->bytes() : 0;
         for (std::size_t i = 0; i < resident.points.chunkCount(); ++i) {
             if (resident.points.resident(i)) total += resident.points.at(i)->bytes();
         }

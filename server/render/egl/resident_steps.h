@@ -5,6 +5,8 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <list>
 #include <memory>
 #include <optional>
@@ -12,7 +14,7 @@
 
 #include "server/render/egl/gl_objects.h"
 #include "server/render/plan/frame_plan.h"
-#include "server/render/plan/transfer_table.h"
+#include "server/render/plan/step_volume.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -23,9 +25,11 @@ struct PointChunk {
     GlTexture pointsTexture;
     GlBuffer selected;  ///< ChunkSelection::numbers
     GlTexture selectedTexture;
+    GlBuffer weights;  ///< ChunkSelection::weights
+    GlTexture weightsTexture;
     std::uint64_t lastUse = 0;  ///< counted by ResidentSteps
 
-    std::size_t bytes() const { return points.bytes() + selected.bytes(); }
+    std::size_t bytes() const { return points.bytes() + selected.bytes() + weights.bytes(); }
 };
 
 /// What a frame draws of a chunk: either its points one by one, where they are few, or blocks of it.
@@ -36,6 +40,7 @@ struct ChunkSelection {
     std::vector<std::uint32_t> numbers;
     std::vector<std::uint32_t> wholeBlocks;  ///< not listed: the blocks of which all points are drawn
     std::vector<std::uint32_t> partBlocks;   ///< and those of which some are
+    std::vector<float> weights;              ///< of each leaf's points, where they differ
     bool uploaded = false;
 
     bool empty() const { return numbers.empty() || (!listed && wholeBlocks.empty() && partBlocks.empty()); }
@@ -72,43 +77,35 @@ class StepPoints {
     std::vector<std::uint64_t> leavesInView_;
 };
 
-/// Densities as shaders read them, of so many cells a side.
-GlTexture volumeTexture(std::uint32_t size, const float* t);
+/// A texture of pairs, extinction and t, as shaders read a volume of so many cells.
+GlTexture volumeTexture(const glm::uvec3& size, const glm::vec2* cells);
 
-/// A step's density volume as a texture of scaled log density, with the range of t in each brick of cells,
-/// which tells where nothing can be seen.
-class StepVolume {
+/// A volume as a texture, and the bricks of its cells in which something is seen.
+class GridVolume {
   public:
-    /// Empty where the frame is given up meanwhile. Throws DeviceError, storage::StorageError.
-    static std::optional<StepVolume> load(const storage::ParticleStep& step, const Pacer& pacer);
+    /// Throws DeviceError.
+    explicit GridVolume(const StepVolume& grid);
 
     GLuint texture() const { return texture_.get(); }
-    std::uint32_t size() const { return size_; }
-    /// A brick's edge, as a share of the box's.
-    double brickEdge() const { return static_cast<double>(brickCells_) / size_; }
-    /// The bricks in which something is visible, packed as x | y << 10 | z << 20.
-    std::vector<std::uint32_t> visibleBricks(const TransferTable& table) const;
-    std::size_t bytes() const { return std::size_t{size_} * size_ * size_ * sizeof(float); }
+    /// A brick's edges, as shares of the box's.
+    glm::vec3 brickEdge() const { return static_cast<float>(brickCells_) / glm::vec3(size_); }
+    /// Packed as x | y << 10 | z << 20.
+    const std::vector<std::uint32_t>& visibleBricks() const { return visible_; }
+    std::size_t bytes() const { return std::size_t{size_.x} * size_.y * size_.z * sizeof(glm::vec2); }
 
   private:
-    struct Range {
-        float low, high;
-    };
-    StepVolume(std::uint32_t size, const std::vector<float>& t);
+    bool brickSeen(const StepVolume& grid, const glm::uvec3& brick) const;
 
     GlTexture texture_;
-    std::uint32_t size_;
+    glm::uvec3 size_;
     std::uint32_t brickCells_;
-    std::uint32_t bricks_;       ///< a side
-    std::vector<Range> ranges_;  ///< of t that interpolation meets in the brick, x fastest
+    std::vector<std::uint32_t> visible_;
 };
 
 struct ResidentStep {
     std::weak_ptr<const storage::ParticleStep> step;
     const storage::ParticleStep* key;
     StepPoints points;
-    std::optional<StepVolume> volume;
-    std::uint64_t volumeUse = 0;
 };
 
 class ResidentSteps {
@@ -119,8 +116,8 @@ class ResidentSteps {
     ResidentStep& of(const std::shared_ptr<const storage::ParticleStep>& step);
     /// A chunk with the current selection; others are given up where the budget asks for it.
     const PointChunk& chunk(ResidentStep& resident, std::size_t index);
-    /// Null where the frame is given up meanwhile.
-    const StepVolume* volume(ResidentStep& resident, const Pacer& pacer);
+    /// Made where it is not there. The reference stays valid until dropExpired(). Throws DeviceError.
+    const GridVolume& volume(const std::shared_ptr<const StepVolume>& grid);
     void dropExpired();
     std::uint64_t bytes() const;
 
@@ -131,6 +128,12 @@ class ResidentSteps {
     std::uint64_t budget_;
     std::uint64_t uses_ = 0;
     std::list<ResidentStep> steps_;
+    struct ResidentVolume {
+        std::weak_ptr<const StepVolume> grid;
+        const StepVolume* key;
+        GridVolume volume;
+    };
+    std::list<ResidentVolume> volumes_;
 };
 
 }  // namespace mote::render

@@ -122,4 +122,13 @@ double slabOf(std::span<const DepthSection> sections, double depth) {
     return sections.back().endSlab();
 }
 
+double depthAt(std::span<const DepthSection> sections, double slab) {
+    const auto* section = &sections.front();
+    for (const auto& next : sections.subspan(1)) {
+        if (slab >= next.firstSlab) section = &next;
+    }
+    const double within = std::clamp(slab - section->firstSlab, 0.0, static_cast<double>(section->slabs));
+    return section->nearDepth + within * section->thickness();
+}
+
 }  // namespace mote::render

@@ -68,5 +68,7 @@ SlabBends slabBends(std::span<const DepthSection> sections, double nearDepth, do
 
 /// A depth told in slabs, held to the sections; in a gap, the border. `sections`: not empty.
 double slabOf(std::span<const DepthSection> sections, double depth);
+/// The depth of a place told in slabs, held to the sections. `sections`: not empty.
+double depthAt(std::span<const DepthSection> sections, double slab);
 
 }  // namespace mote::render

@@ -48,11 +48,15 @@ void addStepsOut(const std::vector<std::uint8_t>& kinds, std::uint8_t kind, cons
 }  // namespace
 
 VisibleBlocks::VisibleBlocks(const BlockRanges& ranges, const TransferTable& table)
+    : VisibleBlocks(ranges, [&](const auto& range) { return table.visible(range.low, range.high); }) {}
+
+VisibleBlocks::VisibleBlocks(const BlockRanges& ranges,
+                             const std::function<bool(const BlockRanges::Range&)>& isSeen)
     : edgeBits_(ranges.edgeBits()), count_(ranges.count()) {
     std::vector<std::uint8_t> kinds;
     kinds.reserve(ranges.ranges().size());
     for (const auto& range : ranges.ranges()) {
-        const bool seen = table.visible(range.low, range.high);
+        const bool seen = isSeen(range);
         const bool isFine = ranges.fine(kinds.size());
         kinds.push_back(!seen ? std::uint8_t{0} : isFine ? fine : visible);
         any_ = any_ || seen;

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <utility>
 #include <vector>
@@ -45,6 +46,8 @@ class BlockRanges {
 class VisibleBlocks {
   public:
     VisibleBlocks(const BlockRanges& ranges, const TransferTable& table);
+    /// `seen`: whether anything is seen of such values.
+    VisibleBlocks(const BlockRanges& ranges, const std::function<bool(const BlockRanges::Range&)>& seen);
 
     bool any() const { return any_; }
     bool anyFine() const { return anyFine_; }  ///< visible blocks

@@ -15,6 +15,7 @@
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/transfer_function.h"
 #include "server/render/plan/grid_field.h"
+#include "server/render/plan/step_volume.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -28,10 +29,12 @@ struct Shade {
 /// Shades by a normal's code.
 using Shades = std::array<Shade, 256>;
 
-/// Scaled log density t (log_density.h) of a step's volume: cells, with values at their centres, without
-/// normals.
+/// A step as a volume: cells with extinction and t at their centres, without normals. Its colour is that of
+/// its t by the plan's transfer function.
 struct DensityField {
     std::shared_ptr<const storage::ParticleStep> step;
+    std::shared_ptr<const StepVolume> grid = {};  ///< not null, but before a rank has made its own
+    double strength = 1.0;                        ///< times its extinction, 0 to 1
 };
 
 /// A field of samples with their normals.

@@ -2,9 +2,11 @@
 #include "server/render/plan/point_selection.h"
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -110,21 +112,60 @@ class InView {
     std::vector<Visit> stack_;
 };
 
+/// The density above which no leaf draws anything.
+double limitOf(const LogDensity& scale, const PointChoice& choice) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    return choice.thin() ? infinite : densityAt(scale, zeroFrom(choice.fraction));
+}
+
+/// The upper half of a float, rounded.
+std::uint16_t upperHalf(double value) {
+    const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(value));
+    return static_cast<std::uint16_t>((bits + 0x8000U) >> 16);
+}
+
+/// What the points of each leaf weigh: the mean of its own.
+void weigh(const storage::ParticleStep& step, double mean, PointSelection& selection) {
+    constexpr double alike = 1e-3;
+    const auto leaves = step.leaves();
+    const auto nodes = step.nodes();
+    const auto weightOf = [&](std::size_t leaf) {
+        const double weight = std::ldexp(static_cast<double>(leaves.density[leaf]),
+                                         -3 * static_cast<int>(nodes.level[leaves.node[leaf]]));
+        return weight / (std::max<double>(leaves.pointCount[leaf], 1.0) * mean);
+    };
+    const std::size_t count = selection.drawn.size();
+    const double first = count > 0 ? weightOf(0) : 1.0;
+    std::atomic<bool> differ{false};
+    selection.weights.resize(count);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, blockLeaves), [&](const auto& block) {
+        for (std::size_t i = block.begin(); i < block.end(); ++i) {
+            const double weight = weightOf(i);
+            if (std::abs(weight - first) > alike * first) differ.store(true, std::memory_order_relaxed);
+            selection.weights[i] = upperHalf(weight);
+        }
+    });
+    selection.weight = static_cast<float>(first);
+    if (!differ) selection.weights = {};
+}
+
 }  // namespace
 
-PointSelection selectPoints(const storage::ParticleStep& step, const Curve& pointFraction, double share) {
+PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice& choice) {
     const auto leaves = step.leaves();
     const auto nodes = step.nodes();
     const LogDensity scale = step.logDensity();
     // Leaves ascend in density: beyond the limit there is nothing to draw.
-    const double limit = densityAt(scale, zeroFrom(pointFraction));
-    const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limit);
+    const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limitOf(scale, choice));
     PointSelection selection;
     selection.drawn.resize(static_cast<std::size_t>(end - leaves.density.begin()));
     const auto select = [&](const tbb::blocked_range<std::size_t>& block, std::uint64_t points) {
-        LeafFraction fractionOf(pointFraction, scale);
+        LeafFraction fractionOf(choice.fraction, scale);
+        const StepVolume* const volume = choice.thin() ? choice.volume.get() : nullptr;
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
-            const double fraction = share * fractionOf(leaves.density[i]);
+            const double byCurve = fractionOf(leaves.density[i]);
+            const double whole = volume == nullptr ? byCurve : 1.0 - (1.0 - byCurve) * volume->shareOf(i);
+            const double fraction = choice.share * whole;
             const std::size_t node = leaves.node[i];
             std::uint32_t drawn = 0;
             if (fraction >= 1.0) {
@@ -140,6 +181,7 @@ PointSelection selectPoints(const storage::ParticleStep& step, const Curve& poin
     selection.points =
         tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, selection.drawn.size(), blockLeaves),
                              std::uint64_t{0}, select, std::plus<>());
+    if (choice.meanWeight > 0.0) weigh(step, choice.meanWeight, selection);
     return selection;
 }
 
@@ -151,18 +193,32 @@ double zeroFrom(const Curve& curve) {
     return last == knots.rend() ? 0.0 : last.base()->x;
 }
 
-std::uint64_t pointsUpTo(const storage::ParticleStep& step, const Curve& pointFraction) {
+std::vector<storage::PointRange> neededPoints(const storage::ParticleStep& step, const PointChoice& choice) {
+    constexpr std::uint64_t close = std::uint64_t{1}
+                                    << 16;  // points: reading on costs less than another range
     const auto leaves = step.leaves();
-    const double limit = densityAt(step.logDensity(), zeroFrom(pointFraction));
-    const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limit);
-    if (end == leaves.density.end()) return step.pointCount();
-    return leaves.pointBegin[static_cast<std::size_t>(end - leaves.density.begin())];
+    const double limit = densityAt(step.logDensity(), zeroFrom(choice.fraction));
+    const auto end = static_cast<std::size_t>(
+        std::upper_bound(leaves.density.begin(), leaves.density.end(), limit) - leaves.density.begin());
+    std::vector<storage::PointRange> ranges;
+    const auto add = [&](std::uint64_t begin, std::uint64_t pointsEnd) {
+        if (ranges.empty() || begin > ranges.back().begin + ranges.back().count + close)
+            ranges.push_back({begin, 0});
+        ranges.back().count = pointsEnd - ranges.back().begin;
+    };
+    if (end > 0) add(0, end == leaves.size() ? step.pointCount() : leaves.pointBegin[end]);
+    if (!choice.thin()) return ranges;
+    for (std::size_t i = end; i < leaves.size(); ++i) {
+        if (choice.volume->share[i] < 255)
+            add(leaves.pointBegin[i], leaves.pointBegin[i] + leaves.pointCount[i]);
+    }
+    return ranges;
 }
 
 std::vector<std::uint64_t> leavesInView(const storage::ParticleStep& step, const Frustum& frustum,
-                                        const Curve& pointFraction) {
+                                        const PointChoice& choice) {
     if (frustum.of(glm::dvec3(0.0), 1.0) == Frustum::Side::inside) return {};
-    InView view(step, frustum, densityAt(step.logDensity(), zeroFrom(pointFraction)));
+    InView view(step, frustum, limitOf(step.logDensity(), choice));
     const auto few = [&] {
         return static_cast<double>(view.roughCount()) <= smallPart * static_cast<double>(step.pointCount());
     };

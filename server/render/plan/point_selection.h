@@ -5,11 +5,14 @@
 // calling arena.
 #pragma once
 
+#include <bit>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "protocol/scene/curve.h"
 #include "server/render/plan/frustum.h"
+#include "server/render/plan/step_volume.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -19,23 +22,46 @@ namespace mote::render {
 struct PointSelection {
     std::vector<std::uint32_t> drawn;  ///< leaves beyond its end draw nothing
     std::uint64_t points = 0;          ///< the sum
+    /// By leaf that draws any: what a point of it weighs, over the mean of the plot, as the upper half of a
+    /// float. Empty: all weigh `weight`.
+    std::vector<std::uint16_t> weights = {};
+    float weight = 1.0F;
+
+    /// Of a leaf's points.
+    float weightOf(std::size_t leaf) const {
+        return weights.empty() ? weight : std::bit_cast<float>(std::uint32_t{weights[leaf]} << 16);
+    }
 };
 
-/// Where the curve's fraction is multiplied by `share`. Throws storage::StorageError.
-PointSelection selectPoints(const storage::ParticleStep& step, const Curve& pointFraction, double share);
+/// What points are drawn by, beside the step.
+struct PointChoice {
+    Curve fraction = Curve::constant(1.0);  ///< t -> how much of a leaf is points
+    double share = 1.0;                     ///< of these that is drawn
+    /// The layer's volume: what of a leaf it does not hold is points as well. Null: it holds all.
+    std::shared_ptr<const StepVolume> volume = {};
+    double meanWeight = 0.0;  ///< of the plot's particles; 0: they all count alike
+
+    bool operator==(const PointChoice&) const = default;
+    /// Whether leaves have points whatever their density.
+    bool thin() const { return volume != nullptr && !volume->share.empty(); }
+};
+
+/// Throws storage::StorageError.
+PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice& choice);
 
 /// The least t from which on a curve is zero; infinite where it never ends in zero.
 double zeroFrom(const Curve& curve);
 
-/// The points of the leaves up to the density where the curve ends, from the first: no other is drawn. Throws
+/// The points that may be drawn: those of the leaves up to the density where the curve ends, and of denser
+/// ones that are too thin for the volume, together with what lies close between them in the file. Throws
 /// storage::StorageError.
-std::uint64_t pointsUpTo(const storage::ParticleStep& step, const Curve& pointFraction);
+std::vector<storage::PointRange> neededPoints(const storage::ParticleStep& step, const PointChoice& choice);
 
 /// A bit a leaf, from the first: whether points of it can touch the picture. None at all: any leaf may, and
-/// it is not worth its time to tell which. Leaves above the density where `pointFraction` ends may be set or
-/// not. Throws storage::StorageError.
+/// it is not worth its time to tell which. Leaves that draw nothing may be set or not. Throws
+/// storage::StorageError.
 std::vector<std::uint64_t> leavesInView(const storage::ParticleStep& step, const Frustum& frustum,
-                                        const Curve& pointFraction);
+                                        const PointChoice& choice);
 
 inline bool inView(const std::vector<std::uint64_t>& bits, std::size_t leaf) {
     return bits.empty() || (bits[leaf / 64] >> (leaf % 64) & 1) != 0;

@@ -64,19 +64,8 @@ BlockRanges gridRanges(const CorrectedField& field) {
     return {edgeBits, count, std::move(ranges), std::move(fine)};
 }
 
-SeenField SeenFields::of(const FieldPlan& plan, const CorrectedField& samples) {
-    return of(plan, samples.grid, samples.corrected(), samples.mixed(), [&] { return gridRanges(samples); });
-}
-
-SeenField SeenFields::of(const FieldPlan& plan, const std::shared_ptr<const void>& data,
-                         const std::function<BlockRanges()>& ranges) {
-    return of(plan, data, false, false, ranges);
-}
-
-SeenField SeenFields::of(const FieldPlan& plan, const std::shared_ptr<const void>& data, bool corrected,
-                         bool mixed, const std::function<BlockRanges()>& ranges) {
-    const TransferTable& table = tables_.of(plan.transfer);
-    if (!plan.transfer.visible()) return {&table, nullptr, nullptr};
+SeenFields::Resident& SeenFields::resident(const std::shared_ptr<const void>& data, bool corrected,
+                                           bool mixed, const std::function<BlockRanges()>& ranges) {
     // New data may stand at the address of some that are gone: the weak pointers tell them apart.
     auto known = std::find_if(fields_.begin(), fields_.end(), [&](const Resident& one) {
         return one.key == data.get() && one.corrected == corrected && one.mixed == mixed &&
@@ -84,13 +73,33 @@ SeenField SeenFields::of(const FieldPlan& plan, const std::shared_ptr<const void
     });
     if (known == fields_.end())
         known = fields_.insert(known, Resident{data, data.get(), corrected, mixed, ranges(), {}});
+    return *known;
+}
+
+SeenField SeenFields::of(const FieldPlan& plan, const CorrectedField& samples) {
+    const TransferTable& table = tables_.of(plan.transfer);
+    if (!plan.transfer.visible()) return {&table, nullptr, nullptr};
+    Resident& known =
+        resident(samples.grid, samples.corrected(), samples.mixed(), [&] { return gridRanges(samples); });
     const Visible& visible = mostRecent(
-        known->visible, kept, [&](const Visible& one) { return one.opacity == plan.transfer.opacity; },
+        known.visible, kept, [&](const Visible& one) { return one.opacity == plan.transfer.opacity; },
         [&] {
-            return Visible{plan.transfer.opacity, VisibleBlocks(known->ranges, table)};
+            return Visible{plan.transfer.opacity, VisibleBlocks(known.ranges, table)};
         });
     if (!visible.blocks.any()) return {&table, nullptr, nullptr};
-    return {&table, &visible.blocks, &known->ranges};
+    return {&table, &visible.blocks, &known.ranges};
+}
+
+SeenField SeenFields::of(const FieldPlan& plan, const DensityField& samples,
+                         const std::function<BlockRanges()>& ranges) {
+    const TransferTable& table = tables_.of(colorsOf(plan.transfer));
+    Resident& known = resident(samples.grid, false, false, ranges);
+    const auto seen = [](const BlockRanges::Range& range) { return range.high > 0.0F; };
+    if (known.visible.empty())
+        known.visible.push_back({plan.transfer.opacity, VisibleBlocks(known.ranges, seen)});
+    const VisibleBlocks& blocks = known.visible.front().blocks;
+    if (!blocks.any()) return {&table, nullptr, nullptr};
+    return {&table, &blocks, &known.ranges};
 }
 
 void SeenFields::dropExpired() {

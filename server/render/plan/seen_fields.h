@@ -54,8 +54,8 @@ class SeenFields {
   public:
     /// `samples`: the plan's. Works in parallel.
     SeenField of(const FieldPlan& plan, const CorrectedField& samples);
-    /// `data`: what the field is of; `ranges` tells its ranges, where they are not known.
-    SeenField of(const FieldPlan& plan, const std::shared_ptr<const void>& data,
+    /// `ranges` tells those of the field's extinction, where they are not known.
+    SeenField of(const FieldPlan& plan, const DensityField& samples,
                  const std::function<BlockRanges()>& ranges);
     /// Gives up what belongs to data that nobody else holds any more.
     void dropExpired();
@@ -74,8 +74,8 @@ class SeenFields {
     };
     static constexpr std::size_t kept = 16;  ///< curves of a field: more than a picture has layers
 
-    SeenField of(const FieldPlan& plan, const std::shared_ptr<const void>& data, bool corrected, bool mixed,
-                 const std::function<BlockRanges()>& ranges);
+    Resident& resident(const std::shared_ptr<const void>& data, bool corrected, bool mixed,
+                       const std::function<BlockRanges()>& ranges);
 
     TransferTables<TransferTable> tables_;
     std::list<Resident> fields_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A SelectionCache keeps the latest point selections, so that a camera that moves around the same points
-// computes them once. Owned by whoever makes plans; one thread. It holds no step alive.
+// A SelectionCache keeps the latest volumes and point selections, so that a camera that moves around the
+// same particles computes them once. Owned by whoever makes plans; one thread. It holds no step alive.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +14,32 @@ namespace mote::render {
 
 class SelectionCache {
   public:
+    using Step = std::shared_ptr<const storage::ParticleStep>;
+
     /// Throws as selectPoints.
-    std::shared_ptr<const PointSelection> of(const std::shared_ptr<const storage::ParticleStep>& step,
-                                             const Curve& pointFraction, double share);
+    std::shared_ptr<const PointSelection> of(const Step& step, const PointChoice& choice);
+    /// The volume of a step that a transfer function shows; null where it shows nothing. `rough`: without the
+    /// octree. Throws as stepVolume.
+    std::shared_ptr<const StepVolume> volume(const Step& step, const TransferFunction& transfer,
+                                             bool rough = false);
 
   private:
     static constexpr std::size_t kept = 4;  // quick, intermediate and exact of one style, and one more
+    static constexpr std::size_t keptVolumes = 8;
 
     struct Entry {
         std::weak_ptr<const storage::ParticleStep> step;
-        Curve pointFraction;
-        double share;
+        PointChoice choice;
         std::shared_ptr<const PointSelection> selection;
     };
-    std::list<Entry> entries_;  // the latest first
+    struct Volume {
+        std::weak_ptr<const storage::ParticleStep> step;
+        Curve opacity;
+        bool rough;
+        std::shared_ptr<const StepVolume> grid;
+    };
+    std::list<Entry> entries_;   // the latest first
+    std::list<Volume> volumes_;  // likewise
 };
 
 }  // namespace mote::render

@@ -35,6 +35,12 @@ std::uint32_t packedRoot(const glm::dvec3& linear) {
 
 }  // namespace
 
+TransferFunction colorsOf(TransferFunction transfer) {
+    transfer.opacity = Curve::constant(0.5);
+    transfer.fade = 0.0;
+    return transfer;
+}
+
 TransferTable::TransferTable(const TransferFunction& transfer)
     : TransferTable(
           transfer.span.low, transfer.span.high, [&](double value) { return transfer.extinction(value); },

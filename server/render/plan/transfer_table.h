@@ -15,6 +15,10 @@
 
 namespace mote::render {
 
+/// The colours of a transfer function alone, of values that show nothing as well: what of a volume of
+/// particles is looked up by t.
+TransferFunction colorsOf(TransferFunction transfer);
+
 class TransferTable {
   public:
     static constexpr std::uint32_t cells = 4095;  ///< of t in [-LogDensity::fade, 1]; t = 0 ends one

@@ -128,8 +128,8 @@ template <class Way, class Points>
 void passPoints(Way& way, Points& points) {
     MOTE_CHECK(points.preview == nullptr);
     bool selects = points.selection != nullptr && points.selection->points > 0;
-    way(points.layer, points.boxToEye, points.look, points.fraction, selects, points.leavesInView,
-        points.pointsDrawn, points.share);
+    way(points.layer, points.boxToEye, points.look, points.fraction, points.volumeOpacity, points.meanWeight,
+        selects, points.leavesInView, points.pointsDrawn, points.share);
     if constexpr (Way::reads) {
         if (!selects) points.selection = std::make_shared<const PointSelection>();
     }
@@ -142,7 +142,11 @@ void passField(Way& way, Field& field) {
     way(field.layer, field.boxToEye, field.boxToLayer, transfer.opacity, transfer.opacityLength,
         transfer.fade, transfer.colorMap, transfer.colorRange, transfer.colors, transfer.span, field.clips,
         ofGrid);
-    if (!ofGrid) return;
+    if (!ofGrid) {
+        if constexpr (Way::reads) field.samples = DensityField{};
+        way(std::get<DensityField>(field.samples).strength);
+        return;
+    }
     if constexpr (Way::reads) field.samples = CorrectedField{};
     auto& samples = std::get<CorrectedField>(field.samples);
     way(samples.bricks, samples.correction, samples.steepness, samples.shades);

@@ -35,18 +35,25 @@ Step held(Result<Step> step) {
     return *std::move(step);
 }
 
+/// As rank 0 has it.
+std::shared_ptr<const StepVolume> volumeOf(const PointsPlan& points, SelectionCache& selections) {
+    const auto transfer = ParticlesStyle::transferOf(points.volumeOpacity, ColorMap::standard());
+    return transfer.visible() ? selections.volume(points.step, transfer) : nullptr;
+}
+
 /// Gives an order's plan the rank's own data, and the same selections of them as rank 0 has.
 void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
     for (std::size_t i = 0; i < order.plan.points.size(); ++i) {
         PointsPlan& points = order.plan.points[i];
         points.step = held(steps.open(order.pointSteps[i]));
-        if (points.selection == nullptr)
-            points.selection = selections.of(points.step, points.fraction, points.share);
+        points.volume = volumeOf(points, selections);
+        if (points.selection == nullptr) points.selection = selections.of(points.step, points.choice());
     }
     for (std::size_t i = 0; i < order.plan.fields.size(); ++i) {
         auto& samples = order.plan.fields[i].samples;
         if (auto* const cells = std::get_if<DensityField>(&samples)) {
             cells->step = held(steps.open(order.fieldSteps[i]));
+            cells->grid = selections.volume(cells->step, order.plan.fields[i].transfer);
         } else {
             std::get<CorrectedField>(samples).grid = held(steps.openGrid(order.fieldSteps[i]));
         }

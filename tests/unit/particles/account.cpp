@@ -140,6 +140,26 @@ void expectEntry(const proto::ParticleStepEntry& entry, const storage::ParticleS
                            entry.density_histogram().end()));
 }
 
+/// Of each leaf, the density of the smallest cell around it that holds 64 particles, or of the plot.
+std::vector<double> toldDensities(const storage::OctreeNodes& nodes) {
+    std::vector<double> told;
+    for (std::size_t leaf = 0; leaf < nodes.size(); ++leaf) {
+        if (nodes.childCount[leaf] != 0 || !(nodes.density[leaf] > 0.0F)) continue;
+        std::size_t node = 0, best = 0;
+        while (nodes.childCount[node] != 0) {
+            const unsigned down = nodes.level[leaf] - nodes.level[node] - 1U;
+            const auto wanted = nodes.morton[leaf] >> (3 * down);
+            for (std::size_t child = nodes.firstChild[node], last = child + nodes.childCount[node];
+                 child < last; ++child) {
+                if (nodes.morton[child] == wanted) node = child;
+            }
+            if (nodes.count[node] >= 64) best = node;
+        }
+        told.push_back(nodes.density[best]);
+    }
+    return told;
+}
+
 }  // namespace
 
 void expectAccounted(const std::filesystem::path& dataset, const proto::ParticlesJob& job,
@@ -161,7 +181,7 @@ void expectAccounted(const std::filesystem::path& dataset, const proto::Particle
         expectVolume(**opened, expected);
         expectMinDensities((*opened)->nodes());
         expectEntry(manifest->particles().steps(static_cast<int>(i)), **opened, expected);
-        for (const double density : (*opened)->leaves().density) {
+        for (const double density : toldDensities((*opened)->nodes())) {
             if (density > 0.0) least = std::min(least, density);
             greatest = std::max(greatest, density);
         }

@@ -85,7 +85,8 @@ Scene scene(const std::string& camera, const std::string& look = "") {
         test::beam({.core = 30000, .halo = 6000, .filaments = 2000}), {.leafCapacity = 24});
     const std::string points = "'linked': false, 'curve': [{'density': 0, 'fraction': 1}]" + look;
     return {test::viewOf("{'width': 203, 'height': 121, " + camera +
-                         ", 'layers': [{'particles': {'points': {" + points + "}}}]}"),
+                         ", 'layers': [{'particles': {'volume': {'curve': [{'density': 0}]}, 'points': {" +
+                         points + "}}}]}"),
             {step}};
 }
 

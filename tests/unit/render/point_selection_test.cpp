@@ -82,7 +82,7 @@ TEST(SelectPoints, IsTheDefinitionWhateverTheCurve) {
     const auto step = beamStep();
     for (const auto& fraction : curves()) {
         for (const double share : {1.0, 0.4}) {
-            auto selection = selectPoints(*step, fraction, share);
+            auto selection = selectPoints(*step, {.fraction = fraction, .share = share});
             EXPECT_EQ(selection.points, std::accumulate(selection.drawn.begin(), selection.drawn.end(), 0U));
             selection.drawn.resize(step->leaves().size(), 0);
             EXPECT_EQ(selection.drawn, byDefinition(*step, fraction, share));
@@ -92,7 +92,7 @@ TEST(SelectPoints, IsTheDefinitionWhateverTheCurve) {
 
 TEST(SelectPoints, DoesNotLookBeyondTheLastLeafThatIsDrawn) {
     const auto step = beamStep();
-    const auto selection = selectPoints(*step, curve({{0.3, 1.0}, {0.7, 0.0}}), 1.0);
+    const auto selection = selectPoints(*step, {.fraction = curve({{0.3, 1.0}, {0.7, 0.0}})});
     const double last = step->logDensity().ofLeaf(step->leaves().density[selection.drawn.size() - 1]);
     EXPECT_LE(last, 0.7 + 1e-6);
     EXPECT_LT(selection.drawn.size(), step->leaves().size());
@@ -106,8 +106,8 @@ TEST(LeavesInView, AreThoseThatTouchTheFrustum) {
     const Frustum narrow(inside, 160, 90, 0.5, 1e-3, inside.worldToEye());
     const auto expected = inViewByDefinition(*step, narrow);
     for (const auto& fraction : curves()) {
-        const auto bits = leavesInView(*step, narrow, fraction);
-        const auto drawn = selectPoints(*step, fraction, 1.0).drawn;
+        const auto bits = leavesInView(*step, narrow, {.fraction = fraction});
+        const auto drawn = selectPoints(*step, {.fraction = fraction}).drawn;
         ASSERT_EQ(bits.size(), (expected.size() + 63) / 64);
         for (std::size_t i = 0; i < drawn.size(); ++i) {
             EXPECT_TRUE(drawn[i] == 0 || inView(bits, i) == expected[i]) << i;
@@ -116,19 +116,19 @@ TEST(LeavesInView, AreThoseThatTouchTheFrustum) {
 }
 
 TEST(LeavesInView, OfAPlotThatIsWhollyInViewNeedNoBits) {
-    EXPECT_TRUE(leavesInView(*beamStep(), everything(), Curve::constant(1.0)).empty());
+    EXPECT_TRUE(leavesInView(*beamStep(), everything(), {}).empty());
     EXPECT_TRUE(inView({}, 12345));
 }
 
 TEST(SelectPoints, AnEmptyStepDrawsNothing) {
     const auto step = MemoryStep::make({});
-    EXPECT_TRUE(selectPoints(*step, Curve::constant(1.0), 1.0).drawn.empty());
+    EXPECT_TRUE(selectPoints(*step, {}).drawn.empty());
 }
 
 TEST(SelectPoints, OneDensityIsTheLeast) {
     const auto step = MemoryStep::make({{{0.2, 0.3, 0.4}}});
-    EXPECT_EQ(selectPoints(*step, curve({{0.0, 1.0}, {0.1, 0.0}}), 1.0).points, 1U);
-    EXPECT_EQ(selectPoints(*step, curve({{0.0, 0.0}, {0.1, 1.0}}), 1.0).points, 0U);
+    EXPECT_EQ(selectPoints(*step, {.fraction = curve({{0.0, 1.0}, {0.1, 0.0}})}).points, 1U);
+    EXPECT_EQ(selectPoints(*step, {.fraction = curve({{0.0, 0.0}, {0.1, 1.0}})}).points, 0U);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "protocol/scene/srgb.h"
+#include "protocol/scene/style_kinds.h"
 
 namespace mote {
 namespace {
@@ -45,18 +46,25 @@ TEST(ParticlesStyle, DefaultsAreTheDocumentedOnes) {
     EXPECT_GT(style->volumeOpacity.maximum(), 0.0);
 }
 
-TEST(ParticlesStyle, PointsOfLargePlotsTogetherHideNoMoreThanThoseOfSmallOnes) {
-    EXPECT_EQ(defaultPointOpacity(0), 0.25);
-    EXPECT_EQ(defaultPointOpacity(4'000'000), 0.25);
-    for (const double millions : {8.0, 100.0, 1000.0}) {
-        const double opacity = defaultPointOpacity(static_cast<std::uint64_t>(millions * 1e6));
-        // What each 4 million of them leave of the light, to the power of how many times there are so many.
-        EXPECT_NEAR(std::pow(1.0 - opacity, millions / 4.0), 0.75, 1e-9);
-    }
+TEST(ParticlesStyle, WhatIsNotSaidIsLeftToThePlot) {
     proto::ParticlesStyle message;
-    EXPECT_TRUE(parseParticlesStyle(message)->opacityByPlot);
+    auto style = parseParticlesStyle(message).value();
+    EXPECT_TRUE(style.curveByPlot && style.opacityByPlot && style.sizeByPlot);
     message.mutable_points()->set_opacity(0.25);
-    EXPECT_FALSE(parseParticlesStyle(message)->opacityByPlot);
+    message.mutable_points()->set_size_pixels(1.0);
+    message.mutable_points()->set_linked(false);
+    message.mutable_points()->add_curve()->set_fraction(1.0);
+    style = parseParticlesStyle(message).value();
+    EXPECT_FALSE(style.curveByPlot || style.opacityByPlot || style.sizeByPlot);
+}
+
+TEST(ParticlesStyle, WhatIsLeftToThePlotIsWrittenAsSuch) {
+    const auto style = parseParticlesStyle({}).value();
+    proto::Layer layer;
+    writeStyle(style, glm::dvec3(0.0), layer);
+    EXPECT_EQ(parseParticlesStyle(layer.particles()).value(), style);
+    EXPECT_TRUE(layer.particles().volume().curve().empty());
+    EXPECT_FALSE(layer.particles().points().has_opacity() || layer.particles().points().has_size_pixels());
 }
 
 TEST(ParticlesStyle, ExtinctionGivesTheOpacityOverItsLength) {

@@ -8,6 +8,7 @@
 #include "client/view/layers/stipple_editor.h"
 #include "protocol/scene/json.h"
 #include "protocol/scene/particles_style.h"
+#include "protocol/scene/plot_density.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {
@@ -100,26 +101,55 @@ TEST(ViewModel, AnotherDatasetKeepsTheLookAndAStepThatExists) {
     EXPECT_EQ(controls<ParticlesEditor>(model).colorMap, "viridis");
 }
 
-TEST(ViewModel, OpacityGoesWithThePlotUntilItIsChosen) {
-    const auto large = [] {
-        auto manifest = plotOf(2);
-        manifest.mutable_particles()->mutable_steps(1)->set_particles(100'000'000);
-        return manifest;
-    };
+/// A plot so dense that it is drawn as a volume, too.
+proto::Manifest largePlot() {
+    auto manifest = plotOf(2);
+    auto& plot = *manifest.mutable_particles();
+    plot.set_density_min(1e2);
+    plot.set_density_max(1e12);
+    plot.mutable_steps(1)->set_particles(100'000'000);
+    plot.mutable_steps(1)->set_total_weight(1e8);
+    return manifest;
+}
+
+/// What the model says of how points look, and of the curves.
+proto::ParticlesStyle written(ViewModel& model) {
+    proto::ParticlesStyle style;
+    controls<ParticlesEditor>(model).write(style);
+    return style;
+}
+
+TEST(ViewModel, WhatThePlotSaysIsLeftOutUntilItIsChosen) {
     ViewModel model;
     model.setDataset("data/beam", plotOf(1));
-    EXPECT_EQ(controls<ParticlesEditor>(model).pointOpacity, 0.25F);
-    model.setDataset("data/large", large());
-    EXPECT_FLOAT_EQ(controls<ParticlesEditor>(model).pointOpacity,
-                    static_cast<float>(defaultPointOpacity(100'000'000)));
+    EXPECT_FALSE(written(model).points().has_opacity());
+    EXPECT_FALSE(written(model).points().has_size_pixels());
+    EXPECT_TRUE(written(model).volume().curve().empty());
     controls<ParticlesEditor>(model).pointOpacity = 0.1F;
-    model.setDataset("data/beam", plotOf(1));
-    EXPECT_EQ(controls<ParticlesEditor>(model).pointOpacity, 0.1F);
+    controls<ParticlesEditor>(model).pointSize = 2.0F;
+    model.setDataset("data/large", largePlot());
+    EXPECT_FLOAT_EQ(static_cast<float>(written(model).points().opacity()), 0.1F);
+    EXPECT_FLOAT_EQ(static_cast<float>(written(model).points().size_pixels()), 2.0F);
     auto saved = savedView();
     saved.mutable_layers(0)->mutable_particles()->mutable_points()->set_opacity(0.25);
     ASSERT_TRUE(model.load(saved).ok());
-    model.setDataset("data/large", large());
-    EXPECT_EQ(controls<ParticlesEditor>(model).pointOpacity, 0.25F);
+    model.setDataset("data/large", largePlot());
+    EXPECT_EQ(written(model).points().opacity(), 0.25);
+}
+
+TEST(ViewModel, CurvesAreThoseOfThePlotUntilTheyAreEdited) {
+    ViewModel model;
+    model.setDataset("data/large", largePlot());
+    auto& functions = controls<ParticlesEditor>(model).functions;
+    auto style = parseParticlesStyle({}).value();
+    resolveByPlot(style, PlotDensity::of(largePlot().particles()));
+    EXPECT_EQ(functions.knots(TransferFunctions::Which::volume), style.volumeOpacity.knots());
+    EXPECT_GT(style.volumeOpacity.maximum(), 0.0);
+    functions.move(TransferFunctions::Which::volume, 0, {0.1, 0.05});
+    model.setDataset("data/beam", plotOf(1));
+    EXPECT_EQ(controls<ParticlesEditor>(model).functions.knots(TransferFunctions::Which::volume)[0],
+              (Curve::Knot{0.1, 0.05}));
+    EXPECT_FALSE(written(model).volume().curve().empty());
 }
 
 TEST(ViewModel, ASurfaceIsStippledAndFramed) {
@@ -196,14 +226,12 @@ TEST(ViewModel, AStippleStyleIsKept) {
     }
 }
 
-TEST(ViewModel, OpacityGoesWithAPlotAlsoAfterAnotherKindOfLayer) {
-    auto large = plotOf(1);
-    large.mutable_particles()->mutable_steps(0)->set_particles(100'000'000);
-    ViewModel model;
+TEST(ViewModel, CurvesAreThoseOfAPlotAlsoAfterAnotherKindOfLayer) {
+    ViewModel model, direct;
     model.setDataset("data/teapot", surface());
-    model.setDataset("data/large", large);
-    EXPECT_FLOAT_EQ(controls<ParticlesEditor>(model).pointOpacity,
-                    static_cast<float>(defaultPointOpacity(100'000'000)));
+    model.setDataset("data/large", largePlot());
+    direct.setDataset("data/large", largePlot());
+    EXPECT_EQ(controls<ParticlesEditor>(model).functions, controls<ParticlesEditor>(direct).functions);
 }
 
 TEST(ViewModel, StepsAreThoseOfTheDataset) {

@@ -74,8 +74,13 @@ void readPoints(uint l, float slab, bool present) {
     float weight = cell.x;
     float moment = cell.y;
     float count = weight * frame.layers[l].scale.x;
+    float mean = moment / max(weight, 1.0);
     float tau = count * frame.layers[l].point.w;
-    float middle = clamp(moment / max(weight, 1.0), narrowest, 1.0);
+    if (frame.layers[l].scale.w > 0.0) {
+        float depth = depthOf(slab + mean);
+        tau /= depth * depth;
+    }
+    float middle = clamp(mean, narrowest, 1.0);
     float spread = count < 1.5 ? 0.0 : (count - 1.0) / (count + 1.0);
     float from = clamp(middle - 0.5 * spread, 0.0, 1.0);
     float to = clamp(middle + 0.5 * spread, from, 1.0);
@@ -136,8 +141,8 @@ void aim(uint l, vec2 at) {
     }
 #endif
 #if VOLUME && LAYERS > GRIDS
-    unitLength[l] = 2.0 * length(advance[l]);   // layer space is the box scaled to an edge of 2
-    float cells = length(advance[l]) * frame.layers[l].scale.y;
+    unitLength[l] = length(advance[l] * frame.layers[l].edges.xyz);
+    float cells = length(advance[l] * frame.layers[l].cells.xyz);
     segment[l] = 1.0 / clamp(cells * frame.window.z * (EXACT == 1 ? 0.25 : 0.5), 1e-3, 64.0);
 #endif
 }

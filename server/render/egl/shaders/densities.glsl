@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Volumes of particles along a ray, for composite.comp: what is found at a depth and between depths.
 
-layout(binding = 0) uniform sampler3D volumes[LAYERS - GRIDS];   // scaled log density
+layout(binding = 0) uniform sampler3D volumes[LAYERS - GRIDS];   // extinction; scaled log density
 
 const float fade = 0.125;   // LogDensity::fade
 const float mostOff = 0.002;   // by which the optical depth of a segment may differ from what its ends say
+const float colorful = 0.1 * tableCells;   // a change of t over which a colour map does not change evenly
 float segment[LAYERS];   // slabs: the most that is gone at once where the volume is
 
-float volumeAt(uint l, float slab) {
+vec2 volumeAt(uint l, float slab) {
     vec3 place = entry[l] + slab * advance[l];
 #if GRIDS == 0
-    return textureLod(volumes[l], place, 0.0).r;
+    return textureLod(volumes[l], place, 0.0).rg;
 #else
     // Textures go by constant numbers, see texelAt() of grid.glsl.
-    float t = 0.0;
-#define VOLUME_OF(i) if (l == uint(i)) t = textureLod(volumes[i], place, 0.0).r;
+    vec2 found = vec2(0.0);
+#define VOLUME_OF(i) if (l == uint(i)) found = textureLod(volumes[i], place, 0.0).rg;
     VOLUME_OF(0)
 #if LAYERS - GRIDS > 1
     VOLUME_OF(1)
@@ -34,12 +35,18 @@ float volumeAt(uint l, float slab) {
 #if LAYERS - GRIDS > 6
     VOLUME_OF(6)
 #endif
-    return t;
+    return found;
 #endif
 }
 
+// Extinction changes evenly between two samples that lie between planes of cell centres: nothing hides there, and no
+// integral is needed; in its place stands where the colour is in the table.
 Sample particlesAt(uint l, float slab) {
-    return sampleOf(l, (volumeAt(l, slab) + fade) * (tableCells / (1.0 + fade)) + 1.0);
+    vec2 found = volumeAt(l, slab);
+    float cell = clamp(floor((found.y + fade) * (tableCells / (1.0 + fade)) + 1.0), 1.0, tableCells);
+    uint color = texelFetch(tables, int(l) * int(tableEntries) + int(cell)).z;
+    vec3 root = vec3(color & 1023u, (color >> 10) & 1023u, color >> 20) * (1.0 / 1023.0);
+    return Sample(0.0, cell, max(found.x, 0.0) * frame.layers[l].cells.w, 1e30, root * root);
 }
 
 void enlarge(inout Piece piece, float times) {
@@ -47,14 +54,16 @@ void enlarge(inout Piece piece, float times) {
     piece.change *= times;
 }
 
-// As partOf. In an exact picture the segment lies between two planes of cell centres, so that t is smooth in it: the
-// depths of its halves and of the whole, each with t taken as linear, are extrapolated to the fourth order (Romberg).
+// As partOf. In an exact picture the segment lies between two planes of cell centres, so that extinction is smooth in
+// it: the depths of its halves and of the whole, each with it taken as linear, are extrapolated (Romberg).
 Part particlesPart(uint l, Sample middle, Sample back, float halfSegment) {
     float length = halfSegment * unitLength[l];
     Part part = partOf(front[l], middle, back, length);
 #if EXACT
     float off = part.depth - 2.0 * length * pieceOf(front[l], back).matter.w;
     part.wanted = max(part.wanted, part.seen * abs(off) * (2.0 / mostOff));
+    float change = max(abs(middle.integral - front[l].integral), abs(back.integral - middle.integral));
+    part.wanted = max(part.wanted, min(part.seen * part.depth * (1.0 / shown), 1.0) * change * (1.0 / colorful));
     float scale = max(1.0 + off / max(3.0 * part.depth, 1e-30), 0.0);
     enlarge(part.near, scale);
     enlarge(part.far, scale);
@@ -63,10 +72,10 @@ Part particlesPart(uint l, Sample middle, Sample back, float halfSegment) {
     return part;
 }
 
-// How far from `slab` the ray next crosses a plane of cell centres, where t has a kink.
+// How far from `slab` the ray next crosses a plane of cell centres, where extinction has a kink.
 float nextKink(uint l, float slab) {
-    vec3 speed = advance[l] * frame.layers[l].scale.y;
-    vec3 place = (entry[l] + slab * advance[l]) * frame.layers[l].scale.y - 0.5;
+    vec3 speed = advance[l] * frame.layers[l].cells.xyz;
+    vec3 place = (entry[l] + slab * advance[l]) * frame.layers[l].cells.xyz - 0.5;
     vec3 way = sign(speed);
     // A crossing less than a thousandth of a cell ahead counts as passed, or rounding would find it again.
     vec3 plane = floor(place * way + 1.001) * way;

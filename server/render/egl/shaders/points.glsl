@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A point's pixels and slab, for points_mark and points_add, which include bends.glsl and define touch(). Both must find
 // the very same ones, hence `precise`. Compiled with DISCS (points larger than a pixel), FLAT (depth does not matter),
-// SELECTION.
+// SELECTION, WEIGHTS.
 
 layout(local_size_x = 256) in;
 layout(binding = 0) uniform usamplerBuffer points;   // place in units of 2^-31 of the box; leaf within the chunk
@@ -15,6 +15,11 @@ uniform uint layer;
 uniform float radius;    // DISCS: where coverage reaches 0, in pixels
 uniform float nearest;  // FLAT: w below which nothing is seen
 uniform uint listed;     // SELECTION 2: how many points there are
+
+#if WEIGHTS
+layout(binding = 4) uniform samplerBuffer weights;   // what a point of each leaf of the chunk weighs
+#endif
+float weighs = 1.0;      // the point
 
 void touch(uint pixel, uint slab, float fraction, float coverage);
 
@@ -46,6 +51,9 @@ void main() {
 #if SELECTION == 1
     if (index >= texelFetch(selected, int(point.w)).x) return;
 #endif
+#endif
+#if WEIGHTS
+    weighs = texelFetch(weights, int(point.w)).x;
 #endif
     vec3 place = vec3(ivec3(point.xyz - origin));
     precise vec4 screen = toScreen[0] * place.x + toScreen[1] * place.y + toScreen[2] * place.z + toScreen[3];

@@ -10,14 +10,14 @@ layout(binding = 2) uniform usamplerBuffer masks;             // slab bits, firs
 layout(std430, binding = 2) buffer Cells { uint cells[]; };   // [cell][weight, moment]
 
 uniform float unit;          // the weight of a whole point
-uniform float opacity;       // of a whole point
+uniform float opacity;       // of a whole point; 0: its optical depth is in proportion to coverage
 uniform float inverseTau;    // 1 / -log(1 - opacity)
 uniform uvec2 pass;          // cells [x, x + y) are present
 
 void touch(uint pixel, uint slab, float fraction, float coverage) {
-    float weight = unit;
+    float weight = unit * weighs;
 #if DISCS
-    if (coverage < 1.0) weight *= min(-log(1.0 - opacity * coverage) * inverseTau, 1.0);
+    if (coverage < 1.0) weight *= opacity > 0.0 ? min(-log(1.0 - opacity * coverage) * inverseTau, 1.0) : coverage;
 #endif
 #if FLAT
     atomicAdd(cells[pixel], uint(weight + 0.5));

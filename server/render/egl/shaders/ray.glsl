@@ -41,6 +41,15 @@ void enterSection(uint number) {
 }
 #endif
 
+// World units along the line of sight, of a place in slabs within the section.
+float depthOf(float slab) {
+#if SECTIONS > 1
+    return sections[sectionAt].z + (slab - sections[sectionAt].y) * sections[sectionAt].w;
+#else
+    return frame.depths.x + slab * frame.depths.y;
+#endif
+}
+
 vec3 rayRow(uint l, uint row, vec2 at) {
 #if SECTIONS > 1
     uint first = sectionAt + 1u + 6u * l + 3u * row;

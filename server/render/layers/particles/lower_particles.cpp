@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -17,12 +21,42 @@ double footprintReach(double pointSize) {
     return pointSize > 1.0 ? 0.5 * pointSize + 0.5 : 0.0;
 }
 
-PointLook lookOf(const Layer& layer, const ParticlesStyle& style, double pixels, double share) {
-    return {.size = style.pointSize * pixels,
-            .opacity = std::min(-std::expm1(std::log1p(-style.pointOpacity) / share),
-                                TransferFunction::opacityLimit),
-            .color = style.pointColor,
-            .thinned = layer.opacity};
+/// The area of a disc of such a diameter, as it covers pixels: square pixels.
+double discArea(double size) {
+    return size > 1.0 ? std::numbers::pi * (0.25 * size * size + 1.0 / 12.0) : size * size;
+}
+
+/// The diameter at which a point of so much light, in square pixels, hides a fifth of what lies behind it;
+/// one pixel where it hides less.
+double sizeOfLight(double light) {
+    constexpr double fullest = 0.2, largest = 64.0;  // optical depth; pixels
+    const double area = light / fullest;
+    if (area <= discArea(1.0 + 1e-9)) return 1.0;
+    return std::min(2.0 * std::sqrt(area / std::numbers::pi - 1.0 / 12.0), largest);
+}
+
+/// Where the opacity is the plot's, the light of a point is that of a particle in the world.
+void lightUp(const Layer& layer, const ParticlesStyle& style, const FramePlan& plan, double share,
+             PointLook& look) {
+    const Camera& camera = plan.camera;
+    const double unit = std::cbrt(std::abs(glm::determinant(glm::dmat3(layer.transform))));
+    const double pixels =
+        unit * plan.height / (2.0 * camera.halfHeight());  // of a unit of the layer at depth 1
+    const double light = style.pointArea * pixels * pixels;
+    const double away = camera.perspective() ? glm::length(camera.target - camera.eye) : 1.0;
+    look.size = style.sizeByPlot ? sizeOfLight(light / (away * away)) : std::max(look.size, 1.0);
+    look.light = std::max(light / (discArea(look.size) * share), std::numeric_limits<double>::min());
+}
+
+PointLook lookOf(const Layer& layer, const ParticlesStyle& style, double pixels, double share,
+                 const FramePlan& plan) {
+    PointLook look{.size = style.pointSize * pixels,
+                   .opacity = std::min(-std::expm1(std::log1p(-style.pointOpacity) / share),
+                                       TransferFunction::opacityLimit),
+                   .color = style.pointColor,
+                   .thinned = layer.opacity};
+    if (style.opacityByPlot && style.pointArea > 0.0) lightUp(layer, style, plan, share, look);
+    return look;
 }
 
 std::uint64_t pointsInView(const PointsPlan& points) {
@@ -34,10 +68,11 @@ std::uint64_t pointsInView(const PointsPlan& points) {
 
 /// What the points and the volume of a layer need in memory; of the points of an octree that is not there
 /// yet, none.
-storage::StepNeed needOf(const storage::ParticleStep& step, const Curve& fraction) {
-    if (zeroFrom(fraction) <= 0.0) return {.volume = true};
-    storage::StepNeed need{.preview = storage::Preview::mostPoints, .volume = true, .octree = true};
-    if (step.octreeReady()) need.points = {{0, pointsUpTo(step, fraction)}};
+storage::StepNeed needOf(const PointsPlan& points) {
+    const bool none = zeroFrom(points.fraction) <= 0.0 && !points.choice().thin();
+    storage::StepNeed need{
+        .preview = none ? 0 : storage::Preview::mostPoints, .volume = true, .octree = true};
+    if (!none && points.step->octreeReady()) need.points = neededPoints(*points.step, points.choice());
     return need;
 }
 
@@ -76,9 +111,10 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
 /// A small share of a plot that lies mostly in view comes from the preview.
 void select(PointsPlan& points, const Frustum& frustum, const Lowering& out) {
     const double share = points.share = out.quality.pointFraction;
-    points.need = needOf(*points.step, points.fraction);
+    points.need = needOf(points);
+    const bool none = points.need.preview == 0;
     if (!out.device.allPoints) points.need.points.clear();
-    if (!points.need.octree) {
+    if (none) {
         points.selection = std::make_shared<const PointSelection>();
         return;
     }
@@ -86,13 +122,13 @@ void select(PointsPlan& points, const Frustum& frustum, const Lowering& out) {
         takeWhatIsReady(points, share)) {
         return;
     }
-    points.leavesInView = leavesInView(*points.step, frustum, points.fraction);
-    // The preview does not tell which points of the step its own are.
-    const bool preview = out.device.preview && !points.colors;
+    points.leavesInView = leavesInView(*points.step, frustum, points.choice());
+    // The preview does not tell which points of the step its own are, nor which leaves are thin.
+    const bool preview = out.device.preview && !points.colors && !points.choice().thin();
     if (preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
         return;
     }
-    points.selection = out.selections.of(points.step, points.fraction, share);
+    points.selection = out.selections.of(points.step, points.choice());
     points.pointsDrawn = pointsInView(points);
 }
 
@@ -107,6 +143,19 @@ std::optional<PointColors> colorsOf(const Layer& layer, std::shared_ptr<const Po
     if (!layer.colorBy || values == nullptr) return std::nullopt;
     return PointColors{std::move(values), layer.colorBy->colorMap,
                        layer.colorBy->ofPixel == ColorBy::OfPixel::nearest};
+}
+
+/// Whether a picture goes without the octree, since that is large and on its way.
+bool treeWaits(const storage::ParticleStep& step, const Lowering& out) {
+    return out.reading == Reading::notForPoints && step.pointCount() > fewPoints && !step.octreeReady();
+}
+
+/// What a layer shows as a volume; null: nothing. A view in motion does not wait for a large octree.
+std::shared_ptr<const StepVolume> volumeOf(const std::shared_ptr<const storage::ParticleStep>& step,
+                                           const ParticlesStyle& style, const Lowering& out) {
+    const auto transfer = style.transfer();
+    if (!transfer.visible()) return nullptr;
+    return out.selections.volume(step, transfer, treeWaits(*step, out));
 }
 
 /// What lies over a layer's points.
@@ -136,19 +185,29 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
                       .step = step,
                       .boxToEye = boxToEye,
                       .fraction = style.pointFraction,
+                      .volume = volumeOf(step, style, out),
+                      .volumeOpacity = style.volumeOpacity,
+                      .meanWeight = style.opacityByPlot ? style.meanWeight : 0.0,
                       .colors = colorsOf(layer, partOf(scene.values, index))};
-    const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(style.pointSize * out.pixels),
+    const PointLook whole = lookOf(layer, style, out.pixels, 1.0, plan);
+    const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(whole.size),
                           nearLimit(plan.camera), layerToEye);
     select(points, frustum, out);
-    points.look = lookOf(layer, style, out.pixels, points.share);
+    points.waits = points.waits || (points.volume != nullptr && treeWaits(*step, out));
+    points.look = lookOf(layer, style, out.pixels, points.share, plan);
+    if (points.selection->weights.empty()) points.look.light *= static_cast<double>(points.selection->weight);
+    const auto volume = points.volume;
     out.plan.points.push_back(std::move(points));
     lowerMarks(scene, index, style, inEye, out);
-    auto transfer = thinned(style.transfer(), layer.opacity);
-    if (!transfer.visible()) return;
-    out.plan.fields.push_back({.layer = index,
-                               .boxToEye = boxToEye,
-                               .transfer = std::move(transfer),
-                               .samples = DensityField{step}});
+    if (volume == nullptr) return;
+    const glm::dmat4 toPlot = volume->toPlot();
+    FieldPlan field{.layer = index,
+                    .boxToEye = boxToEye * toPlot,
+                    .boxToLayer = glm::dmat3(plotToLayer() * toPlot),
+                    .transfer = style.transfer(),
+                    .samples = DensityField()};
+    field.samples = DensityField{step, volume, layer.opacity};
+    out.plan.fields.push_back(std::move(field));
 }
 
 }  // namespace mote::render

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// StepVolume: what a step's leaves show of themselves as a volume, counted into cells (docs/PICTURE.md,
+// "Volume"): made of the leaves and a transfer function, so that the optical depth of a ray is that of the
+// leaves as boxes of their own density, whatever the cells. Immutable once made; shared by the pictures of a
+// step in one style; safe on any number of threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "protocol/scene/transfer_function.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+struct StepVolume {
+    static constexpr unsigned deepest = 12;                             ///< level of cells
+    static constexpr std::uint64_t mostCells = std::uint64_t{1} << 21;  ///< in all
+
+    unsigned level = 0;                  ///< cells are those of this level of the octree
+    glm::uvec3 first{0}, size{1};        ///< the cells that there are, from the first
+    std::vector<float> extinction = {};  ///< per unit length of layer space, of each cell, x fastest
+    std::vector<float> t = {};           ///< scaled log density that gives a cell its colour, 0 to 1
+    /// By leaf, in 255ths: how much of what the transfer function shows of it lies in the volume, what is
+    /// left being points, as it is too thin for the cells. Empty: all of all leaves.
+    std::vector<std::uint8_t> share = {};
+
+    bool empty() const { return extinction.empty(); }
+    std::size_t index(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+        return (std::size_t{z} * size.y + y) * size.x + x;
+    }
+    /// Its box [0, 1]^3 to the plot's.
+    glm::dmat4 toPlot() const;
+    /// Of what a leaf has, 0 to 1.
+    double shareOf(std::size_t leaf) const { return share.empty() ? 1.0 : share[leaf] / 255.0; }
+    std::uint64_t bytes() const;
+};
+
+/// From the octree; empty where it shows nothing. Throws storage::StorageError.
+StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer);
+
+/// From the step's own volume, whose cells are taken as leaves: while the octree is not in memory. Throws
+/// storage::StorageError.
+StepVolume roughStepVolume(const storage::ParticleStep& step, const TransferFunction& transfer);
+
+}  // namespace mote::render

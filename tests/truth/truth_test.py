@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of particles held against the particles: of generated sets, at several sizes and zooms, with weights."""
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import data  # noqa: E402
+import truth  # noqa: E402
+
+BIN = os.environ["MOTE_BIN"]
+
+
+def light_sum(picture):
+    return truth.light_map(picture)[0].sum()
+
+
+class TruthCase(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.plots = truth.Plots(cls.folder.name, BIN)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+
+class Matter(TruthCase):
+    """What the default style shows, and the measures themselves."""
+
+    def test_sets_that_nobody_chose(self):
+        for name, count, drawn, points in truth.hold(self.plots, range(28, 42), 100_000, "cpu"):
+            with self.subTest(name, count=count):
+                # As all points, each of which is drawn: the picture leaves nothing out.
+                self.assertLessEqual(drawn["black"], points["black"] + 0.01)
+                self.assertGreaterEqual(drawn["rank"], points["rank"] - 0.1)
+
+    def test_what_is_thin_is_seen(self):
+        random = numpy.random.default_rng(5)
+        y = 0.4 * random.normal(size=200_000)
+        band = numpy.c_[random.normal(size=len(y)), y, y]
+        inside = self.plots.add("band", band, numpy.ones(len(y)))
+        weight = truth.weight_map(inside, numpy.ones(len(y)))
+        found = truth.measure(weight, self.plots.draw([truth.view("band")], "band")[0])
+        self.assertLessEqual(found["black"], 0.01)
+        self.assertGreaterEqual(found["rank"], 0.85)
+
+    def test_a_measure_fails_where_matter_is_missing(self):
+        random = numpy.random.default_rng(6)
+        inside = self.plots.add("gas", random.uniform(-1, 1, (50_000, 3)), numpy.ones(50_000))
+        weight = truth.weight_map(inside, numpy.ones(len(inside)))
+        half = {"points": {"linked": False, "curve": [{"density": 0, "fraction": 0.3}]},
+                "volume": {"curve": [{"density": 0, "opacity": 0}]}}
+        pictures = self.plots.draw([truth.view("gas"), truth.view("gas", half)], "half")
+        whole, missing = (truth.measure(weight, picture) for picture in pictures)
+        self.assertLess(whole["black"], 0.01)
+        self.assertGreater(missing["black"], 0.4)
+
+
+class SizeAndZoom(TruthCase):
+    """The light of a part of the picture does not depend on how large or how near it is seen."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        random = numpy.random.default_rng(7)
+        core = 0.02 * random.normal(size=(150_000, 3))
+        halo = random.uniform(-1, 1, (20_000, 3))
+        cls.plots.add("beam", numpy.concatenate([core, halo]), numpy.ones(170_000))
+
+    def mean_lights(self, views, out):
+        return [truth.light_map(picture)[0].mean() for picture in self.plots.draw(views, out)]
+
+    def test_sizes(self):
+        sizes = [(640, 360), (1280, 720), (2560, 1440)]
+        lights = self.mean_lights([truth.view("beam", size=size) for size in sizes], "sizes")
+        for light in lights[1:]:
+            self.assertAlmostEqual(light / lights[0], 1.0, delta=0.15)
+
+    def test_zooms(self):
+        # Of the halo beside the core: the same light in any part of it, from the whole to a sixteenth.
+        views = []
+        for zoom in (1, 4, 16):
+            camera = {"eye": [0.5, 0.5, 6], "target": [0.5, 0.5, 0], "up": [0, 1, 0], "orthographicHeight": 0.8 / zoom}
+            views.append(truth.view("beam", size=(640, 640), camera=camera))
+        lights = self.mean_lights(views, "zooms")
+        # A 256th of 3,200 particles in view are 13 at the least: counting leaves a fourth of that to chance.
+        self.assertAlmostEqual(lights[1] / lights[0], 1.0, delta=0.2)
+        self.assertAlmostEqual(lights[2] / lights[0], 1.0, delta=0.8)
+
+
+class Weights(TruthCase):
+    def test_a_hundredfold_weight_hides_a_hundredfold(self):
+        random = numpy.random.default_rng(8)
+        places = random.uniform(-1, 1, (200_000, 3))
+        weight = numpy.where(places[:, 0] < 0, 1.0, 100.0)
+        self.plots.add("halves", places, weight)
+        camera = {"eye": [0, 0, 6], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 2.0}
+        light, _ = truth.light_map(self.plots.draw([truth.view("halves", truth.POINTS, (400, 400), camera)], "weights")[0])
+        # Of one colour c: light = c (1 - exp(-tau)), and the heavy half is thin enough to tell.
+        colour = truth.light_map(self.plots.draw([truth.view("halves", {**truth.POINTS, "points": {
+            **truth.POINTS["points"], "opacity": 1.0, "sizePixels": 8}}, (400, 400), camera)], "full")[0])[0].max()
+        depth = -numpy.log1p(-numpy.minimum(light / colour, 1 - 1e-3))
+        ratio = depth[:, 210:390].mean() / depth[:, 10:190].mean()
+        self.assertGreater(ratio, 60)
+        self.assertLess(ratio, 140)
+
+
+if __name__ == "__main__":
+    unittest.main()

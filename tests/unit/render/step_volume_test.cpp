@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/step_volume.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "protocol/scene/particles_style.h"
+#include "server/render/plan/point_selection.h"
+#include "tests/support/beams.h"
+#include "tests/support/memory_step.h"
+
+namespace mote::render {
+namespace {
+
+using test::MemoryStep;
+using test::WeightedPoint;
+
+TransferFunction shown(std::vector<Curve::Knot> knots) {
+    return ParticlesStyle::transferOf(Curve::create(std::move(knots)).value(), ColorMap::standard());
+}
+
+/// Particles on a plane that is a little thicker than nothing, in any direction.
+std::vector<WeightedPoint> sheet(std::size_t count, double thickness, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> even(0.1, 0.9);
+    std::normal_distribution<double> off(0.0, thickness);
+    std::vector<WeightedPoint> points;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double x = even(random), y = even(random);
+        points.push_back({{x, y, 0.3 + 0.2 * x + 0.2 * y + off(random)}, 1.0});
+    }
+    return points;
+}
+
+std::vector<WeightedPoint> ball(std::size_t count, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> even(-1.0, 1.0);
+    std::vector<WeightedPoint> points;
+    while (points.size() < count) {
+        const double x = even(random), y = even(random), z = even(random);
+        if (x * x + y * y + z * z < 1.0)
+            points.push_back({{0.5 + 0.3 * x, 0.5 + 0.3 * y, 0.5 + 0.3 * z}, 1.0});
+    }
+    return points;
+}
+
+/// Of all leaves: extinction times the part of it that is volume, times their part of the box.
+double matterOfLeaves(const MemoryStep& step, const TransferFunction& transfer, const StepVolume& volume) {
+    const auto leaves = step.leaves();
+    double sum = 0.0;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        const double t = step.logDensity().ofLeaf(leaves.density[i]);
+        sum += volume.shareOf(i) * transfer.extinction(t) *
+               std::ldexp(1.0, -3 * step.nodes().level[leaves.node[i]]);
+    }
+    return sum;
+}
+
+double meanShare(const MemoryStep& step, const StepVolume& volume) {
+    const auto leaves = step.leaves();
+    double sum = 0.0, points = 0.0;
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+        sum += leaves.pointCount[i] * volume.shareOf(i);
+        points += leaves.pointCount[i];
+    }
+    return sum / points;
+}
+
+TEST(StepVolume, HoldsAllThatItsLeavesShowWhateverTheCurveAndTheCells) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        std::mt19937_64 random(seed);
+        std::uniform_real_distribution<double> share(0.0, 1.0);
+        const auto points = seed % 3 == 0 ? sheet(20000, 1e-3, seed)
+                            : seed % 3 == 1
+                                ? ball(20000, seed)
+                                : test::beam({.core = 15000, .halo = 3000, .filaments = 2000, .seed = seed});
+        const auto step = MemoryStep::make(
+            points, {.leafCapacity = 32, .maxLevel = 10, .volumeLevel = static_cast<std::uint8_t>(seed % 7)});
+        std::vector<Curve::Knot> knots;
+        for (int i = 0; i <= 8; ++i) knots.push_back({i / 8.0, share(random) * (seed % 2 == 0 ? 1.0 : 0.1)});
+        const auto transfer = shown(knots);
+        const auto volume = stepVolume(*step, transfer);
+        ASSERT_FALSE(volume.empty());
+        EXPECT_LE(volume.extinction.size(), std::size_t{1} << (3 * (seed % 7)));
+        const double cell = std::ldexp(1.0, -3 * static_cast<int>(volume.level));
+        const double sum = std::accumulate(volume.extinction.begin(), volume.extinction.end(), 0.0) * cell;
+        const double expected = matterOfLeaves(*step, transfer, volume);
+        EXPECT_NEAR(sum, expected, 1e-5 * expected) << seed;  // cells are floats
+    }
+}
+
+TEST(StepVolume, AThinSheetStaysPointsAndABallIsAVolume) {
+    const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        const auto thin = MemoryStep::make(sheet(100000, 1e-4, seed), {.leafCapacity = 32, .volumeLevel = 5});
+        EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer)), 0.1) << seed;
+        const auto thick = MemoryStep::make(ball(100000, seed), {.leafCapacity = 32, .volumeLevel = 5});
+        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer)), 0.95) << seed;
+    }
+}
+
+TEST(StepVolume, WhatTheVolumeDoesNotHoldIsDrawnAsPoints) {
+    const auto step = MemoryStep::make(sheet(50000, 3e-3, 9), {.leafCapacity = 32, .volumeLevel = 6});
+    const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
+    const auto volume = std::make_shared<const StepVolume>(stepVolume(*step, transfer));
+    const auto none = Curve::constant(0.0);  // by their density none is a point
+    const auto selection = selectPoints(*step, {.fraction = none, .volume = volume});
+    double expected = 0.0;
+    const auto leaves = step->leaves();
+    for (std::size_t i = 0; i < leaves.size(); ++i)
+        expected += leaves.pointCount[i] * (1.0 - volume->shareOf(i));
+    // Each leaf rounds by less than a point, at random: four standard deviations.
+    EXPECT_NEAR(static_cast<double>(selection.points), expected, 4.0 * std::sqrt(0.25 * leaves.size()));
+    const auto needed = neededPoints(*step, {.fraction = none, .volume = volume});
+    for (std::size_t i = 0; i < selection.drawn.size(); ++i) {
+        const auto begin = leaves.pointBegin[i], end = begin + selection.drawn[i];
+        const bool held = std::any_of(needed.begin(), needed.end(), [&](const auto& range) {
+            return range.begin <= begin && end <= range.begin + range.count;
+        });
+        EXPECT_TRUE(held || begin == end) << i;
+    }
+}
+
+TEST(StepVolume, CoversWhatIsSeenAndNoMore) {
+    const auto step = MemoryStep::make(ball(50000, 3), {.leafCapacity = 32, .volumeLevel = 5});
+    const auto volume = stepVolume(*step, shown({{0.0, 0.1}, {1.0, 0.3}}));
+    const auto toPlot = volume.toPlot();
+    for (int axis = 0; axis < 3; ++axis) {
+        const double low = toPlot[3][axis], edge = std::ldexp(1.0, -static_cast<int>(volume.level));
+        EXPECT_LE(low, 0.2);
+        EXPECT_GE(low + toPlot[axis][axis], 0.8);
+        // A leaf may reach a cell of level 3 beyond the ball.
+        EXPECT_GT(low, 0.2 - 0.125 - 2.0 * edge);
+    }
+}
+
+TEST(StepVolume, IsEmptyWhereNothingIsSeen) {
+    const auto step = MemoryStep::make(ball(1000, 1));
+    EXPECT_TRUE(stepVolume(*step, shown({{0.0, 0.0}, {1.0, 0.0}})).empty());
+    EXPECT_TRUE(stepVolume(*MemoryStep::make({}), shown({{0.0, 0.5}})).empty());
+}
+
+TEST(StepVolume, WithoutTheOctreeItIsThatOfTheStepsOwnCells) {
+    const auto step = MemoryStep::make(ball(100000, 4), {.leafCapacity = 32, .volumeLevel = 4});
+    const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
+    const auto rough = roughStepVolume(*step, transfer);
+    EXPECT_EQ(rough.size, glm::uvec3(16));
+    for (std::size_t i = 0; i < rough.extinction.size(); ++i)
+        EXPECT_EQ(rough.extinction[i] > 0.0F, step->volume()[i] > 0.0F);
+}
+
+TEST(SelectPoints, WeighsPointsByTheMeanOfTheirLeaf) {
+    auto points = ball(20000, 5);
+    for (auto& point : points) point.weight = point.position.x < 0.5 ? 1.0 : 100.0;
+    const auto step = MemoryStep::make(points, {.leafCapacity = 32, .volumeLevel = 4});
+    const auto selection = selectPoints(*step, {.meanWeight = 50.5});
+    ASSERT_EQ(selection.weights.size(), step->leaves().size());
+    const auto nodes = step->nodes();
+    for (std::size_t leaf = 0; leaf < selection.weights.size(); ++leaf) {
+        // Half of a float keeps a weight to 1 in 256.
+        const auto node = step->leaves().node[leaf];
+        if (nodes.level[node] == 0) continue;
+        const bool heavy = (nodes.morton[node] >> (3 * (nodes.level[node] - 1U)) & 1U) != 0;
+        EXPECT_NEAR(static_cast<double>(selection.weightOf(leaf)), (heavy ? 100.0 : 1.0) / 50.5,
+                    0.004 * (heavy ? 2.0 : 0.02));
+    }
+    for (auto& point : points) point.weight = 3.0;
+    const auto even = selectPoints(*MemoryStep::make(points), {.meanWeight = 1.5});
+    EXPECT_TRUE(even.weights.empty());
+    EXPECT_FLOAT_EQ(even.weight, 2.0F);
+}
+
+}  // namespace
+}  // namespace mote::render
