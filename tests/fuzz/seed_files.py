@@ -21,7 +21,7 @@ DECK = ("! a deck\n1 1 /\n6 1000 2 0 1\n32 32 64 1 0.02 0.02 0.1\n3 0 0 1\n1000\
         "0.05 1.0d8 5.0D+8 -1.0 1000.0e6 0.0\n0.25 10 20 0 1.0 /\n0.0 0 101 -2 1 /\n0.5 10 20 0 1.0 /\n0.0 0 102 -2 /\n0 0 0 -99 /\n")
 DECK_T = "1 1\n1e-12 100 1\n6 1000 1\n16 16 16 1 0.01 0.01 0.1\n2 0 0 1\n7*0.0\n7*0.0\n7*0.0\n0.1 1e5 511000 -1.0 1.3e9 0.0\n"
 TRACK = "0.0 0.0 1.2 0 0 0\n0.25 1.5 1.3 0 0 0\n1.0 3.0 1.4 0 0 0\n"
-ROW_Z = "1e-3 2e-3 1e-3 2e-3 1e-3 2e-3 -1e9 1e-12 {}\n"
+ROW_Z = "1e-3 2e-3 1e-3 2e-3 1e-3 2e-3 -1.5e-7 1e-12 {}\n"  # of charge states of masses of 1e6 and 1000e6 eV
 ROW_T = "1e-3 2e-3 1e-3 2e-3 1e-3 2e-3\n"
 ROW_A = "0 0 {} 0 0 1e6 0 -1e-3 {} {}\n"
 
@@ -96,7 +96,7 @@ def pictures():
     ok |= {
         "png": ("auto .", ["s1.png 3 2 1 uint8", "s10.png 3 2 1 uint8", "s2.png 3 2 1 uint8"][:2] + ["note.txt hello"]), "png-colour": ("pictures .", [f"s{i}.png 3 2 3 uint8" for i in (1, 2)]),
         "png-alpha": ("auto s*.png", [f"s{i}.png 3 2 4 uint16 alpha" for i in (1, 2, 3)]), "tif-pages": ("auto a.tif", ["a.tif 3 2 1 uint16 pages=4"]), "tif-tiled": ("auto .", [f"s{i}.tif 40 20 1 uint8 tiled" for i in (1, 2)]),
-        "tif-bits": ("auto .", [f"s{i}.tif 30 20 1 uint16 bits=12" for i in (1, 2)]), "tif-names": ("auto ?.tif", ["a.tif 3 2 1 uint8", "b.tif 3 2 1 uint8"]), "tif-steps": ("auto .", [f"s{i:03d}.tif 3 2 2 float" for i in (4, 6, 8)]),
+        "tif-bits": ("auto .", [f"s{i}.tif 30 20 1 uint16 bits=12" for i in (1, 2)]), "tif-names": ("auto ?.tif", ["a.tif 3 2 1 uint8", "b.tif 3 2 1 uint8"]), "tif-steps": ("auto .", [f"s{i:03d}.tif 3 2 1 float" for i in (4, 6, 8)]),
         "png-tall": ("auto .", [f"s{i}b.png 1 4096 1 uint8" for i in (9, 10)]), "png-bit": ("auto .", [f"s{i}.png 9 2 1 uint8 bits=1" for i in (1, 2)]), "mixed": ("auto .", ["a1.png 3 2 1 uint8", "b1.tif 3 2 1 uint8"]),
     }
     bad = {
@@ -104,7 +104,7 @@ def pictures():
         "sizes": ("auto .", ["s1.png 3 2 1 uint8", "s2.png 2 3 1 uint8"]), "types": ("auto .", ["s1.png 3 2 1 uint8", "s2.png 3 2 1 uint16"]), "channels": ("auto .", ["s1.tif 3 2 1 uint8", "s2.tif 3 2 2 uint8"]),
         "cut": ("auto .", ["s1.png 30 20 1 uint8", "s2.png 30 20 1 uint8 cut=40"]), "cut-tif": ("auto .", ["s1.tif 30 20 1 uint8", "s2.tif 30 20 1 uint8 cut=400"]), "cut-first": ("auto .", ["s1.png 3 2 1 uint8 cut=60", "s2.png 3 2 1 uint8"]),
         "empty": ("pictures .", ["s1.png 3 2 1 uint8 cut=9999", "s2.png 3 2 1 uint8"]), "text": ("pictures a", ["a hello"]), "texts": ("auto a?", ["a1 hello", "a2 hello"]),
-        "pages": ("auto a.tif", ["a.tif 30 20 1 uint8 pages=3 cut=700"]), "nothing": ("auto nothing", ["a.png 1 1 1 uint8"]),
+        "two": ("auto .", [f"s{i}.tif 3 2 2 float" for i in (1, 2)]), "pages": ("auto a.tif", ["a.tif 30 20 1 uint8 pages=3 cut=700"]), "nothing": ("auto nothing", ["a.png 1 1 1 uint8"]),
     }
     for prefix, some in (("ok-", ok), ("bad-", bad)):
         for name, (head, each) in some.items():

@@ -99,8 +99,10 @@ def openpmd_seeds():
         "timeattribute": root() + IMPACTX + lines(REFERENCE[0], f"text {E} t_ref fixed x"), "basenumber": "numbers / basePath f64 - 1\n" + records(E),
         "isdata": root() + lines("data /data f64 3 plain"), "species": root() + lines("data /data/3/particles f64 3 plain"),
     }
+    # A record that cannot be read is left out, and a note says so.
+    left_out = {"rows", "infinite", "value", "shape", "external", "circle", "textunit", "emptyunit", "basenumber"}
     for name in bad:
-        yield f"bad-openpmd-{name}", "particles openpmd\n" + bad[name]
+        yield f"{'ok' if name in left_out else 'bad'}-openpmd-{name}", "particles openpmd\n" + bad[name]
 
 
 # ---------------------------------------------------------------------------- H5Part, Genesis 4, elegant
