@@ -111,6 +111,7 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
                           .curveByPlot = message.volume().curve().empty() && linked,
                           .opacityByPlot = !points.has_opacity(),
                           .sizeByPlot = !points.has_size_pixels(),
+                          .colorByPlot = points.color().empty(),
                           .densityRange = densities};
 }
 
@@ -135,7 +136,7 @@ void writeStyle(const ParticlesStyle& style, const glm::dvec3&, proto::Layer& la
     }
     if (!style.opacityByPlot) points.set_opacity(style.pointOpacity);
     if (!style.sizeByPlot) points.set_size_pixels(style.pointSize);
-    writeColor(style.pointColor, points.mutable_color());
+    if (!style.colorByPlot) writeColor(style.pointColor, points.mutable_color());
 }
 
 void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisitor& visitor) {
@@ -145,7 +146,7 @@ void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisito
     visitor.word(style.colorMap == other.colorMap);
     visitor.word(style.densityRange == other.densityRange);
     visitor.word(style.curveByPlot == other.curveByPlot && style.opacityByPlot == other.opacityByPlot &&
-                 style.sizeByPlot == other.sizeByPlot);
+                 style.sizeByPlot == other.sizeByPlot && style.colorByPlot == other.colorByPlot);
     if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);
     visitor.pixels(style.pointSize, other.pointSize, sizeField);
     visitor.vector(style.pointColor, other.pointColor);

@@ -35,8 +35,8 @@ struct ParticlesStyle {
     ScreenLength pointSize;  ///< diameter
     glm::dvec3 pointColor;   ///< linear RGB
     /// What the view leaves to the plot (plot_density.h): both curves; the opacity of a point, which then
-    /// follows from its optical area; and whether the size of a point does, too.
-    bool curveByPlot = false, opacityByPlot = false, sizeByPlot = false;
+    /// follows from its optical area; its size; and its colour.
+    bool curveByPlot = false, opacityByPlot = false, sizeByPlot = false, colorByPlot = false;
     /// Where opacityByPlot: of a particle of the mean weight, square units of layer space; 0: not told yet, a
     /// point has `pointOpacity`.
     double pointArea = 0.0;

@@ -42,6 +42,14 @@ double opacityBeyond(const PlotDensity& plot, double seam, double t) {
     return -std::expm1(std::log1p(-ParticlesStyle::fullOpacity) * std::pow(std::max(ratio, 1.0), root));
 }
 
+/// The volume begins in the bright part of its colours, and points have the one in which it begins: denser
+/// matter is brighter, also where points give way to it.
+void takeSeamColor(ParticlesStyle& style, double from) {
+    constexpr double begins = 0.65;  // of the colour map
+    if (!style.densityRange) style.colorRange = {(from - begins) / (1.0 - begins), 1.0};
+    if (style.colorByPlot && !style.densityRange) style.pointColor = style.colorMap(begins);
+}
+
 void resolveCurves(ParticlesStyle& style, const PlotDensity& plot) {
     const double extinction = -std::log1p(-ParticlesStyle::fullOpacity) / ParticlesStyle::opacityLength;
     const double density = boxVolume * plot.meanWeight * extinction / defaultPointArea(plot.particles);
@@ -51,6 +59,7 @@ void resolveCurves(ParticlesStyle& style, const PlotDensity& plot) {
         style.pointFraction = Curve::constant(1.0);
         return;
     }
+    takeSeamColor(style, seam.from);
     const double from = std::clamp(seam.from, 0.0, 1.0), to = std::clamp(seam.to, 0.0, 1.0);
     std::vector<Curve::Knot> opacity{{from, seam.share(from) * ParticlesStyle::fullOpacity}};
     constexpr int beyond = 8;  // knots

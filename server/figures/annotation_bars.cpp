@@ -60,12 +60,18 @@ double densityUnit(const proto::ParticlesManifest& plot, RichText& unit) {
     return 1.0 / volume;
 }
 
-std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFunction& transfer) {
+bool hasDensityRange(const Layer& layer) {
+    return layer.particles() != nullptr && layer.particles()->densityRange.has_value();
+}
+
+/// `whole`: also of what its colours would be beyond the plot's densities.
+std::optional<Bar> densityBar(const proto::Manifest& manifest, const TransferFunction& transfer, bool whole) {
     const auto& plot = manifest.particles();
     RichText unit;
     const double factor = densityUnit(plot, unit);
     const double decades = std::log(plot.density_max() / plot.density_min());
-    const ValueRange shown = transfer.colorRange;  // of t
+    const ValueRange& all = transfer.colorRange;  // of t
+    const ValueRange shown = whole ? all : ValueRange{std::max(all.low, 0.0), std::min(all.high, 1.0)};
     const double low = plot.density_min() * std::exp(shown.low * decades) * factor;
     const double high = plot.density_min() * std::exp(shown.high * decades) * factor;
     if (!(low > 0.0) || !(high > low) || !std::isfinite(high)) return std::nullopt;
@@ -130,7 +136,8 @@ std::vector<Bar> barsOf(const View& view, const std::vector<LayerFacts>& layers)
         const auto& facts = layers[i];
         if (facts.manifest == nullptr || !(view.layers[i].opacity > 0.0)) continue;
         if (facts.transfer && facts.manifest->has_particles())
-            add(densityBar(*facts.manifest, *facts.transfer), std::string(facts.transfer->colorMap.name()));
+            add(densityBar(*facts.manifest, *facts.transfer, hasDensityRange(view.layers[i])),
+                std::string(facts.transfer->colorMap.name()));
         if (facts.transfer && facts.manifest->has_hybrid())
             add(valueBar(*facts.manifest, *facts.transfer), std::string(facts.transfer->colorMap.name()));
         if (view.layers[i].colorBy) add(columnBar(view.layers[i], facts), "");

@@ -84,6 +84,7 @@ ParticlesControls::ParticlesControls() {
     read({});
     plotOpacity_ = pointOpacity;
     plotSize_ = pointSize;
+    plotColor_ = pointColor;
 }
 
 bool ParticlesControls::opacityChosen() const {
@@ -94,10 +95,17 @@ bool ParticlesControls::sizeChosen() const {
     return ownSize_ || pointSize != plotSize_;
 }
 
+bool ParticlesControls::colorChosen() const {
+    return ownColor_ || pointColor != plotColor_;
+}
+
 void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
     auto style = parseParticlesStyle({}).value();
     resolveByPlot(style, PlotDensity::of(manifest));
     functions.setOfPlot(style.volumeOpacity, style.pointFraction);
+    const bool chosen = colorChosen();
+    plotColor_ = toFloats(linearToSrgb(style.pointColor));
+    if (!chosen) pointColor = plotColor_;
 }
 
 void ParticlesControls::write(proto::ParticlesStyle& style) const {
@@ -108,7 +116,8 @@ void ParticlesControls::write(proto::ParticlesStyle& style) const {
     points.clear_size_pixels();
     if (opacityChosen()) points.set_opacity(share(pointOpacity));
     if (sizeChosen()) points.set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
-    assignColor(style.mutable_points()->mutable_color(), pointColor);
+    points.clear_color();
+    if (colorChosen()) assignColor(points.mutable_color(), pointColor);
 }
 
 void ParticlesControls::read(const proto::ParticlesStyle& message) {
@@ -117,6 +126,7 @@ void ParticlesControls::read(const proto::ParticlesStyle& message) {
     colorMap = style.colorMap.name();
     ownOpacity_ = message.points().has_opacity();
     ownSize_ = message.points().has_size_pixels();
+    ownColor_ = !message.points().color().empty();
     pointOpacity = static_cast<float>(ownOpacity_ ? message.points().opacity() : style.pointOpacity);
     pointSize = static_cast<float>(style.pointSize);
     pointColor = toFloats(linearToSrgb(style.pointColor));

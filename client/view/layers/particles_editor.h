@@ -34,9 +34,11 @@ struct ParticlesControls {
   private:
     bool opacityChosen() const;
     bool sizeChosen() const;
+    bool colorChosen() const;
 
-    bool ownOpacity_ = false, ownSize_ = false;   // from a saved view
+    bool ownOpacity_ = false, ownSize_ = false, ownColor_ = false;  // from a saved view
     float plotOpacity_ = 0.0F, plotSize_ = 0.0F;  // what sliders show where the plot says how points look
+    std::array<float, 3> plotColor_{};
 };
 
 class ParticlesEditor final : public LayerEditor {
