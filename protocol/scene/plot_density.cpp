@@ -42,12 +42,19 @@ double opacityBeyond(const PlotDensity& plot, double seam, double t) {
     return -std::expm1(std::log1p(-ParticlesStyle::fullOpacity) * std::pow(std::max(ratio, 1.0), root));
 }
 
+/// Densities that differ by less differ by chance: they do not take all colours.
+constexpr double leastRange = 16.0;
+
 /// The volume begins in the bright part of its colours, and points have the one in which it begins: denser
 /// matter is brighter, also where points give way to it.
-void takeSeamColor(ParticlesStyle& style, double from) {
-    constexpr double begins = 0.65;  // of the colour map
-    if (!style.densityRange) style.colorRange = {(from - begins) / (1.0 - begins), 1.0};
-    if (style.colorByPlot && !style.densityRange) style.pointColor = style.colorMap(begins);
+void takeSeamColor(ParticlesStyle& style, const LogDensity& scale, double seam) {
+    if (style.densityRange) return;
+    constexpr double begins = 0.75;  // of the colour map
+    const double logRatio = std::log(scale.max / scale.min);
+    const double from = std::max(seam, 0.0);
+    const double span = logRatio > 0.0 ? std::max(1.0 - from, std::log(leastRange) / logRatio) : 1.0;
+    style.colorRange = {from - span * begins / (1.0 - begins), from + span};
+    if (style.colorByPlot) style.pointColor = style.colorMap(begins);
 }
 
 void resolveCurves(ParticlesStyle& style, const PlotDensity& plot) {
@@ -59,7 +66,7 @@ void resolveCurves(ParticlesStyle& style, const PlotDensity& plot) {
         style.pointFraction = Curve::constant(1.0);
         return;
     }
-    takeSeamColor(style, seam.from);
+    takeSeamColor(style, plot.scale, seam.from);
     const double from = std::clamp(seam.from, 0.0, 1.0), to = std::clamp(seam.to, 0.0, 1.0);
     std::vector<Curve::Knot> opacity{{from, seam.share(from) * ParticlesStyle::fullOpacity}};
     constexpr int beyond = 8;  // knots
@@ -84,12 +91,10 @@ Curve within(const Curve& curve, const ValueRange& range) {
     return Curve::create(std::move(knots)).value();
 }
 
-/// Densities that differ by less differ by chance: they do not take all colours.
 void takeColorRange(ParticlesStyle& style, const PlotDensity& plot) {
-    constexpr double least = 16.0;
     const double ratio = plot.scale.max / plot.scale.min;
-    if (!(ratio > 1.0) || ratio >= least) return;
-    const double half = 0.5 * std::log(least) / std::log(ratio);
+    if (!(ratio > 1.0) || ratio >= leastRange) return;
+    const double half = 0.5 * std::log(leastRange) / std::log(ratio);
     style.colorRange = {0.5 - half, 0.5 + half};
 }
 

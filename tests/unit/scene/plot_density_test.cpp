@@ -92,6 +92,18 @@ TEST(PlotDensity, AGasThatIsNowhereDenseIsAllPoints) {
     EXPECT_NEAR(style.colorRange.high + style.colorRange.low, 1.0, 1e-12);
 }
 
+TEST(PlotDensity, TheVolumeBeginsInTheColourOfThePoints) {
+    for (const double ratio : {1.5, 1e3, 1e9}) {
+        const PlotDensity plot{.scale = {1e7, 1e7 * ratio}, .particles = 1'000'000, .meanWeight = 1.0};
+        const auto style = resolved(plot);
+        const auto& knots = style.volumeOpacity.knots();
+        EXPECT_NEAR(style.transfer().color(knots.front().x).y, style.pointColor.y, 1e-9) << ratio;
+        // Of a factor of 16 at least.
+        EXPECT_GE((style.colorRange.high - knots.front().x) * std::log(ratio), std::log(16.0) - 1e-9)
+            << ratio;
+    }
+}
+
 TEST(PlotDensity, ARangeThatIsSaidHoldsBetweenPlots) {
     proto::ParticlesStyle message;
     message.mutable_volume()->add_density_range(10.0);
