@@ -2,13 +2,13 @@
 #include "preprocess/readers/field_meaning.h"
 
 #include <algorithm>
-#include <cctype>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "preprocess/readers/known_species.h"
 #include "preprocess/readers/text/number.h"
+#include "preprocess/readers/unit_names.h"
 
 namespace mote::prep {
 namespace {
@@ -59,36 +59,9 @@ constexpr Known knownNames[] = {
     {"alive", {Kind::alive}},
 };
 
-struct Unit {
-    std::string_view name;  // lower case, without blanks, '*' and '.'
-    double factor;
-};
-
-constexpr Unit lengths[] = {{"m", 1},     {"km", 1e3},         {"cm", 1e-2},        {"mm", 1e-3},
-                            {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"\xce\xbcm", 1e-6}, {"micron", 1e-6},
-                            {"nm", 1e-9}};
-constexpr Unit times[] = {{"s", 1},     {"sec", 1},          {"ms", 1e-3},        {"us", 1e-6},
-                          {"ns", 1e-9}, {"\xc2\xb5s", 1e-6}, {"\xce\xbcs", 1e-6}, {"ps", 1e-12},
-                          {"fs", 1e-15}};
-constexpr Unit momenta[] = {
-    {"ev/c", 1},  {"kev/c", 1e3}, {"mev/c", 1e6}, {"gev/c", 1e9},          {"ev", 1},
-    {"kev", 1e3}, {"mev", 1e6},   {"gev", 1e9},   {"kgm/s", momentumInEv}, {"kgms^-1", momentumInEv}};
 constexpr Unit weights[] = {{"1", 1},     {"", 1},      {"c", 1},      {"mc", 1e-3},
                             {"uc", 1e-6}, {"nc", 1e-9}, {"pc", 1e-12}, {"fc", 1e-15}};
 constexpr std::string_view massUnits[] = {"mc", "betagamma", "gammabeta", "#beta#gamma", "1"};
-
-std::string lower(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
-}
-
-std::string unitName(std::string_view text) {
-    std::string result = lower(text);
-    std::erase_if(result, [](char c) { return c == ' ' || c == '*' || c == '.' || c == '_'; });
-    return result;
-}
 
 std::span<const Unit> unitsOf(Column column) {
     switch (column) {

@@ -2,10 +2,10 @@
 #include "preprocess/readers/table/table_quantity.h"
 
 #include <algorithm>
-#include <cctype>
 #include <span>
 
 #include "preprocess/readers/text/number.h"
+#include "preprocess/readers/unit_names.h"
 
 namespace mote::prep {
 namespace {
@@ -104,30 +104,7 @@ constexpr Known massNames[] = {
     {"gamma*beta_y", Q::py}, {"gamma*beta_z", Q::pz},
 };
 
-struct Unit {
-    std::string_view name;  // lower case, without blanks, '*', '.' and '_'
-    double factor;
-};
-
 constexpr double kilogram = massInEv;
-constexpr Unit lengths[] = {{"m", 1},     {"km", 1e3},         {"cm", 1e-2},        {"mm", 1e-3},
-                            {"um", 1e-6}, {"\xc2\xb5m", 1e-6}, {"\xce\xbcm", 1e-6}, {"micron", 1e-6},
-                            {"nm", 1e-9}};
-constexpr Unit times[] = {{"s", 1},     {"sec", 1},          {"ms", 1e-3},        {"us", 1e-6},
-                          {"ns", 1e-9}, {"\xc2\xb5s", 1e-6}, {"\xce\xbcs", 1e-6}, {"ps", 1e-12},
-                          {"fs", 1e-15}};
-constexpr Unit momenta[] = {{"ev/c", 1},
-                            {"kev/c", 1e3},
-                            {"mev/c", 1e6},
-                            {"gev/c", 1e9},
-                            {"tev/c", 1e12},
-                            {"ev", 1},
-                            {"kev", 1e3},
-                            {"mev", 1e6},
-                            {"gev", 1e9},
-                            {"tev", 1e12},
-                            {"kgm/s", momentumInEv},
-                            {"kgms^-1", momentumInEv}};
 constexpr Unit masses[] = {{"ev", 1},           {"kev", 1e3},     {"mev", 1e6},     {"gev", 1e9},
                            {"ev/c^2", 1},       {"kev/c^2", 1e3}, {"mev/c^2", 1e6}, {"gev/c^2", 1e9},
                            {"ev/c2", 1},        {"mev/c2", 1e6},  {"gev/c2", 1e9},  {"kg", kilogram},
@@ -141,19 +118,6 @@ constexpr Unit velocities[] = {{"c", 1}, {"m/s", 1 / speedOfLight}, {"1", 1}};
 constexpr Unit numbers[] = {{"1", 1}, {"", 1}, {"%", 1e-2}};
 constexpr std::string_view massUnits[] = {"mc", "betagamma", "gammabeta", "#beta#gamma", "1", "mec"};
 constexpr std::string_view referenceUnits[] = {"p0", "p0c", "pc", "p/p0", "px/p0", "py/p0"};
-
-std::string lower(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
-}
-
-std::string unitName(std::string_view text) {
-    std::string result = lower(text);
-    std::erase_if(result, [](char c) { return c == ' ' || c == '*' || c == '.' || c == '_'; });
-    return result;
-}
 
 bool isMomentum(Q quantity) {
     return quantity == Q::px || quantity == Q::py || quantity == Q::pz || quantity == Q::momentum ||
