@@ -25,6 +25,7 @@
 #include "protocol/scene/paths.h"
 #include "protocol/scene/selection.h"
 #include "protocol/scene/stipple_style.h"
+#include "protocol/scene/towards.h"
 
 namespace mote {
 
@@ -39,6 +40,8 @@ struct Layer {
     std::optional<Selection> select = {};     ///< these are drawn, as if they were the whole run
     std::optional<Highlight> highlight = {};  ///< these are drawn over the others
     std::optional<Paths> paths = {};          ///< the ways of some through all steps
+    // Of kinds that have steps.
+    std::optional<Towards> towards = {};  ///< another step, and how far on the way there the layer is
 
     /// Null where it is of another kind.
     const ParticlesStyle* particles() const { return std::get_if<ParticlesStyle>(&style); }
