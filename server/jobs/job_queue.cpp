@@ -59,7 +59,12 @@ void forgetBulk(proto::JobRequest& request) {
         if (script.has_fps()) kept.set_fps(script.fps());
         script = kept;
     }
-    if (request.export_().select().ByteSizeLong() > bulk) request.mutable_export_()->clear_select();
+    const std::size_t bytes = request.export_().select().ByteSizeLong();
+    if (bytes <= bulk) return;
+    // Absent it would read as all particles; a name that no view has is told, and refused where it is sent.
+    auto& select = *request.mutable_export_()->mutable_select();
+    select.Clear();
+    select.set_named(fmt::format("a selection of {} bytes, which is with the job's files", bytes));
 }
 
 /// Somebody waits for the answer.

@@ -65,8 +65,8 @@ class JobQueue {
     /// Checks and queues a request. The same one that waits, runs, or whose output is there and whose inputs
     /// are unchanged, is answered with that job. Errors: invalidArgument and notFound with the field,
     /// alreadyExists (the output, or a live job that makes it), resourceExhausted (too many wait, a full
-    /// disk), internal (the disk). A film's status, here and below, is without the script, an export's
-    /// without a large selection.
+    /// disk), internal (the disk). A film's status, here and below, is without the script; in an
+    /// export's, `named` says how large a selection is that it has no place for.
     Result<proto::JobStatus> submit(const proto::JobRequest& request, const JobWish& wish = {});
 
     /// Submits what failed or was cancelled anew, as another job. Errors: notFound, invalidArgument (it has

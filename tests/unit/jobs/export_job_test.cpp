@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "protocol/scene/json.h"
+#include "protocol/scene/selection.h"
 #include "tests/unit/jobs/job_fixture.h"
 
 namespace mote::server {
@@ -58,6 +59,12 @@ TEST_F(ExportJobTest, aLargeSelectionIsTheProgramsAlone) {
     ASSERT_TRUE(readJsonFile(directory_ / "state/jobs" / id / "request.json", kept).ok());
     EXPECT_EQ(kept.SerializeAsString(), request.SerializeAsString());
     EXPECT_LT(queue_->find(id)->ByteSizeLong(), 4096U);
+    const auto told = queue_->find(id)->request().export_();
+    ASSERT_TRUE(told.has_select()) << "absent means all particles";
+    EXPECT_NE(told.select().named().find(std::to_string(request.export_().select().ByteSizeLong())),
+              std::string::npos)
+        << told.select().named();
+    EXPECT_FALSE(parseSelection(told.select()).ok()) << "sent again it is refused, and not all";
     releaseFilm(id, "go");
     waitForState(id, State::SUCCEEDED);
     request.mutable_export_()->mutable_select()->clear_ids();
