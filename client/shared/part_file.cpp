@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 
 #include "protocol/scene/system_error.h"
 
@@ -35,6 +36,19 @@ int openLocked(const std::filesystem::path& path) {
         if (busy) return -1;
     }
     return -1;
+}
+
+/// Fails with EEXIST where there is anything of that name. File systems that cannot do so in one step have a
+/// link, or are looked at first.
+bool renameToNew(const std::filesystem::path& from, const std::filesystem::path& to) {
+    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+    if (errno != EINVAL && errno != ENOSYS && errno != ENOTSUP) return false;
+    if (::link(from.c_str(), to.c_str()) == 0) return ::unlink(from.c_str()) == 0;
+    if (errno == EEXIST) return false;
+    struct stat named {};
+    if (::lstat(to.c_str(), &named) != 0) return errno == ENOENT && ::rename(from.c_str(), to.c_str()) == 0;
+    errno = EEXIST;
+    return false;
 }
 
 }  // namespace
@@ -83,10 +97,30 @@ Status PartFile::write(std::span<const std::uint8_t> bytes) {
     return success();
 }
 
-Status PartFile::publish() {
-    // A network file system may say only at a close that a write failed; the file stays open for its lock.
+Status PartFile::sync() {
+    const bool kept = ::fsync(file_) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
+    return kept ? success() : systemError(errno, path_.string(), "cannot be written");
+}
+
+/// A network file system may say only at a close that a write failed; the file stays open for its lock.
+Status PartFile::closeCopy() {
     const int copy = ::dup(file_);
     if (copy < 0 || ::close(copy) != 0) return systemError(errno, path_.string(), "cannot be written");
+    return success();
+}
+
+Status PartFile::publishNew() {
+    MOTE_RETURN_IF_ERROR(closeCopy());
+    if (renameToNew(hidden_, path_)) {
+        published_ = true;
+        return success();
+    }
+    if (errno != EEXIST) return systemError(errno, path_.string(), "cannot be written");
+    return Error{ErrorCode::alreadyExists, path_.string(), "is there already"};
+}
+
+Status PartFile::publish() {
+    MOTE_RETURN_IF_ERROR(closeCopy());
     if (::rename(hidden_.c_str(), path_.c_str()) != 0) {
         return systemError(errno, path_.string(), "cannot be written");
     }

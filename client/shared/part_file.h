@@ -29,12 +29,17 @@ class PartFile {
     Status append(std::span<const std::uint8_t> bytes);
     /// Puts bytes over those at a place that was written before. Errors: those of the system.
     Status overwrite(std::uint64_t begin, std::span<const std::uint8_t> bytes);
+    /// What was written is on the disk from then on. Errors: those of the system.
+    Status sync();
     /// Under its final name from then on; a file that had it is replaced. Errors: those of the system.
     Status publish();
+    /// The same, but whatever has that name stays. Errors: also alreadyExists.
+    Status publishNew();
 
   private:
     PartFile(std::filesystem::path path, std::filesystem::path hidden, int file);
     Status write(std::span<const std::uint8_t> bytes);
+    Status closeCopy();
 
     std::filesystem::path path_, hidden_;
     int file_;  ///< holds the lock

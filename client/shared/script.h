@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Reads a script. Everything that can be wrong in it by itself is found here, before a server is asked for
-// anything. Pure, but for the file.
+// Reads scripts and saved views, each of which may stand for the other. Everything that can be wrong in one
+// by itself is found here, before a server is asked for anything. Pure, but for the files.
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
 
 namespace mote::client {
 
-/// A script that is valid in itself. Errors name the file and the field's path,
-/// "views.json: views[2].layers[0].step": those of readJsonFile and checkScript.
+/// A script that is valid in itself; a saved view is a script of one. Errors name the file and the field's
+/// path, "views.json: views[2].layers[0].step": those of readJsonFile, checkScript and parseView.
 Result<proto::Script> readScript(const std::filesystem::path& path);
+
+struct SavedView {
+    proto::View view;
+    std::string note;  ///< what of the file it is not, one sentence; empty where it is all of it
+};
+
+/// A saved view, which may leave its size to the window, or the first view of a script. Errors as
+/// readScript().
+Result<SavedView> readSavedView(const std::filesystem::path& path);
 
 }  // namespace mote::client

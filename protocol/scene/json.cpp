@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "protocol/scene/json.h"
 #include "protocol/scene/empty_lists.h"
-#include "protocol/scene/system_error.h"
+#include "protocol/scene/mote_check.h"
+#include "protocol/scene/text_file.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
-
-#include <cerrno>
-#include <fstream>
 
 namespace mote {
 namespace {
@@ -60,20 +58,7 @@ Status parseJson(std::string_view text, google::protobuf::Message& message, std:
 
 Status readJsonFile(const std::filesystem::path& path, google::protobuf::Message& message,
                     std::size_t limit) {
-    std::error_code code;
-    if (std::filesystem::is_directory(path, code)) {
-        return Error{ErrorCode::invalidArgument, path.string(), "is a directory, not a JSON file"};
-    }
-    errno = 0;
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return systemError(errno, path.string(), "cannot be opened");
-    std::string text(limit + 1, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    if (text.size() > limit) {
-        return Error{ErrorCode::resourceExhausted, path.string(),
-                     fmt::format("is larger than the {} bytes that a file of its kind may have", limit)};
-    }
+    MOTE_ASSIGN_OR_RETURN(const auto text, readTextFile(path, limit));
     return parseJson(text, message, path.string());
 }
 

@@ -87,6 +87,76 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"KeyframesInAView", R"({"views": [{"width": 4, "height": 4, "keyframe": []}]})", "keyframe"}),
     [](const auto& each) { return each.param.name; });
 
+constexpr const char* savedView = R"({"width": 64, "height": 48, "background": [0.1, 0.2, 0.3],
+    "layers": [{"dataset": "data/views", "step": 3, "particles": {}}]})";
+
+TEST_F(ScriptTest, ASavedViewIsAScriptOfOne) {
+    const auto script = read(savedView);
+    ASSERT_TRUE(script.ok()) << script.error().toString();
+    ASSERT_EQ(script->views_size(), 1);
+    EXPECT_EQ(script->views(0).layers(0).dataset(), "data/views");
+    EXPECT_EQ(script->views(0).background(2), 0.3);
+}
+
+/// What is wrong in a view is named as it is in the view.
+TEST_F(ScriptTest, ASpoiledSavedViewNamesItsOwnFields) {
+    const std::pair<const char*, const char*> bad[] = {
+        {R"({"layers": [], "height": 4})", "script.json: width"},
+        {R"({"width": 4, "height": 4, "views": 3})", "views"},
+        {R"({"\"view\"": 1, "width": 4, "heigth": 4})", "script.json"},
+        {R"({"layers": [{"views": 1}]})", "layers[0].views"},
+        {R"({"scale": -1, "width": 4, "height": 4})", "script.json: scale"},
+        {R"({"width": 4, "height": 4)", "script.json"}};
+    for (const auto& [text, where] : bad) {
+        const auto script = read(text);
+        ASSERT_FALSE(script.ok()) << text;
+        EXPECT_THAT(script.error().toString(), HasSubstr(where)) << text;
+    }
+}
+
+class SavedViewTest : public ScriptTest {
+  protected:
+    Result<SavedView> open(const std::string& text) {
+        std::ofstream(folder_ / "script.json") << text;
+        return readSavedView(folder_ / "script.json");
+    }
+};
+
+TEST_F(SavedViewTest, MayLeaveItsSizeToTheWindow) {
+    const auto saved = open(R"({"layers": [{"dataset": "a/b", "particles": {}}]})");
+    ASSERT_TRUE(saved.ok()) << saved.error().toString();
+    EXPECT_EQ(saved->view.width(), 0U);
+    EXPECT_EQ(saved->note, "");
+}
+
+TEST_F(SavedViewTest, IsTheFirstOfAScript) {
+    const std::string one = savedView, two = R"({"width": 65, "height": 48})";
+    const auto alone = open("{\"views\": [" + one + "]}");
+    ASSERT_TRUE(alone.ok()) << alone.error().toString();
+    EXPECT_EQ(alone->view.width(), 64U);
+    EXPECT_EQ(alone->note, "");
+    const auto more = open("{\"views\": [" + two + "," + one + "]}");
+    ASSERT_TRUE(more.ok()) << more.error().toString();
+    EXPECT_EQ(more->view.width(), 65U);
+    EXPECT_THAT(more->note, HasSubstr("2 views"));
+}
+
+TEST_F(SavedViewTest, SaysWhatOfAFilmItIsNot) {
+    const std::string view = savedView;
+    const auto keyframes =
+        open("{\"keyframes\": [{\"view\": " + view + "}, {\"seconds\": 2, \"view\": " + view + "}]}");
+    ASSERT_TRUE(keyframes.ok()) << keyframes.error().toString();
+    EXPECT_EQ(keyframes->view.width(), 64U);
+    EXPECT_THAT(keyframes->note, HasSubstr("2 keyframes"));
+    const auto moves =
+        open("{\"view\": " + view + ", \"moves\": [{\"turn\": {\"degrees\": 3}, \"seconds\": 2}]}");
+    ASSERT_TRUE(moves.ok()) << moves.error().toString();
+    EXPECT_EQ(moves->view.width(), 64U);
+    EXPECT_THAT(moves->note, HasSubstr("1 move,"));
+    EXPECT_FALSE(open("{}").ok());
+    EXPECT_FALSE(open(R"({"views": []})").ok());
+}
+
 TEST_F(ScriptTest, AMissingFileIsNotFound) {
     EXPECT_EQ(readScript(folder_ / "none.json").error().code, ErrorCode::notFound);
     EXPECT_EQ(readScript(folder_.path()).error().code, ErrorCode::invalidArgument);

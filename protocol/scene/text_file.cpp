@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "protocol/scene/text_file.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <fstream>
+
+#include "protocol/scene/system_error.h"
+
+namespace mote {
+
+Result<std::string> readTextFile(const std::filesystem::path& path, std::size_t limit) {
+    std::error_code code;
+    if (std::filesystem::is_directory(path, code)) {
+        return Error{ErrorCode::invalidArgument, path.string(), "is a directory, not a JSON file"};
+    }
+    errno = 0;
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return systemError(errno, path.string(), "cannot be opened");
+    std::string text(limit + 1, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    if (text.size() <= limit) return text;
+    return Error{ErrorCode::resourceExhausted, path.string(),
+                 fmt::format("is larger than the {} bytes that a file of its kind may have", limit)};
+}
+
+}  // namespace mote
