@@ -9,9 +9,8 @@
 
 #include "client/shared/jobs.h"
 #include "client/shared/known_datasets.h"
-#include "client/shared/part_file.h"
+#include "client/shared/save_json.h"
 #include "client/shared/script.h"
-#include "protocol/scene/json.h"
 
 namespace mote::client {
 namespace {
@@ -134,7 +133,9 @@ void FilmEditor::takePaths(const FilmActions& actions) {
         status.ok() ? prompt.close() : prompt.fail(status.error().toString());
     };
     if (actions.saveScript) {
-        const auto saved = save(*actions.saveScript);
+        const bool agreed = panel_.savingScript.agreed(*actions.saveScript);
+        const auto saved =
+            saveJson(*actions.saveScript, model_.saved(), agreed ? SameName::isReplaced : SameName::stays);
         answer(panel_.savingScript, saved);
         if (saved.ok()) message_ = "saved " + actions.saveScript->string();
     }
@@ -150,13 +151,6 @@ bool FilmEditor::openTyped(const std::filesystem::path& script) {
     panel_.opening.close();
     message_.clear();
     return true;
-}
-
-Status FilmEditor::save(const std::filesystem::path& path) const {
-    const auto text = toJson(model_.toScript());
-    MOTE_ASSIGN_OR_RETURN(const auto part, PartFile::create(path));
-    MOTE_RETURN_IF_ERROR(part->append({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
-    return part->publish();
 }
 
 void FilmEditor::makeFilm(const std::string& video) {

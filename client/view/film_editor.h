@@ -77,7 +77,6 @@ class FilmEditor {
     void togglePreview(double now);
     void takePaths(const FilmActions& actions);
     bool openTyped(const std::filesystem::path& script);
-    Status save(const std::filesystem::path& path) const;
     void makeFilm(const std::string& video);
     /// The answer names the job that makes the film from now on.
     Connection::Reply<proto::JobStatus> takeJob();

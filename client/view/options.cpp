@@ -47,10 +47,13 @@ std::variant<ViewOptions, int> parseViewOptions(int argc, const char* const* arg
         "  mote-view --connect c.json --view halo.json --screenshot halo.png --exit-after-still\n"
         "  mote-view --connect c.json --film film.json");
     app.option("--connect", options.connection, "Connection file of the server").showDefault();
-    app.option("--view", options.view, "A saved view (JSON) to start with");
+    app.option("--view", options.view,
+               "A saved view (JSON) to start with, or a script, of which the first is shown");
     app.option("--film", options.film, "A script of keyframes (JSON) to edit");
     app.option("--size", size, "Size of the window, WIDTHxHEIGHT").showDefault("1600x900");
     app.option("--screenshot", options.screenshot, "Write the window as PNG once the exact picture is shown");
+    app.option("--save-view", options.saveView,
+               "Save the view once the exact picture is shown; a file that is there stays, and is an error");
     app.flag("--exit-after-still", options.exitAfterStill, "End once the exact picture is shown");
     const auto checkSize = [&]() -> Status {
         if (size.empty() || parseSize(size, options)) return success();

@@ -54,10 +54,25 @@ void drawConnection(const ServerState& server, PanelActions& actions) {
     }
 }
 
+/// What a loaded view says of steps that the slider cannot show.
+void drawOddStep(ViewModel& model, PanelActions& actions) {
+    const auto last = static_cast<std::uint32_t>(std::max(model.steps(), 1)) - 1;
+    if (const auto towards = model.towards())
+        dim(fmt::format("{:.4g}% of the way to step {}", 100.0 * towards->share(), towards->step()));
+    if (model.step() <= last) return;
+    dim(fmt::format("The view shows step {}, which the dataset does not have.", model.step()));
+    if (!ImGui::Button(fmt::format("Show step {}", last).c_str())) return;
+    model.setStep(last);
+    actions.viewChanged = true;
+}
+
 void drawSteps(ViewModel& model, Playback& playback, PanelActions& actions) {
-    int step = static_cast<int>(model.step());
-    note(actions, ImGui::SliderInt("step", &step, 0, model.steps() - 1, "%d", ImGuiSliderFlags_AlwaysClamp));
-    model.setStep(static_cast<std::uint32_t>(step));
+    const auto last = static_cast<std::uint32_t>(model.steps()) - 1, least = 0U;
+    std::uint32_t step = model.step();
+    const bool moved = ImGui::SliderScalar("step", ImGuiDataType_U32, &step, &least, &last, "%u",
+                                           ImGuiSliderFlags_AlwaysClamp);
+    note(actions, moved);
+    if (moved) model.setStep(step);
     if (ImGui::Button(playback.playing ? "Pause (space)" : "Play (space)"))
         playback.playing = !playback.playing;
     ImGui::SameLine();
@@ -69,7 +84,9 @@ void drawSteps(ViewModel& model, Playback& playback, PanelActions& actions) {
 /// Where several kinds of layers draw the dataset.
 void drawKinds(ViewModel& model, const proto::Manifest& manifest, PanelActions& actions) {
     const auto kinds = layersThatDraw(manifest.kind());
-    if (kinds.size() < 2) return;
+    // A loaded view may say one that does not.
+    const bool drawn = std::find(kinds.begin(), kinds.end(), model.kind()) != kinds.end();
+    if (kinds.size() < 2 || !drawn) return;
     const auto nameOf = [](proto::Layer::KindCase kind) -> std::string_view {
         return proto::Layer::descriptor()->FindFieldByNumber(kind)->name();
     };
@@ -91,10 +108,20 @@ void drawDataset(ViewModel& model, Playback& playback, LayerPanel& layer, bool f
     if (chooseName("plot", chosen, names)) layer.actions.openDataset = chosen;
     if (!layer.server.shown) return;
     if (model.steps() > 1) drawSteps(model, playback, layer.actions);
+    drawOddStep(model, layer.actions);
     layer.step = model.step();
     if (!facts) return;
     drawKinds(model, layer.server.shown->manifest(), layer.actions);
     model.editor().drawFacts(layer);
+}
+
+void drawFiles(ViewFiles& files, PanelActions& actions, float scale) {
+    if (ImGui::Button("Open view...")) files.opening.open();
+    ImGui::SameLine();
+    if (ImGui::Button("Save view..."))
+        files.saving.open(files.saving.hasPath() ? "" : freshPath("view.json"));
+    actions.openViewFrom = files.opening.draw(scale);
+    actions.saveViewTo = files.saving.draw(scale);
 }
 
 void drawCamera(ViewModel& model, PanelActions& actions) {
@@ -109,8 +136,6 @@ void drawCamera(ViewModel& model, PanelActions& actions) {
         model.setCamera(toggleProjection(camera));
         actions.viewChanged = true;
     }
-    ImGui::SameLine();
-    actions.saveView = ImGui::Button("Save view");
     actions.toggleFilm = ImGui::Button("Film (K)");
     ImGui::SameLine();
     text("from");
@@ -147,10 +172,11 @@ void drawJobs(const ServerState& server, PanelActions& actions) {
 }
 
 /// Two sides of the panel, as tabs where the layer has numbers.
-void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
+void drawSides(ViewModel& model, NumbersEditor& numbers, ViewFiles& files, LayerPanel& layer) {
     const auto drawPicture = [&] {
-        model.editor().draw(layer);
+        if (model.kind() != proto::Layer::KIND_NOT_SET) model.editor().draw(layer);
         drawCamera(model, layer.actions);
+        drawFiles(files, layer.actions, layer.scale);
         drawJobs(layer.server, layer.actions);
     };
     if (!layer.server.shown || model.kind() != proto::Layer::kParticles) return drawPicture();
@@ -170,7 +196,7 @@ void drawSides(ViewModel& model, NumbersEditor& numbers, LayerPanel& layer) {
 
 }  // namespace
 
-PanelActions drawPanel(ViewModel& model, Playback& playback, NumbersEditor& numbers,
+PanelActions drawPanel(ViewModel& model, Playback& playback, NumbersEditor& numbers, ViewFiles& files,
                        const ServerState& server, float scale) {
     const ImVec2 display = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({display.x - panelWidth * scale, 0.0F});
@@ -182,7 +208,7 @@ PanelActions drawPanel(ViewModel& model, Playback& playback, NumbersEditor& numb
     drawConnection(server, actions);
     // Numbers need the room.
     drawDataset(model, playback, layer, !(numbers.open && model.kind() == proto::Layer::kParticles));
-    drawSides(model, numbers, layer);
+    drawSides(model, numbers, files, layer);
     ImGui::PopItemWidth();
     ImGui::End();
     return actions;

@@ -4,10 +4,14 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace mote::client {
 namespace {
 
 constexpr auto clamped = ImGuiSliderFlags_AlwaysClamp;
+constexpr auto exactly = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat;
 
 }  // namespace
 
@@ -80,11 +84,41 @@ void logSlider(PanelActions& actions, const char* label, float& value, float lea
          ImGui::SliderFloat(label, &value, least, most, format, clamped | ImGuiSliderFlags_Logarithmic));
 }
 
-void rangeBox(PanelActions& actions, const char* label, float& low, float& high, const Interval& ends,
-              float parts) {
-    const auto least = static_cast<float>(ends.low), most = static_cast<float>(ends.high);
-    note(actions, ImGui::DragFloatRange2(label, &low, &high, (most - least) / parts, least, most, "%.4g",
-                                         nullptr, clamped));
+std::string formatFor(double span, double place) {
+    constexpr int least = 4, most = 17;  // digits
+    const double digits = std::log10(std::abs(place) / span) + least;
+    return fmt::format("%.{}g", std::isfinite(digits)
+                                    ? static_cast<int>(std::clamp(digits, 1.0 * least, 1.0 * most))
+                                    : least);
+}
+
+void rangeBox(PanelActions& actions, const char* label, double& low, double& high, const Interval& ends,
+              double parts) {
+    const auto format =
+        formatFor(std::min(high - low, ends.high - ends.low), std::max(std::abs(low), std::abs(high)));
+    const float speed = static_cast<float>((ends.high - ends.low) / parts);
+    const float gap = ImGui::GetStyle().ItemInnerSpacing.x, width = 0.5F * (ImGui::CalcItemWidth() - gap);
+    double first = low, second = high;
+    const auto drag = [&](const char* name, double& value, double least, double most) {
+        ImGui::SetNextItemWidth(width);
+        note(actions, ImGui::DragScalar(name, ImGuiDataType_Double, &value, speed, &least, &most,
+                                        format.c_str(), exactly));
+        ImGui::SameLine(0.0F, gap);
+    };
+    ImGui::PushID(label);
+    drag("##low", first, std::min(ends.low, low), high);
+    drag("##high", second, low, std::max(ends.high, high));
+    ImGui::PopID();
+    text(label);
+    if (!(first < second)) return;  // that would be no range
+    low = first;
+    high = second;
+}
+
+void wideSlider(PanelActions& actions, const char* label, double& value, const Interval& ends) {
+    const auto format = formatFor(ends.high - ends.low, std::max(std::abs(ends.low), std::abs(ends.high)));
+    note(actions, ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &ends.low, &ends.high,
+                                      format.c_str(), ImGuiSliderFlags_NoRoundToFormat));
 }
 
 void angleSliders(PanelActions& actions, const char* name, LightAngles& angles) {

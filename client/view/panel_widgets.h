@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,7 +20,7 @@ namespace mote::client {
 struct PanelActions {
     bool viewChanged = false;  ///< the model was edited
     bool editing = false;      ///< and a control is still held
-    bool saveView = false;
+    std::optional<std::filesystem::path> openViewFrom, saveViewTo;
     bool toggleFilm = false;  ///< the keyframes are shown, or hidden
     bool reconnect = false;
     std::optional<std::string> openDataset;  ///< a name of the catalogue
@@ -53,9 +54,13 @@ void slider(PanelActions& actions, const char* label, float& value, float least,
 /// A slider that moves by the logarithm.
 void logSlider(PanelActions& actions, const char* label, float& value, float least, float most,
                const char* format);
-/// Two numbers that are dragged between the ends of an axis, a pixel being a `parts`-th of it.
-void rangeBox(PanelActions& actions, const char* label, float& low, float& high, const Interval& ends,
-              float parts);
+/// Two numbers, low < high, that are dragged between the ends of an axis, a pixel being a `parts`-th of it.
+void rangeBox(PanelActions& actions, const char* label, double& low, double& high, const Interval& ends,
+              double parts);
+/// A slider of a double, with digits enough to tell its ends apart.
+void wideSlider(PanelActions& actions, const char* label, double& value, const Interval& ends);
+/// As printf has it: digits enough to tell a thousandth of `span` at `place`.
+std::string formatFor(double span, double place);
 /// Two sliders, "NAME across" and "NAME above".
 void angleSliders(PanelActions& actions, const char* name, LightAngles& angles);
 /// A list of names.

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "client/view/slider_values.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+
+#include "protocol/scene/srgb.h"
 
 namespace mote::client {
 
@@ -28,8 +33,20 @@ glm::dvec3 toVector(const std::array<float, 3>& numbers) {
     return {numbers[0], numbers[1], numbers[2]};
 }
 
+double decimal(float value) {
+    const auto text = fmt::format("{}", value);  // the shortest that gives this float again
+    double number = static_cast<double>(value);
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return number;
+}
+
 double share(float value) {
-    return std::clamp(static_cast<double>(value), 0.0, 1.0);
+    return std::clamp(decimal(value), 0.0, 1.0);
+}
+
+std::array<float, 3> shownColor(const google::protobuf::RepeatedField<double>& said,
+                                const glm::dvec3& drawn) {
+    return toFloats(said.size() == 3 ? glm::dvec3(said[0], said[1], said[2]) : linearToSrgb(drawn));
 }
 
 void assign(google::protobuf::RepeatedField<double>* field, const glm::dvec3& vector) {

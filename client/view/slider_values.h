@@ -24,8 +24,13 @@ struct LightAngles {
 std::array<float, 3> toFloats(const glm::dvec3& vector);
 glm::dvec3 toVector(const std::array<float, 3>& numbers);
 
+/// The number that a slider shows: 0.1 is 0.1, not the 0.10000000149 that a float makes of it.
+double decimal(float value);
 /// Holds a value within [0, 1]: sliders may be a rounding error outside.
 double share(float value);
+
+/// A colour as a message says it, sRGB-encoded; one that it leaves out as it is drawn, linear RGB.
+std::array<float, 3> shownColor(const google::protobuf::RepeatedField<double>& said, const glm::dvec3& drawn);
 
 /// Replaces the three numbers of a vector.
 void assign(google::protobuf::RepeatedField<double>* field, const glm::dvec3& vector);

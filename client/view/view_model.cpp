@@ -2,56 +2,105 @@
 #include "client/view/view_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "client/view/apply_edits.h"
 #include "client/view/slider_values.h"
 #include "protocol/scene/dataset.h"
-#include "protocol/scene/srgb.h"
 #include "protocol/scene/view.h"
 
 namespace mote::client {
+namespace {
+
+/// A saved view may leave its size to the window.
+proto::View sized(proto::View view) {
+    if (view.width() == 0) view.set_width(1280);
+    if (view.height() == 0) view.set_height(720);
+    return view;
+}
+
+}  // namespace
 
 ViewModel::ViewModel() {
-    base_.add_layers();
+    message_.add_layers();
     setKind(proto::Layer::kParticles);
 }
 
 Status ViewModel::load(const proto::View& view) {
-    proto::View sized = view;
-    if (sized.width() == 0) sized.set_width(1280);  // a saved view may leave the size to the window
-    if (sized.height() == 0) sized.set_height(720);
-    MOTE_ASSIGN_OR_RETURN(const auto parsed, parseView(sized));
-    if (view.layers().empty()) return Error{ErrorCode::invalidArgument, "layers", "the view shows nothing"};
-    auto editor = makeLayerEditor(view.layers(0).kind_case());
+    MOTE_ASSIGN_OR_RETURN(const auto parsed, parseView(sized(view)));
+    const bool empty = view.layers().empty();
+    auto editor = makeLayerEditor(empty ? proto::Layer::kParticles : view.layers(0).kind_case());
     if (!editor) return Error{ErrorCode::unsupported, "layers[0]", "this viewer cannot edit such a layer"};
-    base_ = view;
+    message_ = view;
+    loaded_ = true;
     cameraSet_ = view.has_camera();
     camera_ = parsed.camera;
-    background = toFloats(linearToSrgb(parsed.background));
+    background = shownColor(view.background(), parsed.background);
     editor_ = std::move(editor);
-    editor_->read(layer());
+    if (!empty) editor_->read(layer());
     numbers.read(view);
+    before_ = written();
     return success();
 }
 
-proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
-    proto::View view = base_;
-    view.set_width(width);
-    view.set_height(height);
+const proto::Layer& ViewModel::layer() const {
+    return message_.layers().empty() ? proto::Layer::default_instance() : message_.layers(0);
+}
+
+proto::Layer& ViewModel::mutableLayer() {
+    return message_.layers().empty() ? *message_.add_layers() : *message_.mutable_layers(0);
+}
+
+proto::View ViewModel::written() const {
+    proto::View view = message_;
     assignColor(view.mutable_background(), background);
-    *view.mutable_camera() = toProto(camera(static_cast<double>(width) / std::max(height, 1U)));
-    editor_->write(*view.mutable_layers(0));
+    view.clear_camera();
+    if (cameraSet_) *view.mutable_camera() = toProto(camera_);
+    if (!view.layers().empty()) editor_->write(*view.mutable_layers(0));
     numbers.write(view);
     return view;
 }
 
+proto::View ViewModel::edited() const {
+    proto::View view = message_;
+    applyEdits(before_, written(), view);
+    return view;
+}
+
+void ViewModel::settle() {
+    message_ = edited();
+    before_ = written();
+}
+
+proto::View ViewModel::asked(std::uint32_t width, std::uint32_t height) const {
+    proto::View view = edited();
+    view.set_width(width);
+    view.set_height(height);
+    return view;
+}
+
+proto::View ViewModel::view(std::uint32_t width, std::uint32_t height) const {
+    proto::View view = asked(width, height);
+    if (!view.has_camera()) *view.mutable_camera() = toProto(fitted(view));
+    return view;
+}
+
+proto::View ViewModel::saved(std::uint32_t width, std::uint32_t height) const {
+    return loaded_ ? edited() : view(width, height);
+}
+
 void ViewModel::setDataset(const std::string& name, const proto::Manifest& manifest) {
-    mutableLayer().set_dataset(name);
     // What no kind of layer draws is asked for as particles, so that the server says why it cannot.
     const auto kinds = layersThatDraw(manifest.kind());
     const bool same = std::find(kinds.begin(), kinds.end(), layer().kind_case()) != kinds.end();
+    if (name == dataset() && (same || loaded_)) return describe(manifest);
+    settle();
+    mutableLayer().set_dataset(name);
+    know(name, manifest);
     const bool otherKind = !same && setKind(kinds.empty() ? proto::Layer::kParticles : kinds.front());
     steps_ = stepCount(manifest);
+    if (layer().towards().step() >= static_cast<std::uint32_t>(steps_)) mutableLayer().clear_towards();
     setStep(std::min(step(), static_cast<std::uint32_t>(std::max(steps_, 1)) - 1));
     const Bounds before = std::exchange(bounds_, datasetBounds(manifest));
     // They lie in spaces of their own; but a loaded camera is for the first.
@@ -60,11 +109,38 @@ void ViewModel::setDataset(const std::string& name, const proto::Manifest& manif
     numbers.setDataset(manifest.particles());
 }
 
+std::optional<proto::Towards> ViewModel::towards() const {
+    return layer().has_towards() ? std::optional(layer().towards()) : std::nullopt;
+}
+
+void ViewModel::setStep(std::uint32_t step) {
+    if (step == layer().step()) return;
+    mutableLayer().clear_towards();
+    mutableLayer().set_step(step);
+}
+
 void ViewModel::describe(const proto::Manifest& manifest) {
+    settle();
+    know(dataset(), manifest);
     steps_ = stepCount(manifest);
     bounds_ = datasetBounds(manifest);
     described_ = true;
+    // Read anew, it is as in a view that was just loaded: a dataset brings what that leaves out, and no more.
+    if (hasDataset() && parseView(sized(message_)).ok()) editor_->read(layer());
     editor_->setDataset(manifest);
+    before_ = written();
+}
+
+void ViewModel::know(const std::string& name, const proto::Manifest& manifest) {
+    known_[name] = {datasetBounds(manifest), stepCount(manifest)};
+}
+
+std::vector<std::string> ViewModel::unknownDatasets() const {
+    std::vector<std::string> names;
+    for (const auto& each : message_.layers()) {
+        if (known_.count(each.dataset()) == 0) names.push_back(each.dataset());
+    }
+    return names;
 }
 
 void ViewModel::drawAs(proto::Layer::KindCase kind, const proto::Manifest& manifest) {
@@ -73,13 +149,28 @@ void ViewModel::drawAs(proto::Layer::KindCase kind, const proto::Manifest& manif
 
 bool ViewModel::setKind(proto::Layer::KindCase kind) {
     if (kind == layer().kind_case()) return false;
+    if (editor_) settle();
     editor_ = makeLayerEditor(kind);
     editor_->write(mutableLayer());
+    const bool inSteps = kind == proto::Layer::kParticles || kind == proto::Layer::kHybrid;
+    if (!inSteps) mutableLayer().clear_towards();
+    before_ = written();
     return true;
 }
 
 Camera ViewModel::camera(double aspect) const {
-    return cameraSet_ ? camera_ : fitCamera(bounds_, aspect);
+    if (cameraSet_) return camera_;
+    constexpr double usualHeight = 720.0;
+    const double height = std::clamp(View::maxSide / aspect, 1.0, usualHeight);
+    const auto pixels = [](double side) { return static_cast<std::uint32_t>(std::lround(side)); };
+    return fitted(asked(std::max(pixels(height * aspect), 1U), pixels(height)));
+}
+
+Camera ViewModel::fitted(const proto::View& view) const {
+    auto parsed = parseView(view);
+    if (!parsed.ok()) return fitCamera(bounds_, static_cast<double>(view.width()) / view.height());
+    fitToDatasets(*parsed, known_);
+    return parsed->camera;
 }
 
 void ViewModel::setCamera(const Camera& camera) {

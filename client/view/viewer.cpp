@@ -10,7 +10,6 @@
 #include "client/shared/jobs.h"
 #include "client/view/screenshot.h"
 #include "protocol/scene/complain.h"
-#include "protocol/scene/json.h"
 
 namespace mote::client {
 namespace {
@@ -45,9 +44,8 @@ Viewer::Viewer(const ViewOptions& options)
                 },
                 [this](std::uint64_t query) { connection_.cancelQuery(query); }}) {
     if (options.view) {
-        proto::View view;
-        loaded_ = readJsonFile(*options.view, view);
-        if (loaded_.ok()) loaded_ = model_.load(view);
+        loaded_ = openView(*options.view);
+        if (!note_.empty()) complain("mote-view", note_);
     }
     if (options.film && loaded_.ok()) {
         loaded_ = film_.open(*options.film);
@@ -84,6 +82,7 @@ void Viewer::askServer() {
         server_.catalogue = *reply;
         film_.setCatalogue(*reply);
         if (model_.hasDataset()) return openDataset(model_.dataset());
+        if (model_.isLoaded()) return;  // a view without layers
         if (reply->datasets().empty()) return say("the server has no datasets yet");
         openDataset(reply->datasets(0).name());
     });
@@ -111,8 +110,11 @@ void Viewer::openDataset(const std::string& name) {
         }
         film_.setDescription(*reply);
         server_.shown = *std::move(reply);
-        server_.message.clear();
+        const auto step = model_.step();
         model_.setDataset(name, server_.shown->manifest());
+        say(std::exchange(note_, {}));
+        if (model_.step() != step)
+            say(fmt::format("{} has no step {}: step {} is shown", name, step, model_.step()));
         window_.setTitle(fmt::format("{} - Mote", name));
         dirty_ = true;
     });
@@ -123,6 +125,14 @@ void Viewer::showView(const proto::View& view) {
     if (!loaded.ok()) return say(loaded.error().toString());
     dirty_ = true;
     describeShown();
+}
+
+/// Where the datasets of further layers lie, which the camera is fitted to.
+void Viewer::learnDatasets() {
+    for (const auto& name : model_.unknownDatasets()) {
+        if (name == model_.dataset()) continue;
+        if (const auto* described = film_.description(name)) model_.know(name, described->manifest());
+    }
 }
 
 /// What the panel says of the dataset in the view, once it is known.
@@ -169,14 +179,15 @@ void Viewer::say(const std::string& message) {
 }
 
 void Viewer::sendView(const Area& area) {
-    if (!server_.shown) return;  // nothing to show before the first dataset is known
+    if (!server_.shown && (model_.hasDataset() || !model_.isLoaded()))
+        return;  // nothing to show before the first dataset is known
     const bool resized = area.columns != sentColumns_ || area.rows != sentRows_;
     const bool released = sentMoving_ && !moving_;
     if (!dirty_ && !resized && !released) return;
     ViewRequest request;
     request.moving = moving_;
     film_.forgetAsked();  // this view takes the place of all others
-    sentView_ = connection_.setView(model_.view(area.columns, area.rows), request);
+    sentView_ = connection_.setView(model_.asked(area.columns, area.rows), request);
     sentMoving_ = moving_;
     sentColumns_ = area.columns;
     sentRows_ = area.rows;
@@ -223,17 +234,24 @@ bool Viewer::still() const {
 
 /// And all that is shown beside it.
 bool Viewer::finished() {
-    if (!still() || film_.waits() || !(options_.screenshot || options_.exitAfterStill)) return false;
-    if (options_.screenshot) {
-        const auto status = writeScreenshot(*options_.screenshot, window_.readPixels(),
-                                            window_.framebufferWidth(), window_.framebufferHeight());
-        if (!status.ok()) {
-            complain("mote-view", status.error().toString());
-            exitStatus_ = 1;
-        }
-        options_.screenshot.reset();
-    }
+    const bool wanted = options_.screenshot || options_.saveView || options_.exitAfterStill;
+    if (!still() || film_.waits() || !wanted) return false;
+    keepResults();
     return options_.exitAfterStill;
+}
+
+/// What the command line wants of the first exact picture.
+void Viewer::keepResults() {
+    const auto keep = [this](const Status& status) {
+        if (status.ok()) return;
+        complain("mote-view", status.error().toString());
+        exitStatus_ = 1;
+    };
+    if (const auto path = std::exchange(options_.screenshot, {})) {
+        keep(writeScreenshot(*path, window_.readPixels(), window_.framebufferWidth(),
+                             window_.framebufferHeight()));
+    }
+    if (const auto path = std::exchange(options_.saveView, {})) keep(saveView(*path, SameName::stays));
 }
 
 int Viewer::run() {
@@ -249,7 +267,9 @@ int Viewer::run() {
         showPicture(area);
         takeInput(area);
         play();
-        if (panelShown_) apply(drawPanel(model_, playback_, numbers_, server_, window_.contentScale()));
+        learnDatasets();
+        if (panelShown_)
+            apply(drawPanel(model_, playback_, numbers_, files_, server_, window_.contentScale()));
         editFilm(area);
         editNumbers(area);
         sendView(area);

@@ -8,12 +8,14 @@
 #include <string>
 
 #include "client/shared/connection.h"
+#include "client/shared/save_json.h"
 #include "client/view/film_editor.h"
 #include "client/view/numbers/numbers_editor.h"
 #include "client/view/options.h"
 #include "client/view/panel.h"
 #include "client/view/playback.h"
 #include "client/view/server_state.h"
+#include "client/view/view_files.h"
 #include "client/view/view_model.h"
 #include "client/view/window.h"
 
@@ -46,7 +48,10 @@ class Viewer {
     void plot(const AxisNames& axes);
     void replaceJob(const proto::JobStatus& job);
     void addOlderJobs();
-    void saveView();
+    Status openView(const std::filesystem::path& path);
+    Status saveView(const std::filesystem::path& path, SameName sameName);
+    void takePaths(const PanelActions& actions);
+    void learnDatasets();
     void say(const std::string& message);
 
     float filmHeight() const;
@@ -63,6 +68,7 @@ class Viewer {
     const proto::Manifest* shownManifest() const;
     bool still() const;
     bool finished();
+    void keepResults();
     void refreshStatistics();
 
     ViewOptions options_;
@@ -71,6 +77,8 @@ class Viewer {
     ViewModel model_;
     Playback playback_;
     ServerState server_;
+    ViewFiles files_;
+    std::string note_;             // on what was opened
     std::uint64_t jobsPaged_ = 0;  // jobs of the pages that were asked for
     FilmEditor film_;
     FramePixels picture_;  // on the screen

@@ -5,21 +5,52 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <fstream>
+#include <utility>
 
+#include "client/shared/script.h"
 #include "client/view/camera_control.h"
 #include "client/view/viewer.h"
-#include "protocol/scene/json.h"
 
 namespace mote::client {
 
-void Viewer::saveView() {
+Status Viewer::openView(const std::filesystem::path& path) {
+    MOTE_ASSIGN_OR_RETURN(auto saved, readSavedView(path));
+    const auto loaded = model_.load(saved.view);
+    if (!loaded.ok()) {
+        const auto& error = loaded.error();
+        return Error{error.code, fmt::format("{}: {}", path.string(), error.where), error.message};
+    }
+    note_ = std::move(saved.note);
+    dirty_ = true;
+    return success();
+}
+
+Status Viewer::saveView(const std::filesystem::path& path, SameName sameName) {
     const auto area = pictureArea();
-    const std::string path = fmt::format("mote-view-{}.json", sentView_);
-    std::ofstream file(path);
-    file << toJson(model_.view(area.columns, area.rows));
-    file.close();
-    say(file ? "saved " + path : path + " cannot be written");
+    const auto view = model_.saved(area.columns, area.rows);
+    MOTE_RETURN_IF_ERROR(saveJson(path, view, sameName));
+    say(view.width() == 0 || view.height() == 0
+            ? fmt::format("saved {}, without a size as it was loaded", path.string())
+            : fmt::format("saved {}, {} x {} pixels", path.string(), view.width(), view.height()));
+    return success();
+}
+
+void Viewer::takePaths(const PanelActions& actions) {
+    const auto answer = [](PathPrompt& prompt, const Status& status) {
+        status.ok() ? prompt.close() : prompt.fail(status.error().toString());
+    };
+    if (const auto& path = actions.saveViewTo) {
+        const bool agreed = files_.saving.agreed(*path);
+        answer(files_.saving, saveView(*path, agreed ? SameName::isReplaced : SameName::stays));
+    }
+    if (!actions.openViewFrom) return;
+    film_.stop();
+    const auto opened = openView(*actions.openViewFrom);
+    answer(files_.opening, opened);
+    if (!opened.ok()) return;
+    server_.shown.reset();
+    if (model_.hasDataset()) return openDataset(model_.dataset());
+    say(std::exchange(note_, {}));
 }
 
 float Viewer::filmHeight() const {
@@ -70,8 +101,8 @@ void Viewer::takeKeys() {
     const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
     // GLFW's codes of letters; a key that stays down switches once.
     const auto letter = [](char key) { return ImGui::IsKeyPressed(key, false); };
-    const int step = static_cast<int>(model_.step());
-    const int wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
+    const auto step = static_cast<std::int64_t>(model_.step());
+    const auto wanted = step + (pressed(ImGuiKey_RightArrow) ? 1 : 0) - (pressed(ImGuiKey_LeftArrow) ? 1 : 0);
     if (wanted != step && wanted >= 0 && wanted < model_.steps()) {
         model_.setStep(static_cast<std::uint32_t>(wanted));
         dirty_ = true;
@@ -94,7 +125,7 @@ void Viewer::apply(const PanelActions& actions) {
     if (actions.viewChanged) film_.stop();
     dirty_ |= actions.viewChanged;
     moving_ |= actions.editing;
-    if (actions.saveView) saveView();
+    takePaths(actions);
     if (actions.toggleFilm) filmShown_ = !filmShown_;
     if (actions.reconnect) connection_.reconnect();
     if (actions.openDataset) openDataset(*actions.openDataset);

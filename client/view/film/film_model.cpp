@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "client/view/apply_edits.h"
 #include "protocol/scene/mote_check.h"
 #include "protocol/scene/view.h"
 
@@ -65,7 +66,16 @@ Result<FilmModel> FilmModel::fromScript(const proto::Script& script) {
     }
     model.setFps(model.fps_);
     model.select(0);
+    model.read_ = script;
+    model.before_ = model.toScript();
     return model;
+}
+
+proto::Script FilmModel::saved() const {
+    auto script = read_;
+    applyEdits(before_, toScript(), script);
+    // Keyframes that were read nearer to each other than a frame may be so no more.
+    return checkScript(script).ok() ? script : toScript();
 }
 
 proto::Script FilmModel::toScript() const {

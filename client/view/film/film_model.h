@@ -43,6 +43,9 @@ class FilmModel {
     /// With two keyframes a script that checkScript() finds nothing wrong with. Without easings where the
     /// speed is constant.
     proto::Script toScript() const;
+    /// What "save" writes: a script that was read as it was, but for what the user has changed; else
+    /// toScript().
+    proto::Script saved() const;
 
     const std::vector<FilmKeyframe>& keyframes() const { return keyframes_; }
     bool empty() const { return keyframes_.empty(); }
@@ -98,6 +101,8 @@ class FilmModel {
     void spread();
     void changed();
 
+    proto::Script read_;    // as it was; empty where none was
+    proto::Script before_;  // what toScript() made of it then
     std::vector<FilmKeyframe> keyframes_;
     std::optional<std::size_t> selected_;
     double playhead_ = 0.0;

@@ -49,7 +49,9 @@ std::optional<std::filesystem::path> PathPrompt::decide(bool pressed) {
         return std::nullopt;
     }
     std::error_code code;
-    if (mayReplace_ && agreed_ != path && std::filesystem::is_regular_file(path, code)) {
+    const auto type = std::filesystem::symlink_status(path, code).type();
+    const bool free = type == std::filesystem::file_type::not_found;
+    if (mayReplace_ && agreed_ != path && !free && !std::filesystem::is_directory(path, code)) {
         agreed_ = path;
         fail(fmt::format("{} is there already; once more to replace it", path.string()));
         return std::nullopt;

@@ -6,6 +6,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -59,15 +60,19 @@ void writeClip(const HybridControls& controls, proto::HybridStyle& style) {
     style.clear_clip_planes();
     for (const auto& plane : controls.clipPlanes) {
         auto& written = *style.add_clip_planes();
-        assign(written.mutable_normal(), plane.normal.direction());
-        written.set_distance(plane.distance);
+        assign(written.mutable_normal(), plane.normal.direction() * plane.length);
+        written.set_distance(plane.distance * plane.length);
     }
     style.clear_clip_box();
     if (!controls.clipBox) return;
-    const glm::dvec3 min = toVector(controls.clipMin);
-    const glm::dvec3 least = 1e-6 * (glm::abs(min) + 1.0);  // a box holds something
-    assign(style.mutable_clip_box()->mutable_min(), min);
-    assign(style.mutable_clip_box()->mutable_max(), glm::max(toVector(controls.clipMax), min + least));
+    assign(style.mutable_clip_box()->mutable_min(), controls.clipMin);
+    glm::dvec3 max = controls.clipMax;
+    for (glm::length_t axis = 0; axis < 3; ++axis) {
+        // A box holds something.
+        if (!(controls.clipMin[axis] < max[axis]))
+            max[axis] = controls.clipMin[axis] + 1e-6 * (std::abs(controls.clipMin[axis]) + 1.0);
+    }
+    assign(style.mutable_clip_box()->mutable_max(), max);
 }
 
 void readLight(const Light& light, HybridControls& controls) {
@@ -78,22 +83,25 @@ void readLight(const Light& light, HybridControls& controls) {
     controls.specular = static_cast<float>(light.specular);
 }
 
-void readClip(const HybridStyle& style, HybridControls& controls) {
+void readClip(const proto::HybridStyle& message, const HybridStyle& style, HybridControls& controls) {
     controls.clipPlanes.clear();
-    for (const auto& plane : style.clipPlanes) {
-        controls.clipPlanes.push_back({LightAngles::of(plane.normal), static_cast<float>(plane.distance)});
+    for (std::size_t i = 0; i < style.clipPlanes.size(); ++i) {
+        const auto& normal = message.clip_planes(static_cast<int>(i)).normal();
+        const double length = glm::length(glm::dvec3(normal[0], normal[1], normal[2]));
+        const auto& plane = style.clipPlanes[i];
+        controls.clipPlanes.push_back({LightAngles::of(plane.normal), plane.distance, length});
     }
     controls.clipBox = style.clipBox.has_value();
     if (!style.clipBox) return;
-    controls.clipMin = toFloats(style.clipBox->min);
-    controls.clipMax = toFloats(style.clipBox->max);
+    controls.clipMin = style.clipBox->min;
+    controls.clipMax = style.clipBox->max;
 }
 
 constexpr const char* bestName = "best";  // for the empty name
 
 const proto::HybridStepEntry* stepOf(const proto::HybridManifest& manifest, std::uint32_t step) {
-    const auto index = static_cast<int>(step);
-    return index < manifest.steps_size() ? &manifest.steps(index) : nullptr;
+    const bool there = step < static_cast<std::uint32_t>(manifest.steps_size());
+    return there ? &manifest.steps(static_cast<int>(step)) : nullptr;
 }
 
 /// Chooses as render::hybridParts does.
@@ -149,7 +157,7 @@ void drawColors(HybridControls& controls, PanelActions& actions) {
     nameList(actions, "colours", controls.colorMap, ColorMap::names());
     checkbox(actions, "own range of colours", controls.ownColorRange);
     auto& range = controls.colorRange;
-    if (controls.ownColorRange) rangeBox(actions, "range", range[0], range[1], controls.curve.axis(), 500.0F);
+    if (controls.ownColorRange) rangeBox(actions, "range", range[0], range[1], controls.curve.axis(), 500.0);
 }
 
 void drawCurve(HybridControls& controls, const proto::HybridManifest& manifest, const LayerPanel& panel) {
@@ -200,19 +208,19 @@ void drawClipBox(HybridControls& controls, const Bounds& bounds, PanelActions& a
     constexpr std::array<const char*, 3> axes{"x", "y", "z"};
     for (std::size_t i = 0; i < axes.size(); ++i) {
         const auto axis = static_cast<glm::length_t>(i);
-        rangeBox(actions, axes[i], controls.clipMin[i], controls.clipMax[i],
-                 {bounds.min[axis], bounds.max[axis]}, 400.0F);
+        rangeBox(actions, axes[i], controls.clipMin[axis], controls.clipMax[axis],
+                 {bounds.min[axis], bounds.max[axis]}, 400.0);
     }
 }
 
 void drawClipPlanes(HybridControls& controls, const Bounds& bounds, PanelActions& actions) {
-    const auto half = static_cast<float>(0.5 * glm::length(bounds.size()));
+    const double half = 0.5 * glm::length(bounds.size());
     for (std::size_t i = 0; i < controls.clipPlanes.size(); ++i) {
         auto& plane = controls.clipPlanes[i];
         ImGui::PushID(static_cast<int>(i));
         angleSliders(actions, "plane", plane.normal);
-        const auto middle = static_cast<float>(glm::dot(plane.normal.direction(), bounds.center()));
-        note(actions, ImGui::SliderFloat("distance", &plane.distance, middle - half, middle + half, "%.4g"));
+        const double middle = glm::dot(plane.normal.direction(), bounds.center());
+        wideSlider(actions, "distance", plane.distance, {middle - half, middle + half});
         const bool removed = ImGui::Button("Remove plane");
         ImGui::PopID();
         if (!removed) continue;
@@ -255,16 +263,25 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     values_ = values;
     valuesUnit_ = manifest.value_unit();
     curve.setValues(values);
-    if (same || (first && ownCurve_)) return;
-    const auto preset = presets(manifest).front();
-    curve.take(preset.knots, preset.colors);
-    ownColorRange = false;
-    colorRange = {static_cast<float>(values.low), static_cast<float>(values.high)};
-    clipPlanes.clear();
-    clipBox = false;
+    if (same) return;
+    if (!first) {
+        ownCurve_ = ownColorRange = clipBox = false;
+        clipPlanes.clear();
+    }
+    takeUnsaid(manifest);
+}
+
+void HybridControls::takeUnsaid(const proto::HybridManifest& manifest) {
+    if (!ownCurve_) {
+        const auto preset = presets(manifest).front();
+        curve.take(preset.knots, preset.colors);
+    }
+    if (!ownColorRange) colorRange = {values_.low, values_.high};
+    if (clipBox) return;
     const Bounds bounds = volumeBounds(manifest);
-    clipMin = toFloats(bounds.min);
-    clipMax = toFloats(bounds.max);
+    const glm::dvec3 least = 1e-6 * (glm::abs(bounds.min) + 1.0);  // a box holds something
+    clipMin = bounds.min;
+    clipMax = glm::max(bounds.max, bounds.min + least);
 }
 
 glm::dvec3 HybridControls::color(double value) const {
@@ -278,7 +295,7 @@ void HybridControls::addClipPlane(const Bounds& bounds, const glm::dvec3& eye) {
     const glm::dvec3 away = bounds.center() - eye;
     if (clipPlanes.size() >= HybridStyle::mostClipPlanes || !(glm::length(away) > 0.0)) return;
     const auto normal = LightAngles::of(away);
-    clipPlanes.push_back({normal, static_cast<float>(glm::dot(normal.direction(), bounds.center()))});
+    clipPlanes.push_back({normal, glm::dot(normal.direction(), bounds.center())});
 }
 
 void HybridControls::write(proto::HybridStyle& style) const {
@@ -289,7 +306,7 @@ void HybridControls::write(proto::HybridStyle& style) const {
     if (curve.colors().empty()) {
         style.set_color_map(colorMap);
         if (ownColorRange && colorRange[0] < colorRange[1]) {
-            for (const float end : colorRange) style.add_color_range(end);
+            for (const double end : colorRange) style.add_color_range(end);
         }
     }
     style.set_point_shape(pointShape);
@@ -306,13 +323,11 @@ void HybridControls::read(const proto::HybridStyle& message) {
     representation = message.representation();
     colorMap = style.colorMap.name();
     ownColorRange = style.colorRange.has_value();
-    if (style.colorRange) {
-        colorRange = {static_cast<float>(style.colorRange->low), static_cast<float>(style.colorRange->high)};
-    }
+    if (style.colorRange) colorRange = {style.colorRange->low, style.colorRange->high};
     pointShape = message.point_shape().empty() ? "gaussian" : message.point_shape();
     pointOpacity = static_cast<float>(style.pointOpacity);
     readLight(style.light, *this);
-    readClip(style, *this);
+    readClip(message, style, *this);
 }
 
 void HybridEditor::drawFacts(const LayerPanel& panel) {

@@ -20,7 +20,8 @@ namespace mote::client {
 /// What lies in front of it stays.
 struct ClipPlaneControls {
     LightAngles normal;
-    float distance = 0.0F;  ///< from the origin along the normal, layer units
+    double distance = 0.0;  ///< from the origin along the normal, layer units
+    double length = 1.0;    ///< of the normal as the view says it
 };
 
 struct HybridControls {
@@ -28,7 +29,7 @@ struct HybridControls {
     std::string representation;  ///< "": the best that the dataset has
     std::string colorMap;
     bool ownColorRange = false;  ///< otherwise the colour map goes from the curve's first knot to its last
-    std::array<float, 2> colorRange{};  ///< in the source's unit
+    std::array<double, 2> colorRange{};  ///< ascending, in the source's unit
     std::string pointShape;
     float pointOpacity = 1.0F;  ///< how much of their correction is applied
     LightAngles light;          ///< towards it
@@ -36,12 +37,12 @@ struct HybridControls {
     float ambient = 0.0F, diffuse = 0.0F, specular = 0.0F;
     std::vector<ClipPlaneControls> clipPlanes;
     bool clipBox = false;
-    std::array<float, 3> clipMin{}, clipMax{};  ///< layer units
+    glm::dvec3 clipMin{0.0}, clipMax{1.0};  ///< layer units, the first below the second
 
     HybridControls();
 
     /// Another dataset: its range of values and, where the curve is that of values of another kind, a curve
-    /// that suits it.
+    /// that suits it. The first one after a style was read brings what that leaves out, and nothing else.
     void setDataset(const proto::HybridManifest& manifest);
     /// Curves for the values of the dataset; its first step stands for all.
     static std::vector<CurvePreset> presets(const proto::HybridManifest& manifest);
@@ -57,6 +58,8 @@ struct HybridControls {
     void read(const proto::HybridStyle& style);
 
   private:
+    void takeUnsaid(const proto::HybridManifest& manifest);
+
     bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
     std::string valuesUnit_;     // of the dataset for which the curve is
     Interval values_{0.0, 0.0};  // likewise; empty before the first dataset

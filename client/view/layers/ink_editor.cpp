@@ -20,9 +20,19 @@ constexpr std::array<std::string_view, 4> segmentations{"growing", "graph", "cut
 constexpr std::array<std::string_view, 10> pictures{theDrawing,   "grey",     "depth",  "angle",   "edges",
                                                     "complexity", "segments", "target", "lighten", "darken"};
 
+/// Where a view says none.
+float importanceOf(const std::string& lines) {
+    proto::InkStyle message;
+    message.mutable_silhouettes()->set_mode(lines);
+    const auto style = parseInkStyle(message, glm::dvec3(1.0)).value();
+    return static_cast<float>(style.silhouettes.importance);
+}
+
 void drawLines(InkControls& controls, PanelActions& actions) {
     if (!section("Lines")) return;
-    nameList(actions, "silhouettes", controls.lines, modes);
+    std::string chosen = controls.lines;
+    nameList(actions, "silhouettes", chosen, modes);
+    if (chosen != controls.lines) controls.setLines(chosen);
     slider(actions, "importance", controls.importance, 0.0F, 1.0F);
     slider(actions, "width", controls.lineWidth, 0.1F, 8.0F);
     slider(actions, "creases from", controls.crease, 0.0F, 180.0F, "%.0f degrees");
@@ -55,33 +65,49 @@ InkControls::InkControls() {
 void InkControls::write(proto::InkStyle& style) const {
     auto& silhouettes = *style.mutable_silhouettes();
     silhouettes.set_mode(lines);
-    silhouettes.set_importance(share(importance));
-    silhouettes.set_width(static_cast<double>(lineWidth));
-    silhouettes.set_crease_degrees(static_cast<double>(crease));
+    silhouettes.clear_importance();
+    if (!importanceByLines_ || importance != importanceOf(lines))
+        silhouettes.set_importance(share(importance));
+    silhouettes.set_width(decimal(lineWidth));
+    silhouettes.set_crease_degrees(decimal(crease));
     silhouettes.set_omit(omit);
     style.mutable_hatch()->set_strength(share(hatch));
-    style.mutable_hatch()->set_spacing(static_cast<double>(spacing));
-    style.mutable_hatch()->set_width(static_cast<double>(hatchWidth));
+    style.mutable_hatch()->set_spacing(decimal(spacing));
+    style.mutable_hatch()->set_width(decimal(hatchWidth));
     style.mutable_hatch()->set_segments(segments);
-    style.mutable_ink()->set_strength(share(solid));
-    style.mutable_ink()->set_complexity(share(complexity));
-    style.set_reading(static_cast<double>(reading));
+    writeSolid(style);
+    style.set_reading(decimal(reading));
     style.set_occlusion(share(occlusion));
-    style.set_waver(static_cast<double>(waver));
+    style.set_waver(decimal(waver));
     style.set_taper(taper);
     style.set_coherent(coherent);
     style.set_show(show == theDrawing ? "" : show);
     auto& light = *style.mutable_light();
     assign(light.mutable_direction(), angles.direction());
     light.set_ambient(share(ambient));
-    light.set_diffuse(1.0 - share(ambient));
+    light.set_diffuse(share(diffuse));
     light.set_shadow(shadow);
+}
+
+/// Where it is there and says nothing, it is not what it is where it is not there.
+void InkControls::writeSolid(proto::InkStyle& style) const {
+    const SolidStyle none;
+    style.clear_ink();
+    if (!ownSolid_ && share(solid) == none.strength && share(complexity) == none.complexity) return;
+    style.mutable_ink()->set_strength(share(solid));
+    style.mutable_ink()->set_complexity(share(complexity));
+}
+
+void InkControls::setLines(const std::string& mode) {
+    if (importanceByLines_ && importance == importanceOf(lines)) importance = importanceOf(mode);
+    lines = mode;
 }
 
 void InkControls::read(const proto::InkStyle& message) {
     const auto style = parseInkStyle(message, glm::dvec3(1.0)).value();
     lines = toString(style.silhouettes.mode);
     importance = static_cast<float>(style.silhouettes.importance);
+    importanceByLines_ = !message.silhouettes().has_importance();
     lineWidth = static_cast<float>(style.silhouettes.width);
     crease = static_cast<float>(style.silhouettes.crease);
     omit = style.silhouettes.omit;
@@ -89,6 +115,7 @@ void InkControls::read(const proto::InkStyle& message) {
     spacing = static_cast<float>(style.hatch.spacing);
     hatchWidth = static_cast<float>(style.hatch.width);
     segments = toString(style.hatch.segments);
+    ownSolid_ = message.has_ink();
     solid = static_cast<float>(style.solid.strength);
     complexity = static_cast<float>(style.solid.complexity);
     occlusion = static_cast<float>(style.occlusion);
@@ -99,6 +126,7 @@ void InkControls::read(const proto::InkStyle& message) {
     show = style.show == InkPicture::drawing ? theDrawing : toString(style.show);
     angles = LightAngles::of(style.light.direction);
     ambient = static_cast<float>(style.light.ambient);
+    diffuse = static_cast<float>(style.light.diffuse);
     shadow = style.light.shadow;
 }
 
@@ -121,6 +149,7 @@ void InkEditor::draw(const LayerPanel& panel) {
         checkbox(actions, "coherent", controls.coherent);
         angleSliders(actions, "light", controls.angles);
         slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
+        slider(actions, "diffuse", controls.diffuse, 0.0F, 1.0F);
         slider(actions, "occlusion", controls.occlusion, 0.0F, 1.0F);
         checkbox(actions, "shadow", controls.shadow);
     }

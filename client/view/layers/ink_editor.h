@@ -31,15 +31,24 @@ struct InkControls {
     bool coherent = false;
     std::string show;    ///< an InkPicture; "drawing" for itself
     LightAngles angles;  ///< towards the light
-    float ambient = 0.15F;
+    float ambient = 0.0F, diffuse = 0.0F;
     bool shadow = false;
 
     InkControls();
+
+    /// Other lines; what is left to them follows.
+    void setLines(const std::string& mode);
 
     /// Fills the fields above and leaves the others alone.
     void write(proto::InkStyle& style) const;
     /// Takes a style that has been parsed without error.
     void read(const proto::InkStyle& style);
+
+  private:
+    void writeSolid(proto::InkStyle& style) const;
+
+    bool importanceByLines_ = true;  // the view leaves it to them
+    bool ownSolid_ = false;          // the view says something of it
 };
 
 class InkEditor final : public LayerEditor {

@@ -7,7 +7,6 @@
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
 #include "protocol/scene/mesh_style.h"
-#include "protocol/scene/srgb.h"
 
 namespace mote::client {
 
@@ -22,18 +21,19 @@ void MeshControls::write(proto::MeshStyle& style) const {
     auto& light = *style.mutable_light();
     assign(light.mutable_direction(), angles.direction());
     light.set_ambient(share(ambient));
-    light.set_diffuse(1.0 - share(ambient));
+    light.set_diffuse(share(diffuse));
     light.set_specular(share(specular));
     light.set_shadow(shadow);
 }
 
 void MeshControls::read(const proto::MeshStyle& message) {
     const auto style = parseMeshStyle(message).value();
-    color = toFloats(linearToSrgb(style.color));
+    color = shownColor(message.color(), style.color);
     opacity = static_cast<float>(style.opacity);
     wire = style.wire;
     angles = LightAngles::of(style.light.direction);
     ambient = static_cast<float>(style.light.ambient);
+    diffuse = static_cast<float>(style.light.diffuse);
     specular = static_cast<float>(style.light.specular);
     shadow = style.light.shadow;
 }
@@ -53,6 +53,7 @@ void MeshEditor::draw(const LayerPanel& panel) {
         slider(actions, "opacity", controls.opacity, 0.0F, 1.0F);
         angleSliders(actions, "light", controls.angles);
         slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
+        slider(actions, "diffuse", controls.diffuse, 0.0F, 1.0F);
         slider(actions, "specular", controls.specular, 0.0F, 1.0F);
         checkbox(actions, "shadow", controls.shadow);
     }

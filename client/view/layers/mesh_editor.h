@@ -16,9 +16,8 @@ struct MeshControls {
     std::array<float, 3> color{};  ///< sRGB-encoded
     float opacity = 1.0F;
     bool wire = false;
-    LightAngles angles;     ///< towards the light
-    float ambient = 0.15F;  ///< the rest is diffuse
-    float specular = 0.0F;
+    LightAngles angles;  ///< towards the light
+    float ambient = 0.0F, diffuse = 0.0F, specular = 0.0F;
     bool shadow = false;
 
     MeshControls();

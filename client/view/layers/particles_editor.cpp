@@ -38,8 +38,8 @@ class DensityCurve final : public EditedCurve {
 const proto::ParticleStepEntry* shownStep(const LayerPanel& panel) {
     if (!panel.server.shown) return nullptr;
     const auto& steps = panel.server.shown->manifest().particles().steps();
-    const auto index = static_cast<int>(panel.step);
-    return index < steps.size() ? &steps[index] : nullptr;
+    const bool there = panel.step < static_cast<std::uint32_t>(steps.size());
+    return there ? &steps[static_cast<int>(panel.step)] : nullptr;
 }
 
 std::span<const std::uint64_t> shownHistogram(const LayerPanel& panel) {
@@ -115,7 +115,7 @@ void ParticlesControls::write(proto::ParticlesStyle& style) const {
     points.clear_opacity();
     points.clear_size_pixels();
     if (opacityChosen()) points.set_opacity(share(pointOpacity));
-    if (sizeChosen()) points.set_size_pixels(std::clamp(pointSize, 0.1F, 64.0F));
+    if (sizeChosen()) points.set_size_pixels(decimal(std::clamp(pointSize, 0.1F, 64.0F)));
     points.clear_color();
     if (colorChosen()) assignColor(points.mutable_color(), pointColor);
 }
@@ -129,7 +129,7 @@ void ParticlesControls::read(const proto::ParticlesStyle& message) {
     ownColor_ = !message.points().color().empty();
     pointOpacity = static_cast<float>(ownOpacity_ ? message.points().opacity() : style.pointOpacity);
     pointSize = static_cast<float>(style.pointSize);
-    pointColor = toFloats(linearToSrgb(style.pointColor));
+    pointColor = shownColor(message.points().color(), style.pointColor);
 }
 
 void ParticlesEditor::drawFacts(const LayerPanel& panel) {

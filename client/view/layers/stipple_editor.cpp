@@ -10,7 +10,6 @@
 
 #include "client/view/panel_widgets.h"
 #include "client/view/server_state.h"
-#include "protocol/scene/srgb.h"
 #include "protocol/scene/stipple_style.h"
 
 namespace mote::client {
@@ -32,6 +31,7 @@ void drawDots(StippleControls& controls, PanelActions& actions) {
 void drawSurface(StippleControls& controls, PanelActions& actions) {
     angleSliders(actions, "light", controls.angles);
     slider(actions, "ambient", controls.ambient, 0.0F, 1.0F);
+    slider(actions, "diffuse", controls.diffuse, 0.0F, 1.0F);
     checkbox(actions, "shadow", controls.shadow);
     ImGui::SameLine();
     checkbox(actions, "see through", controls.seeThrough);
@@ -55,20 +55,20 @@ StippleControls::StippleControls() {
 }
 
 void StippleControls::write(proto::StippleStyle& style) const {
-    style.set_spacing_pixels(std::clamp(spacing, 0.5F, 1000.0F));
-    style.set_dot_pixels(std::clamp(dotSize, 0.1F, 64.0F));
+    style.set_spacing_pixels(decimal(std::clamp(spacing, 0.5F, 1000.0F)));
+    style.set_dot_pixels(decimal(std::clamp(dotSize, 0.1F, 64.0F)));
     style.clear_color();
     if (ownColor) assignColor(style.mutable_color(), color);
     auto& light = *style.mutable_light();
     assign(light.mutable_direction(), angles.direction());
     light.set_ambient(share(ambient));
-    light.set_diffuse(1.0 - share(ambient));
+    light.set_diffuse(share(diffuse));
     light.set_shadow(shadow);
-    style.set_jitter(std::clamp(jitter, 0.0F, 4.0F));
+    style.set_jitter(decimal(std::clamp(jitter, 0.0F, 4.0F)));
     style.set_soft(soft);
     style.set_see_through(seeThrough);
     style.set_invert(invert);
-    style.set_gamma(std::clamp(gamma, 0.05F, 20.0F));
+    style.set_gamma(decimal(std::clamp(gamma, 0.05F, 20.0F)));
     style.set_image(image);
 }
 
@@ -77,9 +77,10 @@ void StippleControls::read(const proto::StippleStyle& message) {
     spacing = static_cast<float>(style.spacing);
     dotSize = static_cast<float>(style.dotSize);
     ownColor = !message.color().empty();
-    color = toFloats(linearToSrgb(style.color));
+    color = shownColor(message.color(), style.color);
     angles = LightAngles::of(style.light.direction);
     ambient = static_cast<float>(style.light.ambient);
+    diffuse = static_cast<float>(style.light.diffuse);
     shadow = style.light.shadow;
     jitter = static_cast<float>(style.jitter);
     soft = style.soft;

@@ -19,7 +19,7 @@ struct StippleControls {
     bool ownColor = false;         ///< otherwise the opposite of the background
     std::array<float, 3> color{};  ///< sRGB-encoded
     LightAngles angles;            ///< towards the light
-    float ambient = 0.15F;         ///< the rest is diffuse
+    float ambient = 0.0F, diffuse = 0.0F;
     bool shadow = false;
     float jitter = 0.5F;
     bool soft = false;

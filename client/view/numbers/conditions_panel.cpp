@@ -70,12 +70,13 @@ bool drawRange(const NumbersPanel& panel, proto::Selection::Range& range) {
 bool drawDensity(const NumbersPanel& panel, proto::Selection::Density& density) {
     float low = static_cast<float>(density.has_min() ? density.min() : 0.0);
     float high = static_cast<float>(density.has_max() ? density.max() : 1.0);
+    const std::array<float, 2> before{low, high};
     const bool changed = ImGui::DragFloatRange2("log density", &low, &high, 0.002F, 0.0F, 1.0F, "%.3f",
                                                 nullptr, ImGuiSliderFlags_AlwaysClamp);
     note(panel.actions, changed);
     if (!changed) return false;
-    density.set_min(low);
-    density.set_max(std::max(low, high));
+    if (low != before[0]) density.set_min(decimal(low));
+    if (high != before[1]) density.set_max(decimal(high));
     return true;
 }
 

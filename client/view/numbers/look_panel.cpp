@@ -118,7 +118,7 @@ void drawAnnotations(const NumbersPanel& panel) {
     auto points = static_cast<float>(annotations.has_font_points() ? annotations.font_points() : 9.0);
     const float before = points;
     slider(panel.actions, "font", points, 5.0F, 24.0F, "%.1f points");
-    if (points != before) annotations.set_font_points(points);
+    if (points != before) annotations.set_font_points(decimal(points));
 }
 
 }  // namespace mote::client

@@ -9,7 +9,6 @@
 #include "protocol/scene/color_by.h"
 #include "protocol/scene/highlight.h"
 #include "protocol/scene/paths.h"
-#include "protocol/scene/srgb.h"
 
 namespace mote::client {
 namespace {
@@ -56,8 +55,9 @@ NumbersModel::NumbersModel() {
 
 void NumbersModel::read(const proto::View& view) {
     const std::string before = chosen_ ? selections_[static_cast<int>(*chosen_)].name() : std::string();
-    const auto& layer = view.layers(0);
+    const auto& layer = view.layers().empty() ? proto::Layer::default_instance() : view.layers(0);
     selections_ = view.selections();
+    given_.clear();
     annotations = view.annotations();
     highlighted_ = layer.has_highlight() ? keepNamed(layer.highlight().selection(), "highlight") : "";
     alone_ = layer.has_select() ? keepNamed(layer.select(), "shown") : "";
@@ -65,7 +65,7 @@ void NumbersModel::read(const proto::View& view) {
     proto::Highlight style = layer.highlight();
     style.mutable_selection();  // of a layer without a highlight: every default
     const auto look = parseHighlight(style, selections_).value();
-    highlightColor = toFloats(linearToSrgb(look.color));
+    highlightColor = shownColor(style.color(), look.color);
     highlightSize = static_cast<float>(look.pointSize.value_or(0.0));
     highlightOpacity = static_cast<float>(look.opacity);
     colorBy = controlsOf(layer);
@@ -73,7 +73,7 @@ void NumbersModel::read(const proto::View& view) {
     pathIds_ = paths.ids;
     pathWidth = static_cast<float>(paths.width);
     pathColor_.reset();
-    if (paths.color) pathColor_ = toFloats(linearToSrgb(*paths.color));
+    if (paths.color) pathColor_ = shownColor(layer.paths().color(), *paths.color);
     chosen_.reset();
     for (int i = 0; i < selections_.size(); ++i) {
         const auto& name = selections_[i].name();
@@ -83,7 +83,8 @@ void NumbersModel::read(const proto::View& view) {
     if (!chosen_ && !selections_.empty()) chosen_ = 0;
 }
 
-/// A selection that a layer holds itself gets a name, so that the panel can edit it.
+/// A selection that a layer holds itself gets a name, so that the panel can edit it; that name is the panel's
+/// own until something else goes by it.
 std::string NumbersModel::keepNamed(const proto::Selection& selection, const std::string& wish) {
     proto::Selection rest = selection;
     rest.clear_named();
@@ -91,11 +92,29 @@ std::string NumbersModel::keepNamed(const proto::Selection& selection, const std
     auto& named = *selections_.Add();
     named.set_name(freshName(selections_, wish));
     *named.mutable_selection() = selection;
+    given_.insert(named.name());
     return named.name();
 }
 
+bool NumbersModel::isUnnamed(const std::string& name) const {
+    if (given_.count(name) == 0 || (highlighted_ == name) == (alone_ == name)) return false;
+    return std::ranges::none_of(selections_, [&](const auto& each) {
+        return each.name() != name && namesIn(each.selection(), selections_).count(name) > 0;
+    });
+}
+
+proto::Selection NumbersModel::selectionOf(const std::string& name) const {
+    if (!isUnnamed(name)) return reference(name);
+    const auto found =
+        std::ranges::find_if(selections_, [&](const auto& each) { return each.name() == name; });
+    return found != selections_.end() ? found->selection() : reference(name);
+}
+
 void NumbersModel::write(proto::View& view) const {
-    *view.mutable_selections() = selections_;
+    view.clear_selections();
+    for (const auto& each : selections_) {
+        if (!isUnnamed(each.name())) *view.add_selections() = each;
+    }
     if (annotations.ByteSizeLong() > 0) {
         *view.mutable_annotations() = annotations;
     } else {
@@ -123,18 +142,18 @@ void NumbersModel::writeLayer(proto::Layer& layer) const {
     auto& paths = *layer.mutable_paths();
     paths.mutable_ids()->Add(pathIds_.begin(), pathIds_.end());
     if (pathColor_) assignColor(paths.mutable_color(), *pathColor_);
-    paths.set_width(pathWidth);
+    paths.set_width(decimal(pathWidth));
 }
 
 void NumbersModel::writeShown(proto::Layer& layer) const {
     layer.clear_select();
     layer.clear_highlight();
-    if (!alone_.empty()) *layer.mutable_select() = reference(alone_);
+    if (!alone_.empty()) *layer.mutable_select() = selectionOf(alone_);
     if (highlighted_.empty()) return;
     auto& highlight = *layer.mutable_highlight();
-    *highlight.mutable_selection() = reference(highlighted_);
+    *highlight.mutable_selection() = selectionOf(highlighted_);
     assignColor(highlight.mutable_color(), highlightColor);
-    if (highlightSize > 0.0F) highlight.set_size_pixels(std::clamp(highlightSize, 0.1F, 64.0F));
+    if (highlightSize > 0.0F) highlight.set_size_pixels(decimal(std::clamp(highlightSize, 0.1F, 64.0F)));
     highlight.set_opacity(share(highlightOpacity));
 }
 
@@ -199,6 +218,7 @@ Status NumbersModel::rename(std::size_t index, const std::string& name) {
     MOTE_RETURN_IF_ERROR(accept(std::move(edited)));
     if (highlighted_ == before) highlighted_ = name;
     if (alone_ == before) alone_ = name;
+    given_.erase(before);  // now it has one of its own
     return success();
 }
 
@@ -209,6 +229,7 @@ Status NumbersModel::remove(std::size_t index) {
     MOTE_RETURN_IF_ERROR(accept(std::move(edited)));
     if (highlighted_ == name) highlight("");
     if (alone_ == name) showAlone("");
+    given_.erase(name);
     chosen_.reset();
     if (!selections_.empty()) choose(std::min(index, static_cast<std::size_t>(selections_.size()) - 1));
     return success();

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -83,13 +84,18 @@ class NumbersModel {
   private:
     Status accept(NamedSelectionMessages edited);
     std::string keepNamed(const proto::Selection& selection, const std::string& wish);
+    /// A layer's own still: it was given a name here, and nothing else goes by that.
+    bool isUnnamed(const std::string& name) const;
+    /// As a layer says it.
+    proto::Selection selectionOf(const std::string& name) const;
     void writeLayer(proto::Layer& layer) const;
     void writeShown(proto::Layer& layer) const;
 
     NamedSelectionMessages selections_;
     std::optional<std::size_t> chosen_;
     std::string highlighted_, alone_;
-    bool shownByUser_ = false;  // of the two, since the view was read
+    std::set<std::string> given_;  // names of selections that layers hold themselves
+    bool shownByUser_ = false;     // of the two, since the view was read
     std::vector<std::uint64_t> pathIds_;
     std::optional<std::array<float, 3>> pathColor_;
 };

@@ -12,7 +12,7 @@ namespace mote::client {
 namespace {
 
 std::optional<StepStatistics> wholeStep(const NumbersPanel& panel) {
-    if (static_cast<int>(panel.step) >= panel.manifest.steps_size()) return std::nullopt;
+    if (panel.step >= static_cast<std::uint32_t>(panel.manifest.steps_size())) return std::nullopt;
     if (panel.manifest.statistic_names().empty()) return panel.data.whole().value;
     const auto whole = statisticsOf(panel.manifest, {panel.step});
     if (!whole.ok()) return std::nullopt;

@@ -234,5 +234,48 @@ TEST(FilmModel, RefusesWhatIsNoFilmOfKeyframes) {
     EXPECT_FALSE(film.replace(viewFrom({0, 0, 1})).ok());
 }
 
+TEST(FilmModel, AScriptIsSavedAsItWasReadButForWhatWasChanged) {
+    proto::Script script;
+    const auto status = parseJson(R"({"betweenSteps": "hold", "keyframes": [
+        {"view": {"width": 64, "height": 48}, "easing": "linear"},
+        {"seconds": 0.001, "view": {"width": 64, "height": 48, "background": [0.1, 0.1, 0.1]}},
+        {"seconds": 101325.001, "view": {"width": 64, "height": 48}, "easing": "hold"}], "fps": 0.5})",
+                                  script, "test");
+    ASSERT_TRUE(status.ok()) << status.error().toString();
+    auto model = FilmModel::fromScript(script).value();
+    EXPECT_EQ(toJson(model.saved()), toJson(script));
+    model.select(2);
+    model.setEasing(Easing::smooth);
+    auto wanted = script;
+    wanted.mutable_keyframes(2)->set_easing("smooth");
+    EXPECT_EQ(toJson(model.saved()), toJson(wanted));
+    model.select(1);
+    model.removeSelected();
+    wanted.mutable_keyframes()->DeleteSubrange(1, 1);
+    EXPECT_EQ(toJson(model.saved()), toJson(wanted));
+}
+
+/// What lies nearer than a frame is moved apart here; the order stays.
+TEST(FilmModel, ASavedScriptIsValidWhateverIsMoved) {
+    proto::Script script;
+    script.set_fps(1.0);
+    for (const double seconds : {0.0, 0.001, 0.002, 9.0}) {
+        auto& keyframe = *script.add_keyframes();
+        keyframe.set_seconds(seconds);
+        keyframe.mutable_view()->set_width(64);
+        keyframe.mutable_view()->set_height(48);
+    }
+    auto model = FilmModel::fromScript(script).value();
+    EXPECT_EQ(toJson(model.saved()), toJson(script));
+    model.move(3, 12.0);
+    model.move(2, 8.0);
+    model.move(1, 5.0);
+    EXPECT_TRUE(checkScript(model.saved()).ok());
+    model.setFps(20.0);
+    model.move(1, 0.5);
+    EXPECT_TRUE(checkScript(model.saved()).ok());
+    EXPECT_EQ(model.saved().keyframes(1).seconds(), 0.5);
+}
+
 }  // namespace
 }  // namespace mote::client

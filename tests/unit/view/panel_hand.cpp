@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/unit/view/panel_hand.h"
+
+#include <gtest/gtest.h>
+#include <imgui.h>
+
+namespace mote::client {
+namespace {
+
+constexpr float width = 1600.0F, height = 1400.0F;  // the whole panel is to be seen
+constexpr const char* columns[] = {"x", "y", "z", "px", "py", "pz"};
+
+QueryLine noServer() {
+    return {[](const proto::Query&, QueryLine::Reply) { return std::uint64_t{0}; }, [](std::uint64_t) {}};
+}
+
+void describeParticles(proto::ParticlesManifest& particles) {
+    particles.set_density_min(1e2);
+    particles.set_density_max(1e9);
+    particles.set_ids(true);
+    particles.set_mass(9.4e8);
+    for (int i = 0; i < 3; ++i) {
+        auto& step = *particles.add_steps();
+        step.set_particles(1000);
+        step.set_total_weight(1000.0);
+        for (int bin = 0; bin < 64; ++bin) step.add_density_histogram(static_cast<std::uint64_t>(bin));
+        auto& axis = *particles.add_axes();
+        axis.set_name(columns[i]);
+        axis.set_unit("m");
+        axis.set_min(-1.0);
+        axis.set_max(1.0);
+    }
+    for (const char* name : columns) {
+        auto& column = *particles.add_columns();
+        column.set_name(name);
+        column.set_unit("m");
+        column.set_min(-1.0);
+        column.set_max(1.0);
+    }
+}
+
+void describeVolume(proto::HybridManifest& hybrid) {
+    for (const unsigned size : {20U, 10U, 5U}) hybrid.add_source_size(size);
+    for (const unsigned size : {5U, 3U, 2U}) hybrid.add_low_size(size);
+    for (const double number : {2, 0, 0, 1, 0, 2, 0, 1, 0, 0, 4, 2, 0, 0, 0, 1})
+        hybrid.add_index_to_world(number);
+    hybrid.set_value_min(-20.0);
+    hybrid.set_value_max(255.0);
+    hybrid.set_scalar_type("i16");
+    hybrid.set_point_bytes(8);
+    for (int i = 0; i < 3; ++i) {
+        auto& step = *hybrid.add_steps();
+        for (int bin = 0; bin < 256; ++bin) step.add_histogram(bin < 50 ? 1000 : 10);
+    }
+}
+
+void describeMesh(proto::MeshManifest& mesh) {
+    mesh.set_triangles(12);
+    for (const double low : {0.0, 0.0, -10.0}) mesh.add_bounds_min(low);
+    for (const double high : {20.0, 10.0, 0.0}) mesh.add_bounds_max(high);
+}
+
+}  // namespace
+
+proto::Manifest manifestFor(const proto::Layer& layer) {
+    proto::Manifest manifest;
+    if (layer.has_hybrid()) {
+        manifest.set_kind("hybrid");
+        describeVolume(*manifest.mutable_hybrid());
+    } else if (layer.has_mesh() || layer.has_ink() || layer.has_stipple()) {
+        manifest.set_kind(layer.has_stipple() ? "stipple" : "mesh");
+        if (layer.has_stipple()) manifest.mutable_stipple()->set_domain(proto::StippleManifest::SURFACE);
+        describeMesh(*manifest.mutable_mesh());
+    } else {
+        manifest.set_kind("particles");
+        describeParticles(*manifest.mutable_particles());
+    }
+    return manifest;
+}
+
+PanelHand::PanelHand() : numbers_(noServer()) {
+    ImGui::CreateContext();
+    auto& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.DisplaySize = {width, height};
+    io.DeltaTime = 1.0F / 60.0F;
+    unsigned char* pixels = nullptr;
+    int columns = 0, rows = 0;
+    io.Fonts->GetTexDataAsRGBA32(&pixels, &columns, &rows);
+    server_.connected = true;
+}
+
+PanelHand::~PanelHand() {
+    ImGui::DestroyContext();
+}
+
+void PanelHand::describe(const proto::Manifest& manifest) {
+    server_.shown.emplace();
+    *server_.shown->mutable_manifest() = manifest;
+}
+
+void PanelHand::draw(ViewModel& model) {
+    ImGui::NewFrame();
+    const auto actions = drawPanel(model, playback_, numbers_, files_, server_, 1.0F);
+    PanelActions more;
+    const auto* manifest = server_.shown ? &server_.shown->manifest() : nullptr;
+    numbers_.drawOver(model, manifest, {width - panelWidth, height, 1260, 1400}, 1.0F, more, false);
+    ImGui::Render();
+    EXPECT_FALSE(actions.openDataset.has_value());  // there is no other
+}
+
+void PanelHand::drag(ViewModel& model, test::Random& random) {
+    auto& io = ImGui::GetIO();
+    io.MousePos = {width - panelWidth * static_cast<float>(random.unit()),
+                   height * static_cast<float>(random.unit())};
+    draw(model);
+    io.MouseDown[random.chance(0.05) ? ImGuiMouseButton_Right : ImGuiMouseButton_Left] = true;
+    draw(model);
+    io.MousePos.x += static_cast<float>(random.between(-40.0, 40.0));
+    io.MousePos.y += static_cast<float>(random.between(-10.0, 10.0));
+    draw(model);
+    io.MouseDown[ImGuiMouseButton_Left] = io.MouseDown[ImGuiMouseButton_Right] = false;
+    draw(model);
+    draw(model);
+}
+
+}  // namespace mote::client

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// PanelHand: the viewer's panel without a window and without a server, and a mouse on it: frames of Dear
+// ImGui that nothing shows. One owner, one thread, one at a time.
+#pragma once
+
+#include "client/view/numbers/numbers_editor.h"
+#include "client/view/panel.h"
+#include "client/view/view_model.h"
+#include "tests/support/random.h"
+
+namespace mote::client {
+
+class PanelHand {
+  public:
+    PanelHand();
+    ~PanelHand();
+    PanelHand(const PanelHand&) = delete;
+    PanelHand& operator=(const PanelHand&) = delete;
+
+    /// The dataset of the model's first layer.
+    void describe(const proto::Manifest& manifest);
+    /// The side of the panel with numbers, or with the picture.
+    void showNumbers(bool numbers) { numbers_.open = numbers; }
+    /// A frame in which nothing happens.
+    void draw(ViewModel& model);
+    /// The mouse goes to a place on the panel, is pressed there, drags a little, and is released.
+    void drag(ViewModel& model, test::Random& random);
+
+  private:
+    Playback playback_;
+    NumbersEditor numbers_;
+    ViewFiles files_;
+    ServerState server_;
+};
+
+/// A dataset that a layer of this kind can show, of three steps where it has any.
+proto::Manifest manifestFor(const proto::Layer& layer);
+
+}  // namespace mote::client
