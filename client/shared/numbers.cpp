@@ -72,6 +72,7 @@ Result<StepStatistics> statisticsOf(const QueryAnswer& answer) {
     for (const auto& slice : message.statistics().slices())
         statistics.slices.push_back(listed(slice.values()));
     MOTE_RETURN_IF_ERROR(checkSlices(statistics));
+    statistics.notes = listed(message.notes());
     return statistics;
 }
 
@@ -83,6 +84,7 @@ Result<StepHistogram> histogramOf(const QueryAnswer& answer, const proto::Histog
     histogram.step = answer.message.step();
     histogram.particles = message.particles();
     histogram.outside = message.outside();
+    histogram.notes = listed(answer.message.notes());
     std::uint64_t bins = 1;
     for (int i = 0; i < asked.axes_size(); ++i) {
         const auto& axis = asked.axes(i);
@@ -120,6 +122,7 @@ Result<StepColumns> columnsOf(const QueryAnswer& answer, const proto::ColumnsQue
         begin = end;
     }
     columns.words.resize(names);
+    columns.notes = listed(answer.message.notes());
     return columns;
 }
 

@@ -23,6 +23,7 @@ struct StepStatistics {
     std::vector<double> values;               ///< by name; NaN: not defined
     std::vector<double> sliceEdges;           ///< one more than slices, or none
     std::vector<std::vector<double>> slices;  ///< each by name
+    std::vector<std::string> notes = {};      ///< what limits them, a sentence each
 };
 Result<StepStatistics> statisticsOf(const QueryAnswer& answer);
 
@@ -33,6 +34,7 @@ struct StepHistogram {
     std::vector<double> counts;              ///< of the second column fastest
     std::uint64_t particles = 0;             ///< that it rests on
     double outside = 0.0;                    ///< weight beyond the edges
+    std::vector<std::string> notes = {};     ///< what limits it, a sentence each
 
     std::size_t bins(std::size_t column) const { return edges[column].size() - 1; }
 };
@@ -45,10 +47,11 @@ struct StepColumns {
     std::uint64_t count = 0;  ///< rows
     /// By name that was asked for: `count` words each, f64, of "id" u64.
     std::vector<std::vector<std::uint64_t>> words;
-    std::vector<std::string> units;  ///< by name, or none
-    std::uint64_t next = 0;          ///< where the next piece begins; over the one that was asked for
-    bool end = false;                ///< there is none
-    std::uint64_t total = 0;         ///< by id: ids of the selection
+    std::vector<std::string> units;       ///< by name, or none
+    std::uint64_t next = 0;               ///< where the next piece begins; over the one that was asked for
+    bool end = false;                     ///< there is none
+    std::uint64_t total = 0;              ///< by id: ids of the selection
+    std::vector<std::string> notes = {};  ///< what limits them, a sentence each
 };
 Result<StepColumns> columnsOf(const QueryAnswer& answer, const proto::ColumnsQuery& asked);
 

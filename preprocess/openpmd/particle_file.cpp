@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "preprocess/openpmd/records.h"
+#include "storage/beam/neutral_species.h"
 
 namespace mote::prep {
 namespace {
@@ -115,7 +116,7 @@ bool ParticleFile::describeSpecies(hid_t species, const FileStep& step) const {
         const double status = *step.lost ? lostStatus : liveStatus;
         described = addConstantScalar(species, records::status, status, step.rows);
     }
-    if (described && step.charge != 0.0) {
+    if (described && (step.charge != 0.0 || storage::isNeutral(step.species))) {
         described = addConstantScalar(species, records::charge, step.charge, step.rows);
     }
     if (!described || step.mass == 0.0) return described;
@@ -137,6 +138,11 @@ bool ParticleFile::addWeights(hid_t species, const FileStep& step) {
     weightUnit_ = charges ? 1.0 : one > 0.0 ? one : elementaryCharge;
     charge_ = 0.0;
     weightColumn_ = targets_.size() - 1;
+    // Neutral ones have no charge to be told of.
+    if (!charges && storage::isNeutral(step.species)) {
+        weightUnit_ = 0.0;
+        return ok;
+    }
     return ok && add(records::weight, weightUnit_);
 }
 

@@ -12,6 +12,7 @@
 
 #include "preprocess/particles/row_reader.h"
 #include "storage/beam/beam_statistics.h"
+#include "storage/beam/neutral_species.h"
 
 namespace mote::prep {
 namespace {
@@ -65,6 +66,7 @@ class Statistics {
         storage::BeamFacts facts;
         facts.mass = source_.mass();
         facts.particleCharge = source_.particleCharge();
+        facts.neutral = storage::isNeutral(source_.species());
         facts.weightUnit = source_.weightUnit();
         facts.lost = lost_;
         return storage::beamValues(total, percentiles, facts);

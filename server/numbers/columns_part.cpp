@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "protocol/scene/column_name.h"
+#include "server/numbers/coarse_notes.h"
 #include "server/numbers/query_parts.h"
 #include "storage/numbers/column_pieces.h"
 
@@ -46,12 +48,24 @@ class ColumnsPart final : public QueryPart {
         message.set_count(piece.rows);
         message.set_next(piece.next);
         message.set_end(piece.end);
+        addNotes(*numbers.columns, piece, answer.message);
         answer.payload = std::move(piece.bytes);
         answer.memory.shrink(answer.payload.size());
         return success();
     }
 
   private:
+    void addNotes(const storage::ParticleColumns& columns, const storage::ColumnPiece& piece,
+                  proto::Answer& message) const {
+        std::vector<double> values(piece.rows);
+        for (std::size_t i = 0; i < names_.size(); ++i) {
+            if (names_[i] == "id" || values.empty()) continue;
+            const std::size_t bytes = values.size() * sizeof(double);
+            std::memcpy(values.data(), piece.bytes.data() + i * bytes, bytes);
+            for (auto& note : notesOfValues(columns, names_[i], values)) message.add_notes(std::move(note));
+        }
+    }
+
     std::uint64_t count() const { return count_ == 0 ? ~std::uint64_t{0} : count_; }
 
     const std::vector<std::string> names_;

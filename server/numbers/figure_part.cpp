@@ -3,6 +3,7 @@
 // Figures: the numbers of a HistogramPart or a StatisticsPart, drawn.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -87,6 +88,23 @@ std::uint64_t drawingBytes(const FigureStyle& style, std::uint64_t cells) {
            (1 << 20);
 }
 
+/// The notes of all steps of a figure so far, each sentence once.
+class FigureNotes {
+  public:
+    /// Takes those of one step, and says all of them in the answer.
+    void pass(const proto::Answer& from, proto::Answer& to) {
+        constexpr std::size_t most = 16;
+        for (const auto& note : from.notes()) {
+            if (notes_.size() < most && std::ranges::find(notes_, note) == notes_.end())
+                notes_.push_back(note);
+        }
+        to.mutable_notes()->Assign(notes_.begin(), notes_.end());
+    }
+
+  private:
+    std::vector<std::string> notes_;
+};
+
 /// Of two axes one figure a step; of one axis one of all steps.
 class HistogramFigurePart final : public QueryPart {
   public:
@@ -96,8 +114,9 @@ class HistogramFigurePart final : public QueryPart {
     bool ofAllSteps() const override { return histogram_->axes().size() == 1; }
 
     Status answer(const StepQuestion& question, QueryAnswer& answer) override {
-        auto found = histogram_->count(question);
+        auto found = histogram_->count(question, answer.message);
         MOTE_RETURN_IF_ERROR(found, "histogram");
+        if (ofAllSteps()) notes_.pass(answer.message, answer.message);
         auto counted = *std::move(found);
         const auto& manifest = question.manifest();
         const CountUnit unit{!unweighted_, manifest.weight_unit()};
@@ -140,6 +159,7 @@ class HistogramFigurePart final : public QueryPart {
     const std::unique_ptr<HistogramPart> histogram_;
     const bool unweighted_;
     std::vector<double> times_, counts_;  // of a waterfall, so far
+    FigureNotes notes_;                   // of a waterfall
 };
 
 class StatisticsFigurePart final : public QueryPart {
@@ -152,6 +172,7 @@ class StatisticsFigurePart final : public QueryPart {
     Status answer(const StepQuestion& question, QueryAnswer& answer) override {
         QueryAnswer numbers;
         MOTE_RETURN_IF_ERROR(statistics_->answer(question, numbers), "statistics");
+        notes_.pass(numbers.message, answer.message);
         figure_.times.push_back(answer.message.time());
         for (std::size_t i = 0; i < figure_.series.size(); ++i)
             figure_.series[i].values.push_back(numbers.message.statistics().values(static_cast<int>(i)));
@@ -166,6 +187,7 @@ class StatisticsFigurePart final : public QueryPart {
     const FigureStyle style_;
     const std::unique_ptr<QueryPart> statistics_;
     StatisticsFigure figure_;  // of the steps so far
+    FigureNotes notes_;
 };
 
 MadePart statisticsFigurePart(const proto::FigureQuery& query, FigureStyle style) {

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "protocol/scene/column_name.h"
+#include "server/numbers/coarse_notes.h"
 #include "storage/numbers/bin_axis.h"
 
 namespace mote::server {
@@ -53,7 +54,7 @@ Result<std::unique_ptr<HistogramPart>> HistogramPart::make(const proto::Histogra
 }
 
 Status HistogramPart::answer(const StepQuestion& question, QueryAnswer& answer) {
-    MOTE_ASSIGN_OR_RETURN(const auto histogram, count(question));
+    MOTE_ASSIGN_OR_RETURN(const auto histogram, count(question, answer.message));
     auto& message = *answer.message.mutable_histogram();
     for (const auto& edges : histogram.edges)
         message.add_axes()->mutable_values()->Add(edges.begin(), edges.end());
@@ -66,7 +67,7 @@ Status HistogramPart::answer(const StepQuestion& question, QueryAnswer& answer) 
     return success();
 }
 
-Result<storage::Histogram> HistogramPart::count(const StepQuestion& question) {
+Result<storage::Histogram> HistogramPart::count(const StepQuestion& question, proto::Answer& message) {
     MOTE_ASSIGN_OR_RETURN(const auto numbers, question.numbers());
     std::vector<storage::HistogramAxis> axes;
     for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -80,7 +81,13 @@ Result<storage::Histogram> HistogramPart::count(const StepQuestion& question) {
     }
     MOTE_ASSIGN_OR_RETURN(const auto chosen, question.chosen());
     MOTE_ASSIGN_OR_RETURN(const auto hold, question.take(storage::histogramBytes(axes)));
-    return storage::countHistogram(axes, unweighted_, numbers, chosen.get(), question.cancelled());
+    auto counted = storage::countHistogram(axes, unweighted_, numbers, chosen.get(), question.cancelled());
+    if (!counted.ok()) return counted;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+        for (auto& note : notesOfBins(*numbers.columns, axes_[i].column, counted->edges[i]))
+            message.add_notes(std::move(note));
+    }
+    return counted;
 }
 
 MadePart histogramPart(const proto::HistogramQuery& query) {

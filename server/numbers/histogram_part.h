@@ -28,8 +28,8 @@ class HistogramPart final : public QueryPart {
 
     Status answer(const StepQuestion& question, QueryAnswer& answer) override;
     const std::vector<Axis>& axes() const { return axes_; }
-    /// The numbers alone. Errors as of answer().
-    Result<storage::Histogram> count(const StepQuestion& question);
+    /// The numbers alone, and what limits them. Errors as of answer().
+    Result<storage::Histogram> count(const StepQuestion& question, proto::Answer& message);
 
   private:
     std::vector<Axis> axes_;  // ranges are those of all steps once they are known

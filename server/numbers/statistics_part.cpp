@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "protocol/scene/column_name.h"
+#include "server/numbers/coarse_notes.h"
 #include "server/numbers/query_parts.h"
+#include "storage/beam/neutral_species.h"
 #include "storage/numbers/point_statistics.h"
 
 namespace mote::server {
@@ -33,6 +35,7 @@ class StatisticsPart final : public QueryPart {
         storage::BeamFacts facts;
         facts.mass = manifest.mass();
         facts.particleCharge = manifest.particle_charge();
+        facts.neutral = storage::isNeutral(manifest.species());
         facts.weightUnit = manifest.weight_unit();
         facts.lost = question.everything() ? question.entry().lost() : 0;
         facts.meanMomentum = numbers.context.meanMomentum;
@@ -40,6 +43,8 @@ class StatisticsPart final : public QueryPart {
             const auto found,
             storage::pointStatistics(numbers, facts, chosen.get(), slices_, passes(), question.cancelled()));
         answer.memory.shrink(0);
+        for (auto& note : notesOfStatistics(*numbers.columns, found, names_))
+            answer.message.add_notes(std::move(note));
         auto& message = *answer.message.mutable_statistics();
         MOTE_RETURN_IF_ERROR(fill(found, message));
         return success();

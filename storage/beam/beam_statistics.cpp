@@ -154,6 +154,7 @@ double charge(const Beam& beam) {
     const auto& unit = beam.facts().weightUnit;
     const double weight = beam.sums().a.weight;
     const double own = std::abs(beam.facts().particleCharge);
+    if (unit == "1" && beam.facts().neutral) return std::isfinite(weight) ? 0.0 : undefined;
     return unit == "1" ? weight * (own > 0.0 ? own : elementaryCharge) : unit == "C" ? weight : undefined;
 }
 

@@ -169,6 +169,7 @@ struct BeamFacts {
     std::uint64_t lost = 0;     ///< particles that the source marks as lost
     double meanMomentum = 0.0;  ///< eV/c, to which delta is relative; 0: the mean of these particles
     double particleCharge = 0.0;  ///< C, of one real particle; 0: not known, an elementary charge is taken
+    bool neutral = false;         ///< they have no charge
 };
 
 /// By beamStatistics(); NaN where a number is not defined (no particle, no weight, a coordinate that is not

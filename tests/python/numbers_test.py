@@ -45,6 +45,29 @@ class Numbers(WithRun):
                 np.testing.assert_array_equal(ds.get("y", step, low), run.values[step][run.values[step][:, 1] > 0.3, 2])
             self.assertEqual(len(ds.get("y", 0, mote.column("px") > 100)), 0)
 
+    def test_what_limits_numbers_is_a_warning(self):
+        run, ds = self.open()
+        low = mote.column("px") > 0.3
+        asked = {"statistics": lambda: ds.statistics(step=1, select=low), "get": lambda: ds.get("x", 1, low),
+                 "histogram": lambda: ds.histogram("x", bins=9, step=1)}
+        for what, ask in asked.items():
+            run.lie = lambda message, payload: (message, payload)
+            with self.subTest(what=what), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                ask()
+
+            def limited(message, payload):
+                message.answer.notes.append("x is coarse\x1b[31m")
+                return message, payload
+            run.lie = limited
+            with self.subTest(what=what), warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("default")
+                found = ask()
+            self.assertEqual({str(each.message) for each in caught}, {"x is coarse\\x1b[31m"})
+            self.assertEqual({each.category for each in caught}, {mote.CoarseNumbers})
+            self.assertEqual({each.filename for each in caught}, {__file__})
+        self.assertEqual(found.notes, ["x is coarse\x1b[31m"])
+
     def test_histograms_are_numpy_s(self):
         run, ds = self.open()
         x, px, _ = run.values[1].T

@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, List
 
-from .errors import Error
+from .errors import CoarseNumbers, Error
 
 if TYPE_CHECKING:
     from .dataset import Dataset
@@ -36,8 +36,8 @@ _PLACES = {
     "density": "selection", "ids": "selection", "lasso": "selection", "outermost": "selection", "polygon": "selection",
     "spawn": "session"}
 
-__all__ = ["Dataset", "Error", "Figure", "Image", "Job", "Layer", "Script", "Selection", "Session", "View", "column",
-           "connect", "density", "ids", "lasso", "outermost", "polygon", "spawn"]
+__all__ = ["CoarseNumbers", "Dataset", "Error", "Figure", "Image", "Job", "Layer", "Script", "Selection", "Session", "View",
+           "column", "connect", "density", "ids", "lasso", "outermost", "polygon", "spawn"]
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error: all that can go wrong between Python and a server, as one sentence with a code and a place."""
+"""Error: all that can go wrong between Python and a server, as one sentence with a code and a place; CoarseNumbers: what
+limits numbers that are right."""
 from __future__ import annotations
+
+import os
+import sys
+import warnings
+from typing import Iterable, List
+
+_PACKAGE = os.path.dirname(os.path.abspath(__file__))
 
 # What a terminal obeys and does not show: C0, DEL and C1. Texts of a server or dataset may hold any of them.
 _SHOWN = {code: f"\\x{code:02x}" for code in [*range(0x20), *range(0x7F, 0xA0)]}
@@ -37,3 +45,19 @@ class Error(Exception):
 def invalid(where: str, message: str) -> Error:
     """An argument is wrong."""
     return Error("invalid_argument", where, message)
+
+
+class CoarseNumbers(UserWarning):
+    """Numbers of so few particles that the steps in which a column is held tell in them."""
+
+
+def warn_of(notes: Iterable[str]) -> List[str]:
+    """Warns of each sentence once, where the package was called from; gives the sentences."""
+    said = list(dict.fromkeys(str(note).translate(_SHOWN) for note in notes))
+    if said:
+        level, frame = 1, sys._getframe()
+        while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
+            level, frame = level + 1, frame.f_back
+        for note in said:
+            warnings.warn(note, CoarseNumbers, stacklevel=level)
+    return said

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, 
 
 from . import arguments
 from .connection import Connection
-from .errors import Error, invalid
+from .errors import Error, invalid, warn_of
 from .messages import Message, new, to_message
 from .question import Answer
 
@@ -54,14 +54,22 @@ def query(connection: Connection, dataset: str, asked: Asked, select: Optional[A
     got = [answer.message.answer.step for answer in answers]
     if got != asked.indices:
         raise Error("corrupt", "answer", f"the server answered for the steps {got} where {asked.indices} were asked for")
+    warn_of(notes_of(answers))
     return answers
+
+
+def notes_of(answers: List[Answer]) -> List[str]:
+    """What limits the numbers, a sentence each, each once."""
+    return list(dict.fromkeys(note for answer in answers for note in answer.message.answer.notes))
 
 
 def query_one(connection: Connection, fields: Dict[str, Any]) -> Answer:
     """The one answer to a query that is of no steps."""
     message = new("ClientMessage")
     message.query.CopyFrom(to_message("Query", fields))
-    return connection.ask_all(message, "answer")[-1]
+    answer = connection.ask_all(message, "answer")[-1]
+    warn_of(notes_of([answer]))
+    return answer
 
 
 def floats(payload: bytearray, count: int, where: str) -> NDArray[np.float64]:
@@ -144,15 +152,17 @@ class Histogram(Tuple[Any, Any]):
     Attributes:
         particles: how many, those beyond the ranges left out; of several steps an array.
         outside: the weight of those left out.
+        notes: what limits it, a sentence each.
     """
 
     particles: Any
     outside: Any
+    notes: List[str]
 
     @classmethod
-    def of(cls, counts: Any, edges: Any, particles: Any, outside: Any) -> Histogram:
+    def of(cls, counts: Any, edges: Any, particles: Any, outside: Any, notes: List[str]) -> Histogram:
         made = cls((counts, edges))
-        made.particles, made.outside = particles, outside
+        made.particles, made.outside, made.notes = particles, outside, notes
         return made
 
 
@@ -180,8 +190,8 @@ def histogram_of(answers: List[Answer], single: bool) -> Histogram:
     outside = [answer.message.answer.histogram.outside for answer in answers]
     axes = edges[0] if len(edges) == 1 else tuple(edges)
     if single:
-        return Histogram.of(parts[0], axes, particles[0], outside[0])
-    return Histogram.of(np.stack(parts), axes, np.array(particles), np.array(outside))
+        return Histogram.of(parts[0], axes, particles[0], outside[0], notes_of(answers))
+    return Histogram.of(np.stack(parts), axes, np.array(particles), np.array(outside), notes_of(answers))
 
 
 # --------------------------------------------------------------------------------------------- columns

@@ -67,6 +67,9 @@ std::optional<std::uint32_t> drawStatistics(const NumbersPanel& panel) {
     if (selected.waits) head += " ...";
     if (!rows.empty()) drawRows(panel, rows, head, 205.0F * panel.scale);
     if (!selected.failure.empty()) dim(selected.failure);
+    if (selected.value) {
+        for (const auto& note : selected.value->notes) dim(note);
+    }
     ImGui::Checkbox("all statistics", &panel.controls.allStatistics);
     const auto values = seriesOf(panel.manifest, panel.controls.series);
     const auto series = panel.data.series();

@@ -63,6 +63,9 @@ Status OpenpmdSpecies::findSpecies(const H5Object& group, const H5Object& iterat
         notes_.push_back("the mass is that of species '" + groupName + "', after the name of its group");
     if (!hasMass && type && !known) notes_.push_back("the mass of species '" + *type + "' is not known");
     checkSpecies(known, type ? *type : groupName);
+    // A record says what the name of a nuclide leaves open: these are neutral.
+    const bool open = species_.starts_with('#') && species_.find_first_of("+-") == std::string::npos;
+    if (chargeRecord_ && rows_ > 0 && charge == 0.0 && open) species_ += "+0";
     if (massRecord_ && rows_ > 0 && mass == 0.0 && charge == 0.0 && !known && !type) species_ = "photon";
     return success();
 }

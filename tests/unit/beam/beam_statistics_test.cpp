@@ -213,6 +213,16 @@ TEST(BeamStatistics, WithoutWeightOnlyExtremesAreKnown) {
     }
 }
 
+TEST(BeamStatistics, NeutralParticlesHaveNoCharge) {
+    BeamFacts facts{mass, "1", 0, 0.0};
+    const auto particles = generate(100, 1, false);
+    EXPECT_GT(valueOf(statisticsOf(particles, 10, 1, facts), "charge"), 0.0) << "not known: an elementary one";
+    facts.neutral = true;
+    EXPECT_EQ(valueOf(statisticsOf(particles, 10, 1, facts), "charge"), 0.0);
+    facts.weightUnit = "C";
+    EXPECT_GT(valueOf(statisticsOf(particles, 10, 1, facts), "charge"), 0.0) << "weights that are charges";
+}
+
 TEST(BeamStatistics, OneParticleHasAPlaceAndNoSpread) {
     const auto values = statisticsOf(generate(1, 1, false), 10, 1, {mass, "", 0, 0.0});
     const auto particle = generate(1, 1, false);

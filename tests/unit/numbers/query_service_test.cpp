@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/numbers/query_service.h"
 
+#include <gmock/gmock.h>
 #include <google/protobuf/util/json_util.h>
-#include <gtest/gtest.h>
 
 #include <condition_variable>
 #include <deque>
@@ -17,6 +17,10 @@ namespace {
 using server::QueryAnswer;
 using server::QueryService;
 using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
 
 class OneRun final : public server::RunSource {
   public:
@@ -113,6 +117,60 @@ TEST_F(QueryServiceTest, SaysWhatIsWrong) {
         ASSERT_TRUE(answer && !answer->ok()) << json;
         EXPECT_EQ(answer->error().where, where) << json;
     }
+}
+
+/// A column x of floats about 0: half of the points lie within 1e-6 of 1, the others of -1.
+std::shared_ptr<const MemoryRun> twoBunches(std::uint64_t points) {
+    Random random(5, 93);
+    std::vector<WeightedPoint> places(points, WeightedPoint{{0.5, 0.5, 0.5}, 1.0});
+    MemoryColumns::Column x, weight;
+    x.info.name = "x";
+    x.info.unit = "m";
+    weight.info.name = "weight";
+    weight.values.assign(points, 1.0F);
+    for (std::uint64_t i = 0; i < points; ++i)
+        x.values.push_back(static_cast<float>((i % 2 == 0 ? 1.0 : -1.0) + random.between(-1e-6, 1e-6)));
+    MemoryRun::Step step;
+    step.points = MemoryStep::make(places);
+    std::vector<MemoryColumns::Column> columns;
+    columns.push_back(std::move(x));
+    columns.push_back(std::move(weight));
+    step.columns = std::make_shared<MemoryColumns>(points, std::move(columns), std::nullopt);
+    std::vector<MemoryRun::Step> steps;
+    steps.push_back(std::move(step));
+    return std::make_shared<MemoryRun>(std::move(steps), storage::BeamContext{});
+}
+
+TEST(QueryNotes, SayWhereAColumnIsHeldTooCoarsely) {
+    OneRun runs(twoBunches(1000));
+    QueryService service(runs, std::make_shared<storage::BlockBudget>(64 << 20), 64 << 20, 1);
+    const auto notes = [&](const std::string& json) {
+        Taker taker;
+        service.ask(queryOf(R"({"dataset": "data/run", )" + json + "}"), taker.answered());
+        auto answer = taker.next();
+        if (!answer || !answer->ok()) {
+            ADD_FAILURE() << json << (answer ? answer->error().toString() : "");
+            return std::vector<std::string>();
+        }
+        std::vector<std::string> said((*answer)->message.notes().begin(), (*answer)->message.notes().end());
+        return said;
+    };
+    const std::string one = R"("select": {"ranges": [{"column": "x", "min": 0}]}, )";
+    EXPECT_THAT(notes(R"("statistics": {})"), IsEmpty()) << "both bunches together are wide";
+    EXPECT_THAT(notes(one + R"("statistics": {})"),
+                ElementsAre(HasSubstr("x is held in steps of 1.2e-07 m")));
+    EXPECT_THAT(notes(one + R"("statistics": {"names": ["sigma_x"]})"), SizeIs(1));
+    EXPECT_THAT(notes(one + R"("statistics": {"names": ["charge"]})"), IsEmpty()) << "not made of x";
+    EXPECT_THAT(notes(R"("statistics": {"slices": "x", "sliceCount": 2})"),
+                ElementsAre(HasSubstr("of a slice")));
+    EXPECT_THAT(notes(R"("histogram": {"axes": [{"column": "x", "bins": 100}]})"), IsEmpty());
+    EXPECT_THAT(
+        notes(R"("histogram": {"axes": [{"column": "x", "bins": 100, "range": [0.999999, 1.000001]}]})"),
+        ElementsAre(HasSubstr("neighbouring bins differ")));
+    EXPECT_THAT(notes(R"("columns": {"names": ["x"]})"), IsEmpty());
+    EXPECT_THAT(notes(one + R"("columns": {"names": ["weight", "x"]})"),
+                ElementsAre(HasSubstr("fewer than 100")));
+    EXPECT_THAT(notes(one + R"("figure": {"format": "PNG", "statistics": ["sigma_x"]})"), SizeIs(1));
 }
 
 TEST_F(QueryServiceTest, StopsSoon) {
