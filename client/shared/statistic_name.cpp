@@ -116,4 +116,9 @@ std::string unitOf(std::string_view statistic, const ColumnUnits& units) {
     return {};
 }
 
+std::string withUnit(std::string_view name, std::string_view unit, bool told) {
+    if (unit.empty() || (unit == "1" && !told)) return std::string(name);
+    return fmt::format("{} [{}]", name, unit);
+}
+
 }  // namespace mote::client

@@ -23,4 +23,8 @@ std::vector<std::string> columnsOf(std::string_view statistic, const ColumnUnits
 /// "m", "eV/c", "m eV/c", "1"; "" where it is not known.
 std::string unitOf(std::string_view statistic, const ColumnUnits& units);
 
+/// "x [m]", as heads of tables have it; the name alone where the unit is not known, or 1 unless that is
+/// `told` too.
+std::string withUnit(std::string_view name, std::string_view unit, bool told = false);
+
 }  // namespace mote::client

@@ -28,6 +28,7 @@ class RowFile {
 struct RowShape {
     bool step = false;  ///< first of all, where there are several
     std::vector<std::string> names;
+    std::vector<std::string> headings;  ///< by name, with its unit: "x [m]"
 
     bool isId(std::size_t column) const { return names[column] == "id"; }
 };
@@ -37,7 +38,11 @@ class NpyRowFile final : public RowFile {
     static Result<std::unique_ptr<RowFile>> create(const std::filesystem::path& path, const RowShape& shape) {
         std::vector<NpyField> fields;
         if (shape.step) fields.push_back({"step", "<u8"});
-        for (const auto& name : shape.names) fields.push_back({name, name == "id" ? "<u8" : "<f8"});
+        for (std::size_t i = 0; i < shape.names.size(); ++i) {
+            const bool titled = shape.headings[i] != shape.names[i];
+            fields.push_back(
+                {shape.names[i], shape.isId(i) ? "<u8" : "<f8", titled ? shape.headings[i] : ""});
+        }
         MOTE_ASSIGN_OR_RETURN(auto rows, NpyRows::create(path, fields));
         return std::unique_ptr<RowFile>(new NpyRowFile(std::move(rows), shape.step));
     }
@@ -65,7 +70,7 @@ class CsvRowFile final : public RowFile {
         MOTE_ASSIGN_OR_RETURN(auto part, PartFile::create(path));
         std::unique_ptr<CsvRowFile> file(new CsvRowFile(std::move(part), shape));
         std::string head = shape.step ? "step" : "";
-        for (const auto& name : shape.names) head += (head.empty() ? "" : ",") + csvField(name);
+        for (const auto& name : shape.headings) head += (head.empty() ? "" : ",") + csvField(name);
         MOTE_RETURN_IF_ERROR(file->write(head + "\n"));
         return std::unique_ptr<RowFile>(std::move(file));
     }
@@ -103,6 +108,13 @@ std::vector<std::string> allColumns(const proto::ParticlesManifest& manifest) {
     return names;
 }
 
+/// A weight's unit is said even where it is 1: whoever reads the file must not guess.
+std::string headingOf(const std::string& name, const AskedRun& run, const ColumnUnits& units) {
+    if (name == "weight") return withUnit(name, run.manifest().weight_unit(), true);
+    const auto found = units.find(name);
+    return withUnit(name, found == units.end() ? "" : found->second);
+}
+
 Status exportStep(AskedRun& run, std::size_t step, const std::vector<std::string>& names, RowFile& file) {
     auto query = run.query();
     query.set_steps(fmt::format("{}:{}:1", step, step));
@@ -125,8 +137,11 @@ Status exportStep(AskedRun& run, std::size_t step, const std::vector<std::string
 }  // namespace
 
 Status exportRows(const StatsOptions& options, AskedRun& run) {
-    const RowShape shape{run.steps().size() > 1,
-                         options.columns.empty() ? allColumns(run.manifest()) : options.columns};
+    RowShape shape;
+    shape.step = run.steps().size() > 1;
+    shape.names = options.columns.empty() ? allColumns(run.manifest()) : options.columns;
+    const auto units = run.units();
+    for (const auto& name : shape.names) shape.headings.push_back(headingOf(name, run, units));
     if (shape.names.empty()) {
         return Error{
             ErrorCode::notFound, run.dataset(),

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "client/shared/number_text.h"
+#include "client/stats/json_notes.h"
 
 namespace mote::client {
 namespace {
@@ -121,14 +122,19 @@ std::string jsonLine(const StepHistogram& histogram) {
         counts += "]";
     }
     return fmt::format(
-        "{{\"step\": {}, \"edges\": [{}], \"counts\": {}, \"particles\": {}, \"outside\": {}}}\n",
-        histogram.step, edges, counts, histogram.particles, exactNumber(histogram.outside, "null"));
+        "{{\"step\": {}, \"edges\": [{}], \"counts\": {}, \"particles\": {}, \"outside\": {}{}}}\n",
+        histogram.step, edges, counts, histogram.particles, exactNumber(histogram.outside, "null"),
+        jsonNotes(histogram.notes));
 }
 
-std::string csvHead(const std::vector<std::string>& columns) {
+std::string csvHead(const std::vector<std::string>& columns, const ColumnUnits& units) {
     std::string text = "step";
-    for (const auto& column : columns)
-        text += fmt::format(",{},{}", csvField(column + "_from"), csvField(column + "_to"));
+    for (const auto& column : columns) {
+        const auto found = units.find(column);
+        const std::string unit = found == units.end() ? "" : found->second;
+        text += fmt::format(",{},{}", csvField(withUnit(column + "_from", unit)),
+                            csvField(withUnit(column + "_to", unit)));
+    }
     return text + ",count\n";
 }
 

@@ -16,8 +16,8 @@ namespace mote::client {
 
 /// One line, with its end: {"step", "edges", "counts", "particles", "outside"}.
 std::string jsonLine(const StepHistogram& histogram);
-/// The line that names the fields, for columns of that name.
-std::string csvHead(const std::vector<std::string>& columns);
+/// The line that names the fields, with their units, for columns of that name.
+std::string csvHead(const std::vector<std::string>& columns, const ColumnUnits& units);
 /// A line for each bin: the step, where it begins and ends, its count.
 std::string csvText(const StepHistogram& histogram);
 /// As many bins as a picture has room for, of each column.

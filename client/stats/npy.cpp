@@ -51,8 +51,11 @@ std::string headOf(const std::string& type, const std::string& shape, std::size_
 
 std::string typeOf(const std::vector<NpyField>& fields) {
     std::vector<std::string> parts;
-    for (const auto& field : fields)
-        parts.push_back(fmt::format("({}, '{}')", pythonString(field.name), field.type));
+    for (const auto& field : fields) {
+        const auto name = pythonString(field.name);
+        const auto titled = fmt::format("({}, {})", pythonString(field.title), name);
+        parts.push_back(fmt::format("({}, '{}')", field.title.empty() ? name : titled, field.type));
+    }
     return fmt::format("[{}]", fmt::join(parts, ", "));
 }
 

@@ -20,7 +20,8 @@ namespace mote::client {
 /// A field of the rows of a structured array.
 struct NpyField {
     std::string name;
-    std::string type;  ///< of 8 bytes: "<f8", "<i8" or "<u8"
+    std::string type;        ///< of 8 bytes: "<f8", "<i8" or "<u8"
+    std::string title = {};  ///< "x [m]", by which NumPy knows the field too; "": none
 };
 
 /// What a file of an array of f64 begins with; the values follow.

@@ -19,7 +19,9 @@ namespace {
 constexpr const char* footer =
     R"(Without --json, --csv or --npy: a table. Of one step all statistics, of several steps a line each of the usual ones.
 Numbers are in m, eV/c, s, eV and C; only tables have prefixes. What is not defined (no particle) is null in JSON, nothing
-in CSV and NaN in NPY. Statistics without --select are those of preparation, from the source's own values.
+in CSV and NaN in NPY. Headings of CSV have units ("sigma_x [m]"), fields of NPY the same as titles. Statistics without
+--select are those of preparation, from the source's own values; where others are limited by how coarsely a column is
+held, a note on stderr says so, and "notes" in JSON.
 
 A SELECTION is {"ranges": [{"column": "x", "min": 1e-3}], "density": {"max": 0.4}, "polygon": {"columns": ["x", "px"],
 "points": [[0, 0], [1e-3, 0], [0, 2e4]]}, "outermost": {"plane": "x", "share": 0.1}, "ids": [7, 8], "step": 12,

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "client/shared/number_text.h"
+#include "client/stats/json_notes.h"
 #include "client/stats/npy.h"
 #include "protocol/scene/json_string.h"
 
@@ -145,6 +146,7 @@ Result<std::vector<std::size_t>> namesOfColumns(const std::vector<std::string>& 
 
 StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>& places) {
     StepStatistics some{all.step, all.iteration, all.time, {}, {}, {}, {}};
+    some.notes = all.notes;
     for (const auto place : places) {
         some.names.push_back(all.names[place]);
         some.values.push_back(all.values[place]);
@@ -158,12 +160,12 @@ std::string jsonLine(const StepStatistics& statistics) {
     for (std::size_t i = 0; i < statistics.names.size(); ++i)
         line += fmt::format(", {}: {}", jsonString(statistics.names[i]),
                             exactNumber(statistics.values[i], "null"));
-    return line + "}\n";
+    return line + jsonNotes(statistics.notes) + "}\n";
 }
 
-std::string csvText(const StatisticsOfSteps& steps) {
-    std::string text = "step,iteration,time";
-    for (const auto& name : steps.front().names) text += "," + csvField(name);
+std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units) {
+    std::string text = "step,iteration,time [s]";
+    for (const auto& name : steps.front().names) text += "," + csvField(withUnit(name, unitOf(name, units)));
     text += "\n";
     for (const auto& row : steps) {
         text += fmt::format("{},{},{}", row.step, row.iteration, exactNumber(row.time, ""));
@@ -173,9 +175,12 @@ std::string csvText(const StatisticsOfSteps& steps) {
     return text;
 }
 
-Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps) {
-    std::vector<NpyField> fields{{"step", "<i8"}, {"iteration", "<i8"}, {"time", "<f8"}};
-    for (const auto& name : steps.front().names) fields.push_back({name, "<f8"});
+Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units) {
+    std::vector<NpyField> fields{{"step", "<i8"}, {"iteration", "<i8"}, {"time", "<f8", "time [s]"}};
+    for (const auto& name : steps.front().names) {
+        auto title = withUnit(name, unitOf(name, units));
+        fields.push_back({name, "<f8", title == name ? std::string() : std::move(title)});
+    }
     MOTE_ASSIGN_OR_RETURN(auto file, NpyRows::create(path, fields));
     for (const auto& row : steps) {
         std::vector<std::uint64_t> words{row.step, static_cast<std::uint64_t>(row.iteration),

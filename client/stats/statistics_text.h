@@ -26,10 +26,10 @@ StepStatistics someOf(const StepStatistics& all, const std::vector<std::size_t>&
 
 /// One line, with its end.
 std::string jsonLine(const StepStatistics& statistics);
-/// All lines, the first with the names.
-std::string csvText(const StatisticsOfSteps& steps);
-/// As a structured array. Errors: those of the system.
-Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps);
+/// All lines, the first with the names and their units: "sigma_x [m]".
+std::string csvText(const StatisticsOfSteps& steps, const ColumnUnits& units);
+/// As a structured array, whose fields have titles with units. Errors: those of the system.
+Status writeNpy(const std::filesystem::path& path, const StatisticsOfSteps& steps, const ColumnUnits& units);
 
 /// Of one step all, a line each; of several steps a line each of the usual ones. For a terminal.
 std::string tableText(const StatisticsOfSteps& steps, const ColumnUnits& units);

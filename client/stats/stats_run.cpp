@@ -16,6 +16,7 @@
 #include "client/stats/histogram_text.h"
 #include "client/stats/npy.h"
 #include "client/stats/statistics_text.h"
+#include "protocol/scene/complain.h"
 #include "protocol/scene/utf8.h"
 
 namespace mote::client {
@@ -31,15 +32,38 @@ Status append(PartFile& file, std::string_view text) {
     return file.append(bytesOf(std::span<const char>(text)));
 }
 
+/// What limits the numbers, on stderr: of the first steps that have such notes, and how many more there are.
+class NoteTeller {
+  public:
+    explicit NoteTeller(bool quiet) : quiet_(quiet) {}
+
+    void take(std::uint32_t step, const std::vector<std::string>& notes) {
+        for (const auto& note : notes) {
+            constexpr std::size_t most = 8;
+            if (!quiet_ && told_ < most) complain("mote-stats", fmt::format("step {}: {}", step, note));
+            ++told_;
+            more_ = told_ > most ? told_ - most : 0;
+        }
+    }
+    void finish() const {
+        if (!quiet_ && more_ > 0) complain("mote-stats", fmt::format("{} more notes like these", more_));
+    }
+
+  private:
+    const bool quiet_;
+    std::size_t told_ = 0, more_ = 0;
+};
+
 // ----------------------------------------------------------------------------------------- statistics
 
 /// The statistics of the options' columns, step by step.
 class StatisticsTeller {
   public:
     StatisticsTeller(const StatsOptions& options, const AskedRun& run)
-        : options_(options), units_(run.units()) {}
+        : options_(options), units_(run.units()), notes_(options.quiet) {}
 
     Status take(StepStatistics step) {
+        notes_.take(step.step, step.notes);
         if (names_.empty()) MOTE_RETURN_IF_ERROR(choose(step.names));
         if (step.names != names_)
             return Error{ErrorCode::corrupt, "", "the server's statistics differ from step to step"};
@@ -50,11 +74,12 @@ class StatisticsTeller {
     }
 
     Status finish() const {
+        notes_.finish();
         if (form() == NumbersForm::json) return success();
         if (form() == NumbersForm::table) return say(toTerminalLines(tableText(steps_, units_)));
-        if (form() == NumbersForm::npy) return writeNpy(options_.file, steps_);
+        if (form() == NumbersForm::npy) return writeNpy(options_.file, steps_, units_);
         MOTE_ASSIGN_OR_RETURN(const auto file, PartFile::create(options_.file));
-        MOTE_RETURN_IF_ERROR(append(*file, csvText(steps_)));
+        MOTE_RETURN_IF_ERROR(append(*file, csvText(steps_, units_)));
         return file->publish();
     }
 
@@ -72,6 +97,7 @@ class StatisticsTeller {
     std::vector<std::string> names_;
     std::vector<std::size_t> places_;  // of those that are told
     StatisticsOfSteps steps_;
+    NoteTeller notes_;
 };
 
 Status tellStatistics(const StatsOptions& options, AskedRun& run) {
@@ -99,16 +125,17 @@ Status tellStatistics(const StatsOptions& options, AskedRun& run) {
 class HistogramTeller {
   public:
     HistogramTeller(const StatsOptions& options, const AskedRun& run)
-        : options_(options), units_(run.units()), steps_(run.steps().size()) {}
+        : options_(options), units_(run.units()), steps_(run.steps().size()), notes_(options.quiet) {}
 
     Status take(const StepHistogram& histogram) {
+        notes_.take(histogram.step, histogram.notes);
         switch (options_.form.value_or(NumbersForm::table)) {
             case NumbersForm::json:
                 return say(jsonLine(histogram));
             case NumbersForm::table:
                 return say(toTerminalLines(pictureText(histogram, units_)));
             case NumbersForm::csv:
-                if (!file_) MOTE_RETURN_IF_ERROR(open(csvHead(histogram.columns)));
+                if (!file_) MOTE_RETURN_IF_ERROR(open(csvHead(histogram.columns, units_)));
                 return append(*file_, csvText(histogram));
             case NumbersForm::npy:
                 if (!file_) MOTE_RETURN_IF_ERROR(open(npyHead(shapeOf(histogram))));
@@ -116,7 +143,10 @@ class HistogramTeller {
         }
         return success();
     }
-    Status finish() { return file_ ? file_->publish() : success(); }
+    Status finish() {
+        notes_.finish();
+        return file_ ? file_->publish() : success();
+    }
 
   private:
     Status open(const std::string& head) {
@@ -134,6 +164,7 @@ class HistogramTeller {
     const ColumnUnits units_;
     const std::size_t steps_;
     std::unique_ptr<PartFile> file_;
+    NoteTeller notes_;
 };
 
 Status tellHistograms(const StatsOptions& options, AskedRun& run) {

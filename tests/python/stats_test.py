@@ -89,6 +89,21 @@ class Statistics(WithRun):
         empty = self.numbers("--select", self.write({"ranges": [{"column": "x", "min": 50}]}))
         self.assertEqual([(line["n_particle"], line["sigma_x"]) for line in empty], 4 * [(0, None)])
 
+    def test_what_limits_them_is_said(self):
+        def limited(message, payload):
+            message.answer.notes.append(f"x is held in steps of {message.answer.step} m here")
+            return message, payload
+        self.fake.lie = limited
+        selection = self.write({"ranges": [{"column": "x", "min": 0.5}]})
+        for words in (("--select", selection), ("--histogram", "x", "--bins", "9")):
+            done = self.stats(*words, "--json", "--steps", "0:1")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            lines = [json.loads(line) for line in done.stdout.splitlines()]
+            self.assertEqual([line["notes"] for line in lines], [[f"x is held in steps of {i} m here"] for i in (0, 1)])
+            self.assertEqual(done.stderr, "".join(f"mote-stats: step {i}: x is held in steps of {i} m here\n" for i in (0, 1)))
+        self.assertEqual(self.stats("--select", selection, "--quiet").stderr, "")
+        self.assertNotIn("notes", self.numbers()[0])
+
     def test_files_hold_the_same(self):
         selection = self.write({"ranges": [{"column": "px", "max": -2.9}]})
         lines = self.numbers("--select", selection)
@@ -104,7 +119,9 @@ class Statistics(WithRun):
             for name, value in line.items():
                 expected = np.nan if value is None else value
                 np.testing.assert_equal(float(row[name]), expected)
-                np.testing.assert_equal(float(text[name] or "nan"), expected)
+                heading = {"time": "time [s]", "sigma_x": "sigma_x [m]"}.get(name, name)
+                np.testing.assert_equal(float(text[heading] or "nan"), expected)
+        np.testing.assert_array_equal(array["sigma_x [m]"], array["sigma_x"])
         self.assertEqual(self.left(), ["out.csv", "out.npy", "selection.json"])
 
     def test_tables_are_for_people(self):
@@ -139,7 +156,7 @@ class Histograms(WithRun):
         np.testing.assert_array_equal(np.load(self.folder / "one.npy"), counts[2])
         table = np.genfromtxt(self.folder / "all.csv", delimiter=",", names=True)
         np.testing.assert_array_equal(table["count"], counts.ravel())
-        np.testing.assert_array_equal(np.unique(table["x_from"]), lines[0]["edges"][0][:-1])
+        np.testing.assert_array_equal(np.unique(table["x_from_m"]), lines[0]["edges"][0][:-1])
 
     def test_are_seen_on_a_terminal(self):
         self.assertIn("#", self.stats("--histogram", "x", "--bins", "30", "--steps", "0").stdout)
@@ -161,12 +178,13 @@ class Exports(WithRun):
             np.testing.assert_array_equal(rows["id"], self.fake.ids[step][keep])
             for i, name in enumerate(COLUMNS):
                 np.testing.assert_array_equal(rows[name], self.fake.values[step][keep, i])
-                np.testing.assert_array_equal(table[table["step"] == step][name], rows[name])
+                np.testing.assert_array_equal(rows[f"{name} [m]"], rows[name])
+                np.testing.assert_array_equal(table[table["step"] == step][name + "_m"], rows[name])
 
     def test_columns_are_chosen(self):
         self.assertEqual(self.stats("--export", self.folder / "rows.npy", "--columns", "px,id", "--steps", "1").returncode, 0)
         array = np.load(self.folder / "rows.npy")
-        self.assertEqual(array.dtype, [("px", "<f8"), ("id", "<u8")])
+        self.assertEqual(array.dtype, [(("px [m]", "px"), "<f8"), ("id", "<u8")])
         np.testing.assert_array_equal(array["px"], self.fake.values[1][:, 1])
 
     def test_a_job_s_file_is_fetched(self):

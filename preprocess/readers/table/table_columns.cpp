@@ -60,7 +60,9 @@ Status TableColumns::add(const TableField& field, double mass, const std::string
     if (meaning->quantity == Q::weight) {
         weightNamed_ = true;
         if (meaning->charge) weightUnit_ = "C";
-        if (field.name == "weighting" || field.name == "nmacro") weightUnit_ = "1";
+        const bool unitWritten = field.name.find_first_of("[({") != std::string::npos;
+        const bool count = field.name == "weighting" || field.name == "nmacro";
+        if (count || (unitWritten && !meaning->charge)) weightUnit_ = "1";
     }
     if (!meaning->unitGiven) {
         assumed_.emplace_back(field.name, std::string(assumedUnit(meaning->quantity)));

@@ -70,8 +70,9 @@ TEST(HistogramText, CsvHasALineForEachBin) {
     for (int i = 0; i < 100; ++i) {
         const auto histogram = anyHistogram(random, 1 + random.below(2), 8);
         const auto columns = histogram.edges.size();
-        EXPECT_EQ(csvHead(histogram.columns),
-                  columns == 1 ? "step,x_from,x_to,count\n" : "step,x_from,x_to,px_from,px_to,count\n");
+        EXPECT_EQ(csvHead(histogram.columns, columnUnits({})),
+                  columns == 1 ? "step,x_from [m],x_to [m],count\n"
+                               : "step,x_from [m],x_to [m],px_from [eV/c],px_to [eV/c],count\n");
         std::istringstream lines(csvText(histogram));
         std::string line;
         std::size_t index = 0;

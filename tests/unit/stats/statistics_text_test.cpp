@@ -122,10 +122,10 @@ TEST(StatisticsText, JsonHasEveryNumberOrNull) {
 TEST(StatisticsText, CsvHasALineForEachStep) {
     Random random(2);
     const auto steps = anySteps(random, 20);
-    std::istringstream lines(csvText(steps));
+    std::istringstream lines(csvText(steps, columnUnits({})));
     std::string line;
     std::getline(lines, line);
-    EXPECT_TRUE(line.starts_with("step,iteration,time,n_particle,charge,")) << line;
+    EXPECT_TRUE(line.starts_with("step,iteration,time [s],n_particle,charge [C],")) << line;
     for (const auto& step : steps) {
         ASSERT_TRUE(std::getline(lines, line));
         std::istringstream parts(line + ",");
