@@ -143,13 +143,21 @@ Result<NpyField> parseType(const std::string& type, const std::string& where) {
     return field;
 }
 
+/// The name of a field; of a pair (title, name) the title where it is the name with a unit, "x [mm]".
+const PythonLiteral* nameOf(const PythonLiteral& entry) {
+    if (entry.kind != Kind::sequence || entry.items.size() != 2) return &entry;
+    const PythonLiteral &title = entry.items[0], &name = entry.items[1];
+    const bool unit = title.kind == Kind::text && name.kind == Kind::text && !name.text.empty() &&
+                      title.text.starts_with(name.text + " [");
+    return unit ? &title : &name;
+}
+
 /// ('x', '<f8') or ('x', '<f8', (3,)); the name may be a pair (title, name).
 Result<NpyField> parseField(const PythonLiteral& entry, const std::string& where) {
     if (entry.kind != Kind::sequence || entry.items.size() < 2 || entry.items.size() > 3) {
         return corrupt(where, "has a type with a field that is no pair of name and type");
     }
-    const PythonLiteral* name = &entry.items[0];
-    if (name->kind == Kind::sequence && name->items.size() == 2) name = &name->items[1];
+    const PythonLiteral* name = nameOf(entry.items[0]);
     if (name->kind != Kind::text) return corrupt(where, "has a type with a field without a name");
     if (entry.items[1].kind == Kind::sequence) {
         return Error{ErrorCode::unsupported, where, "has fields within the field '" + name->text + "'"};
