@@ -107,9 +107,9 @@ void addInputOptions(const cli::Command& command, Options& options) {
         .option(
             "--format", options.format,
             "auto, openpmd, h5part, impactz, impactt, astra, tracewin, genesis4, sdds, elegant, csv, npy, "
-            "npz, tfs, json, gpt or ocelot")
+            "npz, tfs, json, gpt, ocelot, opal or pyorbit")
         .oneOf({"auto", "openpmd", "h5part", "impactz", "impactt", "astra", "tracewin", "genesis4", "sdds",
-                "elegant", "csv", "npy", "npz", "tfs", "json", "gpt", "ocelot"})
+                "elegant", "csv", "npy", "npz", "tfs", "json", "gpt", "ocelot", "opal", "pyorbit"})
         .valueName("NAME");
     command.option("--species", options.species, "openPMD species; needed where there are several")
         .valueName("NAME");

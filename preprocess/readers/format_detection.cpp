@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "preprocess/readers/format_detection.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string_view>
@@ -23,6 +24,7 @@ using Format = ParticleFormat;
 
 constexpr std::size_t impactZColumns = 9;
 constexpr std::size_t impactTColumns = 6;
+constexpr std::size_t opalColumns = 6;
 constexpr std::size_t astraColumns = 10;
 constexpr std::size_t beginBytes = 4096;
 
@@ -36,7 +38,7 @@ constexpr Name names[] = {
     {"npy", Format::npy},         {"npz", Format::npz},          {"tracewin", Format::tracewin},
     {"astra", Format::astra},     {"genesis4", Format::genesis}, {"elegant", Format::elegant},
     {"tfs", Format::tfs},         {"json", Format::json},        {"gpt", Format::gpt},
-    {"ocelot", Format::ocelot}};
+    {"ocelot", Format::ocelot},   {"opal", Format::opal},        {"pyorbit", Format::pyorbit}};
 
 Error unsupported(const std::filesystem::path& path, std::string message) {
     return {ErrorCode::unsupported, path.filename().string(), std::move(message)};
@@ -57,13 +59,17 @@ Result<Format> hdf5Format(const std::filesystem::path& path) {
 
 /// A table of numbers without names. What its columns mean the deck beside it says.
 Result<Format> numbersFormat(const proto::ParticlesJob& job, const std::filesystem::path& path,
-                             std::size_t columns) {
+                             const NumberTable::Shape& shape) {
     using Code = ImpactDeck::Code;
+    const std::size_t columns = shape.columns;
     const bool deckZ = ImpactDeck::beside(path, Code::impactZ).has_value();
     const bool deckT = ImpactDeck::beside(path, Code::impactT).has_value();
     if (columns >= impactTColumns && deckZ != deckT) return deckZ ? Format::impactZ : Format::impactT;
     if (columns == impactZColumns && job.has_impact() && job.impact().has_frequency()) return Format::impactZ;
-    if (columns == impactTColumns && (job.has_impact() || deckT)) return Format::impactT;
+    // OPAL's and IMPACT-T's look alike, and mean the same but for the fifth column and the charge.
+    const bool ofImpact = deckT || job.impact().has_frequency() || job.impact().has_current();
+    if (columns == opalColumns && shape.declared && !ofImpact) return Format::opal;
+    if (columns == impactTColumns && (ofImpact || job.has_impact())) return Format::impactT;
     if (columns == astraColumns && looksLikeAstra(path)) return Format::astra;
     return unsupported(
         path, "is a table of " + std::to_string(columns) +
@@ -80,6 +86,8 @@ Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem:
         if (begin.substr(first).starts_with("@ ")) return Format::tfs;
         if (begin[first] == '{' || begin[first] == '[') return Format::json;
     }
+    if (looksLikePyorbit(begin)) return Format::pyorbit;
+    if (looksLikeOpal(begin)) return Format::opal;
     if (looksLikeGptText(path)) return Format::gpt;
     MOTE_ASSIGN_OR_RETURN(const auto shape, NumberTable::probe(path));
     if (shape.columns == 0) return unsupported(path, "is empty");
@@ -87,7 +95,7 @@ Result<Format> textFormat(const proto::ParticlesJob& job, const std::filesystem:
     if (header) return Format::csv;
     // A unit or a name that is wrong in a line of names says more than "not known".
     if (header.error().code != ErrorCode::notFound) return header.error();
-    if (shape.numbers) return numbersFormat(job, path, shape.columns);
+    if (shape.numbers) return numbersFormat(job, path, shape);
     if (const auto known = knownFormat(begin, path.filename().string())) return unsupported(path, *known);
     return unsupported(
         path,
@@ -149,6 +157,45 @@ struct LeftOut {
     }
 };
 
+/// A file and what its format is.
+struct Told {
+    const InputFile* file = nullptr;
+    Format format = Format::csv;
+};
+
+std::string nameOf(Format format) {
+    for (const Name& known : names) {
+        if (known.format == format) return std::string(known.name);
+    }
+    return "";
+}
+
+/// Files that are named must be of one format. Of a folder it is that of most files: what lies beside a run
+/// is no run.
+Result<Format> formatOfRun(const std::vector<Told>& told) {
+    const Told* named = nullptr;
+    std::vector<std::pair<std::size_t, Format>> counts;
+    for (const Told& one : told) {
+        if (one.file->listed && named == nullptr) named = &one;
+        if (one.file->listed && one.format != named->format) {
+            return Error{ErrorCode::invalidArgument, one.file->path.filename().string(),
+                         "is of another format than " + named->file->path.filename().string() + ": " +
+                             nameOf(one.format) + ", not " + nameOf(named->format)};
+        }
+        auto found = std::find_if(counts.begin(), counts.end(),
+                                  [&](const auto& count) { return count.second == one.format; });
+        if (found == counts.end()) found = counts.insert(counts.end(), {0, one.format});
+        ++found->first;
+    }
+    if (named != nullptr) return named->format;
+    std::stable_sort(counts.begin(), counts.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    if (counts.size() < 2 || counts[0].first > counts[1].first) return counts.front().second;
+    return Error{ErrorCode::invalidArgument, "inputs",
+                 "are as many files of " + nameOf(counts[0].second) + " as of " + nameOf(counts[1].second) +
+                     "; choose with --format, or name the files"};
+}
+
 }  // namespace
 
 Result<CsvOptions> tableOptions(const proto::ParticlesJob& job) {
@@ -168,26 +215,28 @@ Result<ParticleFiles> detectFormat(const proto::ParticlesJob& job, const std::ve
     }
     std::optional<Error> failed;
     LeftOut leftOut;
+    std::vector<Told> told;
     for (const InputFile& file : files) {
         const auto format = detect(job, file.path);
-        const std::string name = file.path.filename().string();
-        if (!format) {
-            const ErrorCode code = format.error().code;
-            const bool odd = code == ErrorCode::corrupt || code == ErrorCode::unsupported;
-            if (files.size() == 1 || !odd) return format.error();
-            if (!failed) failed = format.error();
-            leftOut.add(format.error().toString());
-        } else if (found.paths.empty() || *format == found.format) {
-            found.format = *format;
-            found.paths.push_back(file.path);
-        } else if (file.listed) {
-            return Error{ErrorCode::invalidArgument, name,
-                         "is of another format than " + found.paths.front().filename().string()};
-        } else {
-            leftOut.add(name + " is of another format than " + found.paths.front().filename().string());
+        if (format) {
+            told.push_back({&file, *format});
+            continue;
         }
+        const ErrorCode code = format.error().code;
+        const bool odd = code == ErrorCode::corrupt || code == ErrorCode::unsupported;
+        if (files.size() == 1 || !odd) return format.error();
+        if (!failed) failed = format.error();
+        leftOut.add(format.error().toString());
     }
-    if (found.paths.empty() && failed) return *failed;
+    if (told.empty() && failed) return *failed;
+    MOTE_ASSIGN_OR_RETURN(found.format, formatOfRun(told));
+    for (const Told& one : told) {
+        if (one.format == found.format)
+            found.paths.push_back(one.file->path);
+        else
+            leftOut.add(one.file->path.filename().string() + " is " + nameOf(one.format) + ", not " +
+                        nameOf(found.format));
+    }
     leftOut.note(progress);
     return found;
 }

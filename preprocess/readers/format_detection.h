@@ -34,6 +34,8 @@ enum class ParticleFormat : std::uint8_t {
     json,
     gpt,
     ocelot,
+    opal,
+    pyorbit,
 };
 
 /// A run's files, all of one format.
@@ -45,9 +47,10 @@ struct ParticleFiles {
 /// What the job says of tables. Error: invalidArgument (a map that is none).
 Result<CsvOptions> tableOptions(const proto::ParticlesJob& job);
 
-/// The files of the format that the job names, else of that of the first file that is read. Of a folder or a
-/// pattern, files of other formats are left out, with a note. Errors: notFound, unsupported (with what may be
-/// done), invalidArgument (an unknown name, files of different formats).
+/// The files of the format that the job names, else of that of the first file that is named and read. Of a
+/// folder or a pattern it is that of most files; those of other formats are left out, with a note. Errors:
+/// notFound, unsupported (with what may be done), invalidArgument (an unknown name, files of different
+/// formats, in a folder as many of one as of another).
 Result<ParticleFiles> detectFormat(const proto::ParticlesJob& job, const std::vector<InputFile>& files,
                                    Progress& progress);
 

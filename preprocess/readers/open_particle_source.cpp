@@ -62,6 +62,10 @@ Result<std::unique_ptr<ParticleSource>> openParticleSource(const proto::Particle
             return openGpt(files, mass, progress);
         case Format::ocelot:
             return openOcelot(files, mass, progress);
+        case Format::opal:
+            return openOpal(files, mass, progress);
+        case Format::pyorbit:
+            return openPyorbit(files, mass, progress);
     }
     return Error{ErrorCode::internal, "", "no reader is known for this format"};
 }

@@ -144,4 +144,24 @@ bool looksLikeOcelot(const std::filesystem::path& path);
 Result<std::unique_ptr<ParticleSource>> openOcelot(const std::vector<std::filesystem::path>& files,
                                                    double mass, Progress& progress);
 
+// Distributions of OPAL in text, as FROMFILE takes and WRITETOFILE writes them; one file a step.
+
+/// Whether a text begins as one with names: what has none is a table of numbers like others.
+bool looksLikeOpal(std::string_view begin);
+
+/// Steps in the order of the numbers in the files' names. `mass` in eV/c^2, 0: the electron's, with a note.
+/// Errors: notFound, corrupt, unsupported (momenta that are no beta gamma), resourceExhausted, cancelled.
+Result<std::unique_ptr<ParticleSource>> openOpal(const std::vector<std::filesystem::path>& files, double mass,
+                                                 Progress& progress);
+
+// Bunches of PyORBIT in text; one file a step.
+
+bool looksLikePyorbit(std::string_view begin);
+
+/// Steps in the order of the numbers in the files' names. `mass` in eV/c^2, 0: as the files say. Errors:
+/// notFound, corrupt, unsupported (nothing that says the synchronous particle's momentum), resourceExhausted,
+/// cancelled.
+Result<std::unique_ptr<ParticleSource>> openPyorbit(const std::vector<std::filesystem::path>& files,
+                                                    double mass, Progress& progress);
+
 }  // namespace mote::prep

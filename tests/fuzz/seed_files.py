@@ -51,6 +51,13 @@ def tables():
         "csv-quoted": ("csv a", {"a": '"x";"y [mm]";"note"\n1;2;"a ; b"\n3;4;\n'}), "csv-huge": ("csv a", {"a": "x,y,id\n1e999,-1e-999,18446744073709551615\n1d3,.5,7\n"}), "csv-many": ("csv a", {"a": "x,y\n" + 3000 * "1,2\n"}),
         "csv-id": ("csv a", {"a": "x,id\n1,2.0\n3,1e3\n"}), "tracewin": ("tracewin a.dst,b.dst", {}),
     }
+    orbit = ("% PARTICLE_ATTRIBUTES_CONTROLLERS_NAMES ParticleIdNumber macrosize\n% BUNCH_ATTRIBUTE_DOUBLE charge   1\n% BUNCH_ATTRIBUTE_DOUBLE mass   0.938272\n"
+             "%  SYNC_PART_MOMENTUM 0 0 1.696  px, py, pz\n%  SYNC_PART_TIME 1e-8  time in [sec]\n% x[m] px[rad] y[m] py[rad] z[m]  (pz or dE [GeV])\n1e-3 1e-4 2e-3 2e-4 0.1 1e-3 7 1e5\n0 0 0 0 0 0 8 1e5\n")
+    ok |= {
+        "pyorbit": ("auto b2.dat,b1.dat", {"b1.dat": orbit, "b2.dat": orbit}), "pyorbit-energy": ("pyorbit a", {"a": orbit.replace("SYNC_PART_MOMENTUM 0 0 1.696", "info only: energy of the synchronous particle [GeV] = 1")}),
+        "pyorbit-six": ("pyorbit a", {"a": orbit.replace(" 7 1e5", "").replace(" 8 1e5", "")}), "opal": ("auto a", {"a": "2\n" + 2 * ROW_T}), "opal-named": ("auto a", {"a": "2\nx px y py t pz\n" + 2 * ROW_T}),
+        "opal-dump": ("auto a", {"a": "# x [m] px [betax gamma] y [m] py [betay gamma] t [s] pz [betaz gamma] Bin Number\n" + 2 * ROW_T.replace("\n", " 1\n")}),
+    }
     dst = b"\x7d\x64" + struct.pack("<idd", 1, 1.0, 352.2) + b"\0" + struct.pack("<6d", 1, 1e-3, 0.2, 2e-3, 0.0, 3.0)
     ok["tracewin"] = (ok["tracewin"][0], {n: dst + struct.pack("<d", 938.272) for n in ("a.dst", "b.dst")})
     bad = {
@@ -66,6 +73,8 @@ def tables():
         "gzip-damaged": ("csv a", {"a": gzip.compress(csv.encode(), mtime=0)[:14] + b"\xff\xff\xff\xff" + gzip.compress(csv.encode(), mtime=0)[18:]}), "sdds-masses": ("sdds a,b", {
             "a": seed_tables.text(), "b": seed_tables.text(names=("x", "y", "z"), rows="1 2 3\n", count="1\n")}),
     }
+    bad |= {"pyorbit-momentum": ("auto a", {"a": orbit.replace("SYNC_PART_MOMENTUM", "SYNC_PART_X")}), "pyorbit-mass": ("pyorbit a", {"a": orbit.replace(" mass ", " ssam ")}), "pyorbit-row": ("pyorbit a", {"a": orbit + "1 2 3\n"}),
+            "opal-count": ("auto a", {"a": "3\n" + 2 * ROW_T}), "opal-volts": ("auto a", {"a": "1\n0 1e3 0 1e3 0 1e9\n"}), "opal-word": ("opal a", {"a": "1\n0 1 0 1 0 x\n"}), "opal-none": ("opal a", {"a": "1 2 3 4 5 6\n"})}
     return ok, bad
 
 

@@ -173,8 +173,9 @@ class HeaderFinder {
         if (!search_.firstRow) search_.firstRow = candidate;
         if (!numbers || candidate.names.empty()) return false;
         if (exactly) search_.header.reset();
-        // One row of numbers may belong to the title, as in TraceWin's text; two alike do not.
-        if (search_.nameless) return search_.nameless->names.size() == candidate.names.size();
+        // One row of numbers may belong to the title, as in TraceWin's text or where it counts the rows; two
+        // alike do not.
+        if (search_.nameless && search_.nameless->names.size() == candidate.names.size()) return true;
         candidate.rows = rows_ - 1;
         search_.nameless = std::move(candidate);
         return false;

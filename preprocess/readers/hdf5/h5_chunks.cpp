@@ -7,6 +7,8 @@
 #include <array>
 #include <cstring>
 
+#include "preprocess/readers/hdf5/lzf.h"
+
 namespace mote::prep {
 namespace {
 
@@ -15,6 +17,7 @@ constexpr std::uint64_t deflateRatio = 1040;  // zlib's own limit is 1032:1
 constexpr std::size_t maxScratchBytes = 16 << 20;
 constexpr std::size_t checksumBytes = 4;
 constexpr std::size_t maxFilters = 8;
+constexpr H5Z_filter_t lzfFilter = 32000;  // h5py's, as registered with The HDF Group
 
 Error corrupt(const std::string& where, std::string message) {
     return {ErrorCode::corrupt, where, std::move(message)};
@@ -79,7 +82,9 @@ Status H5Chunks::readFilters(const H5Object& dataset, hid_t creation) {
         const H5Z_filter_t id = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &valueCount,
                                                values.data(), name.size() - 1, name.data(), nullptr);
         if (id < 0) return corrupt(dataset.where, "has no valid list of filters");
-        if (id != H5Z_FILTER_DEFLATE && id != H5Z_FILTER_SHUFFLE && id != H5Z_FILTER_FLETCHER32) {
+        const bool known = id == H5Z_FILTER_DEFLATE || id == H5Z_FILTER_SHUFFLE ||
+                           id == H5Z_FILTER_FLETCHER32 || id == lzfFilter;
+        if (!known) {
             return Error{ErrorCode::unsupported, dataset.where,
                          "is compressed by filter " + std::to_string(id) + " '" + name.data() +
                              "', which is not read; repack it (h5repack -f GZIP=1)"};
@@ -100,9 +105,12 @@ void H5Chunks::readFillValue(hid_t creation, hid_t type) {
 }
 
 std::uint64_t H5Chunks::greatestRatio() const {
-    const bool deflated = std::any_of(filters_.begin(), filters_.end(),
-                                      [](const Filter& filter) { return filter.id == H5Z_FILTER_DEFLATE; });
-    return deflated ? deflateRatio : 1;
+    std::uint64_t ratio = 1;
+    for (const Filter& filter : filters_) {
+        if (filter.id == H5Z_FILTER_DEFLATE) ratio = std::max(ratio, deflateRatio);
+        if (filter.id == lzfFilter) ratio = std::max(ratio, lzfRatio);
+    }
+    return ratio;
 }
 
 Result<std::span<const std::uint8_t>> H5Chunks::chunk(hid_t dataset, const std::vector<hsize_t>& first,
@@ -149,6 +157,11 @@ Status H5Chunks::decode(std::uint32_t skipped, const std::string& where) {
         switch (filters_[i].id) {
             case H5Z_FILTER_DEFLATE:
                 if (!inflateChunk()) return corrupt(where, "its compressed data is damaged");
+                break;
+            case lzfFilter:
+                if (!undoLzf(chunk_, chunkBytes_ + maxFilters * checksumBytes, scratch_))
+                    return corrupt(where, "its compressed data (lzf) is damaged");
+                chunk_.swap(scratch_);
                 break;
             case H5Z_FILTER_SHUFFLE:
                 unshuffle(filters_[i].elementBytes);

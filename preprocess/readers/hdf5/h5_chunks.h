@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// H5Chunks: the values of a dataset that is stored in chunks, decoded by our own code (deflate, shuffle,
-// fletcher32). HDF5's own reading (1.10) believes that a decoded chunk has the size of a chunk; a changed
-// filter mask is enough to make it read beyond one. The last chunk is kept, at most 1 GiB. Owned by
+// H5Chunks: the values of a dataset that is stored in chunks, decoded by our own code (deflate, lzf,
+// shuffle, fletcher32). HDF5's own reading (1.10) believes that a decoded chunk has the size of a chunk; a
+// changed filter mask is enough to make it read beyond one. The last chunk is kept, at most 1 GiB. Owned by
 // whoever reads the dataset; one thread at a time.
 #pragma once
 
@@ -25,7 +25,7 @@ class H5Chunks {
     /// Values of a chunk along each dimension.
     const std::vector<hsize_t>& shape() const { return shape_; }
 
-    /// How many bytes come out of one stored byte at most: 1 without deflate.
+    /// How many bytes come out of one stored byte at most: 1 where none is compressed.
     std::uint64_t greatestRatio() const;
 
     /// All values, in the file's own type, of the chunk whose first one stands at `first`: until the next

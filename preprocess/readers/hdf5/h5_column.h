@@ -16,8 +16,8 @@ namespace mote::prep {
 class H5Column {
   public:
     /// `dataset` is of `file`. Errors: unsupported (external or virtual storage, a filter other than
-    /// deflate, shuffle and fletcher32, no numbers, more than one dimension longer than 1), corrupt (declares
-    /// more than the file can hold).
+    /// deflate, lzf, shuffle and fletcher32, no numbers, more than one dimension longer than 1), corrupt
+    /// (declares more than the file can hold).
     static Result<H5Column> open(const H5File& file, H5Object dataset);
 
     std::uint64_t rows() const { return rows_; }

@@ -19,7 +19,7 @@ namespace mote::prep {
 class H5Numbers {
   public:
     /// `dataset` is of `file`; a column has no more than one dimension that is longer than 1. Errors:
-    /// unsupported (external or virtual storage, a filter other than deflate, shuffle and fletcher32, no
+    /// unsupported (external or virtual storage, a filter other than deflate, lzf, shuffle and fletcher32, no
     /// numbers), corrupt (declares more than the file can hold).
     static Result<H5Numbers> open(const H5File& file, H5Object dataset, bool column = false);
 

@@ -61,6 +61,8 @@ class SddsSource : public ParticleSource {
     SddsRows rows_;
 };
 
+constexpr Column coordinates[] = {Column::x, Column::y, Column::z, Column::px, Column::py, Column::pz};
+
 /// When the step's particles pass its place, s: as the file says, else as long as light-like motion of the
 /// central momentum takes from the beginning.
 double timeOf(const SddsParameters& values) {
@@ -75,6 +77,12 @@ Status SddsSource::addFile(const std::filesystem::path& path) {
     MOTE_ASSIGN_OR_RETURN(const auto header, hdf5 ? readSddsHdf5Header(path) : SddsHeader::read(path));
     const std::string name = path.filename().string();
     MOTE_ASSIGN_OR_RETURN(auto columns, SddsColumns::of(header, mass_, name));
+    if (std::none_of(std::begin(coordinates), std::end(coordinates),
+                     [&](Column column) { return columns.has(column); })) {
+        return Error{ErrorCode::unsupported, name,
+                     "is SDDS without any of the columns x, y, z, px, py, pz of particles: statistics or "
+                     "optics (as OPAL's .stat, elegant's .sig and .twi)"};
+    }
     auto pages = hdf5           ? openSddsHdf5(path, header, progress_)
                  : header.ascii ? openSddsAscii(path, header, progress_)
                                 : openSddsBinary(path, header, progress_);
