@@ -28,6 +28,7 @@ struct CommandLine {
 };
 
 /// The subcommands that make nothing; those of jobs are in job_kinds.h.
+void addLookCommand(const cli::Command& program, CommandLine& line);
 void addInfoCommand(const cli::Command& program, CommandLine& line);
 void addVerifyCommand(const cli::Command& program, CommandLine& line);
 void addJobCommand(const cli::Command& program, CommandLine& line);

@@ -236,4 +236,18 @@ Result<MeshRecord> MeshRecord::open(const std::filesystem::path& path, const Mes
     return record;
 }
 
+Result<std::vector<std::string>> meshFields(const std::filesystem::path& path) {
+    if (!H5File::looksLikeHdf5(path)) return std::vector<std::string>();
+    MOTE_ASSIGN_OR_RETURN(const auto file, H5File::open(path));
+    if (!looksLikeOpenpmd(file)) return std::vector<std::string>();
+    MOTE_ASSIGN_OR_RETURN(const auto layout, readOpenpmdLayout(file));
+    if (layout.iterations.empty()) return Error{ErrorCode::notFound, file.name(), "holds no iteration"};
+    MOTE_ASSIGN_OR_RETURN(const auto meshes, meshesGroup(file, layout.iterations.front()));
+    if (!meshes || !meshes->group) {
+        return Error{ErrorCode::notFound, file.name() + ":" + layout.iterations.front().path,
+                     "holds no meshes"};
+    }
+    return fieldNames(file, *meshes);
+}
+
 }  // namespace mote::prep

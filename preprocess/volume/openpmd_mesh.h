@@ -39,6 +39,10 @@ Result<bool> holdsOpenpmd(const std::filesystem::path& path);
 /// is only one. Errors: as openOpenpmdMesh.
 Result<std::vector<std::string>> meshSteps(const std::filesystem::path& path, const std::string& field);
 
+/// The names of the fields of a file's first iteration, without it; none where it has not openPMD's mark.
+/// Errors: notFound (it holds no meshes), corrupt, those of H5File.
+Result<std::vector<std::string>> meshFields(const std::filesystem::path& path);
+
 /// Errors: notFound (no such iteration, record or component: says which there are), unsupported (another
 /// geometry, more than three dimensions, a constant), corrupt, invalidArgument (the field's name),
 /// resourceExhausted (modes of more than 1 GiB), those of H5File.

@@ -123,6 +123,13 @@ std::string describeParticles(const proto::ParticlesManifest& particles) {
     if (particles.mass() > 0.0) fmt::format_to(out, "mass     {:.10g} eV/c^2\n", particles.mass());
     if (particles.particle_charge() != 0.0)
         fmt::format_to(out, "charge   {:.10g} C of one particle\n", particles.particle_charge());
+    const auto& unit = particles.weight_unit();
+    fmt::format_to(out, "weights  {}\n",
+                   unit == "1"   ? "count real particles"
+                   : unit == "C" ? "are charges in C"
+                                 : "of no known unit");
+    fmt::format_to(out, "lost     {} those that the source marks as lost\n",
+                   particles.lost_particles().empty() ? "without" : particles.lost_particles());
     for (int i = 0; i < particles.columns_size(); ++i) {
         const auto& column = particles.columns(i);
         double resolution = 0.0;
@@ -132,9 +139,11 @@ std::string describeParticles(const proto::ParticlesManifest& particles) {
         }
         fmt::format_to(out, "column   {} from {:.6g} to {:.6g} {}", column.name(), column.min(), column.max(),
                        column.unit());
-        if (resolution > 0.0) fmt::format_to(out, ", to {:.2g}", resolution);
+        if (resolution > 0.0) fmt::format_to(out, ", in steps of at most {:.2g}", resolution);
         text += '\n';
     }
+    if (particles.columns_size() > 0)
+        fmt::format_to(out, "ids      {}\n", particles.ids() ? "the source's own" : "none");
     for (const auto& note : particles.notes()) fmt::format_to(out, "note     {}\n", note);
     return text;
 }

@@ -2,14 +2,13 @@
 """A beam that the tests of foreign particle files write in every way, and datasets of particles read back without code of
 ours."""
 import dataclasses
-import json
 import tempfile
 import pathlib
 
 import h5py
 import numpy
 
-from support import run
+from support import make
 
 C, E = 299792458.0, 1.602176634e-19
 ELECTRON, PROTON = 510998.95, 938272088.16  # eV
@@ -36,6 +35,7 @@ class Run:
     species: str
     charge: float
     weight_unit: str
+    statistics: dict  # of the first step
 
 
 def read(path, *options, axes=AXES):
@@ -43,8 +43,7 @@ def read(path, *options, axes=AXES):
     paths = path if isinstance(path, list) else [path]
     with tempfile.TemporaryDirectory() as folder:
         made = pathlib.Path(folder) / "a.mote"
-        run("particles", *paths, "--axes", axes, "--lost", "with", "--out", made, "--quiet", *options)
-        manifest = json.loads((made / "manifest.json").read_text(encoding="utf-8"))["particles"]
+        manifest = make("particles", made, *paths, "--axes", axes, "--lost", "with", *options)["particles"]
         names = [column["name"] for column in manifest["columns"]]
         steps = []
         for entry in manifest["steps"]:
@@ -59,7 +58,8 @@ def read(path, *options, axes=AXES):
                     columns[name] = (file["/columns/" + name][...].astype(float) + offset)[order]
             steps.append(Step(columns, resolution, entry.get("time", 0.0), int(entry.get("iteration", 0))))
         return Run(steps, "\n".join(manifest.get("notes", [])), manifest.get("mass", 0.0), manifest.get("species", ""),
-                   manifest.get("particleCharge", 0.0), manifest.get("weightUnit", ""))
+                   manifest.get("particleCharge", 0.0), manifest.get("weightUnit", ""),
+                   dict(zip(manifest.get("statisticNames", []), manifest["steps"][0].get("statistics", []))))
 
 
 class Beam:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of MAD-X and PTC, GPT, Ocelot and spiffe, written after their manuals."""
+"""Files of MAD-X and PTC, GPT, Ocelot, spiffe, PyORBIT and OPAL, written after their manuals and sources."""
 import gzip
 import itertools
 import struct
@@ -13,6 +13,8 @@ from support import Case, needs_program
 
 @needs_program
 class Tfs(Case):
+    FORMATS = {"tfs"}
+
     def text(self, beam, header, energy, rows=None, segment=False, turn=0):
         rows = range(beam.count) if rows is None else rows
         lines = ['@ NAME             %08s "TRACKONE"', '@ TYPE %08s "TRACKONE"', *header,
@@ -104,6 +106,8 @@ def gdf(beam, times, dtype="<f8", root=False):
 
 @needs_program
 class Gpt(Case):
+    FORMATS = {"gpt"}
+
     def test_gdf(self):
         beam = Beam()
         for dtype, times, root in (("<f8", [0.0], False), ("<f8", [1e-9, 2e-9, 5e-9], False), ("<f4", [1e-9], False),
@@ -146,6 +150,8 @@ class Gpt(Case):
 
 @needs_program
 class Ocelot(Case):
+    FORMATS = {"ocelot"}
+
     def test_archives(self):
         beam = Beam()
         particles = numpy.array([beam.x, beam.px / beam.p0, beam.y, beam.py / beam.p0, C * beam.t, beam.pt])
@@ -161,6 +167,8 @@ class Ocelot(Case):
 
 @needs_program
 class Spiffe(Case):
+    FORMATS = {"sdds"}
+
     def test_rings(self):
         beam = Beam()
         radius, pr, pphi = numpy.hypot(beam.x, beam.y), beam.px / beam.mass, beam.py / beam.mass
@@ -181,3 +189,119 @@ class Spiffe(Case):
             turn = (step["x"] * step["py"] - step["y"] * step["px"]) / made_radius  # about the axis
             numpy.testing.assert_allclose(turn[here], beam.py[there], rtol=1e-3, atol=100.0)
             self.assertAlmostEqual(step["weight"].sum() / (beam.count * 1e-15), 1, 6)
+
+
+def pyorbit(beam, attributes=(), momentum=True, kinetic=False, mass=True, macro=0.0, time=0.0):
+    """A bunch as Bunch.dumpBunch() writes it, with all digits."""
+    columns = [beam.x, beam.px / beam.p0, beam.y, beam.py / beam.p0, beam.zeta, beam.pt * beam.p0 / 1e9]
+    known = {"ParticleIdNumber": [beam.id], "macrosize": [beam.weight], "TurnNumber": [numpy.arange(beam.count)],
+             "ParticleInitialCoordinates": [beam.x] * 6, "LostParticleAttributes": [numpy.full(beam.count, 12.5)],
+             "SomethingNew": [beam.y, beam.y]}
+    for name in sorted(attributes):
+        columns += known[name]
+    head = ["% PARTICLE_ATTRIBUTES_CONTROLLERS_NAMES " + " ".join(sorted(attributes)),
+            f"% BUNCH_ATTRIBUTE_DOUBLE charge   {beam.charge} ", "% BUNCH_ATTRIBUTE_DOUBLE classical_radius   1.5347e-18 ",
+            f"% BUNCH_ATTRIBUTE_DOUBLE macro_size   {macro!r} "]
+    if mass:
+        head.append(f"% BUNCH_ATTRIBUTE_DOUBLE mass   {beam.mass / 1e9!r} ")
+    head.append("%  SYNC_PART_COORDS 0 0 0  x, y, z positions in [m]")
+    if momentum:
+        head.append(f"%  SYNC_PART_MOMENTUM 0 0 {beam.p0 / 1e9!r}  px, py, pz momentum component in GeV/c")
+    if kinetic:
+        head.append(f"%  info only: energy of the synchronous particle [GeV] = {(beam.e0 - beam.mass) / 1e9!r}")
+    head += ["%  info only: beta=v/c of the synchronous particle = 0.5", f"%  SYNC_PART_TIME {time!r}  time in [sec]",
+             "% x[m] px[rad] y[m] py[rad] z[m]  (pz or dE [GeV])"]
+    return "\n".join(head) + "\n" + table(None, columns, " ", "%.17g")
+
+
+@needs_program
+class PyOrbit(Case):
+    FORMATS = {"pyorbit"}
+
+    def test_every_way_to_say_the_synchronous_particle(self):
+        for mass, p0 in ((PROTON, 1.7e9), (PROTON, 7e12), (ELECTRON, 1e8)):
+            beam = Beam(mass=mass, p0=p0, charge=1)
+            for said, options in (({}, ()), ({"momentum": False, "kinetic": True}, ()), ({"mass": False}, ("--mass", mass)),
+                                  ({"kinetic": True, "time": 2e-6}, ())):
+                with self.subTest(mass=mass, p0=p0, said=said):
+                    path = write_text(self.folder / "bunch.dat", pyorbit(beam, **said))
+                    made = beams.read(path, *options)
+                    beam.hold(self, made.steps[0], "x y px py pz t", str(said), ids=False, z=beam.zeta)
+                    self.assertAlmostEqual(made.mass / mass, 1, 9)
+                    self.assertAlmostEqual(made.charge / E, 1, 9)
+                    self.assertEqual(made.steps[0].time, said.get("time", 0.0))
+
+    def test_attributes(self):
+        beam = Beam(mass=PROTON, p0=1.7e9, charge=1)
+        for attributes in (("ParticleIdNumber",), ("ParticleIdNumber", "macrosize"), ("TurnNumber", "macrosize", "ParticleIdNumber"),
+                           ("ParticleInitialCoordinates", "ParticleIdNumber"), ("LostParticleAttributes", "ParticleIdNumber"),
+                           ("SomethingNew", "ParticleIdNumber", "macrosize")):
+            with self.subTest(attributes=attributes):
+                made = beams.read(write_text(self.folder / "bunch.dat", pyorbit(beam, attributes)))
+                beam.hold(self, made.steps[0], what=str(attributes))
+                if "macrosize" in attributes:
+                    beam.hold(self, made.steps[0], "weight", str(attributes))
+                if "LostParticleAttributes" in attributes:
+                    self.assertTrue((made.steps[0]["lost"] == 1).all())
+        made = beams.read(write_text(self.folder / "bunch.dat", pyorbit(beam, macro=2.5e5)))
+        self.assertTrue((made.steps[0]["weight"] == 2.5e5).all())
+        self.assertEqual(made.weight_unit, "1")
+
+    def test_series_and_what_is_missing(self):
+        beam = Beam(mass=PROTON, p0=1.7e9, charge=1)
+        files = [write_text(self.folder / f"bunch_{i}.dat", pyorbit(beam, time=i * 1e-6)) for i in (2, 10, 1)]
+        write_text(self.folder / "bunch_7.dat", pyorbit(beam)[:-30] + "\n")
+        made = beams.read(self.folder)
+        self.assertEqual([step.iteration for step in made.steps], [1, 2, 10])
+        self.assertEqual([step.time for step in made.steps], [1 * 1e-6, 2 * 1e-6, 10 * 1e-6])
+        self.assertIn("bunch_7.dat", made.notes)
+        self.refused("SYNC_PART_MOMENTUM", beams.read, write_text(files[0], pyorbit(beam, momentum=False)))
+        self.refused("says no mass", beams.read, write_text(files[0], pyorbit(beam, mass=False)))
+
+
+@needs_program
+class Opal(Case):
+    FORMATS = {"opal", "csv"}  # a map makes a table of it
+
+    def rows(self, beam, fifth):
+        columns = [beam.x, beam.px / beam.mass, beam.y, beam.py / beam.mass, fifth, beam.pz / beam.mass]
+        return columns, table(None, columns, " ", "%.17g")
+
+    def test_distributions(self):
+        for mass, options in ((ELECTRON, ()), (PROTON, ("--mass", PROTON))):
+            beam = Beam(mass=mass)
+            time = -1e-12 * abs(beam.zeta) / abs(beam.zeta).max()
+            for name, fifth in (("z", beam.zeta), ("t", time)):
+                columns, rows = self.rows(beam, fifth)
+                names = f"x px y py {name} pz"
+                unit = "m" if name == "z" else "s"
+                dump = f"# x [m]            px [betax gamma] y [m]            py [betay gamma] {name} [{unit}]            pz [betaz gamma]"
+                bins = table(None, [*columns, numpy.ones(beam.count)], " ", "%.17g")
+                forms = {"counted": f"{beam.count}\n{rows}", "blanks": f"  {beam.count}  \n\n{rows}\n", "named": f"{beam.count}\n{names}\n{rows}",
+                         "dump": f"{dump}\n# {beam.count}\n{rows}", "bins": f"{dump} Bin Number\n{bins}"}
+                for what, text in forms.items():
+                    with self.subTest(mass=mass, name=name, what=what):
+                        made = beams.read(write_text(self.folder / "dist.dat", text), *options)
+                        beam.hold(self, made.steps[0], "x y px py pz", what, ids=False, **{name: fifth})
+                        self.assertIn("beta gamma", made.notes)
+                        self.assertAlmostEqual(made.mass / mass, 1, 9)
+                        self.assertEqual("taken for electrons" in made.notes, not options)
+
+    def test_statistics_are_no_particles(self):
+        text = "SDDS1\n" + "".join(f"&column name={name}, type=double, units={unit} &end\n" for name, unit in (
+            ("t", "ns"), ("s", "m"), ("numParticles", "1"), ("rms_x", "m"), ("emit_x", "m")))
+        path = write_text(self.folder / "run.stat", text + "&data mode=ascii, no_row_counts=1 &end\n0 0 10 1e-3 1e-6\n1 1 10 1e-3 1e-6\n")
+        self.refused("statistics or optics (as OPAL's .stat", beams.read, path)
+
+    def test_what_it_is_not(self):
+        beam = Beam()
+        _, rows = self.rows(beam, beam.zeta)
+        path = write_text(self.folder / "dist.dat", f"{beam.count + 1}\n{rows}")
+        self.refused("declares 121 particles and has 120", beams.read, path)
+        volts = table(None, [beam.x, beam.px, beam.y, beam.py, beam.zeta, beam.pz], " ", "%.17g")
+        path = write_text(self.folder / "ev.dat", f"{beam.count}\n{volts}")
+        self.refused("which are no beta gamma", beams.read, path)
+        made = beams.read(path, "--map", "x=1 [m],px=2 [eV/c],y=3 [m],py=4 [eV/c],z=5 [m],pz=6 [eV/c]")
+        beam.hold(self, made.steps[0], ids=False, z=beam.zeta)
+        self.refused("without names", beams.read, write_text(self.folder / "six.dat", rows))
+        self.refused("is not a number", beams.read, write_text(self.folder / "word.dat", "2\nx px y py z pz\n1 2 3 4 5 6\n1 2 x 4 5 6\n"))

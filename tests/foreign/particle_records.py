@@ -12,6 +12,8 @@ from support import Case, needs_program
 
 @needs_program
 class OpenPmd(Case):
+    FORMATS = {"openpmd", "csv"}  # csv: beside it in a folder
+
     def write(self, name="a.h5", steps=("1",), change=None, **options):
         beam = Beam()
         path = self.folder / name
@@ -54,9 +56,9 @@ class OpenPmd(Case):
             elif kind == "text":
                 group.create_dataset(name, data=numpy.full(len(values), b"x"))
             else:
-                group.create_dataset(name, data=values, chunks=(40,), compression=kind)
+                group.create_dataset(name, data=values.astype("i8"), chunks=(40,), scaleoffset=0)
         for name, kind in itertools.product(("position/z", "momentum/z", "momentum/x", "weighting"),
-                                            ("empty", "null", "nothing", "doubled", "square", "text", "lzf")):
+                                            ("empty", "null", "nothing", "doubled", "square", "text", "scaleoffset")):
             with self.subTest(name=name, kind=kind):
                 beam, path = self.write(change=lambda group, _, n=name, k=kind: damaged(group, n, k))
                 made = beams.read(path, axes="x,y,py")
@@ -64,10 +66,24 @@ class OpenPmd(Case):
                 self.assertNotIn(column, made.steps[0].columns)
                 self.assertIn(f"record '{name}' is left out", made.notes)
                 beam.hold(self, made.steps[0], "x y py", name)
-        for kind in ("empty", "doubled", "lzf", "nothing"):
+        for kind in ("empty", "doubled", "scaleoffset", "nothing"):
             with self.subTest(name="id", kind=kind):
                 beam, path = self.write(change=lambda group, _, k=kind: damaged(group, "id", k))
                 beam.hold(self, beams.read(path).steps[0], what=kind, ids=False)
+
+    def test_filters_of_h5py(self):
+        for filters in ({"compression": "gzip"}, {"compression": "lzf"}, {"compression": "lzf", "shuffle": True},
+                        {"compression": "lzf", "shuffle": True, "fletcher32": True}, {"shuffle": True, "fletcher32": True}):
+            for chunk in (1, 37, 120):
+                with self.subTest(filters=filters, chunk=chunk):
+                    beam, path = self.write(chunks=(chunk,), **filters)
+                    beam.hold(self, beams.read(path).steps[0], "x y px py pz weight", str(filters))
+
+        def even(group, _):  # what compresses well is copies of copies
+            del group["weighting"]
+            group.create_dataset("weighting", data=numpy.full(120, 3.5), chunks=(120,), compression="lzf")
+        beam, path = self.write(change=even)
+        beam.hold(self, beams.read(path).steps[0], weight=numpy.full(120, 3.5))
 
     def test_odd_steps_are_left_out(self):
         def change(group, step):
@@ -140,6 +156,20 @@ class OpenPmd(Case):
                 self.assertEqual(made.steps[0].iteration, 42)
                 beam.hold(self, made.steps[0])
 
+    def test_neutral_particles_have_no_charge(self):
+        for species, charge, each in (("photon", None, 0), ("neutron", None, 0), ("#12C", 0.0, 0), ("#12C", None, 1), ("#12C", 6 * E, 6),
+                                      ("electron", None, 1), ("other", None, 1)):
+            def change(group, _, species=species, charge=charge):
+                group.attrs["speciesType"] = numpy.bytes_(species)
+                if charge is not None:
+                    beams.constant(group, "charge", charge, [120])
+                group.parent.move("electrons", "those")
+            with self.subTest(species=species, charge=charge):
+                beam, path = self.write(change=change)
+                made = beams.read(path)
+                numpy.testing.assert_allclose(made.statistics["charge"], each * E * beam.weight.sum(), rtol=1e-12, atol=0)
+                self.assertEqual(made.species, "#12C+0" if charge == 0 else made.species)
+
     def test_photons_have_the_energy_p_c(self):
         def change(group, _):
             beams.constant(group, "mass", 0.0, [120])
@@ -155,6 +185,23 @@ class OpenPmd(Case):
         self.assertEqual(len(made.steps), 2)
         self.assertIn("1 of the files is left out", made.notes)
         beam.hold(self, made.steps[1])
+
+    def test_folders_of_several_formats(self):
+        beam, _ = self.write("run_1.h5")
+        rows = beams.table(["id", "x [m]", "y [m]", "px [eV/c]", "py [eV/c]", "pz [eV/c]"],
+                           [beam.id, beam.x, beam.y, beam.px, beam.py, beam.pz], fmt="%.17g")
+        write_text(self.folder / "a_first.csv", rows)
+        self.refused("as many files of", beams.read, self.folder)
+        for chosen in ("csv", "openpmd"):
+            made = beams.read(self.folder, "--format", chosen)
+            beam.hold(self, made.steps[0], what=chosen)
+            self.assertEqual(len(made.steps), 1)
+            self.assertTrue("left out" in made.notes, made.notes)
+        self.write("run_2.h5", steps=("2",))
+        made = beams.read(self.folder)
+        self.assertEqual([step.iteration for step in made.steps], [1, 2])
+        self.assertIn("a_first.csv is csv, not openpmd", made.notes)
+        self.refused("is of another format", beams.read, [self.folder / "run_1.h5", self.folder / "a_first.csv"])
 
 
 @needs_program

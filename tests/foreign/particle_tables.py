@@ -15,6 +15,8 @@ ION = 11.2e9
 
 @needs_program
 class Tables(Case):
+    FORMATS = {"csv", "impactz", "npy"}
+
     def test_units_in_every_notation(self):
         beam = Beam()
         columns = [beam.id, beam.x * 1e3, beam.y * 1e6, beam.px / 1e6, beam.py / 1e3, beam.pz / 1e9, beam.weight]
@@ -78,6 +80,18 @@ class Tables(Case):
         made = beams.read(write_text(self.folder / "part.txt", text), "--mass", PROTON)
         beam.hold(self, made.steps[0], "x y px py pz t lost", ids=False)
 
+    def test_titles_of_fields(self):
+        beam = Beam()
+        fields = [("id", "<u8", beam.id), (("x [mm]", "x"), "<f8", beam.x * 1e3), (("of interest", "y"), ">f8", beam.y),
+                  (("px [MeV/c]", "px"), "<f8", beam.px / 1e6), (("py [eV/c]", "py"), "<f8", beam.py), (("weight [C]", "weight"), "<f8", beam.weight * E)]
+        array = numpy.empty(beam.count, [(name, dtype) for name, dtype, _ in fields])
+        for name, _, values in fields:
+            array[name[1] if isinstance(name, tuple) else name] = values
+        numpy.save(self.folder / "titles.npy", array)
+        made = beams.read(self.folder / "titles.npy")
+        beam.hold(self, made.steps[0], "x y px py", weight=beam.weight * E)
+        self.assertEqual(made.weight_unit, "C")
+
     def test_a_map_of_columns(self):
         beam = Beam()
         names = ["N", "PosX", "PosY", "P1", "P2", "P3", "W", "gone"]
@@ -86,7 +100,7 @@ class Tables(Case):
         number = "id=1,x=2 [mm],y=3 [cm],px=4 [MeV/c],py=5 [MeV/c],pz=6 [MeV/c],weight=7,lost=8"
         for what, text, said in (("names", table(names, columns), word), ("a title", "my run\n" + table(names, columns), word),
                                  ("a comment", "# " + table(names, columns, " "), word),
-                                 ("no names", table(None, columns), number), ("blanks", table(None, columns, "  "), number),
+                                 ("no names", table(None, columns), number), ("a count", f"{beam.count}\n" + table(None, columns), number), ("blanks", table(None, columns, "  "), number),
                                  ("tabs", table(None, columns, "\t"), number), ("names by numbers", table(names, columns), number)):
             with self.subTest(what=what):
                 made = beams.read(write_text(self.folder / "a.dat", text), "--map", said)
@@ -106,6 +120,8 @@ class Tables(Case):
 
 @needs_program
 class Xsuite(Case):
+    FORMATS = {"csv", "json", "npz"}
+
     def columns(self, beam, longitudinal):
         columns = {"particle_id": beam.id, "state": numpy.where(beam.lost, -3, 1), "at_turn": numpy.full(beam.count, 3),
                    "x": beam.x, "px": beam.px / beam.p0, "y": beam.y, "py": beam.py / beam.p0, "zeta": beam.zeta,

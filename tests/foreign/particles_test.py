@@ -3,11 +3,11 @@
 in a sentence. numpy and h5py write it and read the dataset; no code of ours is asked."""
 import unittest
 
-from particle_codes import Gpt, Ocelot, Spiffe, Tfs
+from particle_codes import Gpt, Ocelot, Opal, PyOrbit, Spiffe, Tfs
 from particle_records import OpenPmd, Refusals
 from particle_tables import Tables, Xsuite
 
-__all__ = ["Gpt", "Ocelot", "OpenPmd", "Refusals", "Spiffe", "Tables", "Tfs", "Xsuite"]
+__all__ = ["Gpt", "Ocelot", "Opal", "OpenPmd", "PyOrbit", "Refusals", "Spiffe", "Tables", "Tfs", "Xsuite"]
 
 if __name__ == "__main__":
     unittest.main()

@@ -3,7 +3,6 @@
 import contextlib
 import dataclasses
 import json
-import os
 import pathlib
 import subprocess
 import tempfile
@@ -13,8 +12,10 @@ import h5py
 import numpy
 import zstandard
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-BIN = pathlib.Path(os.environ.get("MOTE_BIN", ROOT / "build" / "release" / "bin"))
+import looked
+from program import BIN, ROOT
+
+__all__ = ["BIN", "ROOT", "Case", "Mesh", "Refused", "Volume", "info", "make", "mesh", "needs_program", "run", "volume", "volumes"]
 needs_program = unittest.skipUnless((BIN / "mote-prep").exists(), f"mote-prep is not in {BIN}")
 
 
@@ -30,6 +31,18 @@ def run(*arguments):
     if done.returncode not in (1, 2):
         raise AssertionError(f"mote-prep ended with {done.returncode}: {done.stderr}")
     raise Refused(done.stderr.strip().splitlines()[-1])
+
+
+def make(kind, made, *arguments):
+    """The manifest of the dataset that mote-prep makes; what look says of the same files is held to it."""
+    try:
+        run(kind, *arguments, "--out", made, "--quiet")
+    except Refused:
+        looked.hold(kind, arguments, None)
+        raise
+    manifest = json.loads((made / "manifest.json").read_text(encoding="utf-8"))
+    looked.hold(kind, arguments, manifest)
+    return manifest
 
 
 @dataclasses.dataclass
@@ -52,8 +65,7 @@ class Volume:
 def _dataset(kind, *arguments):
     with tempfile.TemporaryDirectory() as folder:
         made = pathlib.Path(folder) / "a.mote"
-        run(kind, *arguments, "--out", made, "--quiet")
-        yield made, json.loads((made / "manifest.json").read_text(encoding="utf-8"))
+        yield made, make(kind, made, *arguments)
 
 
 def volumes(paths, *options):
@@ -119,7 +131,10 @@ def mesh(path, *options):
 class Case(unittest.TestCase):
     """A folder for each test, and ways to compare."""
 
+    FORMATS = None  # those that the files of a test are of, as --format has them
+
     def setUp(self):
+        looked.formats = self.FORMATS
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
