@@ -158,6 +158,67 @@ TEST_F(View, ShowsASavedView) {
     EXPECT_LT(seen.picture, 500);
 }
 
+/// Numbers that no float holds, a light that is not the usual one, two layers, a camera that says the least.
+std::string oddView(int step = 0) {
+    return saved(
+        fmt::format("{{'width': 640, 'height': 480, 'background': [0.1, 0.2, 0.30000000001], "
+                    "'camera': {{'eye': [0, 0, 4.000000000001], 'target': [0, 0, 1e-12]}}, 'layers': ["
+                    "{{'dataset': 'data/beam', 'step': {}, 'particles': {{'points': {{'opacity': 0.1, "
+                    "'sizePixels': 1.1}}}}, "
+                    "'select': {{'ranges': [{{'column': 'x', 'max': 101325.001}}]}}}}, "
+                    "{{'dataset': 'data/beam', 'particles': {{}}, 'opacity': 0.5}}]}}",
+                    step));
+}
+
+TEST_F(View, SavesWhatItLoadedToTheByte) {
+    station_.startServer();
+    const auto file = station_.root() / "odd.json", first = station_.root() / "first.json",
+               second = station_.root() / "second.json";
+    std::ofstream(file) << oddView();
+    const auto once = view({"--view", file.string(), "--save-view", first.string()});
+    ASSERT_EQ(once.status, 0) << once.errors;
+    EXPECT_THAT(bytesOf(first), HasSubstr("4.000000000001"));
+    EXPECT_THAT(bytesOf(first), HasSubstr("101325.001"));
+    EXPECT_THAT(bytesOf(first), testing::Not(HasSubstr("colorMap")));
+    // Its layout is ours now, and so it is the same to the byte.
+    const auto twice = view({"--view", first.string(), "--save-view", second.string()});
+    ASSERT_EQ(twice.status, 0) << twice.errors;
+    EXPECT_EQ(bytesOf(second), bytesOf(first));
+    // And a script of one.
+    const auto drawn = runProcess(
+        program("mote-frames"),
+        {second.string(), "--connect", station_.connection().string(), "--out", station_.out().string()});
+    EXPECT_EQ(drawn.status, 0) << drawn.errors;
+    EXPECT_EQ(namesIn(station_.out()), std::vector<std::string>{"frame-000000.png"});
+    // A file that is there stays.
+    const auto again = view({"--save-view", second.string()});
+    EXPECT_EQ(again.status, 1);
+    EXPECT_THAT(again.errors, HasSubstr("is there already"));
+    EXPECT_EQ(bytesOf(second), bytesOf(first));
+}
+
+TEST_F(View, ShowsTheFirstOfAScriptAndSaysSo) {
+    station_.startServer();
+    const auto file = station_.root() / "script.json", kept = station_.root() / "kept.json";
+    std::ofstream(file) << "{\"views\": [" << oddView() << ", " << oddView(1) << "]}";
+    const auto done = view({"--view", file.string(), "--save-view", kept.string()});
+    ASSERT_EQ(done.status, 0) << done.errors;
+    EXPECT_THAT(done.errors, HasSubstr("script.json has 2 views, of which the first is shown here"));
+    EXPECT_THAT(bytesOf(kept), HasSubstr("4.000000000001"));
+    std::ofstream(file) << beamFilm({4.0, 6.0}, 2.0);
+    EXPECT_THAT(view({"--view", file.string()}).errors, HasSubstr("a film of 2 keyframes"));
+}
+
+TEST_F(View, AStepThatIsNotThereIsAnErrorAndNoOtherStep) {
+    station_.startServer();
+    const auto file = station_.root() / "odd.json";
+    std::ofstream(file) << oddView(7);
+    const auto done = view({"--view", file.string()});
+    EXPECT_EQ(done.status, 1);
+    EXPECT_THAT(done.errors, HasSubstr("step"));
+    EXPECT_THAT(done.errors, HasSubstr("7"));
+}
+
 TEST_F(View, ShowsWhatASavedViewSelects) {
     station_.startServer();
     const auto file = station_.root() / "saved.json";
