@@ -190,7 +190,7 @@ void addVolumeOptions(const cli::Command& command, VolumeOptions& options) {
     command.option("--dimensions", options.dimensions, "Raw: voxels along x, y, z")
         .values(3)
         .valueName("NX NY NZ");
-    command.option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f32 or f64")
+    command.option("--type", options.type, "Raw: u8 (the default), i8, u16, i16, u32, i32, f16, f32 or f64")
         .valueName("TYPE");
     command.flag("--big-endian", options.bigEndian, "Raw: the most significant byte comes first");
     command.option("--header-bytes", options.headerBytes, "Raw: before the first value").valueName("N");
@@ -202,7 +202,9 @@ void addVolumeOptions(const cli::Command& command, VolumeOptions& options) {
         .valueName("X Y Z");
     command
         .option("--field", options.field,
-                "VTI array, OpenVDB grid, channel, or number of one of several volumes")
+                "VTI array, OpenVDB grid, NumPy array, channel, or number of one of several volumes")
+        .valueName("NAME");
+    command.option("--series", options.series, "DICOM: the number or UID of one of several series")
         .valueName("NAME");
     command
         .option("--space", options.space,
@@ -221,6 +223,7 @@ proto::VolumeSourceOptions VolumeOptions::message() const {
     source.mutable_origin()->Assign(origin.begin(), origin.end());
     source.set_field(field);
     source.set_space(space);
+    source.set_series(series);
     return source;
 }
 

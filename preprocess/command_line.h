@@ -40,7 +40,7 @@ void addResourceOptions(const cli::Command& command, JobResources& resources);
 
 /// How a volume is to be read, as the command line says it.
 struct VolumeOptions {
-    std::string format, type, field, space;
+    std::string format, type, field, space, series;
     std::vector<std::uint32_t> dimensions;
     std::vector<double> spacing, origin;
     bool bigEndian = false;

@@ -36,7 +36,8 @@ void addCommand(const cli::Command& program, CommandLine& line) {
     const auto command =
         program.subcommand("mesh", "Make a dataset of a triangle mesh, or of a surface in a volume");
     const auto options = std::make_shared<Options>();
-    command.option("INPUT", options->input, "The mesh or volume, a file").required();
+    command.option("INPUT", options->input, "The mesh or volume, a file or a folder (DICOM, pictures)")
+        .required();
     command.option("--isovalue", options->isovalue, "The surface on which a volume has this value")
         .valueName("V");
     command.option("--clip", options->clip, "Keep of that surface what lies in a box, world units")

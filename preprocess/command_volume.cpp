@@ -13,6 +13,7 @@ namespace {
 constexpr const char* examples = R"(Examples:
   mote-prep volume chest.nrrd --out chest.mote
   mote-prep volume chest.nrrd --low 128 --threshold 0.01 --space lps --out chest.mote
+  mote-prep volume scan/DICOM --series 3 --out head.mote
   mote-prep volume bubble-*.raw --dimensions 640 256 256 --type u8 --threshold 0.05 --out bubble.mote
   mote-prep volume engine.nrrd --max-points 1000000 --representation both --filter under:0.1 --out engine.mote
 
@@ -69,7 +70,11 @@ void addResultOptions(const cli::Command& command, Options& options) {
 void addCommand(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("volume", "Make a hybrid volume of a scalar volume");
     const auto options = std::make_shared<Options>();
-    command.option("INPUT", options->inputs, "A volume; several: one a step of a time series").required();
+    command
+        .option("INPUT", options->inputs,
+                "A volume, a file or a folder (DICOM, pictures); several: one a step of a time series, or "
+                "the files of a DICOM series")
+        .required();
     addVolumeOptions(command, options->source);
     addResultOptions(command, *options);
     addDatasetOptions(command, line, options,

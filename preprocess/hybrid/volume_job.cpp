@@ -77,13 +77,20 @@ constexpr double rangeShare = 0.15;
 /// Differences of floats must be floats.
 constexpr double greatestSpan = 1e37;
 
+/// What was given, and what each step is of: a file may hold several steps, several files may be one.
+struct Inputs {
+    const std::vector<fs::path>& given;
+    const std::vector<fs::path>& steps;
+};
+
 class Job {
   public:
-    Job(const proto::JobRequest& request, const OpenVolume& open, const std::vector<fs::path>& inputs,
+    Job(const proto::JobRequest& request, const OpenVolume& open, const Inputs& inputs,
         const fs::path& output, const JobResources& resources, KeptNotes& progress)
         : request_(request),
           open_(open),
-          inputs_(inputs),
+          given_(inputs.given),
+          inputs_(inputs.steps),
           output_(output),
           resources_(resources),
           ranks_(*resources.ranks),
@@ -99,7 +106,7 @@ class Job {
                 defaultThreshold));
         }
         MOTE_RETURN_IF_ERROR(findRanges());
-        auto manifest = describeVolume(request_, inputs_, output_, shape_, plan_, range_);
+        auto manifest = describeVolume(request_, given_, output_, shape_, plan_, range_);
         for (std::size_t step = 0; step < inputs_.size(); ++step) {
             auto entry = makeStep(step, dataset.directory());
             if (!entry.ok()) return inInput(step, entry.error());
@@ -219,7 +226,7 @@ class Job {
 
     const proto::JobRequest& request_;
     const OpenVolume& open_;
-    const std::vector<fs::path>& inputs_;
+    const std::vector<fs::path>&given_, &inputs_;
     fs::path output_;
     JobResources resources_;
     Communicator& ranks_;
@@ -237,8 +244,8 @@ class Job {
 using OpenNoted = std::function<Result<std::unique_ptr<VolumeSource>>(std::size_t, Progress&)>;
 
 Result<proto::Manifest> runNoted(const proto::JobRequest& request, const OpenNoted& open,
-                                 const std::vector<fs::path>& inputs, const fs::path& output,
-                                 const JobResources& resources, Progress& progress) {
+                                 const Inputs& inputs, const fs::path& output, const JobResources& resources,
+                                 Progress& progress) {
     const auto alone = singleProcess();
     JobResources all = resources;
     if (!all.ranks) all.ranks = alone.get();
@@ -254,7 +261,7 @@ Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request, const Ope
                                      const std::vector<fs::path>& inputs, const fs::path& output,
                                      const JobResources& resources, Progress& progress) {
     return runNoted(
-        request, [&](std::size_t step, Progress&) { return open(step); }, inputs, output, resources,
+        request, [&](std::size_t step, Progress&) { return open(step); }, {inputs, inputs}, output, resources,
         progress);
 }
 
@@ -264,11 +271,11 @@ Result<proto::Manifest> runVolumeJob(const proto::JobRequest& request,
                                      Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(const auto steps, volumeSteps(request.volume().source(), inputs));
     const OpenNoted open = [&](std::size_t index, Progress& noted) {
-        return openVolumeSource(steps[index].options, steps[index].input, noted);
+        return openVolumeSource(steps[index], noted);
     };
     std::vector<fs::path> names;
     for (const auto& step : steps) names.push_back(step.input);
-    return runNoted(request, open, names, output, resources, progress);
+    return runNoted(request, open, {inputs, names}, output, resources, progress);
 }
 
 }  // namespace mote::prep

@@ -6,9 +6,17 @@
 #include <string_view>
 
 #include "preprocess/job.h"
+#include "preprocess/readers/known_formats.h"
+#include "preprocess/readers/npy/npy_array.h"
+#include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/dicom/dicom_files.h"
+#include "preprocess/volume/dicom/dicom_header.h"
+#include "preprocess/volume/dicom/dicom_volume.h"
 #include "preprocess/volume/metaimage.h"
+#include "preprocess/volume/mrc.h"
 #include "preprocess/volume/nifti.h"
+#include "preprocess/volume/npy_volume.h"
 #include "preprocess/volume/nrrd.h"
 #include "preprocess/volume/openpmd_mesh.h"
 #include "preprocess/volume/stream_volume.h"
@@ -77,36 +85,70 @@ struct Format {
     std::string_view name;
     bool (*begins)(std::string_view bytes);
 };
-constexpr std::array<Format, 6> formats{{{"nrrd", NrrdHeader::begins},
+constexpr std::array<Format, 9> formats{{{"nrrd", NrrdHeader::begins},
                                          {"nifti", NiftiHeader::begins},
                                          {"vdb", beginsAsVdb},
                                          {"pictures", beginsAsPicture},
                                          {"metaimage", MetaImageHeader::begins},
-                                         {"vti", VtiHeader::begins}}};
+                                         {"vti", VtiHeader::begins},
+                                         {"npy", beginsAsNpy},
+                                         {"mrc", MrcHeader::begins},
+                                         {"dicom", DicomHeader::begins}}};
+
+/// A folder of a patient's files, or of pictures.
+Result<std::string_view> formatOfFolder(const std::filesystem::path& folder) {
+    SilentProgress silent;
+    MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(folder, silent));
+    if (dicom) return std::string_view("dicom");
+    if (const auto known = knownFolder(folder)) {
+        return Error{ErrorCode::unsupported, folder.filename().string(), *known};
+    }
+    return std::string_view("pictures");
+}
+
+/// An archive of arrays, or of a patient's files.
+Result<std::string_view> formatOfArchive(const std::filesystem::path& input) {
+    SilentProgress silent;
+    if (openNpyArrays(input)) return std::string_view("npy");
+    MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(input, silent));
+    if (dicom) return std::string_view("dicom");
+    return Error{ErrorCode::unsupported, input.filename().string(),
+                 "is a zip archive without arrays (.npy) or DICOM files"};
+}
 
 Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
                                   const std::filesystem::path& input) {
     if (!options.format().empty() && options.format() != "auto") return std::string_view(options.format());
     if (options.dimensions_size() > 0) return std::string_view("raw");
+    std::error_code code;
+    if (std::filesystem::is_directory(input, code)) return formatOfFolder(input);
     if (namesPictures(input)) return std::string_view("pictures");
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, headBytes));
     for (const Format& format : formats) {
         if (format.begins(head)) return format.name;
     }
+    if (looksLikeZip(head)) return formatOfArchive(input);
     if (beginsAsHdf5(head)) {
         MOTE_ASSIGN_OR_RETURN(const bool openpmd, holdsOpenpmd(input));
         if (openpmd) return std::string_view("openpmd");
     }
-    return Error{
-        ErrorCode::unsupported, file->name(),
-        "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), PNG or TIFF file; a raw one needs its "
-        "dimensions and type"};
+    return Error{ErrorCode::unsupported, file->name(),
+                 "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), DICOM, NumPy, MRC, PNG or TIFF "
+                 "file; a raw "
+                 "one needs its dimensions and type"};
 }
 
-Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
-                                             const proto::VolumeSourceOptions& options,
-                                             const std::filesystem::path& input, Progress& progress) {
+DicomInput dicomOf(const VolumeStep& step) {
+    DicomInput input{{step.input}, step.options.series()};
+    input.paths.insert(input.paths.end(), step.others.begin(), step.others.end());
+    return input;
+}
+
+Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format, const VolumeStep& step,
+                                             Progress& progress) {
+    const auto& options = step.options;
+    const auto& input = step.input;
     if (format == "raw") return openRaw(options, input);
     if (format == "nrrd") return openNrrd(input, options.field());
     if (format == "metaimage") return openMetaImage(input, options.field());
@@ -115,16 +157,23 @@ Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format,
     if (format == "pictures") return openPictureStack(input, options.field(), progress);
     if (format == "vdb") return openVdb(input, options.field());
     if (format == "openpmd") return openOpenpmdMesh(input, options.field());
+    if (format == "dicom") return openDicom(dicomOf(step), options.field(), progress);
+    if (format == "npy") return openNpy(input, options.field());
+    if (format == "mrc") return openMrc(input, options.field());
     return wrongOption(
         "format",
-        fmt::format("\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures, vdb and openpmd",
-                    format));
+        fmt::format(
+            "\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures, vdb, openpmd, dicom, "
+            "npy and mrc",
+            format));
 }
 
 /// Those of a file whose format may hold several volumes.
-Result<VolumeParts> partsOf(std::string_view format, const std::string& field,
-                            const std::filesystem::path& input, Progress& progress) {
+Result<VolumeParts> partsOf(std::string_view format, const VolumeStep& step, Progress& progress) {
+    const auto& field = step.options.field();
+    const auto& input = step.input;
     if (format == "pictures") return partsOfPictures(input, field, progress);
+    if (format == "dicom") return partsOfDicom(dicomOf(step), progress);
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
     if (format == "nrrd") {
@@ -135,27 +184,38 @@ Result<VolumeParts> partsOf(std::string_view format, const std::string& field,
         MOTE_ASSIGN_OR_RETURN(const auto header, NiftiHeader::parse(head, file->name()));
         return header.parts;
     }
+    if (format == "mrc") {
+        MOTE_ASSIGN_OR_RETURN(const auto header, MrcHeader::parse(head, file->name()));
+        return header.parts;
+    }
     if (format != "metaimage") return VolumeParts{};
     MOTE_ASSIGN_OR_RETURN(const auto header, MetaImageHeader::parse(head, file->name()));
     return header.parts;
 }
 
 /// The fields of the steps that an input is. What is wrong with it is said when it is opened.
-Result<std::vector<std::string>> stepsOf(const proto::VolumeSourceOptions& options,
-                                         const std::filesystem::path& input) {
-    const auto format = formatOf(options, input);
-    if (format.ok() && *format == "openpmd") return meshSteps(input, options.field());
-    if (!format.ok() || *format == "raw") return std::vector<std::string>{options.field()};
+Result<std::vector<std::string>> stepsOf(const VolumeStep& step) {
+    const auto format = formatOf(step.options, step.input);
+    const std::string& field = step.options.field();
+    if (format.ok() && *format == "openpmd") return meshSteps(step.input, field);
+    if (format.ok() && *format == "npy") return npySteps(step.input, field);
+    if (!format.ok() || *format == "raw") return std::vector<std::string>{field};
     SilentProgress silent;
-    const auto parts = partsOf(*format, options.field(), input, silent);
-    return parts.ok() ? fieldsOfSeries(options.field(), *parts) : std::vector<std::string>{options.field()};
+    const auto parts = partsOf(*format, step, silent);
+    return parts.ok() ? fieldsOfSeries(field, *parts) : std::vector<std::string>{field};
+}
+
+/// Pictures of a patient, each a file, are one input.
+bool areOneInput(const proto::VolumeSourceOptions& options,
+                 const std::vector<std::filesystem::path>& inputs) {
+    const bool may = options.format().empty() || options.format() == "auto" || options.format() == "dicom";
+    return may && inputs.size() > 1 && options.dimensions_size() == 0 && areDicomSlices(inputs);
 }
 
 }  // namespace
 
-Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
-                                                       const std::filesystem::path& input,
-                                                       Progress& progress) {
+Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, Progress& progress) {
+    const auto& options = step.options;
     if (options.spacing_size() != 0 && options.spacing_size() != 3) {
         return wrongOption("spacing", "needs three numbers");
     }
@@ -163,8 +223,11 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
         return wrongOption("origin", "needs three numbers");
     }
     if (progress.cancelled()) return cancelledError();
-    MOTE_ASSIGN_OR_RETURN(const auto format, formatOf(options, input));
-    auto source = openAs(format, options, input, progress);
+    MOTE_ASSIGN_OR_RETURN(const auto format, formatOf(options, step.input));
+    if (!options.series().empty() && format != "dicom") {
+        return wrongOption("series", "is one of DICOM files, and these are none");
+    }
+    auto source = openAs(format, step, progress);
     if (!source) return quotable(source.error());
     VolumeShape shape = (*source)->shape();
     MOTE_RETURN_IF_ERROR(place(shape, options));
@@ -173,13 +236,25 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSource
         std::make_unique<PlacedVolume>(std::move(source).value(), std::move(shape), progress));
 }
 
+Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
+                                                       const std::filesystem::path& input,
+                                                       Progress& progress) {
+    return openVolumeSource(VolumeStep{input, options, {}}, progress);
+}
+
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
                                             const std::vector<std::filesystem::path>& inputs) {
+    std::vector<VolumeStep> whole;
+    if (areOneInput(options, inputs)) {
+        whole.push_back({inputs.front(), options, {inputs.begin() + 1, inputs.end()}});
+    } else {
+        for (const auto& input : inputs) whole.push_back({input, options, {}});
+    }
     std::vector<VolumeStep> steps;
-    for (const auto& input : inputs) {
-        MOTE_ASSIGN_OR_RETURN(auto fields, stepsOf(options, input));
+    for (const auto& input : whole) {
+        MOTE_ASSIGN_OR_RETURN(auto fields, stepsOf(input));
         for (auto& field : fields) {
-            steps.push_back({input, options});
+            steps.push_back(input);
             steps.back().options.set_field(std::move(field));
         }
     }

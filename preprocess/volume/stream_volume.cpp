@@ -117,7 +117,8 @@ StreamVolume::StreamVolume(std::string format, VolumeShape shape, const SampleFo
       stream_(std::move(stream)),
       ending_(ending),
       parts_(parts) {
-    const bool integers = samples.type != ScalarType::f32 && samples.type != ScalarType::f64;
+    const bool integers =
+        samples.type != ScalarType::f32 && samples.type != ScalarType::f64 && samples.type != ScalarType::f16;
     if (integers) shape_.valueStep = std::abs(samples.slope);
 }
 
@@ -233,11 +234,13 @@ Result<std::unique_ptr<VolumeSource>> openRaw(const proto::VolumeSourceOptions& 
     if (!type) {
         return Error{
             ErrorCode::invalidArgument, "type",
-            fmt::format("\"{:.20}\" is none of u8, i8, u16, i16, u32, i32, u64, i64, f32 and f64", typeName)};
+            fmt::format("\"{:.20}\" is none of u8, i8, u16, i16, u32, i32, u64, i64, f16, f32 and f64",
+                        typeName)};
     }
     samples.type = *type;
     VolumeShape shape;
-    shape.type = *type;
+    // What is not read as it is stored counts as what it becomes.
+    shape.type = *type == ScalarType::f16 ? ScalarType::f32 : *type;
     if (const auto status = setDimensions(shape, options.dimensions(0), options.dimensions(1),
                                           options.dimensions(2), "dimensions");
         !status) {

@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 #include <type_traits>
 
+#include "preprocess/readers/half_float.h"
 #include "preprocess/readers/text/number.h"
 #include "protocol/scene/mote_check.h"
 
@@ -22,7 +23,7 @@ struct TypeName {
     std::size_t bytes;
 };
 /// Names and sizes by ScalarType.
-constexpr std::array<TypeName, 10> types{{{"u8", 1},
+constexpr std::array<TypeName, 11> types{{{"u8", 1},
                                           {"i8", 1},
                                           {"u16", 2},
                                           {"i16", 2},
@@ -31,7 +32,8 @@ constexpr std::array<TypeName, 10> types{{{"u8", 1},
                                           {"f32", 4},
                                           {"f64", 8},
                                           {"u64", 8},
-                                          {"i64", 8}}};
+                                          {"i64", 8},
+                                          {"f16", 2}}};
 
 template <class Number, bool swapped>
 void decode(const char* from, const SampleFormat& format, std::span<float> values) {
@@ -112,6 +114,8 @@ void decodeSamples(std::span<const char> bytes, const SampleFormat& format, std:
             return decode<std::uint64_t>(bytes.data(), format, values);
         case ScalarType::i64:
             return decode<std::int64_t>(bytes.data(), format, values);
+        case ScalarType::f16:
+            return decode<HalfFloat>(bytes.data(), format, values);
     }
 }
 

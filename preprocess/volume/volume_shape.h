@@ -19,7 +19,7 @@
 
 namespace mote::prep {
 
-enum class ScalarType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64, u64, i64 };
+enum class ScalarType : std::uint8_t { u8, i8, u16, i16, u32, i32, f32, f64, u64, i64, f16 };
 
 /// "u8", "i8", ...: in options, manifests and messages.
 std::string_view name(ScalarType type);

@@ -38,22 +38,27 @@ class VolumeSource {
     virtual Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) = 0;
 };
 
-/// Opens the volume of one input (a path of the file system): format by `options.format()` or by content.
-/// Places are in the space that `options.space()` names (world_space.h); `options.spacing()` and `origin()`
-/// go before what the file says. What was assumed is noted. `progress` must outlive the source. Errors:
-/// notFound, permissionDenied, unsupported (an unknown format, vectors, several volumes), corrupt,
-/// invalidArgument (an option), resourceExhausted, cancelled.
+/// A step of a series: what it is made of, and how its volume is opened.
+struct VolumeStep {
+    std::filesystem::path input;  ///< a path of the file system
+    proto::VolumeSourceOptions options;
+    std::vector<std::filesystem::path> others;  ///< of DICOM pictures that were given one by one
+};
+
+/// Opens a volume: format by `options.format()` or by content. Places are in the space that
+/// `options.space()` names (world_space.h); `options.spacing()` and `origin()` go before what the file says.
+/// What was assumed is noted. `progress` must outlive the source. Errors: notFound, permissionDenied,
+/// unsupported (an unknown format, vectors, several volumes), corrupt, invalidArgument (an option),
+/// resourceExhausted, cancelled.
+Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, Progress& progress);
+/// The same of one input.
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
                                                        const std::filesystem::path& input,
                                                        Progress& progress);
 
-/// A step of a series, and how its volume is opened.
-struct VolumeStep {
-    std::filesystem::path input;
-    proto::VolumeSourceOptions options;
-};
 /// One for each input, but for files of several volumes and openPMD's of several iterations, which are a step
-/// each. Errors: as openVolumeSource, of openPMD's.
+/// each, and files of one DICOM picture each, which are one together. Errors: as openVolumeSource, of
+/// openPMD's.
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
                                             const std::vector<std::filesystem::path>& inputs);
 

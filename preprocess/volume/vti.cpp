@@ -11,6 +11,7 @@
 
 #include "preprocess/readers/text/number.h"
 #include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/magnitude_volume.h"
 #include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/vti_document.h"
 
@@ -28,10 +29,41 @@ constexpr std::array<ScalarTypeName, 10> typeNames{{{"Int64", ScalarType::i64},
                                                     {"Float32", ScalarType::f32},
                                                     {"Float64", ScalarType::f64}}};
 
+constexpr std::uint64_t mostComponents = 64;
+constexpr std::size_t mostListed = 300;  // letters
+constexpr std::string_view magnitudeName = "magnitude";
+
+/// "velocity:1": an array, and which of its values.
+struct ArrayField {
+    std::string_view name, component;
+};
+
+ArrayField partsOf(std::string_view field) {
+    const auto colon = field.rfind(':');
+    if (colon == std::string_view::npos) return {field, ""};
+    const auto component = field.substr(colon + 1);
+    const bool known = component == magnitudeName || parseId(component).has_value();
+    return known ? ArrayField{field.substr(0, colon), component} : ArrayField{field, ""};
+}
+
+/// The arrays that may be asked for.
+std::string listOf(const VtiDocument& document) {
+    std::string list;
+    for (const VtiArray& array : document.arrays) {
+        if (array.isMark() || list.size() > mostListed) continue;
+        list += fmt::format("{}{:.40}", list.empty() ? "" : ", ", array.attributes.text("Name"));
+        const auto count = array.attributes.text("NumberOfComponents");
+        if (!array.isScalar()) list += fmt::format(" ({:.4} values)", count);
+    }
+    return list.empty() ? "; it holds none" : "; it holds " + list;
+}
+
 class HeaderReader {
   public:
-    HeaderReader(const VtiDocument& document, const VtiArray& array, VtiHeader& header)
-        : document_(document), array_(array), header_(header) {}
+    /// `component`: of several values; "": of one.
+    HeaderReader(const VtiDocument& document, const VtiArray& array, std::string_view component,
+                 VtiHeader& header)
+        : document_(document), array_(array), component_(component), header_(header) {}
 
     Status read() {
         MOTE_RETURN_IF_ERROR(readFile());
@@ -106,9 +138,7 @@ class HeaderReader {
 
     Status readArray() {
         const HeaderFields& array = array_.attributes;
-        if (!array_.isScalar()) {
-            return array.unsupported("NumberOfComponents", "is not 1; vectors are not drawn");
-        }
+        MOTE_RETURN_IF_ERROR(chooseComponent());
         MOTE_ASSIGN_OR_RETURN(const auto type, array.type("type", typeNames));
         header_.shape.type = type;
         const auto format = array.text("format");
@@ -119,6 +149,28 @@ class HeaderReader {
         header_.encoding = format == "binary" ? VtiHeader::Encoding::base64 : VtiHeader::Encoding::ascii;
         header_.dataAt = array_.contentAt;
         return success();
+    }
+
+    Status chooseComponent() {
+        const HeaderFields& array = array_.attributes;
+        MOTE_ASSIGN_OR_RETURN(header_.parts.components, array.wholeNumber("NumberOfComponents", 1));
+        const auto count = header_.parts.components;
+        if (count < 1 || count > mostComponents) {
+            return array.unsupported("NumberOfComponents",
+                                     fmt::format("is {}; 1 to {} are read", count, mostComponents));
+        }
+        header_.magnitude = component_ == magnitudeName;
+        if (header_.magnitude || (component_.empty() && count == 1)) return success();
+        const auto number = parseId(component_);
+        if (number && *number < count) {
+            header_.parts.component = *number;
+            return success();
+        }
+        const auto name = array.text("Name");
+        return array.unsupported("NumberOfComponents",
+                                 fmt::format("is {}: ask for one as the field, {:.40}:0 to {:.40}:{}, or for "
+                                             "the length of the vector, {:.40}:{}",
+                                             count, name, name, count - 1, name, magnitudeName));
     }
 
     Status readAppended() {
@@ -138,6 +190,7 @@ class HeaderReader {
 
     const VtiDocument& document_;
     const VtiArray& array_;
+    std::string_view component_;
     VtiHeader& header_;
 };
 
@@ -234,6 +287,18 @@ Result<ByteStreamPtr> values(ByteStreamPtr file, const VtiHeader& header, std::u
                              : plainValues(std::move(stream).value(), header, needed);
 }
 
+/// One of the values of each point, or the only one.
+Result<std::unique_ptr<VolumeSource>> openComponent(ByteStreamPtr file, VtiHeader header) {
+    const bool ascii = header.encoding == VtiHeader::Encoding::ascii;
+    SampleFormat samples;
+    samples.type = ascii ? ScalarType::f64 : header.shape.type;
+    samples.bigEndian = header.bigEndian && !ascii;
+    const std::uint64_t needed = header.shape.voxels() * header.parts.components * bytesOf(samples.type);
+    MOTE_ASSIGN_OR_RETURN(auto data, values(std::move(file), header, needed));
+    return StreamVolume::make("vti", std::move(header.shape), samples, std::move(data),
+                              StreamVolume::Ending::exact, header.parts);
+}
+
 }  // namespace
 
 bool VtiHeader::begins(std::string_view bytes) {
@@ -241,19 +306,26 @@ bool VtiHeader::begins(std::string_view bytes) {
 }
 
 Result<VtiHeader> VtiHeader::parse(ByteStream& file, std::string_view field, const Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto document, VtiDocument::parse(file, field, progress));
-    const VtiArray* const array = document.chosen(field);
+    // An array may have any name, "a:1" among them.
+    ArrayField wanted{field, ""};
+    MOTE_ASSIGN_OR_RETURN(auto document, VtiDocument::parse(file, wanted.name, progress));
+    if (document.chosen(field) == nullptr && !partsOf(field).component.empty()) {
+        wanted = partsOf(field);
+        MOTE_ASSIGN_OR_RETURN(document, VtiDocument::parse(file, wanted.name, progress));
+    }
+    const VtiArray* const array = document.chosen(wanted.name);
     if (array == nullptr) {
         return Error{ErrorCode::notFound, file.name(),
-                     field.empty() ? "has no array with one value for each point or cell"
-                                   : fmt::format("has no array of the name \"{:.40}\"", field)};
+                     (field.empty() ? "has no array with one value for each point or cell"
+                                    : fmt::format("has no array of the name \"{:.40}\"", field)) +
+                         listOf(document)};
     }
     if (document.appendedAt > 0) {
         MOTE_ASSIGN_OR_RETURN(const auto at, behindUnderscore(file, document.appendedAt));
         document.appendedAt = at;
     }
     VtiHeader header;
-    MOTE_RETURN_IF_ERROR(HeaderReader(document, *array, header).read());
+    MOTE_RETURN_IF_ERROR(HeaderReader(document, *array, wanted.component, header).read());
     return header;
 }
 
@@ -261,14 +333,16 @@ Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path,
                                               const Progress& progress) {
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(path));
     MOTE_ASSIGN_OR_RETURN(auto header, VtiHeader::parse(*file, field, progress));
-    const bool ascii = header.encoding == VtiHeader::Encoding::ascii;
-    SampleFormat samples;
-    samples.type = ascii ? ScalarType::f64 : header.shape.type;
-    samples.bigEndian = header.bigEndian && !ascii;
-    const std::uint64_t needed = header.shape.voxels() * bytesOf(samples.type);
-    MOTE_ASSIGN_OR_RETURN(auto data, values(std::move(file), header, needed));
-    return StreamVolume::make("vti", std::move(header.shape), samples, std::move(data),
-                              StreamVolume::Ending::exact);
+    if (!header.magnitude) return openComponent(std::move(file), std::move(header));
+    std::vector<std::unique_ptr<VolumeSource>> components;
+    for (std::uint64_t i = 0; i < header.parts.components; ++i) {
+        MOTE_ASSIGN_OR_RETURN(auto again, fileStream(path));
+        auto one = header;
+        one.parts.component = i;
+        MOTE_ASSIGN_OR_RETURN(auto component, openComponent(std::move(again), std::move(one)));
+        components.push_back(std::move(component));
+    }
+    return std::unique_ptr<VolumeSource>(std::make_unique<MagnitudeVolume>(std::move(components)));
 }
 
 }  // namespace mote::prep

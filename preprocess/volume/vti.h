@@ -15,6 +15,7 @@
 
 #include "preprocess/job.h"
 #include "preprocess/volume/byte_stream.h"
+#include "preprocess/volume/volume_parts.h"
 #include "preprocess/volume/volume_shape.h"
 #include "preprocess/volume/volume_source.h"
 #include "protocol/scene/error.h"
@@ -30,16 +31,20 @@ struct VtiHeader {
     bool wideSizes = false;    ///< sizes have 64 bits, not 32
     bool compressed = false;   ///< in blocks, by zlib
     std::uint64_t dataAt = 0;  ///< bytes before the array's sizes and values in the file
+    VolumeParts parts;         ///< values of a point, and which is read
+    bool magnitude = false;    ///< of the vector that they are is read, and none of them
 
     static bool begins(std::string_view bytes);
     /// Reads the header of the array `field`; "": the active scalars, else the first array with one value for
-    /// each point, else for each cell. Reads `file` as far as needed. Errors, at the file's name and element:
-    /// corrupt, unsupported, notFound (no such array), cancelled, those of `file`.
+    /// each point, else for each cell. Of an array with several values a point, "NAME:1" is the second,
+    /// "NAME:magnitude" the length of the vector that they are. Reads `file` as far as needed. Errors, at the
+    /// file's name and element: corrupt, unsupported (several values, and none was asked for), notFound (no
+    /// such array), cancelled, those of `file`.
     static Result<VtiHeader> parse(ByteStream& file, std::string_view field, const Progress& progress);
 };
 
 /// The array `field`, as VtiHeader::parse chooses it. The file may be gzipped. Errors: corrupt, unsupported
-/// (vectors, several pieces, another compressor), notFound (no such array), cancelled, those of fileStream.
+/// (several pieces, another compressor), notFound (no such array), cancelled, those of fileStream.
 Result<std::unique_ptr<VolumeSource>> openVti(const std::filesystem::path& path, std::string_view field,
                                               const Progress& progress);
 

@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "client" / "python"))
 
 from mote.messages import new  # noqa: E402
 
+import seed_dicom  # noqa: E402
 import seed_files  # noqa: E402
 import seed_hdf5  # noqa: E402
 import seed_tables  # noqa: E402
@@ -318,7 +319,7 @@ def main():
     make_scenes()
     make_streams()
     make_tables()
-    for module in (seed_files, seed_hdf5, seed_tables, seed_volumes):
+    for module in (seed_dicom, seed_files, seed_hdf5, seed_tables, seed_volumes):
         for corpus, name, data in module.seeds():
             put(corpus, name, data)
     make_datasets((options.build / "bin" / "mote-prep").resolve())

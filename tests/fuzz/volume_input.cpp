@@ -22,6 +22,8 @@ std::string volumeInput(std::string_view input) {
          bytes.starts_with("MM") || bytes.starts_with("\x89HDF"))) {
         return "another reader";
     }
+    // GDCM decodes what is compressed as JPEG is.
+    if (bytes.find("1.2.840.10008.1.2.4.") != std::string_view::npos) return "another reader";
     const MemoryFile file(bytes);
     return readVolume(options, file.path());
 }

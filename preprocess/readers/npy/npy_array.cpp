@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "preprocess/readers/half_float.h"
 #include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/readers/text/number.h"
 
@@ -23,8 +24,9 @@ template <class Value>
 Value convert(const char* from, const NpyField& type) {
     const bool big = type.bigEndian;
     if (type.kind == 'f') {
-        const double value = type.bytes == 4 ? static_cast<double>(loadNumber<float>(from, big))
-                                             : loadNumber<double>(from, big);
+        const double value = type.bytes == 2   ? static_cast<double>(loadNumber<HalfFloat>(from, big))
+                             : type.bytes == 4 ? static_cast<double>(loadNumber<float>(from, big))
+                                               : loadNumber<double>(from, big);
         if constexpr (std::is_same_v<Value, std::uint64_t>) {
             return value >= 0.0 && value < 18446744073709551616.0 ? static_cast<std::uint64_t>(value) : 0;
         } else {

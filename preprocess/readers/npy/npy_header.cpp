@@ -122,7 +122,7 @@ Result<NpyField> parseType(const std::string& type, const std::string& where) {
         field.bigEndian = rest.front() == '>';
         rest.remove_prefix(1);
     }
-    static constexpr std::string_view known[] = {"f4", "f8", "i1", "i2", "i4", "i8",
+    static constexpr std::string_view known[] = {"f2", "f4", "f8", "i1", "i2", "i4", "i8",
                                                  "u1", "u2", "u4", "u8", "b1", "?"};
     if (std::find(std::begin(known), std::end(known), rest) != std::end(known)) {
         field.kind = rest[0] == 'b' || rest[0] == '?' ? 'u' : rest[0];

@@ -39,7 +39,7 @@ struct NpyField {
     std::string name;  ///< "" where the type has no fields
     static constexpr char other = 'x';
     char kind = 'f';        ///< 'f', 'i', 'u' (booleans are 'u' of one byte) or other: no number that is read
-    std::size_t bytes = 8;  ///< of one number: 1, 2 (integers only), 4 or 8
+    std::size_t bytes = 8;  ///< of one number: 1 (integers only), 2, 4 or 8
     bool bigEndian = false;
     std::size_t count = 1;   ///< numbers in a row: more than 1 for a sub-array
     std::size_t offset = 0;  ///< bytes, in a row

@@ -17,7 +17,6 @@ constexpr std::uint32_t endSignature = 0x06054b50, end64Signature = 0x06064b50,
                         localSignature = 0x04034b50;
 constexpr std::size_t endBytes = 22, end64Bytes = 56, locator64Bytes = 20, entryBytes = 46, localBytes = 30;
 constexpr std::size_t maxComment = 0xffff;
-constexpr std::uint64_t maxEntries = 4096;
 constexpr std::uint64_t maxDirectoryBytes = 64u << 20;
 constexpr std::uint16_t zip64Field = 1, encryptedFlag = 1, stored = 0, deflated = 8;
 constexpr std::uint32_t elsewhere32 = 0xffffffff;
@@ -197,10 +196,11 @@ bool looksLikeZip(std::string_view begin) {
     return begin.starts_with("PK\x03\x04") || begin.starts_with("PK\x05\x06");
 }
 
-Result<std::vector<ZipEntry>> readZipDirectory(ByteSource& archive) {
+Result<std::vector<ZipEntry>> readZipDirectory(ByteSource& archive, std::uint64_t most) {
     MOTE_ASSIGN_OR_RETURN(const auto place, findDirectory(archive));
-    if (place.entries > maxEntries || place.bytes > maxDirectoryBytes) {
-        return Error{ErrorCode::resourceExhausted, archive.name(), "holds more than 4096 files"};
+    if (place.entries > most || place.bytes > maxDirectoryBytes) {
+        return Error{ErrorCode::resourceExhausted, archive.name(),
+                     "holds more than " + std::to_string(most) + " files"};
     }
     if (place.offset > place.end || place.bytes > place.end - place.offset) {
         return corrupt(archive.name(), "is a zip archive whose directory lies outside it");

@@ -30,7 +30,7 @@ bool looksLikeZip(std::string_view begin);
 /// The entries, in the order of the directory; zip64 is understood, what comes before the first entry is
 /// stepped over. Errors, naming archive and entry: corrupt (sizes that contradict the file, entries that
 /// overlap or have one name), unsupported (encrypted, split, packed by another method than deflate),
-/// resourceExhausted (more than 4096 entries), those of ByteSource.
-Result<std::vector<ZipEntry>> readZipDirectory(ByteSource& archive);
+/// resourceExhausted (more than `most` entries), those of ByteSource.
+Result<std::vector<ZipEntry>> readZipDirectory(ByteSource& archive, std::uint64_t most = 4096);
 
 }  // namespace mote::prep

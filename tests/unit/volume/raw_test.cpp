@@ -104,7 +104,7 @@ TEST(RawVolume, ContradictionsAreRefused) {
     EXPECT_THAT(error(3, 4, 4, "", "a.raw.gz"), HasSubstr("48 bytes, and it holds more"));
     EXPECT_THAT(error(0, 4, 5), HasSubstr("invalid_argument: dimensions: says 0 x 4 x 5: no voxels"));
     EXPECT_THAT(error(1000000, 1000000, 1000000), HasSubstr("at most 65536 are read along an axis"));
-    EXPECT_THAT(error(3, 4, 5, "f16"), HasSubstr("invalid_argument: type: \"f16\" is none of u8"));
+    EXPECT_THAT(error(3, 4, 5, "f24"), HasSubstr("invalid_argument: type: \"f24\" is none of u8"));
     EXPECT_THAT(error(3, 4, 5, "", "none.raw"), HasSubstr("not_found: none.raw"));
     EXPECT_THAT(volumeError(folder.path(), rawOptions(3, 4, 5)), HasSubstr("is not a regular file"));
 }

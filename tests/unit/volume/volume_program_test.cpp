@@ -100,7 +100,7 @@ TEST_F(VolumeProgram, WhatIsNoVolumeIsRefused) {
     for (const auto* name : {"noise", "empty"}) {
         expectRefused(name, few, std::string(name) + ": is no NRRD, MetaImage");
     }
-    expectRefused("out", few, "out: is a folder without PNG or TIFF pictures");
+    expectRefused("out", few, "out: is a folder without DICOM files, PNG or TIFF pictures");
     expectRefused("nothing.nrrd", few, "nothing.nrrd: cannot be read: No such file");
 }
 

@@ -3,6 +3,7 @@
 // VTK image files: every encoding, type, byte order and width of sizes; which array is read and where it
 // lies; files that contradict themselves.
 #include <gmock/gmock.h>
+#include <cmath>
 
 #include "tests/support/deflate.h"
 #include "tests/support/temp_dir.h"
@@ -187,7 +188,15 @@ TEST_F(Vti, TheActiveOrTheNamedArrayIsRead) {
     EXPECT_THAT(read(points)->values, ElementsAreArray({3, 4}));
     EXPECT_THAT(read(points, "a")->values, ElementsAreArray({1, 2}));
     EXPECT_THAT(read(points, "c")->values, ElementsAreArray({9}));
-    EXPECT_THAT(error(points, "v"), HasSubstr("vectors are not drawn"));
+    EXPECT_THAT(error(points, "v"),
+                HasSubstr("NumberOfComponents: is 3: ask for one as the field, v:0 to v:2, or for the length "
+                          "of the vector, v:magnitude"));
+    EXPECT_THAT(error(points, "v:3"), HasSubstr("NumberOfComponents: is 3"));
+    EXPECT_THAT(read(points, "v:1")->values, ElementsAreArray({2, 5}));
+    EXPECT_THAT(read(points, "v:magnitude")->values, ElementsAreArray({std::sqrt(14.0F), std::sqrt(77.0F)}));
+    EXPECT_THAT(read(points, "a:0")->values, ElementsAreArray({1, 2}));
+    const auto colon = file("<PointData>" + array("a:1", "5 6") + three + "</PointData>", "");
+    EXPECT_THAT(read(colon, "a:1")->values, ElementsAreArray({5, 6}));
     EXPECT_THAT(error(points, "d"), HasSubstr("not_found: a.vti: has no array of the name \"d\""));
     EXPECT_THAT(read(file("<PointData>" + three + "</PointData>", cells))->values, ElementsAreArray({1, 2}));
     EXPECT_THAT(read(file("<PointData/>", cells))->values, ElementsAreArray({9}));

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "preprocess/volume/dicom/dicom_codec.h"
+
+#include <fmt/format.h>
+#include <gdcmFragment.h>
+#include <gdcmImage.h>
+#include <gdcmSequenceOfFragments.h>
+#include <gdcmTrace.h>
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <new>
+#include <optional>
+
+#include "preprocess/readers/text/number.h"
+
+namespace mote::prep {
+namespace {
+
+struct Syntax {
+    std::string_view uid;
+    DicomCoding coding;
+    std::string_view name;
+};
+constexpr std::string_view rle = "1.2.840.10008.1.2.5";
+constexpr std::array<Syntax, 14> syntaxes{{
+    {"1.2.840.10008.1.2", DicomCoding::plain, "implicit, little endian"},
+    {"1.2.840.10008.1.2.1", DicomCoding::plain, "explicit, little endian"},
+    {"1.2.840.10008.1.2.1.99", DicomCoding::plain, "deflated"},
+    {"1.2.840.10008.1.2.2", DicomCoding::plain, "explicit, big endian"},
+    {"1.2.840.10008.1.2.4.50", DicomCoding::coded, "JPEG, 8 bits"},
+    {"1.2.840.10008.1.2.4.51", DicomCoding::coded, "JPEG, 12 bits"},
+    {"1.2.840.10008.1.2.4.57", DicomCoding::coded, "JPEG, lossless"},
+    {"1.2.840.10008.1.2.4.70", DicomCoding::coded, "JPEG, lossless, first order"},
+    {"1.2.840.10008.1.2.4.80", DicomCoding::coded, "JPEG-LS, lossless"},
+    {"1.2.840.10008.1.2.4.81", DicomCoding::coded, "JPEG-LS, near lossless"},
+    {"1.2.840.10008.1.2.4.90", DicomCoding::coded, "JPEG 2000, lossless"},
+    {"1.2.840.10008.1.2.4.91", DicomCoding::coded, "JPEG 2000"},
+    {"1.2.840.10008.1.2.4.100", DicomCoding::other, "MPEG-2"},
+    {rle, DicomCoding::coded, "RLE"},
+}};
+
+const Syntax* find(std::string_view uid) {
+    const auto* const found =
+        std::find_if(syntaxes.begin(), syntaxes.end(), [&](const Syntax& each) { return each.uid == uid; });
+    return found == syntaxes.end() ? nullptr : found;
+}
+
+Error corrupt(const std::string& where, std::string message) {
+    return {ErrorCode::corrupt, where, std::move(message)};
+}
+
+/// The bytes of one segment: runs, and bytes as they are (PS3.5, G.3.1).
+bool unpack(std::span<const char> from, std::span<char> pixels, std::size_t at, std::size_t step) {
+    std::size_t i = 0;
+    while (at < pixels.size() && i < from.size()) {
+        const int head = static_cast<signed char>(from[i++]);
+        if (head == -128) continue;
+        const std::size_t count =
+            head >= 0 ? static_cast<std::size_t>(head) + 1 : static_cast<std::size_t>(1 - head);
+        const std::size_t needed = head >= 0 ? count : 1;
+        if (from.size() - i < needed) return false;
+        for (std::size_t j = 0; j < count && at < pixels.size(); ++j, at += step) {
+            pixels[at] = from[i + (head >= 0 ? j : 0)];
+        }
+        i += needed;
+    }
+    return at >= pixels.size();
+}
+
+/// A segment for each byte of a pixel, those of a sample from the most significant on.
+Status decodeRle(const DicomHeader& header, std::span<const char> coded, std::span<char> pixels,
+                 const std::string& where) {
+    constexpr std::size_t headBytes = 64;
+    const std::size_t width = header.allocated / 8, wanted = width * header.samples;
+    const auto word = [&](std::size_t i) { return loadNumber<std::uint32_t>(coded.data() + 4 * i, false); };
+    if (coded.size() < headBytes || word(0) != wanted || wanted >= headBytes / 4) {
+        return corrupt(where, "its RLE data have another number of segments than a pixel has bytes");
+    }
+    for (std::size_t i = 0; i < wanted; ++i) {
+        const std::size_t begin = word(i + 1), end = i + 1 < wanted ? word(i + 2) : coded.size();
+        if (begin < headBytes || begin > end || end > coded.size()) {
+            return corrupt(where, "its RLE data have a segment outside of themselves");
+        }
+        const std::size_t at = i / width * width + (width - 1 - i % width);
+        if (!unpack(coded.subspan(begin, end - begin), pixels, at, wanted)) {
+            return corrupt(where, "its RLE data end before its last pixel");
+        }
+    }
+    return success();
+}
+
+/// What coded data say of themselves.
+struct CodedSize {
+    std::uint32_t rows = 0, columns = 0, samples = 0, bits = 0;
+};
+
+std::uint32_t big(std::span<const char> bytes, std::size_t at, std::size_t count) {
+    std::uint32_t number = 0;
+    for (std::size_t i = 0; i < count; ++i)
+        number = (number << 8U) | static_cast<unsigned char>(bytes[at + i]);
+    return number;
+}
+
+/// Of JPEG and JPEG-LS: in the first segment that begins a frame.
+std::optional<CodedSize> sizeOfJpeg(std::span<const char> coded) {
+    std::size_t at = 2;
+    while (at + 4 <= coded.size()) {
+        if (big(coded, at, 1) != 0xff) return std::nullopt;
+        const std::uint32_t marker = big(coded, at + 1, 1);
+        if (marker == 0xff) {
+            ++at;  // filling
+            continue;
+        }
+        const bool frame =
+            (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc) ||
+            marker == 0xf7;
+        const std::uint32_t length = big(coded, at + 2, 2);
+        if (length < 2 || length > coded.size() - at - 2) return std::nullopt;
+        if (frame && length < 8) return std::nullopt;
+        if (frame) {
+            return CodedSize{big(coded, at + 5, 2), big(coded, at + 7, 2), big(coded, at + 9, 1),
+                             big(coded, at + 4, 1)};
+        }
+        at += 2 + length;
+    }
+    return std::nullopt;
+}
+
+/// Of JPEG 2000: in the segment SIZ, perhaps behind the boxes of a JP2 file.
+std::optional<CodedSize> sizeOfJpeg2000(std::span<const char> coded) {
+    static constexpr std::string_view begin = "\xff\x4f\xff\x51";
+    constexpr std::size_t mostBoxes = 512, sizBytes = 43;
+    const std::string_view head(coded.data(), std::min(coded.size(), mostBoxes));
+    const std::size_t at = head.find(begin);
+    if (at == std::string_view::npos || coded.size() - at < sizBytes) return std::nullopt;
+    CodedSize size;
+    size.columns = big(coded, at + 8, 4) - big(coded, at + 16, 4);
+    size.rows = big(coded, at + 12, 4) - big(coded, at + 20, 4);
+    size.samples = big(coded, at + 40, 2);
+    size.bits = (big(coded, at + 42, 1) & 0x7fU) + 1;
+    return size;
+}
+
+/// Libraries take memory for what the data say: that must be what the header says.
+Status checkSize(const DicomHeader& header, std::span<const char> coded, const std::string& where) {
+    const bool jpeg = coded.size() > 2 && big(coded, 0, 2) == 0xffd8;
+    const auto size = jpeg ? sizeOfJpeg(coded) : sizeOfJpeg2000(coded);
+    if (!size)
+        return corrupt(where, fmt::format("its pixels do not begin as {} does", syntaxName(header.syntax)));
+    const std::uint32_t wide = size->bits <= 8 ? 8 : size->bits <= 16 ? 16 : 32;
+    if (size->rows == header.rows && size->columns == header.columns && size->samples == header.samples &&
+        wide == header.allocated) {
+        return success();
+    }
+    return corrupt(
+        where, fmt::format("its compressed pixels are {} x {} of {} values of {} bits, and it says {} x {} "
+                           "of {} of {}",
+                           size->columns, size->rows, size->samples, size->bits, header.columns, header.rows,
+                           header.samples, header.allocated));
+}
+
+bool decodeByGdcm(const DicomHeader& header, std::span<const char> coded, std::span<char> pixels) {
+    gdcm::Trace::DebugOff();
+    gdcm::Trace::WarningOff();
+    gdcm::Trace::ErrorOff();
+    gdcm::Fragment fragment;
+    fragment.SetByteValue(coded.data(), gdcm::VL(static_cast<std::uint32_t>(coded.size())));
+    const gdcm::SmartPointer<gdcm::SequenceOfFragments> fragments = new gdcm::SequenceOfFragments;
+    fragments->AddFragment(fragment);
+    gdcm::DataElement element(gdcm::Tag(0x7fe0, 0x0010));
+    element.SetValue(*fragments);
+    gdcm::Image image;
+    image.SetNumberOfDimensions(2);
+    image.SetDimension(0, header.columns);
+    image.SetDimension(1, header.rows);
+    const auto word = [](std::uint32_t number) { return static_cast<unsigned short>(number); };
+    image.SetPixelFormat(gdcm::PixelFormat(word(header.samples), word(header.allocated), word(header.stored),
+                                           word(header.highBit), header.isSigned ? 1 : 0));
+    const auto photometric = gdcm::PhotometricInterpretation::GetPIType(header.photometric.c_str());
+    image.SetPhotometricInterpretation(gdcm::PhotometricInterpretation(photometric));
+    image.SetTransferSyntax(gdcm::TransferSyntax::GetTSType(header.syntax.c_str()));
+    image.SetDataElement(element);
+    return image.GetBufferLength() == pixels.size() && image.GetBuffer(pixels.data());
+}
+
+}  // namespace
+
+DicomCoding codingOf(std::string_view syntax) {
+    const Syntax* const known = find(syntax);
+    return known == nullptr ? DicomCoding::other : known->coding;
+}
+
+std::string syntaxName(std::string_view syntax) {
+    const Syntax* const known = find(syntax);
+    return known == nullptr ? fmt::format("transfer syntax {}", syntax.empty() ? "unknown" : syntax)
+                            : std::string(known->name);
+}
+
+Status decodeDicom(const DicomHeader& header, std::span<const char> coded, std::span<char> pixels,
+                   const std::string& where) {
+    if (header.syntax == rle) return decodeRle(header, coded, pixels, where);
+    MOTE_RETURN_IF_ERROR(checkSize(header, coded, where));
+    try {
+        if (decodeByGdcm(header, coded, pixels)) return success();
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::resourceExhausted, where, "its pixels need more memory than there is"};
+    } catch (const std::exception&) {
+        // What it says may quote the file.
+    }
+    return corrupt(where, fmt::format("its pixels ({}) are damaged", syntaxName(header.syntax)));
+}
+
+}  // namespace mote::prep
