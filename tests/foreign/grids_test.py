@@ -53,6 +53,23 @@ class Vti(Case):
             variants[what] = self.write(self.image(), "appended", True, what + ".vti", encoded, wide)
         self.all_same(variants, VALUES, phantom.affine(numpy.eye(3)))
 
+    def test_vectors(self):
+        """Each component by its number, and the length of the vector."""
+        planes = numpy.stack([VALUES, 119 - VALUES, VALUES[::-1]], axis=-1).astype("f4")
+        place = phantom.affine(numpy.eye(3))
+        for mode, packed in itertools.product(("ascii", "binary", "appended"), (False, True)):
+            image = vtk.vtkImageData()
+            image.CopyStructure(self.image())
+            array = numpy_to_vtk(planes.reshape(-1, 3), deep=True)
+            array.SetName("velocity")
+            image.GetPointData().AddArray(array)
+            path = self.write(image, mode, packed)
+            for i in range(3):
+                self.same(volume(path, "--field", f"velocity:{i}"), planes[..., i], place, f"{mode} {i}")
+            self.same(volume(path, "--field", "velocity:magnitude"), numpy.linalg.norm(planes, axis=-1), place, mode)
+            self.refused("it holds velocity (3 values)", volume, path)
+            self.refused("ask for one as the field, velocity:0 to velocity:2", volume, path, "--field", "velocity")
+
     def test_arrays_that_are_no_volume(self):
         """Field data, ghosts and ids before the array, active or not."""
         for mode, cells in itertools.product(("ascii", "binary", "appended"), (False, True)):
