@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "protocol/scene/check.h"
 #include "protocol/scene/style_kinds.h"
 
 namespace mote {
@@ -21,7 +22,15 @@ Status checkKind(const proto::Layer& message) {
             return Error{ErrorCode::invalidArgument, std::string(field),
                          "only layers of \"particles\" have it"};
     }
+    if (message.has_towards() && !message.has_particles() && !message.has_hybrid())
+        return Error{ErrorCode::invalidArgument, "towards",
+                     "only layers of \"particles\" and \"hybrid\" have it"};
     return success();
+}
+
+Result<Towards> parseTowards(const proto::Towards& message) {
+    MOTE_ASSIGN_OR_RETURN(const double share, checkRange(message.share(), 0.0, 1.0, "share"));
+    return Towards{message.step(), share};
 }
 
 /// Sets an optional part where the message has it.
@@ -38,6 +47,18 @@ void visitPart(std::optional<Part>& part, const std::optional<Part>& other, Fiel
     if (part && other) visitFields(*part, *other, visitor);
 }
 
+/// What goes nowhere is at the beginning of any way from its step.
+void visitTowards(Layer& layer, const Layer& other, FieldVisitor& visitor) {
+    if (!layer.towards && !other.towards) return;
+    Towards from = layer.towards ? *layer.towards : Towards{other.towards->step, 0.0};
+    const Towards to = other.towards ? *other.towards : Towards{from.step, 0.0};
+    const bool oneWay = layer.step == other.step && from.step == to.step;
+    visitor.word(oneWay);
+    if (!oneWay) return;
+    visitor.number(from.share, to.share);
+    layer.towards = from;
+}
+
 }  // namespace
 
 Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages& named, Layer& layer) {
@@ -49,6 +70,8 @@ Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages
     if (message.has_highlight())
         MOTE_RETURN_IF_ERROR(take(parseHighlight(message.highlight(), named), "highlight", layer.highlight));
     if (message.has_paths()) MOTE_RETURN_IF_ERROR(take(parsePaths(message.paths()), "paths", layer.paths));
+    if (message.has_towards())
+        MOTE_RETURN_IF_ERROR(take(parseTowards(message.towards()), "towards", layer.towards));
     return success();
 }
 
@@ -57,6 +80,9 @@ void writeLayerParts(const Layer& layer, proto::Layer& message) {
     if (layer.select) *message.mutable_select() = toProto(*layer.select);
     if (layer.highlight) *message.mutable_highlight() = toProto(*layer.highlight);
     if (layer.paths) *message.mutable_paths() = toProto(*layer.paths);
+    if (!layer.towards) return;
+    message.mutable_towards()->set_step(layer.towards->step);
+    message.mutable_towards()->set_share(layer.towards->share);
 }
 
 void visitLayer(Layer& layer, const Layer& other, FieldVisitor& visitor) {
@@ -69,6 +95,7 @@ void visitLayer(Layer& layer, const Layer& other, FieldVisitor& visitor) {
     visitor.word(layer.select == other.select);
     visitPart(layer.highlight, other.highlight, visitor);
     visitPart(layer.paths, other.paths, visitor);
+    visitTowards(layer, other, visitor);
 }
 
 std::size_t valueCount(const Layer& layer) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What layers of particles carry besides their style: a colour by a column, a selection, a highlight, paths.
-// Each is read, written and shown to visitors here, so that view.cpp knows none of them. Pure functions.
+// What layers carry besides their style: of particles a colour by a column, a selection, a highlight, paths;
+// of what has steps another step that they are on their way to. Each is read, written and shown to visitors
+// here, so that view.cpp knows none of them. Pure functions.
 #pragma once
 
 #include "protocol/mote.pb.h"
@@ -11,7 +12,7 @@
 
 namespace mote {
 
-/// Into a layer whose style is there. Errors: of each part; one of a layer that is not of particles.
+/// Into a layer whose style is there. Errors: of each part; one of a layer of a kind that does not have it.
 Status parseLayerParts(const proto::Layer& message, const NamedSelectionMessages& named, Layer& layer);
 
 void writeLayerParts(const Layer& layer, proto::Layer& message);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "protocol/scene/dataset.h"
+#include "protocol/scene/mix.h"
 #include "server/figures/unit_text.h"
 
 namespace mote::server {
@@ -36,18 +37,26 @@ RichText timeText(double time) {
            unitText("s", prefix);
 }
 
+/// Of a layer between steps the nearer one is its own.
 RichText stepText(const Layer& layer, const proto::Manifest& manifest) {
     const int steps = stepCount(manifest);
     if (steps < 2) return {};
-    return upright(fmt::format("step {} of {}", layer.step, steps - 1));
+    if (!layer.towards) return upright(fmt::format("step {} of {}", layer.step, steps - 1));
+    const auto [first, last] = std::minmax(layer.step, layer.towards->step);
+    const double share = first == layer.step ? layer.towards->share : 1.0 - layer.towards->share;
+    return upright(fmt::format("step {} to {} ({:.0f}%) of {}", first, last, 100.0 * share, steps - 1));
 }
 
 RichText timeOf(const Layer& layer, const proto::Manifest& manifest) {
     const auto& steps = manifest.particles().steps();
-    if (steps.size() < 2 || static_cast<int>(layer.step) >= steps.size()) return {};
+    const auto there = [&](std::uint32_t step) { return static_cast<int>(step) < steps.size(); };
+    if (steps.size() < 2 || !there(layer.step) || (layer.towards && !there(layer.towards->step))) return {};
     const bool known =
         std::any_of(steps.begin(), steps.end(), [](const auto& step) { return step.time() != 0.0; });
-    return known ? timeText(steps[static_cast<int>(layer.step)].time()) : RichText();
+    if (!known) return {};
+    const double time = steps[static_cast<int>(layer.step)].time();
+    if (!layer.towards) return timeText(time);
+    return timeText(mix(time, steps[static_cast<int>(layer.towards->step)].time(), layer.towards->share));
 }
 
 RichText countOf(const Layer& layer, const LayerFacts& facts) {

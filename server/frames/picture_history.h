@@ -21,6 +21,7 @@
 
 namespace mote::server {
 
+class MeanPicture;
 class Planning;
 
 /// A picture that gave way to others, with all that it needs to go on. It is of one job. It may outlive its
@@ -52,6 +53,7 @@ struct PictureHistory {
     DotHistory dots = {};
     std::unique_ptr<Draft> draft = {};        ///< of the latest job, where it gave way
     std::weak_ptr<const ViewTask> lost = {};  ///< whose draft found no room: it gives way no more
+    std::shared_ptr<MeanPicture> mean = {};   ///< the latest, where the latest job was between steps
 };
 
 }  // namespace mote::server

@@ -5,10 +5,12 @@
 #include <new>
 #include <utility>
 
+#include "protocol/scene/view_parts.h"
 #include "server/frames/annotation_facts.h"
 #include "server/frames/attempt.h"
 #include "server/frames/layer_kinds.h"
 #include "server/frames/learn_picture.h"
+#include "server/frames/mean_picture.h"
 #include "server/frames/planning.h"
 #include "server/frames/scene_maker.h"
 #include "server/log.h"
@@ -83,38 +85,7 @@ void PictureMaker::trim() {
 
 Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history) {
     try {
-        if (!device_) device_ = factory_();
-        history.quality.startFrom(costs_);
-        steps_.beginPicture();
-        stop_ = job.stop;
-        Making made;
-        auto planning = planningOf(job, history);
-        if (planning && !planning->planning->advance(job.pause)) {
-            if (planning->planning->hold(steps_.budget())) {
-                history.draft = std::move(planning);
-                return made;
-            }
-            if (!planning->planning->advance(job.stop)) return made;
-        }
-        Attempt attempt(*job.task, history.dots);
-        auto draft = draftOf(history);
-        if (draft == nullptr) {
-            MOTE_ASSIGN_OR_RETURN(
-                draft, planning ? planning->planning->take(history, made) : newDraft(job, history, made));
-        }
-        planning.reset();
-        if (draft == nullptr) return made;
-        const bool lost = history.lost.lock() == job.task;
-        const bool done = draw(job, *draft, lost ? job.stop : job.pause);
-        failures_ = 0;
-        if (done) {
-            made.picture = finished(job, *draft, history);
-            attempt.succeeded();
-        } else if (draft->picture != nullptr || draft->sight != nullptr) {
-            attempt.paused(*draft);
-            keep(std::move(draft), history);
-        }
-        return made;
+        return makeAny(job, history);
     } catch (const BrokenInvariant&) {
         throw;
     } catch (const storage::StorageError& failure) {
@@ -127,6 +98,62 @@ Result<Making> PictureMaker::make(const RenderJob& job, PictureHistory& history)
     } catch (const std::exception& failure) {
         return Error{ErrorCode::internal, "view", failure.what()};
     }
+}
+
+/// What the history keeps of another job goes.
+Result<Making> PictureMaker::makeAny(const RenderJob& job, PictureHistory& history) {
+    auto parts = viewParts(job.task->view);
+    if (parts.size() == 1) {
+        giveUpDrafts(std::exchange(history.mean, nullptr).get());
+        return makeOne(job, history);
+    }
+    if (job.task->page && job.task->page->plotter) {
+        return Error{ErrorCode::unsupported, "page.plotter",
+                     "a pen draws one step, and the view shows two; say \"share\": 0 or 1 of \"towards\""};
+    }
+    drop(history.draft);
+    if (history.mean == nullptr || !history.mean->isOf(job)) {
+        const auto before = std::exchange(history.mean, nullptr);
+        giveUpDrafts(before.get());
+        history.mean = std::make_shared<MeanPicture>(job, std::move(parts), history, before.get());
+    }
+    const auto make = [this](const RenderJob& part, PictureHistory& its) { return makeOne(part, its); };
+    return history.mean->goOn(job, history, make, steps_.budget());
+}
+
+Result<Making> PictureMaker::makeOne(const RenderJob& job, PictureHistory& history) {
+    if (!device_) device_ = factory_();
+    history.quality.startFrom(costs_);
+    steps_.beginPicture();
+    stop_ = job.stop;
+    Making made;
+    auto planning = planningOf(job, history);
+    if (planning && !planning->planning->advance(job.pause)) {
+        if (planning->planning->hold(steps_.budget())) {
+            history.draft = std::move(planning);
+            return made;
+        }
+        if (!planning->planning->advance(job.stop)) return made;
+    }
+    Attempt attempt(*job.task, history.dots);
+    auto draft = draftOf(history);
+    if (draft == nullptr) {
+        MOTE_ASSIGN_OR_RETURN(
+            draft, planning ? planning->planning->take(history, made) : newDraft(job, history, made));
+    }
+    planning.reset();
+    if (draft == nullptr) return made;
+    const bool lost = history.lost.lock() == job.task;
+    const bool done = draw(job, *draft, lost ? job.stop : job.pause);
+    failures_ = 0;
+    if (done) {
+        made.picture = finished(job, *draft, history);
+        attempt.succeeded();
+    } else if (draft->picture != nullptr || draft->sight != nullptr) {
+        attempt.paused(*draft);
+        keep(std::move(draft), history);
+    }
+    return made;
 }
 
 void PictureMaker::deviceFailed() {
@@ -212,7 +239,8 @@ Result<std::optional<render::Scene>> PictureMaker::stippledSceneOf(const View& v
 
 Result<std::optional<render::Scene>> PictureMaker::sceneOf(const RenderJob& job, PictureHistory& history,
                                                            Making& why) {
-    View view = job.task->view;
+    MOTE_RETURN_IF_ERROR(checkTowards(job.task->view, steps_));
+    View view = viewAt(job.task->view, job.part ? job.part->place : nearestPlace);
     MOTE_RETURN_IF_ERROR(fitLayers(view, steps_));
     const auto stipples = [](const Layer& layer) {
         return layer.opacity > 0.0 && layer.stipple() && layer.stipple()->sourceLayers;
@@ -247,35 +275,6 @@ std::optional<FramePlan> PictureMaker::planFor(const RenderJob& job, const rende
     return plan(render::Reading::all);
 }
 
-/// The draft of the same job, which planningOf() has left; null: there is none.
-std::unique_ptr<Draft> PictureMaker::draftOf(PictureHistory& history) {
-    auto draft = std::move(history.draft);
-    if (draft && draft->after) history.dots = *std::exchange(draft->after, std::nullopt);
-    return draft;
-}
-
-/// A draft that is being planned in turns, of the same job or a new one; null where it is planned already or
-/// is planned at once. What the history keeps of another job, or of a device that is gone, goes.
-std::unique_ptr<Draft> PictureMaker::planningOf(const RenderJob& job, PictureHistory& history) {
-    auto& latest = history.draft;
-    const bool ours = latest && latest->device.lock() == device_;
-    if (ours && latest->task == job.task && latest->stage == job.stage)
-        return latest->planning ? std::move(latest) : nullptr;
-    if (ours && latest->picture) latest->picture->giveUp();
-    if (ours && latest->sight) latest->sight->giveUp();
-    latest.reset();
-    if (!isPlannedInTurns(job)) return nullptr;
-    return std::make_unique<Draft>(
-        Draft{.task = job.task,
-              .stage = job.stage,
-              .device = device_,
-              .planning = std::make_shared<Planning>(
-                  job, history,
-                  [this, own = RenderJob{job.session, job.task, job.stage}](
-                      PictureHistory& its, Making& why) { return newDraft(own, its, why); },
-                  leastTurn_)});
-}
-
 /// Null where `why` says that the picture waits, or it was stopped.
 Result<std::unique_ptr<Draft>> PictureMaker::newDraft(const RenderJob& job, PictureHistory& history,
                                                       Making& why) {
@@ -290,7 +289,8 @@ Result<std::unique_ptr<Draft>> PictureMaker::newDraft(const RenderJob& job, Pict
 /// Null where the picture waits for data.
 std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene scene,
                                              Clock::time_point begun, PictureHistory& history) {
-    const auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
+    auto quality = qualityOf(job.stage, loadOf(scene, history), history.quality);
+    if (job.part) quality.resolutionScale = job.part->resolutionScale.value_or(quality.resolutionScale);
     const auto planning = workClock();
     auto plan = planFor(job, scene, quality);
     if (!plan) return nullptr;
@@ -300,8 +300,8 @@ std::unique_ptr<Draft> PictureMaker::planned(const RenderJob& job, render::Scene
                                                .scene = std::move(scene),
                                                .quality = quality,
                                                .plan = *std::move(plan)});
-    // On a page they stay shapes.
-    if (job.task->page) {
+    // On a page they stay shapes, but where they would have to dissolve.
+    if (job.task->page && !job.part) {
         draft->shapes = takeShapes(draft->plan, *job.task->page);
         if (draft->shapes.dots || !draft->shapes.strokes.empty())
             draft->sight = std::make_unique<PageSight>(draft->plan, draft->shapes);
@@ -331,7 +331,8 @@ bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_toke
         return false;
     }
     const auto begun = Clock::now();
-    const auto format = job.stage == Stage::exact ? job.task->format : PixelFormat::srgb8;
+    const auto asked = job.stage == Stage::exact ? job.task->format : PixelFormat::srgb8;
+    const auto format = job.part ? PixelFormat::linearHalf : asked;
     if (draft.picture == nullptr) draft.picture = begin(draft.plan, format, job.stage, job.stop);
     const bool done = draft.picture != nullptr && draft.picture->advance(pause);
     check(draft.scene);
@@ -339,22 +340,6 @@ bool PictureMaker::draw(const RenderJob& job, Draft& draft, const std::stop_toke
     want(draft.plan);
     draft.renderMs += milliseconds(Clock::now() - begun);
     return done;
-}
-
-void PictureMaker::keep(std::unique_ptr<Draft> draft, PictureHistory& history) {
-    std::uint64_t bytes = draft->picture ? draft->picture->bytes() : draft->sight->bytes();
-    for (const auto& fragments : draft->plan.fragments)
-        bytes += fragments->capacity() * sizeof(render::Fragment);
-    draft->held = {};  // of what it kept before
-    auto held = HeldMemory::whereThereIsRoom(steps_.budget(), bytes);
-    if (!held) {
-        if (draft->picture) draft->picture->giveUp();
-        if (draft->sight) draft->sight->giveUp();
-        history.lost = draft->task;
-        return;
-    }
-    draft->held = *std::move(held);
-    history.draft = std::move(draft);
 }
 
 MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHistory& history) {
@@ -371,7 +356,8 @@ MadePicture PictureMaker::finished(const RenderJob& job, Draft& draft, PictureHi
                      std::move(draft.shapes.strokes),
                      std::move(draft.sights),
                      annotationsOf(draft.scene, plan, steps_),
-                     plan.points.empty() && plan.fields.empty() && !plan.anyDots()};
+                     plan.points.empty() && plan.fields.empty() && !plan.anyDots(),
+                     draft.quality.resolutionScale};
     describe(made, job, name_);
     made.message.set_point_fraction(share);
     for (const auto& shown : {draft.shapes.dots, plan.dots})

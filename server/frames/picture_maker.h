@@ -39,6 +39,7 @@ struct MadePicture {
     std::vector<std::shared_ptr<const Sight>> sights = {};             ///< of both, as VectorDrawing's
     std::shared_ptr<const Marks> annotations = nullptr;  ///< in pixels of the view; not in the picture yet
     bool onlyShapes = false;                             ///< there is nothing else in it but background
+    double resolutionScale = 1.0;                        ///< as the Quality's that it was made in
 };
 
 /// What came of a job: a picture, or none, because it was stopped or waits for data.
@@ -64,13 +65,19 @@ class PictureMaker {
     /// paused again. Of a final-only view that comes to no picture the
     /// history's dots are as they were. Errors: notFound, corrupt and so on of the data;
     /// internal of the device, which is made anew where it fails again and again; resourceExhausted (memory).
-    /// Throws BrokenInvariant: then neither it nor the history is good for more.
+    /// A view between steps is drawn once for each of its parts (mean_picture.h). Errors then also:
+    /// unsupported (a page for a plotter). Throws BrokenInvariant: then neither it nor the history is good
+    /// for more.
     Result<Making> make(const RenderJob& job, PictureHistory& history);
 
     /// The device frees what nobody needs any more.
     void trim();
 
   private:
+    Result<Making> makeAny(const RenderJob& job, PictureHistory& history);
+    Result<Making> makeOne(const RenderJob& job, PictureHistory& history);
+    void drop(std::unique_ptr<Draft>& draft) const;
+    void giveUpDrafts(MeanPicture* mean) const;
     static std::unique_ptr<Draft> draftOf(PictureHistory& history);
     std::unique_ptr<Draft> planningOf(const RenderJob& job, PictureHistory& history);
     Result<std::unique_ptr<Draft>> newDraft(const RenderJob& job, PictureHistory& history, Making& why);

@@ -36,6 +36,12 @@ void QualityController::startFrom(const render::DeviceCosts& costs) {
     perPixel_ = costs.millionPixels;
 }
 
+QualityController QualityController::within(double budgetMs) const {
+    QualityController other = *this;
+    other.budgetMs_ = budgetMs;
+    return other;
+}
+
 double QualityController::expectedMs(const ViewLoad& load, const Quality& quality) const {
     return perPoint_ * load.points * quality.pointFraction / million +
            perPixel_ * millionPixels(load.pixels, quality);

@@ -30,6 +30,9 @@ class QualityController {
   public:
     explicit QualityController(double budgetMs = 30.0) : budgetMs_(budgetMs) {}
 
+    /// What knows the same and has another time for a picture.
+    QualityController within(double budgetMs) const;
+
     /// What the device was found to cost; of no effect once a picture was learned from.
     void startFrom(const render::DeviceCosts& costs);
 

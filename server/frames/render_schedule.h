@@ -39,6 +39,13 @@ struct ScheduleSettings {
     Clock::duration backgroundDelay = std::chrono::milliseconds(40);  ///< after the others' latest picture
 };
 
+/// One of the pictures that a picture between steps is the mean of (server/frames/mean_picture.h). It is made
+/// in linear light.
+struct PicturePart {
+    double place = 0.0;                          ///< as viewAt()
+    std::optional<double> resolutionScale = {};  ///< of those before it, which it must have too
+};
+
 /// One picture to render.
 struct RenderJob {
     SessionId session = 0;
@@ -46,6 +53,7 @@ struct RenderJob {
     Stage stage = Stage::quick;
     std::stop_token stop = {};   ///< it is to end, whatever is lost
     std::stop_token pause = {};  ///< it is to give way and keep what is done; requested wherever `stop` is
+    std::optional<PicturePart> part = {};  ///< null: the whole picture
 };
 
 class RenderSchedule {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "server/frames/scene_maker.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -26,6 +29,22 @@ Result<LayerPart> nothingOf(const Layer& layer, StepSource& data) {
 }
 
 }  // namespace
+
+Status checkTowards(const View& view, StepSource& data) {
+    for (std::size_t i = 0; i < view.layers.size(); ++i) {
+        const auto& [dataset, towards] = std::tie(view.layers[i].dataset, view.layers[i].towards);
+        if (!towards) continue;
+        const auto found = data.dataset(dataset);
+        if (!found.ok()) return inLayer(i, found.error());
+        // That a dataset is of another kind, without steps, is said when it is drawn.
+        const int steps = stepCount(*found->manifest);
+        if (steps == 0 || towards->step < static_cast<std::uint32_t>(steps)) continue;
+        return inLayer(i, {ErrorCode::notFound, "towards.step",
+                           fmt::format("\"{}\" has {} steps, numbered from 0; there is no step {}", dataset,
+                                       steps, towards->step)});
+    }
+    return success();
+}
 
 Status fitLayers(View& view, StepSource& data) {
     if (!view.cameraFitted) return success();

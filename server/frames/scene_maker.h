@@ -22,6 +22,10 @@ inline Error inLayer(std::size_t index, const Error& error) {
     return field ? error.within("layers[" + std::to_string(index) + "]") : error;
 }
 
+/// Whether the steps that layers are on their way to are there, at whatever share. Errors: notFound, with the
+/// layer's place.
+Status checkTowards(const View& view, StepSource& data);
+
 /// Fits the camera of a view that came without one to what its layers show. Errors: notFound, with the
 /// layer's place.
 Status fitLayers(View& view, StepSource& data);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "protocol/scene/lengths_in_pixels.h"
+#include "protocol/scene/view_parts.h"
 #include "server/numbers/nearest_point.h"
 #include "server/numbers/query_run.h"
 #include "storage/beam/quantity_reader.h"
@@ -138,7 +139,8 @@ Error invalid(std::string where, std::string message) {
 Result<std::unique_ptr<QueryRun>> makePickRun(const proto::PickQuery& query, QueryContext& context) {
     auto view = parseView(query.view());
     MOTE_RETURN_IF_ERROR(view, "view");
-    view = lengthsInPixels(*std::move(view));
+    // Between steps the nearer one is picked from.
+    view = viewAt(lengthsInPixels(*std::move(view)), nearestPlace);
     // Of plots alone, the camera that is fitted is the picture's.
     const auto plot = [](const Layer& layer) { return layer.particles() != nullptr; };
     if (view->cameraFitted && !std::ranges::all_of(view->layers, plot))

@@ -55,6 +55,7 @@ std::set<std::string> featuresOf(const proto::View& view) {
         if (layer.transform().empty()) has.insert("identity");
         if (!layer.has_opacity()) has.insert("all of a layer");
         if (layer.has_opacity()) has.insert(fadedOf(layer));
+        if (layer.has_towards()) has.insert("towards of " + std::to_string(layer.kind_case()));
         if (layer.has_hybrid()) {
             has.insert("representation " + layer.hybrid().representation());
             has.insert("shape " + layer.hybrid().point_shape());
@@ -98,6 +99,8 @@ TEST(Generator, ReachesTheEndsOfTheSchema) {
                                       "some of 8",
                                       "all of 4",
                                       "all of 5",
+                                      "towards of 4",
+                                      "towards of 5",
                                       "representation points",
                                       "representation residual",
                                       "representation volume",

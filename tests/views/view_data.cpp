@@ -9,6 +9,7 @@
 
 #include "protocol/scene/lengths_in_pixels.h"
 #include "protocol/scene/plot_density.h"
+#include "protocol/scene/view_parts.h"
 #include "server/render/layers/ink/density_grid.h"
 #include "tests/support/generated_mesh.h"
 #include "tests/views/dot_data.h"
@@ -150,8 +151,9 @@ PlotDensity plotOf(const storage::ParticleStep& step) {
 }  // namespace
 
 Result<render::Scene> ViewData::scene(const proto::View& message) {
-    const auto view = parseView(message);
+    auto view = parseView(message);
     MOTE_RETURN_IF_ERROR(view);
+    view = viewAt(*std::move(view), nearestPlace);
     render::Scene scene{lengthsInPixels(*view), {}};
     auto dots = std::make_shared<render::Dots>();
     for (std::size_t i = 0; i < view->layers.size(); ++i) {

@@ -46,8 +46,9 @@ class ViewData {
     static Result<DatasetName> find(const std::string& name, DataKind kind);
     static DatasetTraits traits(const DatasetName& name);
 
-    /// Errors: the view's own; a dataset or step that is none of these, of another kind than its layer, or
-    /// without what is drawn of it.
+    /// Of a view between steps, which is the mean of several scenes, that of the nearer steps. Errors: the
+    /// view's own; a dataset or step that is none of these, of another kind than its layer, or without what
+    /// is drawn of it.
     Result<render::Scene> scene(const proto::View& message);
 
   private:

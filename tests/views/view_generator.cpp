@@ -76,6 +76,16 @@ void showNumbers(const DatasetName& data, proto::Layer& layer) {
     if (layer.has_particles() && random.chance(share)) setAnyNumbers(random, ViewData::steps, layer);
 }
 
+/// Some layers are on their way to another step, in films. By numbers of their own, too.
+void goOn(const DatasetName& data, proto::Layer& layer) {
+    constexpr double share = 0.15;
+    if (!layer.has_particles() && !layer.has_hybrid()) return;
+    Random random(layer.ByteSizeLong(), 256 + data.number);
+    if (!random.chance(share)) return;
+    layer.mutable_towards()->set_step(static_cast<std::uint32_t>(random.below(ViewData::steps)));
+    layer.mutable_towards()->set_share(anyShare(random));
+}
+
 /// A layer of any dataset, without its transform.
 proto::Layer anyLayer(Random& random, const DatasetName& data) {
     proto::Layer layer;
@@ -92,6 +102,7 @@ proto::Layer anyLayer(Random& random, const DatasetName& data) {
     drawInInk(data, layer);
     fade(data, layer);
     showNumbers(data, layer);
+    goOn(data, layer);
     return layer;
 }
 

@@ -34,7 +34,10 @@ Status checkLayer(const proto::Layer& layer, const FilmDatasets& datasets) {
     MOTE_RETURN_IF_ERROR(checkKnown(layer.dataset(), datasets, "dataset"));
     const auto& image = layer.stipple().image();
     if (!image.empty()) MOTE_RETURN_IF_ERROR(checkKnown(image, datasets, "stipple.image"));
-    return checkStep(layer.dataset(), datasets.at(layer.dataset()), layer.step(), "step");
+    const auto& known = datasets.at(layer.dataset());
+    MOTE_RETURN_IF_ERROR(checkStep(layer.dataset(), known, layer.step(), "step"));
+    if (!layer.has_towards()) return success();
+    return checkStep(layer.dataset(), known, layer.towards().step(), "towards.step");
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct FilmDataset {
 using FilmDatasets = std::map<std::string, FilmDataset>;
 
 /// Whether all that a view shows is there. Errors: notFound ("layers[0].dataset", "layers[0].stipple.image"),
-/// invalidArgument ("layers[0].step").
+/// invalidArgument ("layers[0].step", "layers[0].towards.step").
 Status checkDatasets(const proto::View& view, const FilmDatasets& datasets);
 
 /// Whether a dataset has a step. Errors: invalidArgument, named by `field`.

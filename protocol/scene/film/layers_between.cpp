@@ -78,16 +78,10 @@ std::size_t findSame(const std::vector<Layer>& layers, std::size_t index, const 
     return others.size();
 }
 
-/// A layer in each of the steps that are shown of it, with its opacity shared among them.
-void addInSteps(const Layer& layer, const std::vector<ShownStep>& steps, std::vector<Layer>& to) {
-    for (const auto& shown : steps) {
-        to.push_back(layer);
-        to.back().step = shown.step;
-        to.back().opacity = std::clamp(layer.opacity * shown.weight, 0.0, 1.0);
-        auto* const particles = to.back().particles();
-        if (particles == nullptr || particles->opacityByPlot || !(layer.opacity > 0.0)) continue;
-        particles->pointOpacity = blendedPointOpacity(particles->pointOpacity, layer.opacity, shown.weight);
-    }
+/// A layer where its steps are: in one, or on its way from one to the next.
+void showIn(const std::vector<ShownStep>& steps, Layer& layer) {
+    layer.step = steps.front().step;
+    if (steps.size() > 1) layer.towards = Towards{steps.back().step, steps.back().weight};
 }
 
 }  // namespace
@@ -129,11 +123,7 @@ BetweenSteps LayersBetween::stepsOf(const Pair& pair) const {
 
 std::size_t LayersBetween::mostLayers() const {
     std::size_t count = 0;
-    for (const auto& pair : pairs_) {
-        const bool both = pair.from != nullptr && pair.to != nullptr;
-        const bool blended = both && pair.from->step != pair.to->step && stepsOf(pair) == BetweenSteps::blend;
-        count += (pair.dissolves ? 2U : 1U) * (blended ? 2U : 1U);
-    }
+    for (const auto& pair : pairs_) count += pair.dissolves ? 2 : 1;
     return count;
 }
 
@@ -145,14 +135,16 @@ std::vector<Layer> LayersBetween::at(double share) const {
             layers.back().opacity *= from != nullptr ? 1.0 - share : share;
             continue;
         }
+        // What says itself how far it is between steps is nowhere else.
+        const bool says = from->towards || to->towards;
         const auto steps = stepsBetween(from->step, to->step, share, stepsOf({from, to, dissolves}));
-        Layer first = mixed(*from, *to, share);
+        Layer& first = layers.emplace_back(mixed(*from, *to, share));
         first.opacity = dissolves ? from->opacity * (1.0 - share) : mix(from->opacity, to->opacity, share);
-        addInSteps(first, steps, layers);
+        if (!says) showIn(steps, first);
         if (!dissolves) continue;
-        Layer second = mixed(*to, *from, 1.0 - share);
+        Layer& second = layers.emplace_back(mixed(*to, *from, 1.0 - share));
         second.opacity = to->opacity * share;
-        addInSteps(second, steps, layers);
+        if (!says) showIn(steps, second);
     }
     return layers;
 }

@@ -12,7 +12,7 @@
 
 namespace mote {
 
-/// Whether both steps of a layer can be shown at once; of others one is shown.
+/// Whether a layer can be between two steps; of others one is shown.
 bool blendsSteps(const Layer& layer);
 
 class LayersBetween {

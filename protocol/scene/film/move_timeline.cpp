@@ -27,16 +27,13 @@ glm::dvec3 turnOf(const proto::Move::Turn& turn, const Camera& camera) {
     return glm::radians(turn.degrees()) * glm::normalize(axis);
 }
 
-/// A layer in a step, of which so much is shown.
-void addInStep(proto::Layer layer, const ShownStep& shown, proto::View& view) {
-    layer.set_step(shown.step);
-    const double opacity = layer.has_opacity() ? layer.opacity() : 1.0;
-    if (shown.weight != 1.0) layer.set_opacity(std::clamp(shown.weight * opacity, 0.0, 1.0));
-    if (layer.particles().points().has_opacity() && opacity > 0.0) {
-        auto& points = *layer.mutable_particles()->mutable_points();
-        points.set_opacity(blendedPointOpacity(points.opacity(), opacity, shown.weight));
-    }
-    *view.add_layers() = std::move(layer);
+/// A layer where its steps are: in one, or on its way from one to the next.
+void showIn(const std::vector<ShownStep>& steps, proto::Layer& layer) {
+    layer.set_step(steps.front().step);
+    layer.clear_towards();
+    if (steps.size() == 1) return;
+    layer.mutable_towards()->set_step(steps.back().step);
+    layer.mutable_towards()->set_share(steps.back().weight);
 }
 
 }  // namespace
@@ -69,9 +66,12 @@ MoveTimeline::Move MoveTimeline::next(const proto::Move& message) const {
     if (!zoom.target().empty()) move.target = vectorOf(zoom.target());
     if (zoom.factor() != 0.0) move.zoom = std::log(zoom.factor());
     for (int i = 0; i < view_.layers_size(); ++i) {
-        const auto step =
-            moves_.empty() ? view_.layers(i).step() : moves_.back().steps[static_cast<std::size_t>(i)].to;
-        move.steps.push_back({step, step, false});
+        if (moves_.empty()) {
+            move.steps.push_back({view_.layers(i).step(), view_.layers(i).step()});
+            continue;
+        }
+        const auto& before = moves_.back().steps[static_cast<std::size_t>(i)];
+        move.steps.push_back({before.to, before.to, false, before.left || before.played});
     }
     return move;
 }
@@ -97,24 +97,10 @@ Status MoveTimeline::play(const proto::Move::PlaySteps& message, const FilmDatas
     return Error{ErrorCode::invalidArgument, "dataset", "what the view shows has no steps to be played"};
 }
 
-Status MoveTimeline::checkLayers(const Move& move) const {
-    int most = 0;
-    for (int i = 0; i < view_.layers_size(); ++i) {
-        const auto& steps = move.steps[static_cast<std::size_t>(i)];
-        most += steps.from != steps.to && betweenSteps(view_.layers(i)) == BetweenSteps::blend ? 2 : 1;
-    }
-    if (most <= View::maxLayers) return success();
-    return Error{ErrorCode::invalidArgument, "playSteps",
-                 fmt::format("while steps blend a view would need {} layers at once; it has at most {}", most,
-                             View::maxLayers)};
-}
-
 Status MoveTimeline::add(const proto::Move& message, const FilmDatasets& datasets) {
     Move move = next(message);
-    if (message.has_play_steps()) {
+    if (message.has_play_steps())
         MOTE_RETURN_IF_ERROR(play(message.play_steps(), datasets, move), "playSteps");
-        MOTE_RETURN_IF_ERROR(checkLayers(move));
-    }
     const auto arrived = parseCamera(toProto(move.cameraAt(1.0)));
     if (!arrived.ok()) {
         return Error{ErrorCode::invalidArgument, message.has_zoom_to() ? "zoomTo" : "turn",
@@ -162,10 +148,9 @@ proto::View MoveTimeline::at(double seconds) const {
         camera = placed(camera, camera.target, move.offsetAt(share));
     }
     *view.mutable_camera() = toProto(camera);
-    view.clear_layers();
     for (int i = 0; i < view_.layers_size(); ++i) {
-        for (const auto& shown : stepsOf(i, move.steps[static_cast<std::size_t>(i)], share))
-            addInStep(view_.layers(i), shown, view);
+        const auto& steps = move.steps[static_cast<std::size_t>(i)];
+        if (steps.played || steps.left) showIn(stepsOf(i, steps, share), *view.mutable_layers(i));
     }
     return view;
 }

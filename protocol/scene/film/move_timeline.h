@@ -18,8 +18,8 @@ namespace mote {
 
 class MoveTimeline : public Timeline {
   public:
-    /// Of a checked script of moves. Errors: of checkDatasets(); steps that are played and not there; more
-    /// layers than a view may have; a camera that comes where none may be.
+    /// Of a checked script of moves. Errors: of checkDatasets(); steps that are played and not there; a
+    /// camera that comes where none may be.
     static Result<std::unique_ptr<const Timeline>> create(const proto::Script& script,
                                                           const FilmDatasets& datasets);
 
@@ -30,8 +30,9 @@ class MoveTimeline : public Timeline {
   private:
     /// Steps of a layer during a move; it plays them, or both are the same.
     struct Steps {
-        std::uint32_t from, to;
-        bool played;
+        std::uint32_t from = 0, to = 0;
+        bool played = false;
+        bool left = false;  ///< an earlier move played some: it is not where its view says any more
     };
     struct Move {
         double begin = 0.0, end = 0.0;  ///< seconds
@@ -50,7 +51,6 @@ class MoveTimeline : public Timeline {
     MoveTimeline(proto::View view, BetweenSteps between) : view_(std::move(view)), between_(between) {}
     Status add(const proto::Move& message, const FilmDatasets& datasets);
     Status play(const proto::Move::PlaySteps& message, const FilmDatasets& datasets, Move& move) const;
-    Status checkLayers(const Move& move) const;
     Move next(const proto::Move& message) const;
     BetweenSteps betweenSteps(const proto::Layer& layer) const;
     std::vector<ShownStep> stepsOf(int layer, const Steps& steps, double share) const;

@@ -14,7 +14,7 @@ namespace mote {
 /// How a film goes from one step to the next.
 enum class BetweenSteps {
     hold,   ///< a step is shown until the next
-    blend,  ///< two at once, the one fading as the other comes
+    blend,  ///< on the way from one to the next (Layer::towards)
 };
 
 struct ShownStep {
@@ -36,16 +36,6 @@ inline std::vector<ShownStep> stepsAt(std::uint32_t from, std::uint32_t to, doub
     if (between == BetweenSteps::hold || passed == distance || share <= rounding)
         return {{stepAfter(passed), 1.0}};
     return {{stepAfter(passed), 1.0 - share}, {stepAfter(passed + 1), share}};
-}
-
-/// The opacity that a point must have in a layer of which `weight` is shown, so that it takes `weight` of the
-/// light that it takes in the layer by itself: the points of two steps lie at different places, and what is
-/// seen of both must add up. (A layer of which there is w draws a point of opacity a with 1 - (1 - a)^w,
-/// which adds up where points lie on each other.) `layer`: how much there is of the layer by itself, above 0.
-inline double blendedPointOpacity(double opacity, double layer, double weight) {
-    if (!(weight > 0.0 && weight < 1.0)) return opacity;
-    const double alone = 1.0 - std::pow(1.0 - opacity, layer);
-    return 1.0 - std::pow(1.0 - weight * alone, 1.0 / (layer * weight));
 }
 
 /// On the way from one keyframe to another, each with a step of its own.

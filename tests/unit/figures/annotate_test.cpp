@@ -218,6 +218,16 @@ TEST(Annotate, wordsTellDatasetStepTimeAndCounts) {
     EXPECT_EQ(words.count("10^5"), 1u);
 }
 
+TEST(Annotate, wordsTellBothStepsThatALayerIsBetween) {
+    View view = viewOf(1280, 720);
+    view.layers[0].towards = Towards{2, 0.25};
+    const std::string words = "data/beam   step 1 to 2 (25%) of 2   t = 1.25\u2009ns";
+    EXPECT_EQ(wordsOf(annotate(view, factsOf(view))).count(words), 1u);
+    view.layers[0].step = 2;
+    view.layers[0].towards = Towards{1, 0.75};
+    EXPECT_EQ(wordsOf(annotate(view, factsOf(view))).count(words), 1u) << "the same from its other end";
+}
+
 TEST(Annotate, whatIsNotAskedForOrNotKnownIsNotSaid) {
     View view = viewOf(1280, 720);
     *view.annotations = Annotations{};

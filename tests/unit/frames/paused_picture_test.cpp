@@ -17,6 +17,7 @@ class VolumeSource final : public StepSource {
         auto manifest = std::make_shared<proto::Manifest>();
         manifest->set_kind("hybrid");
         manifest->mutable_hybrid()->add_steps();
+        manifest->mutable_hybrid()->add_steps();
         manifest_ = std::move(manifest);
         volume_->coarse.size = {2, 2, 2};
         volume_->coarse.values.resize(12);
@@ -138,6 +139,32 @@ TEST_F(PausedPicture, IsGoneOnWithThoughOthersWereDrawnMeanwhile) {
     EXPECT_TRUE(made->picture->message.final());
     EXPECT_EQ(counts_.begun, 3) << "the large one once, and the two others";
     EXPECT_EQ(counts_.gone, 3);
+}
+
+/// It is made of two, each of three turns.
+TEST_F(PausedPicture, BetweenStepsIsGoneOnWithWhereverItWas) {
+    source_.budget_ = std::make_shared<storage::BlockBudget>(1 << 20);
+    auto task = std::make_shared<ViewTask>(*taskOf(16));
+    task->view.layers[0].towards = Towards{1, 0.5};
+    constexpr std::uint64_t part = 16 * 8 * 8;  // bytes
+    for (const std::uint64_t kept : {part, part, part, 2 * part, 2 * part}) {
+        const auto made = maker_.make(jobOf(task, true), history_);
+        ASSERT_TRUE(made.ok()) << made.error().toString();
+        EXPECT_FALSE(made->picture || made->waits);
+        EXPECT_EQ(source_.budget_->resident(), kept);
+        ASSERT_TRUE(maker_.make(jobOf(taskOf(4), false, Stage::quick), others_)->picture);
+    }
+    const auto made = maker_.make(jobOf(task, true), history_);
+    ASSERT_TRUE(made.ok() && made->picture);
+    EXPECT_EQ(made->picture->picture.width, 16U);
+    EXPECT_EQ(made->picture->picture.pixels.size(), 16U * 8 * 4);
+    EXPECT_EQ(counts_.begun, 7) << "two of it, and the five others";
+    EXPECT_EQ(source_.budget_->resident(), 0U);
+    // Nobody wants the next one any more.
+    ASSERT_FALSE(maker_.make(jobOf(std::make_shared<ViewTask>(*task), true), history_)->picture);
+    ASSERT_TRUE(maker_.make(jobOf(taskOf(4), false), history_)->picture);
+    EXPECT_EQ(counts_.gone, counts_.begun);
+    EXPECT_EQ(source_.budget_->resident(), 0U);
 }
 
 TEST_F(PausedPicture, IsDroppedForANewerView) {

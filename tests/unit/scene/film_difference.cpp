@@ -135,10 +135,32 @@ struct Shown {
     std::vector<ColoredCurve> curves;
 };
 
+/// What is shown of it in a step alone, of one and the other.
+std::vector<Layer> inSteps(const Layer& layer) {
+    if (!layer.towards) return {layer};
+    const auto shown = [&](std::uint32_t step, double share) {
+        Layer one = layer;
+        one.step = step;
+        one.opacity *= share;
+        one.towards.reset();
+        return one;
+    };
+    const auto& [step, share] = *layer.towards;
+    if (step == layer.step) return {shown(step, 1.0)};
+    std::vector<Layer> both;
+    if (share < 1.0) both.push_back(shown(layer.step, 1.0 - share));
+    if (share > 0.0) both.push_back(shown(step, share));
+    return both;
+}
+
 /// The most visible first.
 std::vector<Shown> shownBy(const View& view) {
-    std::vector<Shown> all;
+    std::vector<Layer> layers;
     for (const auto& layer : view.layers) {
+        for (auto& one : inSteps(layer)) layers.push_back(std::move(one));
+    }
+    std::vector<Shown> all;
+    for (const auto& layer : layers) {
         Layer bare = withoutCurves(layer);
         bare.opacity = 1.0;
         bare.transform = glm::dmat4(1.0);

@@ -231,12 +231,43 @@ TEST(FilmKeyframes, StepsHoldOrBlend) {
     EXPECT_EQ(view.layers[1].step, 3U);
     const Film blended = filmOf(between(layers(2), layers(6), ", 'betweenSteps': 'blend'"), 7);
     view = viewAt(blended, 0.4375);
-    ASSERT_EQ(view.layers.size(), 3U);
+    ASSERT_EQ(view.layers.size(), 2U);
     EXPECT_EQ(view.layers[0].step, 3U);
-    EXPECT_EQ(view.layers[1].step, 4U);
-    EXPECT_NEAR(view.layers[0].opacity, 0.125, 1e-12);
-    EXPECT_NEAR(view.layers[1].opacity, 0.375, 1e-12);
-    EXPECT_EQ(view.layers[2].step, 3U) << "ink is drawn of one step";
+    ASSERT_TRUE(view.layers[0].towards);
+    EXPECT_EQ(view.layers[0].towards->step, 4U);
+    EXPECT_NEAR(view.layers[0].towards->share, 0.75, 1e-12);
+    EXPECT_EQ(view.layers[0].opacity, 0.5);
+    EXPECT_EQ(view.layers[1].step, 3U) << "ink is drawn of one step";
+    EXPECT_FALSE(view.layers[1].towards);
+    EXPECT_FALSE(viewAt(blended, 0.25).layers[0].towards) << "a step's own";
+}
+
+TEST(FilmKeyframes, ThatSayThemselvesWhereTheyAreBetweenSteps) {
+    const auto layer = [](const std::string& rest) {
+        return "{'dataset': 'a/b', 'particles': {}" + rest + "}";
+    };
+    const std::string way = ", 'step': 3, 'towards': {'step': 5, 'share': ";
+    for (const std::string between_ : {"hold", "blend"}) {
+        const std::string word = ", 'betweenSteps': '" + between_ + "'";
+        View view = viewAt(filmOf(between(layer(way + "0.2}"), layer(way + "0.6}"), word), 7), 0.25);
+        ASSERT_EQ(view.layers.size(), 1U);
+        EXPECT_EQ(view.layers[0].step, 3U);
+        EXPECT_EQ(view.layers[0].towards->step, 5U);
+        EXPECT_NEAR(view.layers[0].towards->share, 0.3, 1e-12);
+        view = viewAt(filmOf(between(layer(", 'step': 3"), layer(way + "0.6}"), word), 7), 0.25);
+        ASSERT_EQ(view.layers.size(), 1U);
+        EXPECT_NEAR(view.layers[0].towards->share, 0.15, 1e-12) << "it begins in its step";
+        view = viewAt(filmOf(between(layer(way + "0.6}"), layer(", 'step': 1"), word), 7), 0.25);
+        ASSERT_EQ(view.layers.size(), 2U) << "there is nothing in between";
+        EXPECT_EQ(view.layers[0].towards, (Towards{5, 0.6}));
+        EXPECT_NEAR(view.layers[0].opacity, 0.75, 1e-12);
+        EXPECT_EQ(view.layers[1].step, 1U);
+        EXPECT_FALSE(view.layers[1].towards);
+    }
+    const auto script = between(layer(way + "0.2}"), layer(way + "0.6}"));
+    const auto film = Film::create(script, datasetsFor(script, 5));
+    ASSERT_FALSE(film.ok());
+    EXPECT_EQ(film.error().where, "keyframes[0].view.layers[0].towards.step");
 }
 
 TEST(FilmKeyframes, EasingIsOfTheWayToTheNext) {

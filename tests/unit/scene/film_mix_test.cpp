@@ -189,21 +189,5 @@ TEST(StepsBetween, KeyframesHaveTheirOwn) {
     EXPECT_EQ(stepsBetween(2, 6, 1.0, BetweenSteps::blend), (Shown{{6, 1.0}}));
 }
 
-/// What is seen of a point in both of two steps together is what is seen of it in one.
-TEST(FilmSteps, PointsOfBothAddUp) {
-    for (const double opacity : {0.0, 0.1, 0.25, 0.85, 0.999, 1.0}) {
-        for (const double layer : {0.3, 1.0}) {
-            const double alone = 1.0 - std::pow(1.0 - opacity, layer);
-            for (const double weight : {0.001, 0.25, 0.5, 0.9}) {
-                const double blended = blendedPointOpacity(opacity, layer, weight);
-                EXPECT_GE(blended, 0.0);
-                EXPECT_LE(blended, 1.0);
-                EXPECT_NEAR(1.0 - std::pow(1.0 - blended, layer * weight), weight * alone, 1e-12);
-            }
-            EXPECT_EQ(blendedPointOpacity(opacity, layer, 1.0), opacity);
-        }
-    }
-}
-
 }  // namespace
 }  // namespace mote::test

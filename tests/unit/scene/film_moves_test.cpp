@@ -90,13 +90,33 @@ TEST(FilmMoves, BlendsSteps) {
     const Film film =
         filmOf(moves("{'seconds': 4, 'playSteps': {'from': 3, 'to': 0}}", ", 'betweenSteps': 'blend'"), 5);
     const View view = viewAt(film, 1.25);
-    ASSERT_EQ(view.layers.size(), 3U);
+    ASSERT_EQ(view.layers.size(), 2U);
     EXPECT_EQ(view.layers[0].step, 3U);
-    EXPECT_EQ(view.layers[1].step, 2U);
-    EXPECT_NEAR(view.layers[0].opacity, 0.25, 1e-12);
-    EXPECT_NEAR(view.layers[1].opacity, 0.75, 1e-12);
-    EXPECT_EQ(view.layers[2].step, 2U) << "ink is drawn of one step";
-    EXPECT_EQ(viewAt(film, 0.25).layers.size(), 2U);
+    ASSERT_TRUE(view.layers[0].towards);
+    EXPECT_EQ(view.layers[0].towards->step, 2U);
+    EXPECT_NEAR(view.layers[0].towards->share, 0.75, 1e-12);
+    EXPECT_EQ(view.layers[0].opacity, 1.0);
+    EXPECT_EQ(view.layers[1].step, 2U) << "ink is drawn of one step";
+    EXPECT_FALSE(viewAt(film, 0.25).layers[0].towards) << "its own is shown before the first half";
+}
+
+TEST(FilmMoves, AViewBetweenStepsStaysThereUntilItsStepsArePlayed) {
+    auto script = moves(
+        "{'seconds': 1, 'hold': {}}, {'seconds': 1, 'playSteps': {'from': 3, 'to': 3}}, {'seconds': 1, "
+        "'hold': {}}");
+    auto& towards = *script.mutable_view()->mutable_layers(0)->mutable_towards();
+    towards.set_step(4);
+    towards.set_share(0.4);
+    const Film film = filmOf(script, 5);
+    EXPECT_EQ(viewAt(film, 0.5).layers[0].towards, (Towards{4, 0.4}));
+    EXPECT_FALSE(viewAt(film, 1.5).layers[0].towards);
+    EXPECT_EQ(viewAt(film, 1.5).layers[0].step, 3U);
+    EXPECT_FALSE(viewAt(film, 2.5).layers[0].towards);
+    EXPECT_EQ(viewAt(film, 2.5).layers[0].step, 3U);
+    towards.set_step(5);
+    const auto none = Film::create(script, datasetsFor(script, 5));
+    ASSERT_FALSE(none.ok());
+    EXPECT_EQ(none.error().where, "view.layers[0].towards.step");
 }
 
 TEST(FilmMoves, ZoomsEvenlyInTheLogarithm) {
@@ -145,14 +165,11 @@ TEST(FilmMoves, PlayOnlyWhatIsThere) {
         "moves[0].zoomTo:");
 }
 
-TEST(FilmMoves, BlendedStepsNeedRoom) {
+TEST(FilmMoves, BlendedStepsTakeNoMoreRoom) {
     auto script = moves("{'seconds': 1, 'playSteps': {'from': 0, 'to': 1}}", ", 'betweenSteps': 'blend'");
-    while (script.view().layers_size() < 6) *script.mutable_view()->add_layers() = script.view().layers(0);
-    const auto film = Film::create(script, datasetsFor(script));
-    ASSERT_FALSE(film.ok());
-    EXPECT_EQ(film.error().where, "moves[0].playSteps");
-    script.set_between_steps("hold");
-    EXPECT_TRUE(Film::create(script, datasetsFor(script)).ok());
+    while (script.view().layers_size() < View::maxLayers)
+        *script.mutable_view()->add_layers() = proto::Layer(script.view().layers(0));
+    EXPECT_EQ(viewAt(filmOf(script), 0.5).layers.size(), static_cast<std::size_t>(View::maxLayers));
 }
 
 }  // namespace

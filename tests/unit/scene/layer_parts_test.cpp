@@ -49,7 +49,8 @@ TEST(LayerParts, HaveTheirDefaults) {
     EXPECT_EQ(layer.colorBy->column, "energy");
     EXPECT_FALSE(layer.colorBy->range);
     EXPECT_EQ(layer.colorBy->colorMap.name(), "viridis");
-    EXPECT_EQ(layer.colorBy->ofPixel, ColorBy::OfPixel::mean);
+    EXPECT_FALSE(layer.colorBy->ofPixel);
+    EXPECT_EQ(toProto(*layer.colorBy).of_pixel(), "");
     EXPECT_EQ(layer.select->ids, std::vector<std::uint64_t>{1});
     EXPECT_EQ(layer.highlight->selection.density->max, 0.2);
     EXPECT_EQ(layer.highlight->color, srgbToLinear(glm::dvec3(0.2, 1.0, 0.6)));
@@ -61,11 +62,27 @@ TEST(LayerParts, HaveTheirDefaults) {
     EXPECT_FALSE(view.annotations);
 }
 
+TEST(LayerParts, PointsThatHideEachOtherHaveTheColorOfTheNearest) {
+    const auto ofNearest = [](const std::string& points, const std::string& ofPixel) {
+        const auto layer =
+            viewOf("{'width': 8, 'height': 8, 'layers': [{'dataset': 'a/b', 'colorBy': {'column': 'x'" +
+                   ofPixel + "}, 'particles': {'points': {" + points + "}}}]}")
+                .layers[0];
+        return layer.colorBy->ofNearest(*layer.particles());
+    };
+    EXPECT_FALSE(ofNearest("", ""));
+    EXPECT_FALSE(ofNearest("'opacity': 0.49", ""));
+    EXPECT_TRUE(ofNearest("'opacity': 0.5", ""));
+    EXPECT_FALSE(ofNearest("'opacity': 1", ", 'ofPixel': 'mean'"));
+    EXPECT_TRUE(ofNearest("", ", 'ofPixel': 'nearest'"));
+}
+
 TEST(LayerParts, AreAbsentFromAViewWithoutThem) {
     const auto view = viewOf("{'width': 8, 'height': 8, 'layers': [{'dataset': 'a/b', 'particles': {}}]}");
     const auto message = toProto(view);
     const auto& layer = message.layers(0);
     EXPECT_FALSE(layer.has_color_by() || layer.has_select() || layer.has_highlight() || layer.has_paths());
+    EXPECT_FALSE(layer.has_towards());
     EXPECT_FALSE(message.has_annotations());
     EXPECT_EQ(message.selections_size(), 0);
 }
@@ -76,6 +93,27 @@ TEST(LayerParts, AreOfParticlesAlone) {
             EXPECT_EQ(refusalOf(viewWith(kind, "'" + field + "': {}")),
                       "layers[0]." + field + ": only layers of \"particles\" have it");
         }
+    }
+}
+
+TEST(LayerParts, WhatHasStepsMayBeOnItsWayToAnother) {
+    for (const char* const kind : {"particles", "hybrid"}) {
+        const auto view =
+            parseView(viewWith(kind, "'step': 3, 'towards': {'step': 4, 'share': 0.3}")).value();
+        EXPECT_EQ(view.layers[0].towards, (Towards{4, 0.3}));
+        EXPECT_EQ(parseView(toProto(view)).value().layers[0].towards, view.layers[0].towards);
+        EXPECT_EQ(magnified(view, 2).value().layers[0].towards, view.layers[0].towards);
+        EXPECT_EQ(lengthsInPixels(view).layers[0].towards, view.layers[0].towards);
+        EXPECT_EQ(parseView(viewWith(kind, "'towards': {}")).value().layers[0].towards, Towards());
+        for (const char* const share : {"-0.1", "1.001", "'NaN'"}) {
+            EXPECT_EQ(
+                refusalOf(viewWith(kind, std::string("'towards': {'share': ") + share + "}")).substr(0, 25),
+                "layers[0].towards.share: ");
+        }
+    }
+    for (const char* const kind : {"stipple", "ink", "mesh"}) {
+        EXPECT_EQ(refusalOf(viewWith(kind, "'towards': {'step': 1}")),
+                  "layers[0].towards: only layers of \"particles\" and \"hybrid\" have it");
     }
 }
 

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/reference/between_steps.h"
+
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace mote::reference {
+
+Picture renderBetween(const View& view, const SceneOf& sceneOf, const Options& options) {
+    constexpr int places = 1000;
+    // By the steps of the layers.
+    std::map<std::vector<std::uint32_t>, int> counts;
+    for (int i = 0; i < places; ++i) {
+        std::vector<std::uint32_t> steps;
+        for (const auto& layer : view.layers) {
+            const bool next = layer.towards && (i + 0.5) / places < layer.towards->share;
+            steps.push_back(next ? layer.towards->step : layer.step);
+        }
+        ++counts[steps];
+    }
+    std::optional<Picture> mean;
+    for (const auto& [steps, count] : counts) {
+        View shown = view;
+        for (std::size_t i = 0; i < steps.size(); ++i) {
+            shown.layers[i].step = steps[i];
+            shown.layers[i].towards.reset();
+        }
+        auto picture = render(sceneOf(shown), options);
+        for (auto& pixel : picture.linear) pixel *= static_cast<double>(count) / places;
+        if (!mean) {
+            mean = std::move(picture);
+            continue;
+        }
+        for (std::size_t i = 0; i < picture.linear.size(); ++i) {
+            mean->linear[i] += picture.linear[i];
+            mean->ambiguous[i] |= picture.ambiguous[i];
+        }
+    }
+    return *std::move(mean);
+}
+
+}  // namespace mote::reference
