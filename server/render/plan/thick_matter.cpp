@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "server/render/plan/thick_matter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mote::render {
+namespace {
+
+// How far the matter in and around a cell spreads along all three axes (Spread): below the one it is too thin
+// to be a volume, above the other it is one. Matter that is even everywhere has 2/9, a sheet close to 0.
+constexpr double thinnest = 0.10, thickest = 0.16;
+
+/// How the weights of 3 x 3 x 3 cells, each at its middle, are spread, in cells.
+class Spread {
+  public:
+    void add(const glm::dvec3& place, double weight) {
+        weight_ += weight;
+        first_ += weight * place;
+        square_ += weight * place * place;
+        mixed_ += weight * glm::dvec3(place.y * place.z, place.z * place.x, place.x * place.y);
+    }
+    /// 1 / (1/a + 1/b + 1/c), of the variances along the principal axes: small where one of them is.
+    double harmonic() const {
+        if (!(weight_ > 0.0)) return 0.0;
+        const glm::dvec3 mean = first_ / weight_, v = square_ / weight_ - mean * mean;
+        const glm::dvec3 m = mixed_ / weight_ - glm::dvec3(mean.y * mean.z, mean.z * mean.x, mean.x * mean.y);
+        const double determinant =
+            v.x * v.y * v.z + 2.0 * m.x * m.y * m.z - v.x * m.x * m.x - v.y * m.y * m.y - v.z * m.z * m.z;
+        const double minors = v.x * v.y + v.y * v.z + v.z * v.x - m.x * m.x - m.y * m.y - m.z * m.z;
+        return minors > 0.0 ? std::max(determinant, 0.0) / minors : 0.0;
+    }
+
+  private:
+    double weight_ = 0.0;
+    glm::dvec3 first_{0.0}, square_{0.0}, mixed_{0.0};
+};
+
+/// The leaves of a step as matter in the cells of one level.
+class Matter {
+  public:
+    Matter(const storage::ParticleStep& step, const std::vector<std::uint8_t>& seen, const CellGrid& grid)
+        : nodes_(step.nodes()),
+          leaves_(step.leaves()),
+          seen_(seen),
+          grid_(grid),
+          sums_(grid.count()),
+          middles_(grid.count()),
+          shown_(grid.count()) {
+        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) add(leaf);
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            if (sums_[i] > 0.0F) middles_[i] /= sums_[i];
+    }
+
+    /// Gives the leaves whose cells these are their shares: those of levels from `first` to `last`.
+    void shareOut(unsigned first, unsigned last, std::vector<std::uint8_t>& shares) const {
+        const auto cells = sharesOfCells();
+        for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
+            const CellAt at = cellOf(leaf);
+            if (seen_[leaf] == 0 || at.level < first || at.level > last) continue;
+            grid_.forCells(at, [&](std::size_t cell, double) { shares[leaf] = cells[cell]; });
+        }
+    }
+
+  private:
+    CellAt cellOf(std::size_t leaf) const {
+        const auto node = leaves_.node[leaf];
+        return {nodes_.level[node], nodes_.morton[node]};
+    }
+
+    void add(std::size_t leaf) {
+        const CellAt at = cellOf(leaf);
+        const double density = leaves_.density[leaf];
+        const glm::dvec3 place = grid_.placeInCell(at);
+        grid_.forCells(at, [&](std::size_t cell, double part) {
+            sums_[cell] += static_cast<float>(part * density);
+            middles_[cell] += glm::vec3(part * density * place);
+            shown_[cell] |= seen_[leaf];
+        });
+    }
+
+    /// A cell is thick where matter spreads to all sides of it; beyond the cells it goes on as it is.
+    float thickness(const glm::uvec3& cell) const {
+        Spread spread;
+        for (int i = 0; i < 27; ++i) {
+            const glm::ivec3 away(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+            const glm::ivec3 near =
+                glm::clamp(glm::ivec3(cell) + away, glm::ivec3(grid_.low), glm::ivec3(grid_.high) - 1);
+            const std::size_t at = grid_.index(glm::uvec3(near));
+            spread.add(glm::dvec3(away) + glm::dvec3(middles_[at]), sums_[at]);
+        }
+        return static_cast<float>(
+            std::clamp((spread.harmonic() - thinnest) / (thickest - thinnest), 0.0, 1.0));
+    }
+
+    /// The greatest thickness in and around each cell that is shown, in 255ths.
+    std::vector<std::uint8_t> sharesOfCells() const {
+        std::vector<float> thick(sums_.size(), 0.0F);
+        grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
+            if (shown_[at] != 0) thick[at] = thickness(cell);
+        });
+        std::vector<std::uint8_t> shares(thick.size(), 0);
+        grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
+            if (shown_[at] == 0) return;
+            float most = 0.0F;
+            grid_.forAround(cell, [&](std::size_t near) { most = std::max(most, thick[near]); });
+            shares[at] = static_cast<std::uint8_t>(std::lround(255.0F * most));
+        });
+        return shares;
+    }
+
+    const storage::OctreeNodes nodes_;
+    const storage::Leaves leaves_;
+    const std::vector<std::uint8_t>& seen_;
+    const CellGrid grid_;
+    // By cell: the weight of all leaves, over the cell's share of the plot; the middle of it, in cells from
+    // the cell's centre; whether any leaf is seen.
+    std::vector<float> sums_;
+    std::vector<glm::vec3> middles_;
+    std::vector<std::uint8_t> shown_;
+};
+
+}  // namespace
+
+std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step,
+                                      const std::vector<std::uint8_t>& seen, const CellGrid& grid,
+                                      const glm::uvec3& low, const glm::uvec3& high) {
+    std::vector<std::uint8_t> shares(seen.size(), 255);
+    const auto nodes = step.nodes();
+    const auto leaves = step.leaves();
+    unsigned coarsest = grid.level + 1;
+    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf)
+        if (seen[leaf] != 0) coarsest = std::min<unsigned>(coarsest, nodes.level[leaves.node[leaf]]);
+    Matter(step, seen, grid).shareOut(grid.level + 1, deepestLevel, shares);
+    for (unsigned level = coarsest; level <= grid.level; ++level)
+        Matter(step, seen, CellGrid::around(low, high, level - std::min(level, 1U)))
+            .shareOut(level, level, shares);
+    return shares;
+}
+
+}  // namespace mote::render

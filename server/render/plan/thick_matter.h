@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// thickMatter: how much of each leaf of a step is thick enough to be shown as a volume (docs/PICTURE.md,
+// "Volume", "Share"): sheets, threads and screens are not. Pure; uses all threads of the calling arena.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/render/plan/cell_grid.h"
+#include "storage/particles/particle_step.h"
+
+namespace mote::render {
+
+/// By leaf, in 255ths; 255 of those that are not `seen` (by leaf, not 0). `grid`: the volume's cells, around
+/// [low, high) of the deepest level. Throws storage::StorageError.
+std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step,
+                                      const std::vector<std::uint8_t>& seen, const CellGrid& grid,
+                                      const glm::uvec3& low, const glm::uvec3& high);
+
+}  // namespace mote::render
