@@ -28,6 +28,16 @@ Interval valuesOf(const proto::HybridManifest& manifest) {
     return {low, high > low ? high : low + 1.0};
 }
 
+std::vector<CurvePreset> presetsFor(const proto::HybridManifest& manifest, std::string_view unit) {
+    const Interval values = valuesOf(manifest);
+    std::span<const std::uint64_t> histogram;
+    if (!manifest.steps().empty()) {
+        const auto& bins = manifest.steps(0).histogram();
+        histogram = {bins.data(), static_cast<std::size_t>(bins.size())};
+    }
+    return presetsOf(unit, {values.low, values.high}, histogram);
+}
+
 void writeCurve(const KnotCurve& curve, proto::HybridStyle& style) {
     style.clear_curve();
     for (std::size_t i = 0; i < curve.knots().size(); ++i) {
@@ -244,16 +254,11 @@ void drawClip(HybridControls& controls, const Bounds& bounds, const LayerPanel& 
 
 HybridControls::HybridControls() {
     read({});
+    loaded_ = false;
 }
 
 std::vector<CurvePreset> HybridControls::presets(const proto::HybridManifest& manifest) {
-    const Interval values = valuesOf(manifest);
-    std::span<const std::uint64_t> histogram;
-    if (!manifest.steps().empty()) {
-        const auto& bins = manifest.steps(0).histogram();
-        histogram = {bins.data(), static_cast<std::size_t>(bins.size())};
-    }
-    return presetsOf(manifest.value_unit(), {values.low, values.high}, histogram);
+    return presetsFor(manifest, manifest.value_unit());
 }
 
 void HybridControls::setDataset(const proto::HybridManifest& manifest) {
@@ -265,7 +270,7 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
     curve.setValues(values);
     if (same) return;
     if (!first) {
-        ownCurve_ = ownColorRange = clipBox = false;
+        loaded_ = ownCurve_ = ownColorRange = clipBox = false;
         clipPlanes.clear();
     }
     takeUnsaid(manifest);
@@ -273,8 +278,10 @@ void HybridControls::setDataset(const proto::HybridManifest& manifest) {
 
 void HybridControls::takeUnsaid(const proto::HybridManifest& manifest) {
     if (!ownCurve_) {
-        const auto preset = presets(manifest).front();
-        curve.take(preset.knots, preset.colors);
+        // A server draws a curve that a view leaves out by the values alone, in the colours that the view
+        // says.
+        const auto preset = loaded_ ? presetsFor(manifest, "").front() : presets(manifest).front();
+        curve.take(preset.knots, loaded_ ? std::vector<KnotCurve::Color>() : preset.colors);
     }
     if (!ownColorRange) colorRange = {values_.low, values_.high};
     if (clipBox) return;
@@ -318,6 +325,7 @@ void HybridControls::write(proto::HybridStyle& style) const {
 void HybridControls::read(const proto::HybridStyle& message) {
     const auto style = parseHybridStyle(message).value();
     readCurve(message, curve);
+    loaded_ = true;
     ownCurve_ = !message.curve().empty();
     values_ = {0.0, 0.0};
     representation = message.representation();

@@ -60,6 +60,7 @@ struct HybridControls {
   private:
     void takeUnsaid(const proto::HybridManifest& manifest);
 
+    bool loaded_ = false;        // from a view; otherwise begun here
     bool ownCurve_ = false;      // from a saved view, not one that suits some dataset
     std::string valuesUnit_;     // of the dataset for which the curve is
     Interval values_{0.0, 0.0};  // likewise; empty before the first dataset

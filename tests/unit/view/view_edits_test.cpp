@@ -288,6 +288,7 @@ TEST(ViewEdits, ACurveThatIsLeftToTheDatasetIsSaidOnceItIsEdited) {
     auto& hybrid = controls<HybridEditor>(model);
     EXPECT_EQ(hybrid.clipPlanes.size(), 1U);
     EXPECT_GT(hybrid.curve.knots().size(), 1U);
+    EXPECT_TRUE(hybrid.curve.colors().empty());  // a server takes those of the view
     EXPECT_EQ(toJson(model.edited()), toJson(view));
     hybrid.curve.move(0, {hybrid.curve.knots()[0].x, 0.01});
     EXPECT_EQ(changedFields(view, model.edited()), Fields{"layers[0].hybrid.curve"});
