@@ -269,6 +269,8 @@ class Looks(WithStudio):
                 ({"kind": ""}, "kind"), ({"selections": [1]}, "selections"), ({"color_by": ("x", ())}, "color_by"),
                 ({"color_by": ("x",)}, "layers[0].colorBy"), ({"color_by": {"column": "x", "colorMap": "a", "color_map": "b"}},
                                                              "layers[0].colorBy.color_map"),
+                ({"towards": 5}, "towards"), ({"towards": (1,)}, "towards"), ({"towards": (99, 0.5)}, "towards.step"),
+                ({"towards": {"steps": 1}}, "layers[0].towards"),
                 ({"paths": 5}, "paths"), ({"paths": "12"}, "paths"), ({"opacity": "1"}, "layers[0].opacity"),
                 ({"opacity": np.array([0.5])}, "layers[0].opacity"), ({"background": "red"}, "background"),
                 ({"background": {0, 1, 2}}, "background"), ({"camera": [1]}, "camera"), ({"annotations": 1}, "annotations")):
@@ -289,6 +291,13 @@ class Looks(WithStudio):
         for _ in range(2):
             shown = mote.View(layer).message.layers[0]
             self.assertEqual((list(shown.paths.ids), list(shown.select.ids)), ([4, 2], [1]))
+
+    def test_a_layer_is_on_its_way_to_another_step(self):
+        for towards in ((-1, 0.25), {"step": len(self.ds) - 1, "share": 0.25}):
+            shown = mote.View(self.ds, towards=towards).message.layers[0]
+            self.assertEqual((shown.towards.step, shown.towards.share), (len(self.ds) - 1, 0.25))
+        self.assertFalse(mote.View(self.ds).message.layers[0].HasField("towards"))
+        self.assertFalse(mote.View(self.ds, towards=(1, 0.5)).replace(step=1).message.layers[0].HasField("towards"))
 
     def test_a_view_is_of_one_session(self):
         other = mote.connect(self.server.file)

@@ -69,12 +69,12 @@ def names(value: Any, where: str, what: str = "column", none: bool = False) -> L
     return [str(name) for name in found]
 
 
-def one_step(step: Any, count: int) -> int:
+def one_step(step: Any, count: int, where: str = "step") -> int:
     """A step as Python counts: negative from the end."""
-    given = whole(step, "step")
+    given = whole(step, where)
     index = given + count if given < 0 else given
     if not 0 <= index < max(count, 1):
-        raise invalid("step", f"there is no step {given}; the dataset has {count}")
+        raise invalid(where, f"there is no step {given}; the dataset has {count}")
     return index
 
 

@@ -46,6 +46,15 @@ def _paths(value: Any) -> Any:
     return {"ids": sorted(value) if isinstance(value, Set) else arguments.items(value, "paths", "a list of ids")}
 
 
+def _towards(value: Any, count: int) -> Any:
+    if value is None or isinstance(value, Mapping):
+        return value
+    pair = arguments.items(value, "towards", "a step and a share")
+    if len(pair) != 2:
+        raise invalid("towards", f"is a step and how far on the way there the layer is, not {len(pair)} values")
+    return {"step": arguments.one_step(pair[0], count, "towards.step"), "share": pair[1]}
+
+
 def _annotations(value: Any) -> Any:
     if value is True:
         return _ALL_ANNOTATIONS
@@ -72,6 +81,7 @@ class Layer:
         color_by: a column's name, (name, (low, high)), or a dict with "column", "range", "colorMap", "ofPixel".
         select: these particles alone.
         highlight: a selection that is drawn over the others, or a dict with "selection", "color", "sizePixels".
+        towards: (step, share): the layer is this share of the way to another step.
         paths: ids whose ways through all steps are drawn, or a dict with "ids", "color", "width".
         opacity: of the whole layer, 0 to 1.
         transform: 4 x 4, row by row, layer to world.
@@ -80,7 +90,7 @@ class Layer:
     def __init__(self, dataset: Dataset, step: int = 0, *, style: Optional[Mapping[str, Any]] = None,
                  kind: Optional[str] = None, color_by: Any = None, select: Optional[Selectable] = None,
                  highlight: Any = None, paths: Any = None, opacity: Optional[float] = None,
-                 transform: Any = None) -> None:
+                 transform: Any = None, towards: Any = None) -> None:
         from .dataset import Dataset
 
         if not isinstance(dataset, Dataset):
@@ -94,7 +104,8 @@ class Layer:
         self.fields: Dict[str, Any] = {
             "dataset": dataset.name, "step": arguments.one_step(step, len(dataset)), name: {} if style is None else style,
             "opacity": opacity, "transform": arguments.matrix(transform, "transform"), "colorBy": _color_by(color_by), "select": select,
-            "highlight": None if highlight is None else _highlight(highlight), "paths": _paths(paths)}
+            "highlight": None if highlight is None else _highlight(highlight), "paths": _paths(paths),
+            "towards": _towards(towards, len(dataset))}
 
 
 class View:
@@ -150,7 +161,8 @@ class View:
         if "annotations" in fields:
             fields["annotations"] = _annotations(fields["annotations"])
         if step is not None:
-            plain["layers"] = [{**layer, "step": step} for layer in plain.get("layers", [])]
+            layers = [{**layer, "step": step} for layer in plain.get("layers", [])]
+            plain["layers"] = [{field: layer[field] for field in layer if field != "towards"} for layer in layers]
         return View.from_dict(self._session, {**plain, **fields})
 
     @property
