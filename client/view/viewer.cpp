@@ -71,7 +71,8 @@ void Viewer::listen() {
     connection_.onJob([this](const proto::JobStatus& job) { replaceJob(job); });
     connection_.onViewFailed([this](std::uint64_t view, const Error& error) {
         if (film_.takeFailure(view)) return;
-        say(error.toString());
+        viewFailure_ = error.toString();
+        say(viewFailure_);
         if (options_.exitAfterStill) exitStatus_ = 1;
     });
 }
@@ -197,6 +198,8 @@ void Viewer::sendView(const Area& area) {
 void Viewer::takePicture() {
     while (auto frame = connection_.takeFrame()) {
         if (film_.takeFrame(*frame)) continue;
+        if (frame->message.view_id() == sentView_ && server_.message == std::exchange(viewFailure_, {}))
+            server_.message.clear();  // what failed is shown now
         texture_.upload(frame->pixels.bytes, frame->pixels.width, frame->pixels.height);
         picture_ = std::move(frame->pixels);
         server_.frame = std::move(frame->message);

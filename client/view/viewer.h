@@ -79,6 +79,7 @@ class Viewer {
     ServerState server_;
     ViewFiles files_;
     std::string note_;             // on what was opened
+    std::string viewFailure_;      // why there is no picture of the latest view
     std::uint64_t jobsPaged_ = 0;  // jobs of the pages that were asked for
     FilmEditor film_;
     FramePixels picture_;  // on the screen
