@@ -36,6 +36,7 @@ Result<ColorBy> parseColorBy(const proto::ColorBy& message) {
     colorBy.colorMap = *found;
     const auto& word = message.of_pixel();
     if (word == "nearest") colorBy.ofPixel = ColorBy::OfPixel::nearest;
+    if (word == "mean") colorBy.ofPixel = ColorBy::OfPixel::mean;
     if (word.empty() || word == "mean" || word == "nearest") return colorBy;
     return invalid("ofPixel", "there are \"mean\" and \"nearest\"");
 }
@@ -48,7 +49,8 @@ proto::ColorBy toProto(const ColorBy& colorBy) {
         message.add_range(colorBy.range->high);
     }
     message.set_color_map(std::string(colorBy.colorMap.name()));
-    message.set_of_pixel(colorBy.ofPixel == ColorBy::OfPixel::mean ? "mean" : "nearest");
+    if (colorBy.ofPixel)
+        message.set_of_pixel(*colorBy.ofPixel == ColorBy::OfPixel::mean ? "mean" : "nearest");
     return message;
 }
 

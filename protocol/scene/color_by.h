@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// ColorBy: that points take their colour from a column or derived quantity (docs/PICTURE.md, "Colour by a
-// column"). A value; a parsed one is valid in itself (whether there is such a column, the dataset knows).
+// ColorBy: that points and volume take their colour from a column or derived quantity (docs/PICTURE.md,
+// "Colour by a column"). A value; a parsed one is valid in itself (whether there is such a column, the
+// dataset knows).
 #pragma once
 
 #include <optional>
@@ -12,22 +13,28 @@
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/error.h"
 #include "protocol/scene/field_visitor.h"
+#include "protocol/scene/particles_style.h"
 #include "protocol/scene/transfer_function.h"
 
 namespace mote {
 
 struct ColorBy {
     static constexpr std::string_view defaultMap = "viridis";
+    static constexpr double opaque = 0.5;  ///< points of such an opacity hide those behind them
     enum class OfPixel {
         mean,     ///< the colour of the mean value of a pixel's points
         nearest,  ///< that of the nearest point's value
     };
 
     std::string column;
-    std::optional<ValueRange> range;  ///< of the colour map; absent: the column's over all steps
+    std::optional<ValueRange> range;  ///< of the colour map; absent: 1% to 99% of the weight of all steps
     ColorMap colorMap = ColorMap::standard();
-    OfPixel ofPixel = OfPixel::mean;
+    std::optional<OfPixel> ofPixel;  ///< absent: that of the nearest where points are opaque
 
+    bool ofNearest(const ParticlesStyle& style) const {
+        if (ofPixel) return *ofPixel == OfPixel::nearest;
+        return !style.opacityByPlot && style.pointOpacity >= opaque;
+    }
     bool operator==(const ColorBy&) const = default;
 };
 

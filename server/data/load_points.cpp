@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/render/layers/particles/point_data.h"
+#include "server/render/layers/particles/usual_range.h"
 #include "storage/numbers/dataset_steps.h"
 #include "storage/numbers/select_points.h"
 #include "storage/particles/mapped_step.h"
@@ -121,11 +122,11 @@ Result<Loadable<KnownRange>> rangeOf(const Catalogue::Entry& entry, const std::s
     const auto load = [entry, column](
                           std::uint32_t,
                           const AnyLoadable::Cancelled& cancelled) -> Result<Loadable<KnownRange>::Value> {
-        MOTE_ASSIGN_OR_RETURN(const auto range, render::quantityRange(runOf(entry), column, cancelled));
+        MOTE_ASSIGN_OR_RETURN(const auto range, render::usualRange(runOf(entry), column, cancelled));
         return Loadable<KnownRange>::Value(std::make_shared<const KnownRange>(KnownRange{range}));
     };
     Loadable<KnownRange> loadable(
-        entry, [](std::uint32_t) { return KnownRange::bytes(); }, load);
+        entry, [](std::uint32_t) { return KnownRange::bytes() + render::RangeSample::bytes(); }, load);
     loadable.key = column;
     return loadable;
 }

@@ -20,7 +20,11 @@ std::shared_ptr<const Marks> annotationsOf(const render::Scene& scene, const ren
         if (highlighted) layers[i].highlighted = scene.highlights[i]->pointCount();
         if (layer.colorBy) layers[i].colorRange = layer.colorBy->range;
     }
-    for (const auto& field : plan.fields) layers[field.layer].transfer = field.transfer;
+    for (const auto& field : plan.fields) {
+        // Where a column colours the volume, the bar is the column's alone.
+        const auto* const cells = field.density();
+        if (cells == nullptr || cells->values == nullptr) layers[field.layer].transfer = field.transfer;
+    }
     return std::make_shared<const Marks>(annotate(view, layers));
 }
 

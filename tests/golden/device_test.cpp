@@ -45,5 +45,12 @@ INSTANTIATE_TEST_SUITE_P(Hybrids, DeviceGoldenTest,
                              return std::get<0>(both.param) + '_' + std::get<1>(both.param).name;
                          });
 
+INSTANTIATE_TEST_SUITE_P(Colors, DeviceGoldenTest,
+                         testing::Combine(testing::ValuesIn(deviceKinds()),
+                                          testing::ValuesIn(goldenColors())),
+                         [](const auto& both) {
+                             return std::get<0>(both.param) + '_' + std::get<1>(both.param).name;
+                         });
+
 }  // namespace
 }  // namespace mote::test

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/golden/golden_scenes.h"
 
+#include <algorithm>
 #include <map>
 
+#include "protocol/scene/plot_density.h"
+#include "tests/golden/golden_colors.h"
 #include "tests/golden/golden_dots.h"
 #include "tests/golden/golden_hybrids.h"
 #include "tests/support/beams.h"
@@ -31,6 +34,17 @@ std::shared_ptr<const MemoryStep> wideBeam() {
 std::shared_ptr<const MemoryStep> largeBeam() {
     const BeamShape shape{.core = 160000, .halo = 30000, .filaments = 10000, .seed = 3};
     return MemoryStep::make(beam(shape), {.leafCapacity = 100, .maxLevel = 10, .volumeLevel = 6});
+}
+
+/// The same squeezed into a tilted sheet that is thicker on one side: its parts are points though they are
+/// dense, or volume.
+std::shared_ptr<const MemoryStep> sheet() {
+    auto points = beam({.core = 160000, .halo = 30000, .filaments = 10000, .seed = 4});
+    for (auto& [place, weight] : points) {
+        const double across = place.x < 0.5 ? 0.003 : 0.3;
+        place.y = std::clamp(0.5 + across * (place.y - 0.5) + 0.3 * (place.x - 0.5), 0.0, 1.0);
+    }
+    return MemoryStep::make(points, {.leafCapacity = 64, .maxLevel = 10, .volumeLevel = 5});
 }
 
 const char* const denseCore = R"({
@@ -209,6 +223,12 @@ const char* const meshShell = R"({
   'layers': [{'particles': {'points': {'opacity': 0.8, 'color': [0.1, 0.1, 0.4]}}},
              {'mesh': {'color': [0.9, 0.6, 0.3], 'opacity': 0.4, 'light': {'specular': 0.5}}}]})";
 
+/// All is left to the plot (docs/PICTURE.md, "What a view leaves out").
+const char* const byPlot = R"({
+  'width': 320, 'height': 180,
+  'camera': {'eye': [0.9, 1.3, 2.1], 'target': [0, 0, 0]},
+  'layers': [{'particles': {}}]})";
+
 struct Recipe {
     const char* view;
     std::vector<std::shared_ptr<const MemoryStep> (*)()> steps;
@@ -239,8 +259,16 @@ const std::map<std::string, Recipe>& recipes() {
         {"dotsAndPoints", {dotsAndPoints, {largeBeam}, dotsAround}},
         {"dotsAlone", {dotsAlone, {}, dotsThrough}},
         {"meshShell", {meshShell, {denseBeam}, nullptr, "sphere"}},
+        {"byPlot", {byPlot, {largeBeam}}},
+        {"sheet", {byPlot, {sheet}}},
     };
     return all;
+}
+
+/// A run of this step alone.
+PlotDensity plotOf(const storage::ParticleStep& step) {
+    const auto points = static_cast<double>(step.pointCount());
+    return {step.logDensity(), step.pointCount(), step.nodes().density[0] / points};
 }
 
 }  // namespace
@@ -273,15 +301,22 @@ const std::vector<GoldenScene>& goldenScenes() {
         {"dotsAlone", 0.2, 0.0, 0.0, {}, 0.2},
         // What of the surface a pixel holds stands at one depth: a point may lie before some of it.
         {"meshShell", 0.3, 0.1, 0.02, {50.0, 0.999, 32}, 0.0, 16.0, 0.25},
+        {"byPlot", 0.2, 0.04, 0.1},
+        {"sheet", 0.1, 0.02, 0.05},
     };
     return all;
 }
 
 render::Scene makeScene(const std::string& name) {
     const auto found = recipes().find(name);
-    if (found == recipes().end()) return makeHybridScene(name);
+    if (found == recipes().end()) {
+        auto colored = makeColoredScene(name);
+        return colored ? *std::move(colored) : makeHybridScene(name);
+    }
     render::Scene scene{viewOf(found->second.view), {}};
     for (const auto make : found->second.steps) scene.steps.push_back(make());
+    if (found->second.view == byPlot)
+        resolveByPlot(*scene.view.layers[0].particles(), plotOf(*scene.steps[0]));
     if (found->second.dots != nullptr) scene.dots = found->second.dots(scene.view);
     if (found->second.mesh == nullptr) return scene;
     scene.steps.emplace_back();

@@ -31,6 +31,9 @@ const std::vector<GoldenScene>& goldenScenes();
 /// Those of hybrid volumes: each representation, each shape of points.
 const std::vector<GoldenScene>& goldenHybrids();
 
+/// By a column, highlighted, followed.
+const std::vector<GoldenScene>& goldenColors();
+
 /// The data and the view of one.
 render::Scene makeScene(const std::string& name);
 

@@ -81,9 +81,13 @@ INSTANTIATE_TEST_SUITE_P(All, GoldenHybridTest, testing::ValuesIn(goldenHybrids(
 TEST(GoldenScenes, HaveTheirOwnNames) {
     std::set<std::string> names;
     for (const auto& scene : goldenHybrids()) EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
+    for (const auto& scene : goldenColors()) EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
     for (const auto& scene : goldenScenes()) EXPECT_TRUE(names.insert(scene.name).second) << scene.name;
     EXPECT_GE(names.size(), 6U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Colors, GoldenSceneTest, testing::ValuesIn(goldenColors()),
+                         [](const auto& scene) { return scene.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(All, GoldenSceneTest, testing::ValuesIn(goldenScenes()),
                          [](const auto& scene) { return scene.param.name; });

@@ -10,8 +10,8 @@
 #include <tuple>
 #include <utility>
 
-#include "protocol/scene/drawn_points.h"
 #include "server/render/layers/particles/lower_paths.h"
+#include "tests/reference/leaf_points.h"
 #include "tests/reference/volume_field.h"
 
 namespace mote::reference {
@@ -23,15 +23,6 @@ constexpr double nearShare = 1e-3;
 // Single precision places a point in a picture of some hundred pixels to about 1e-4 of a pixel (2^-24 of 500
 // pixels, a handful of operations); ten times that is beyond doubt.
 constexpr double doubtfulPixels = 1e-3;
-
-/// Every third bit of a Morton code: a cell's place along one axis.
-double placeOf(std::uint64_t morton, int axis) {
-    double place = 0.0;
-    for (int bit = 0; bit < 21; ++bit) {
-        if (morton >> (3 * bit + axis) & 1U) place += std::ldexp(1.0, bit);
-    }
-    return place;
-}
 
 bool inside(double value, std::uint32_t size) {
     return value >= 0.0 && value < size;
@@ -53,23 +44,13 @@ double discArea(double size) {
     return size > 1.0 ? std::numbers::pi * (0.25 * size * size + 1.0 / 12.0) : 1.0;
 }
 
-/// Calls take(point, place in layer space) for each drawn point of a step, with a fraction for each leaf.
-template <class Fraction, class Take>
-void forPoints(const storage::ParticleStep& step, const Fraction& fraction, const Take& take) {
-    const auto nodes = step.nodes();
-    const auto leaves = step.leaves();
-    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
-        const auto node = leaves.node[leaf];
-        const auto drawn =
-            drawnPoints(fraction(leaf), leaves.pointCount[leaf], nodes.level[node], nodes.morton[node]);
-        const glm::dvec3 corner(placeOf(nodes.morton[node], 0), placeOf(nodes.morton[node], 1),
-                                placeOf(nodes.morton[node], 2));
-        auto point = leaves.pointBegin[leaf];
-        for (const auto& p : step.positions(point, drawn)) {
-            const glm::dvec3 inCell = (glm::dvec3(p.x, p.y, p.z) + 0.5) / 65536.0;
-            take(point++, 2.0 * (corner + inCell) * std::ldexp(1.0, -nodes.level[node]) - 1.0);
-        }
-    }
+/// docs/PICTURE.md, "Colour by a column": of points that a view says to be opaque, the nearest; or as it
+/// says.
+bool ofNearest(const Layer& layer) {
+    const ParticlesStyle& style = *layer.particles();
+    return layer.colorBy->ofPixel.value_or(!style.opacityByPlot && style.pointOpacity >= 0.5
+                                               ? ColorBy::OfPixel::nearest
+                                               : ColorBy::OfPixel::mean) == ColorBy::OfPixel::nearest;
 }
 
 }  // namespace
@@ -119,32 +100,14 @@ void PointHits::addPaths(const render::Scene& scene, std::uint32_t layer) {
         .width = scene.view.width, .height = scene.view.height, .camera = scene.view.camera};
     paths_.push_back(
         render::pathStrokes(of, *of.paths, of.particles()->pointColor, *scene.paths[layer], plan, 1.0));
-    if (!paths_.back().empty()) strokes_.emplace_back(scene.view, paths_.back());
-}
-
-/// All of them stand a little before the layer's box, or where anything begins to be seen.
-void PointHits::addHighlight(const render::Scene& scene, std::uint32_t layer) {
-    const View& view = scene.view;
-    const auto& highlight = view.layers[layer].highlight;
-    if (!highlight || layer >= scene.highlights.size() || scene.highlights[layer] == nullptr) return;
-    const storage::ParticleStep& step = *scene.highlights[layer];
-    const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
-    double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
-    for (unsigned i = 0; i < 8; ++i) {
-        const glm::dvec4 corner(i & 1U ? 1.0 : -1.0, i & 2U ? 1.0 : -1.0, i & 4U ? 1.0 : -1.0, 1.0);
-        const double depth = -(layerToEye * corner).z;
-        nearest = std::min(nearest, depth);
-        farthest = std::max(farthest, depth);
-    }
-    const double stands = std::max(nearest - (farthest - nearest) / 192.0, nearestDepth(view.camera));
-    const Look look{highlight->pointSize.value_or(view.layers[layer].particles()->pointSize),
-                    highlight->opacity, highlight->color};
-    forPoints(
-        step, [](std::size_t) { return 1.0; },
-        [&](std::uint64_t, const glm::dvec3& place) {
-            const glm::dvec3 inEye(layerToEye * glm::dvec4(place, 1.0));
-            addPoint(view, layer, look, inEye, stands, none);
-        });
+    if (paths_.back().empty()) return;
+    strokes_.emplace_back(scene.view, paths_.back());
+    // docs/PICTURE.md, "Paths": the casing lies behind them.
+    auto casing = paths_.back();
+    for (auto& point : casing.points) point.width += static_cast<float>(scene.view.height) / 360.0F;
+    casing.color = glm::vec3(scene.view.background);
+    paths_.push_back(std::move(casing));
+    strokes_.emplace_back(scene.view, paths_.back());
 }
 
 /// docs/PICTURE.md, "Points": where the light of a point is the plot's, so is its size.
@@ -169,7 +132,7 @@ void PointHits::addLayer(const render::Scene& scene, std::uint32_t layer) {
     const ParticlesStyle& style = *view.layers[layer].particles();
     const glm::dmat4 layerToEye = view.camera.worldToEye() * view.layers[layer].transform;
     const Look look = lookOf(view, view.layers[layer].transform, style);
-    const VolumeField volume(step, style);
+    const VolumeField volume = volumeOf(scene, layer, style);
     const auto nodes = step.nodes();
     const bool colored =
         view.layers[layer].colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
@@ -226,8 +189,7 @@ void PointHits::addPoint(const View& view, std::uint32_t layer, const Look& look
     const bool small = look.size <= 1.0;
     const double ink = small ? look.size * look.size : 1.0;
     if (small) markAmbiguous(px, py);
-    const auto& colorBy = view.layers[layer].colorBy;
-    if (!small && !std::isnan(value) && colorBy->ofPixel == ColorBy::OfPixel::nearest)
+    if (!small && !stands && !std::isnan(value) && ofNearest(view.layers[layer]))
         markHalfCovered(px, py, 0.5 * look.size);
     const double pixels = view.height / (2.0 * halfHeight);  // of a unit of the world
     const double tau = look.area > 0.0 ? look.area * pixels * pixels * weight / discArea(look.size) : -1.0;
@@ -283,19 +245,25 @@ class PointHits::RowColors {
   public:
     RowColors(const View& view, std::uint32_t width) : view_(view), pixels_(view.layers.size()) {
         for (auto& row : pixels_) row.resize(width);
+        highlights_.assign(pixels_.size(), std::vector(width, std::tuple(true, 1.0)));
     }
 
     /// Spots come front to back.
     void add(const Spot& spot, std::uint32_t column, double covered) {
         if (std::isnan(spot.value)) return;
+        const bool far = spot.reach > 0.0 && covered < 0.5;
+        if (spot.highlighted) {
+            auto& nearest = highlights_[spot.layer][column];
+            nearest = std::min(nearest, std::tuple(far, spot.value));
+            return;
+        }
         Pixel& pixel = pixels_[spot.layer][column];
         const double weight = spot.tau >= 0.0 ? covered : spot.depthOf(covered);
-        if (!nearest(spot.layer)) {
+        if (!ofNearest(view_.layers[spot.layer])) {
             pixel.weight += weight;
             pixel.sum += weight * spot.value;
             return;
         }
-        const bool far = spot.reach > 0.0 && covered < 0.5;
         const auto rank = std::tuple(far, spot.depth, spot.value);
         if (pixel.weight == 0.0 || rank < pixel.nearest) pixel.nearest = rank;
         pixel.weight = 1.0;
@@ -303,7 +271,8 @@ class PointHits::RowColors {
     }
 
     glm::dvec3 of(const Spot& spot, std::uint32_t column) const {
-        const bool own = spot.layer < pixels_.size() && !spot.highlighted;
+        if (spot.highlighted) return (1.0 - 0.75 * std::get<1>(highlights_[spot.layer][column])) * spot.color;
+        const bool own = spot.layer < pixels_.size();
         if (!own || pixels_[spot.layer][column].weight == 0.0) return spot.color;
         const Pixel& pixel = pixels_[spot.layer][column];
         return view_.layers[spot.layer].colorBy->colorMap(pixel.sum / pixel.weight);
@@ -314,12 +283,10 @@ class PointHits::RowColors {
         double weight = 0.0, sum = 0.0;
         std::tuple<bool, double, double> nearest;
     };
-    bool nearest(std::uint32_t layer) const {
-        return view_.layers[layer].colorBy->ofPixel == ColorBy::OfPixel::nearest;
-    }
-
     const View& view_;
     std::vector<std::vector<Pixel>> pixels_;  // by layer
+    /// Likewise: of the highlighted point that shades a pixel, whether it covers little of it, and its depth.
+    std::vector<std::vector<std::tuple<bool, double>>> highlights_;
 };
 
 RowHits PointHits::row(std::uint32_t row) const {

@@ -52,7 +52,7 @@ class Renderer {
             const Layer& layer = view_.layers[i];
             if (!(layer.opacity > 0.0)) continue;
             if (const ParticlesStyle* const style = layer.particles())
-                fields_.push_back(std::make_unique<VolumeField>(*scene.steps[i], *style));
+                fields_.push_back(std::make_unique<VolumeField>(volumeOf(scene, i, *style)));
             else if (layer.hybrid() != nullptr)
                 fields_.push_back(std::make_unique<HybridField>(*scene.hybrids[i], layer, view_.camera));
             else

@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
 #include <iterator>
+#include <map>
 
 namespace mote::reference {
 namespace {
@@ -24,11 +25,28 @@ std::int64_t atLevel(std::int64_t place, int from, int to) {
     return to >= from ? place * (std::int64_t{1} << (to - from)) : place / (std::int64_t{1} << (from - to));
 }
 
+/// docs/PICTURE.md, "Colour by a column": the mean of a leaf's values; NaN where it has none.
+double meanValue(const render::PointValues& values, std::uint64_t first, std::uint64_t count) {
+    double sum = 0.0, having = 0.0;
+    for (std::uint64_t point = first; point < first + count; ++point) {
+        const auto code = values.codes.at(point);
+        if (code == render::noValue) continue;
+        sum += static_cast<double>(code) / render::greatestValue;
+        having += 1.0;
+    }
+    return sum / having;
+}
+
 }  // namespace
 
-VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style)
+VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style,
+                         const render::PointValues* values, const ColorMap* map)
     : transfer_(style.transfer()) {
-    const auto all = leavesOf(step);
+    if (map != nullptr) {
+        transfer_.colorMap = *map;
+        transfer_.colorRange = {0.0, 1.0};
+    }
+    const auto all = leavesOf(step, values);
     std::vector<Leaf> leaves;
     std::copy_if(all.begin(), all.end(), std::back_inserter(leaves),
                  [](const Leaf& leaf) { return leaf.extinction > 0.0; });
@@ -43,7 +61,8 @@ VolumeField::VolumeField(const storage::ParticleStep& step, const ParticlesStyle
     fill(leaves, all);
 }
 
-std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep& step) const {
+std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep& step,
+                                                     const render::PointValues* values) const {
     const auto nodes = step.nodes();
     const auto leaves = step.leaves();
     const LogDensity scale = step.logDensity();
@@ -52,15 +71,115 @@ std::vector<VolumeField::Leaf> VolumeField::leavesOf(const storage::ParticleStep
         const double density = leaves.density[i], t = scale.ofLeaf(density);
         const double extinction = density > 0.0 ? transfer_.extinction(t) : 0.0;
         const auto morton = nodes.morton[leaves.node[i]];
-        found.push_back({i,
-                         nodes.level[leaves.node[i]],
-                         {placeOf(morton, 0), placeOf(morton, 1), placeOf(morton, 2)},
-                         density,
-                         t,
-                         extinction});
+        found.push_back(
+            {i,
+             nodes.level[leaves.node[i]],
+             {placeOf(morton, 0), placeOf(morton, 1), placeOf(morton, 2)},
+             density,
+             values == nullptr ? t : meanValue(*values, leaves.pointBegin[i], leaves.pointCount[i]),
+             extinction});
     }
     return found;
 }
+
+/// Where the weight of all leaves lies in the cells of one level, and how thick those are that hold what is
+/// seen.
+class VolumeField::ThickCells {
+  public:
+    using Place = std::array<std::int64_t, 3>;
+
+    ThickCells(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all, int level) : level_(level) {
+        // The cells around what is seen, one more on each side, within the plot.
+        low_.fill(std::int64_t{1} << level);
+        for (const auto& leaf : leaves) {
+            forCells(leaf, [&](const Place& cell, double) {
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    low_[axis] = std::min(low_[axis], std::max<std::int64_t>(cell[axis] - 1, 0));
+                    last_[axis] =
+                        std::max(last_[axis], std::min(cell[axis] + 1, (std::int64_t{1} << level) - 1));
+                }
+            });
+        }
+        for (const auto& leaf : all) add(leaf);
+        for (const auto& leaf : leaves)
+            forCells(leaf, [&](const Place& cell, double) { thick_.try_emplace(cell, 0.0); });
+        for (auto& [cell, thick] : thick_) thick = thickness(cell);
+    }
+
+    /// The greatest thickness in and around a cell.
+    double most(const Place& cell) const {
+        double most = 0.0;
+        for (int i = 0; i < 27; ++i) {
+            const auto found =
+                thick_.find({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
+            if (found != thick_.end()) most = std::max(most, found->second);
+        }
+        return most;
+    }
+
+  private:
+    struct Weight {
+        double sum = 0.0;
+        glm::dvec3 moment{0.0};
+    };
+
+    template <class Visit>
+    void forCells(const Leaf& leaf, const Visit& visit) const {
+        const std::int64_t side = leaf.level < level_ ? std::int64_t{1} << (level_ - leaf.level) : 1;
+        const double part = std::ldexp(1.0, -3 * std::max(leaf.level - level_, 0));
+        Place from{};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            from[axis] = atLevel(leaf.place[axis], leaf.level, level_);
+        for (std::int64_t i = 0; i < side * side * side; ++i)
+            visit(Place{from[0] + i % side, from[1] + i / side % side, from[2] + i / (side * side)}, part);
+    }
+
+    void add(const Leaf& leaf) {
+        glm::dvec3 at(0.0);
+        for (std::size_t axis = 0; axis < 3 && leaf.level > level_; ++axis) {
+            const double place =
+                (static_cast<double>(leaf.place[axis]) + 0.5) * std::ldexp(1.0, level_ - leaf.level);
+            at[static_cast<int>(axis)] = place - std::floor(place) - 0.5;
+        }
+        forCells(leaf, [&](const Place& cell, double part) {
+            auto& weight = weights_[cell];
+            weight.sum += part * leaf.density;
+            weight.moment += part * leaf.density * at;
+        });
+    }
+
+    /// Of the weight of the 27 cells in and around one: the harmonic mean of the variances along its
+    /// principal axes, over 3; beyond the cells it goes on as it is.
+    double thickness(const Place& cell) const {
+        glm::dmat3 second(0.0);
+        glm::dvec3 first(0.0);
+        double sum = 0.0;
+        for (int i = 0; i < 27; ++i) {
+            const std::array<int, 3> away{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+            Place near{};
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                near[axis] = std::clamp(cell[axis] + away[axis], low_[axis], last_[axis]);
+            const auto found = weights_.find(near);
+            if (found == weights_.end() || !(found->second.sum > 0.0)) continue;
+            const auto& [weight, moment] = found->second;
+            const glm::dvec3 where = glm::dvec3(away[0], away[1], away[2]) + moment / weight;
+            sum += weight;
+            first += weight * where;
+            second += weight * glm::outerProduct(where, where);
+        }
+        const glm::dmat3 spread = second / sum - glm::outerProduct(first / sum, first / sum);
+        // The sum of the inverse's diagonal is that of the inverse variances.
+        if (!(glm::determinant(spread) > 0.0)) return 0.0;
+        const glm::dmat3 inverse = glm::inverse(spread);
+        const double harmonic = 1.0 / (inverse[0][0] + inverse[1][1] + inverse[2][2]);
+        return std::clamp((harmonic - 0.10) / 0.06, 0.0, 1.0);
+    }
+
+    int level_;
+    Place low_{}, last_{};
+    std::map<Place, Weight> weights_;
+    std::map<Place, double> thick_;
+};
 
 /// The cells of a level around all leaves, and one more on each side; false where there are more than `most`.
 bool VolumeField::choose(const std::vector<Leaf>& leaves, int level, double most) {
@@ -91,7 +210,7 @@ std::size_t VolumeField::index(std::int64_t x, std::int64_t y, std::int64_t z) c
 
 void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all) {
     const auto count = static_cast<std::size_t>(size_[0] * size_[1] * size_[2]);
-    std::vector<double> matter(count, 0.0), moment(count, 0.0), density(count, 0.0);
+    std::vector<double> matter(count, 0.0), colored(count, 0.0), moment(count, 0.0);
     const auto forCells = [&](const Leaf& leaf, const std::function<void(std::size_t, double)>& visit) {
         const double part = leaf.level > level_ ? std::ldexp(1.0, -3 * (leaf.level - level_)) : 1.0;
         const std::int64_t side = leaf.level < level_ ? std::int64_t{1} << (level_ - leaf.level) : 1;
@@ -110,11 +229,11 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
     for (const auto& leaf : leaves) {
         forCells(leaf, [&](std::size_t cell, double part) {
             matter[cell] += part * leaf.extinction;
+            if (std::isnan(leaf.t)) return;
+            colored[cell] += part * leaf.extinction;
             moment[cell] += part * leaf.extinction * leaf.t;
         });
     }
-    for (const auto& leaf : all)
-        forCells(leaf, [&](std::size_t cell, double part) { density[cell] += part * leaf.density; });
     const auto around = [&](std::size_t cell, const std::function<void(std::size_t)>& visit) {
         const auto at = static_cast<std::int64_t>(cell);
         const std::int64_t x = at % size_[0], y = at / size_[0] % size_[1], z = at / (size_[0] * size_[1]);
@@ -126,46 +245,7 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
             }
         }
     };
-    // How the weight of the 27 cells in and around one is spread: the harmonic mean of the variances along
-    // its principal axes, over 3; beyond the cells it goes on as it is.
-    std::vector<double> thick(count, 0.0);
-    for (std::size_t cell = 0; cell < count; ++cell) {
-        if (!(matter[cell] > 0.0)) continue;
-        glm::dmat3 second(0.0);
-        glm::dvec3 first(0.0);
-        double sum = 0.0;
-        const auto at = static_cast<std::int64_t>(cell);
-        const std::array<std::int64_t, 3> place{at % size_[0], at / size_[0] % size_[1],
-                                                at / (size_[0] * size_[1])};
-        for (int i = 0; i < 27; ++i) {
-            const glm::dvec3 away(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-            std::array<std::int64_t, 3> near{};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                near[axis] = std::clamp<std::int64_t>(
-                    place[axis] + static_cast<std::int64_t>(away[static_cast<int>(axis)]), 0,
-                    size_[axis] - 1);
-            }
-            const double weight =
-                density[static_cast<std::size_t>((near[2] * size_[1] + near[1]) * size_[0] + near[0])];
-            sum += weight;
-            first += weight * away;
-            second += weight * glm::outerProduct(away, away);
-        }
-        const glm::dmat3 spread = second / sum - glm::outerProduct(first / sum, first / sum);
-        // The sum of the inverse's diagonal is that of the inverse variances.
-        const double determinant = glm::determinant(spread);
-        if (!(determinant > 0.0)) continue;
-        const glm::dmat3 inverse = glm::inverse(spread);
-        const double harmonic = 1.0 / (inverse[0][0] + inverse[1][1] + inverse[2][2]);
-        thick[cell] = std::clamp((harmonic - 0.10) / 0.06, 0.0, 1.0);
-    }
-    for (const auto& leaf : leaves) {
-        double most = 0.0;
-        forCells(leaf, [&](std::size_t cell, double) {
-            around(cell, [&](std::size_t near) { most = std::max(most, thick[near]); });
-        });
-        shares_[leaf.number] = std::round(255.0 * most) / 255.0;
-    }
+    findShares(leaves, all);
     extinction_.assign(count, 0.0);
     t_.assign(count, 0.0);
     for (const auto& leaf : leaves) {
@@ -176,13 +256,33 @@ void VolumeField::fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>&
     for (std::size_t cell = 0; cell < count; ++cell) {
         double sum = 0.0, moments = 0.0;
         around(cell, [&](std::size_t near) {
-            sum += matter[near];
+            sum += colored[near];
             moments += moment[near];
         });
-        if (matter[cell] > 0.0)
-            t_[cell] = moment[cell] / matter[cell];
+        if (colored[cell] > 0.0)
+            t_[cell] = moment[cell] / colored[cell];
         else if (sum > 0.0)
             t_[cell] = moments / sum;
+    }
+}
+
+/// The cell of a level, at most the leaf's, that a leaf lies in.
+std::array<std::int64_t, 3> VolumeField::cellOf(const Leaf& leaf, int level) {
+    std::array<std::int64_t, 3> cell{};
+    for (std::size_t axis = 0; axis < 3; ++axis) cell[axis] = atLevel(leaf.place[axis], leaf.level, level);
+    return cell;
+}
+
+/// docs/PICTURE.md, "Share": a leaf's cells are of the volume's level, or of the one above its own where that
+/// is coarser.
+void VolumeField::findShares(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all) {
+    std::map<int, ThickCells> levels;
+    for (const auto& leaf : leaves) {
+        const int level = std::min(level_, std::max(leaf.level - 1, 0));
+        auto found = levels.find(level);
+        if (found == levels.end()) found = levels.emplace(level, ThickCells(leaves, all, level)).first;
+        const double most = found->second.most(cellOf(leaf, level));
+        shares_[leaf.number] = std::isnan(leaf.t) ? 0.0 : std::round(255.0 * most) / 255.0;
     }
 }
 
@@ -230,6 +330,13 @@ std::vector<HalfSpace> VolumeField::within() const {
         sides.push_back({-normal, -high});
     }
     return sides;
+}
+
+VolumeField volumeOf(const render::Scene& scene, std::size_t layer, const ParticlesStyle& style) {
+    const auto& colorBy = scene.view.layers[layer].colorBy;
+    const bool colored = colorBy && layer < scene.values.size() && scene.values[layer] != nullptr;
+    if (!colored) return {*scene.steps[layer], style};
+    return {*scene.steps[layer], style, scene.values[layer].get(), &colorBy->colorMap};
 }
 
 }  // namespace mote::reference

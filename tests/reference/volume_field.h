@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "protocol/scene/particles_style.h"
+#include "server/render/layers/scene.h"
+#include "server/render/plan/point_values.h"
 #include "storage/particles/particle_step.h"
 #include "tests/reference/volume.h"
 
@@ -17,12 +19,14 @@ namespace mote::reference {
 
 class VolumeField final : public Volume {
   public:
-    VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style);
+    /// `values` and `map`: of all points of the step, and their colours, which it then has; or null.
+    VolumeField(const storage::ParticleStep& step, const ParticlesStyle& style,
+                const render::PointValues* values = nullptr, const ColorMap* map = nullptr);
 
     /// Extinction per unit length of layer space, trilinear between the cells' centres; the nearest value
     /// beyond the outermost ones, and nothing where there are no cells.
     double extinction(const glm::dvec3& inLayer) const { return between(extinction_, inLayer); }
-    /// Scaled log density, likewise.
+    /// Scaled log density, likewise; or the mean of values, as a share of their range.
     double t(const glm::dvec3& inLayer) const { return between(t_, inLayer); }
     /// How much lies in the volume of what the curve gives it of a leaf, 0 to 1.
     double share(std::size_t leaf) const { return shares_.empty() ? 1.0 : shares_[leaf]; }
@@ -37,10 +41,14 @@ class VolumeField final : public Volume {
         std::size_t number;
         int level;
         std::array<std::int64_t, 3> place;  ///< among the cells of its level
-        double density, t, extinction;
+        double density, t, extinction;      ///< t: its place in the colour map; NaN: it has none
     };
 
-    std::vector<Leaf> leavesOf(const storage::ParticleStep& step) const;
+    class ThickCells;
+
+    void findShares(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all);
+    static std::array<std::int64_t, 3> cellOf(const Leaf& leaf, int level);
+    std::vector<Leaf> leavesOf(const storage::ParticleStep& step, const render::PointValues* values) const;
     bool choose(const std::vector<Leaf>& leaves, int level, double most);
     /// `leaves`: those that are seen.
     void fill(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all);
@@ -54,5 +62,8 @@ class VolumeField final : public Volume {
     std::vector<double> extinction_, t_;            // of each, x fastest
     std::vector<double> shares_;                    // by leaf
 };
+
+/// Of a layer of particles of a scene.
+VolumeField volumeOf(const render::Scene& scene, std::size_t layer, const ParticlesStyle& style);
 
 }  // namespace mote::reference

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/render/layers/particles/point_data.h"
+#include "server/render/layers/particles/usual_range.h"
 #include "storage/numbers/point_places.h"
 #include "storage/numbers/select_points.h"
 #include "storage/particles/selected_step.h"
@@ -90,7 +91,7 @@ Status addNumbers(const Layer& layer, const MemoryRun& run, std::size_t index, r
         const std::string& column = layer.colorBy->column;
         auto range = layer.colorBy->range;
         if (!range) {
-            MOTE_ASSIGN_OR_RETURN(range, render::quantityRange(run, column, {}));
+            MOTE_ASSIGN_OR_RETURN(range, render::usualRange(run, column, {}));
         }
         MOTE_ASSIGN_OR_RETURN(const auto numbers, run.step(layer.step));
         auto values = render::pointValues(numbers, column, *range, sources, {});

@@ -15,6 +15,7 @@
 #include "protocol/scene/hybrid_style.h"
 #include "protocol/scene/transfer_function.h"
 #include "server/render/plan/grid_field.h"
+#include "server/render/plan/point_values.h"
 #include "server/render/plan/step_volume.h"
 #include "storage/particles/particle_step.h"
 
@@ -30,11 +31,12 @@ struct Shade {
 using Shades = std::array<Shade, 256>;
 
 /// A step as a volume: cells with extinction and t at their centres, without normals. Its colour is that of
-/// its t by the plan's transfer function.
+/// its t, or of the values that stand in its place, by the plan's transfer function.
 struct DensityField {
     std::shared_ptr<const storage::ParticleStep> step;
-    std::shared_ptr<const StepVolume> grid = {};  ///< not null, but before a rank has made its own
-    double strength = 1.0;                        ///< times its extinction, 0 to 1
+    std::shared_ptr<const StepVolume> grid = {};     ///< not null, but before a rank has made its own
+    double strength = 1.0;                           ///< times its extinction, 0 to 1
+    std::shared_ptr<const PointValues> values = {};  ///< by leaf, that colour the grid; null: none
 };
 
 /// A field of samples with their normals.

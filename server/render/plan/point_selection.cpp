@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include "protocol/scene/drawn_points.h"
 #include "server/render/plan/octree_cell.h"
@@ -124,32 +125,73 @@ std::uint16_t upperHalf(double value) {
     return static_cast<std::uint16_t>((bits + 0x8000U) >> 16);
 }
 
-/// What the points of each leaf weigh: the mean of its own.
-void weigh(const storage::ParticleStep& step, double mean, PointSelection& selection) {
-    constexpr double alike = 1e-3;
-    const auto leaves = step.leaves();
-    const auto nodes = step.nodes();
-    const auto weightOf = [&](std::size_t leaf) {
-        const double weight = std::ldexp(static_cast<double>(leaves.density[leaf]),
-                                         -3 * static_cast<int>(nodes.level[leaves.node[leaf]]));
-        return weight / (std::max<double>(leaves.pointCount[leaf], 1.0) * mean);
-    };
+/// What the points of each leaf weigh over the mean of the plot: the mean of its own.
+class LeafWeights {
+  public:
+    LeafWeights(const storage::ParticleStep& step, double mean)
+        : leaves_(step.leaves()), nodes_(step.nodes()), mean_(mean) {}
+
+    double operator()(std::size_t leaf) const {
+        const double weight = std::ldexp(static_cast<double>(leaves_.density[leaf]),
+                                         -3 * static_cast<int>(nodes_.level[leaves_.node[leaf]]));
+        return weight / (std::max<double>(leaves_.pointCount[leaf], 1.0) * mean_);
+    }
+
+    /// Whether the first so many leaves have the weight of the first.
+    bool even(std::size_t count) const {
+        constexpr double alike = 1e-3;
+        const double first = count > 0 ? (*this)(0) : 1.0;
+        std::atomic<bool> differ{false};
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, blockLeaves), [&](const auto& block) {
+            if (differ.load(std::memory_order_relaxed)) return;
+            for (std::size_t i = block.begin(); i < block.end(); ++i) {
+                if (std::abs((*this)(i)-first) > alike * first) differ.store(true, std::memory_order_relaxed);
+            }
+        });
+        return !differ;
+    }
+
+  private:
+    const storage::Leaves leaves_;
+    const storage::OctreeNodes nodes_;
+    const double mean_;
+};
+
+void weigh(const storage::ParticleStep& step, const PointChoice& choice, PointSelection& selection) {
+    const LeafWeights weightOf(step, choice.meanWeight);
     const std::size_t count = selection.drawn.size();
-    const double first = count > 0 ? weightOf(0) : 1.0;
-    std::atomic<bool> differ{false};
+    const bool thinned = choice.thinning.tau > 0.0;
+    const ThinnedWeights weights(choice.thinning, choice.share);
+    const auto here = [&](std::size_t leaf) {
+        const double weight = weightOf(leaf);
+        return thinned && weight > 0.0 ? weights.weightHere(weight) : weight;
+    };
+    selection.weight = count > 0 ? static_cast<float>(here(0)) : 1.0F;
+    if (weightOf.even(count)) return;
     selection.weights.resize(count);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, blockLeaves), [&](const auto& block) {
-        for (std::size_t i = block.begin(); i < block.end(); ++i) {
-            const double weight = weightOf(i);
-            if (std::abs(weight - first) > alike * first) differ.store(true, std::memory_order_relaxed);
-            selection.weights[i] = upperHalf(weight);
-        }
+        for (std::size_t i = block.begin(); i < block.end(); ++i) selection.weights[i] = upperHalf(here(i));
     });
-    selection.weight = static_cast<float>(first);
-    if (!differ) selection.weights = {};
 }
 
 }  // namespace
+
+StepWeight stepWeight(const storage::ParticleStep& step, double meanWeight) {
+    const std::size_t leaves = step.leaves().size();
+    if (leaves == 0) return {};
+    const LeafWeights weightOf(step, meanWeight);
+    if (weightOf.even(leaves)) return {weightOf(0), true};
+    const double all = static_cast<double>(step.nodes().density[0]);
+    return {all / (static_cast<double>(step.pointCount()) * meanWeight), false};
+}
+
+StepWeight roughStepWeight(const storage::ParticleStep& step, double meanWeight) {
+    const auto densities = step.volume();
+    if (densities.empty() || step.pointCount() == 0) return {};
+    const double all = std::accumulate(densities.begin(), densities.end(), 0.0);
+    const double perPoint = static_cast<double>(densities.size()) * static_cast<double>(step.pointCount());
+    return {all / (perPoint * meanWeight), true};
+}
 
 PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice& choice) {
     const auto leaves = step.leaves();
@@ -159,13 +201,18 @@ PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice
     const auto end = std::upper_bound(leaves.density.begin(), leaves.density.end(), limitOf(scale, choice));
     PointSelection selection;
     selection.drawn.resize(static_cast<std::size_t>(end - leaves.density.begin()));
+    const LeafWeights weightOf(step, choice.meanWeight);
+    const ThinnedWeights weights(choice.thinning, choice.share);
+    const bool byWeight = choice.thinning.tau > 0.0 && choice.meanWeight > 0.0;
     const auto select = [&](const tbb::blocked_range<std::size_t>& block, std::uint64_t points) {
         LeafFraction fractionOf(choice.fraction, scale);
         const StepVolume* const volume = choice.thin() ? choice.volume.get() : nullptr;
         for (std::size_t i = block.begin(); i < block.end(); ++i) {
             const double byCurve = fractionOf(leaves.density[i]);
             const double whole = volume == nullptr ? byCurve : 1.0 - (1.0 - byCurve) * volume->shareOf(i);
-            const double fraction = choice.share * whole;
+            const double weight = byWeight ? weightOf(i) : 0.0;
+            const double share = weight > 0.0 ? weights.share(weight) : choice.share;
+            const double fraction = share * whole;
             const std::size_t node = leaves.node[i];
             std::uint32_t drawn = 0;
             if (fraction >= 1.0) {
@@ -181,7 +228,7 @@ PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice
     selection.points =
         tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, selection.drawn.size(), blockLeaves),
                              std::uint64_t{0}, select, std::plus<>());
-    if (choice.meanWeight > 0.0) weigh(step, choice.meanWeight, selection);
+    if (choice.meanWeight > 0.0) weigh(step, choice, selection);
     return selection;
 }
 

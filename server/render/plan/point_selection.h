@@ -13,6 +13,7 @@
 #include "protocol/scene/curve.h"
 #include "server/render/plan/frustum.h"
 #include "server/render/plan/step_volume.h"
+#include "server/render/plan/thinning.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -40,11 +41,24 @@ struct PointChoice {
     /// The layer's volume: what of a leaf it does not hold is points as well. Null: it holds all.
     std::shared_ptr<const StepVolume> volume = {};
     double meanWeight = 0.0;  ///< of the plot's particles; 0: they all count alike
+    Thinning thinning = {};   ///< of points of different weights
 
     bool operator==(const PointChoice&) const = default;
     /// Whether leaves have points whatever their density.
     bool thin() const { return volume != nullptr && !volume->share.empty(); }
 };
+
+/// What the points of a step weigh over the mean of the plot.
+struct StepWeight {
+    double mean = 1.0;
+    bool even = true;  ///< all of them so much
+};
+
+/// Throws storage::StorageError.
+StepWeight stepWeight(const storage::ParticleStep& step, double meanWeight);
+
+/// The mean alone, from the step's volume: while the octree is not in memory. Throws storage::StorageError.
+StepWeight roughStepWeight(const storage::ParticleStep& step, double meanWeight);
 
 /// Throws storage::StorageError.
 PointSelection selectPoints(const storage::ParticleStep& step, const PointChoice& choice);

@@ -29,7 +29,8 @@ inline ValueCode codeOf(double value, const ValueRange& range) {
 }
 
 struct PointValues {
-    std::vector<ValueCode> codes;  ///< by point of the step
+    std::vector<ValueCode> codes;  ///< by point of the step; or:
+    bool byLeaf = false;           ///< by leaf of the step, the same for all its points
     bool complete = true;          ///< each has a value
 
     std::uint64_t bytes() const { return codes.capacity() * sizeof(ValueCode); }

@@ -52,10 +52,9 @@ struct PointsPlan {
     glm::dmat4 boxToEye{1.0};  ///< the plot's box [0, 1]^3 to eye space
     PointLook look = {};
     Curve fraction = Curve::constant(1.0);  ///< t -> how much of a leaf's points is drawn, before `share`
-    /// The layer's volume, and the opacities that it is made of: PointChoice.
-    std::shared_ptr<const StepVolume> volume = {};
-    Curve volumeOpacity = Curve::constant(0.0);
+    std::shared_ptr<const StepVolume> volume = {};  ///< the layer's: PointChoice
     double meanWeight = 0.0;
+    Thinning thinning = {};  ///< these too: PointChoice
     std::shared_ptr<const PointSelection> selection =
         {};                                        ///< never null; of all leaves, also those out of view
     std::vector<std::uint64_t> leavesInView = {};  ///< as the function of that name: no bits, no limit
@@ -67,7 +66,7 @@ struct PointsPlan {
     std::optional<PointColors> colors = {};  ///< in place of the look's, where a pixel has a value
     bool waits = false;  ///< the share is less than was asked for until what is needed is in memory
 
-    PointChoice choice() const { return {fraction, share, volume, meanWeight}; }
+    PointChoice choice() const { return {fraction, share, volume, meanWeight, thinning}; }
     /// Whether all points of the picture hide alike, wherever they are.
     bool alike(bool perspective) const {
         return look.light == 0.0 || (!perspective && selection->weights.empty());

@@ -2,6 +2,7 @@
 #include "server/render/plan/selection_cache.h"
 
 #include "protocol/scene/most_recent.h"
+#include "server/render/plan/leaf_means.h"
 
 namespace mote::render {
 
@@ -18,18 +19,45 @@ std::shared_ptr<const PointSelection> SelectionCache::of(const Step& step, const
 }
 
 std::shared_ptr<const StepVolume> SelectionCache::volume(const Step& step, const TransferFunction& transfer,
-                                                         bool rough) {
+                                                         bool rough,
+                                                         const std::shared_ptr<const PointValues>& values) {
     volumes_.remove_if([](const Volume& volume) { return volume.step.expired(); });
     const auto* const known = mostRecent(volumes_, [&](const Volume& volume) {
-        return volume.step.lock() == step && volume.rough == rough && volume.opacity == transfer.opacity;
+        return volume.step.lock() == step && volume.rough == rough && volume.opacity == transfer.opacity &&
+               volume.values == values;
     });
     if (known != nullptr) return known->grid;
     // Which layers a picture has is bounded, and so is how many of them are kept.
     while (volumes_.size() >= keptVolumes) volumes_.pop_back();
-    auto made = rough ? roughStepVolume(*step, transfer) : stepVolume(*step, transfer);
+    auto made = rough ? roughStepVolume(*step, transfer) : stepVolume(*step, transfer, values.get());
     auto grid = made.empty() ? nullptr : std::make_shared<const StepVolume>(std::move(made));
-    volumes_.push_front({step, transfer.opacity, rough, grid});
+    volumes_.push_front({step, transfer.opacity, rough, values, grid});
     return grid;
+}
+
+StepWeight SelectionCache::weight(const Step& step, double meanWeight, bool rough) {
+    if (!(meanWeight > 0.0)) return {};
+    weights_.remove_if([](const Weight& one) { return one.step.expired(); });
+    const auto* const known = mostRecent(weights_, [&](const Weight& one) {
+        return one.step.lock() == step && one.meanWeight == meanWeight && one.rough == rough;
+    });
+    if (known != nullptr) return known->weight;
+    while (weights_.size() >= keptVolumes) weights_.pop_back();
+    const auto weight = rough ? roughStepWeight(*step, meanWeight) : stepWeight(*step, meanWeight);
+    weights_.push_front({step, meanWeight, rough, weight});
+    return weight;
+}
+
+std::shared_ptr<const PointValues> SelectionCache::leafMeans(
+    const Step& step, const std::shared_ptr<const PointValues>& values) {
+    means_.remove_if([](const Means& one) { return one.step.expired() || one.of.expired(); });
+    const auto* const known = mostRecent(
+        means_, [&](const Means& one) { return one.step.lock() == step && one.of.lock() == values; });
+    if (known != nullptr) return known->means;
+    while (means_.size() >= keptVolumes) means_.pop_back();
+    auto means = std::make_shared<const PointValues>(render::leafMeans(*step, *values));
+    means_.push_front({step, values, means});
+    return means;
 }
 
 }  // namespace mote::render

@@ -8,7 +8,9 @@
 #include <list>
 #include <memory>
 
+#include "protocol/scene/transfer_function.h"
 #include "server/render/plan/point_selection.h"
+#include "server/render/plan/point_values.h"
 
 namespace mote::render {
 
@@ -19,9 +21,15 @@ class SelectionCache {
     /// Throws as selectPoints.
     std::shared_ptr<const PointSelection> of(const Step& step, const PointChoice& choice);
     /// The volume of a step that a transfer function shows; null where it shows nothing. `rough`: without the
-    /// octree. Throws as stepVolume.
+    /// octree. `values`: by leaf, that colour it; null: none. Throws as stepVolume.
     std::shared_ptr<const StepVolume> volume(const Step& step, const TransferFunction& transfer,
-                                             bool rough = false);
+                                             bool rough = false,
+                                             const std::shared_ptr<const PointValues>& values = nullptr);
+    /// What the points of a step weigh; `rough`: without the octree. Throws as stepWeight.
+    StepWeight weight(const Step& step, double meanWeight, bool rough);
+    /// The means of a step's values by leaf (leaf_means.h). Throws as leafMeans.
+    std::shared_ptr<const PointValues> leafMeans(const Step& step,
+                                                 const std::shared_ptr<const PointValues>& values);
 
   private:
     static constexpr std::size_t kept = 4;  // quick, intermediate and exact of one style, and one more
@@ -36,10 +44,24 @@ class SelectionCache {
         std::weak_ptr<const storage::ParticleStep> step;
         Curve opacity;
         bool rough;
+        std::shared_ptr<const PointValues> values;
         std::shared_ptr<const StepVolume> grid;
+    };
+    struct Weight {
+        std::weak_ptr<const storage::ParticleStep> step;
+        double meanWeight;
+        bool rough;
+        StepWeight weight;
+    };
+    struct Means {
+        std::weak_ptr<const storage::ParticleStep> step;
+        std::weak_ptr<const PointValues> of;
+        std::shared_ptr<const PointValues> means;
     };
     std::list<Entry> entries_;   // the latest first
     std::list<Volume> volumes_;  // likewise
+    std::list<Means> means_;     // likewise
+    std::list<Weight> weights_;  // likewise
 };
 
 }  // namespace mote::render

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "protocol/scene/transfer_function.h"
+#include "server/render/plan/point_values.h"
 #include "storage/particles/particle_step.h"
 
 namespace mote::render {
@@ -24,7 +25,8 @@ struct StepVolume {
     unsigned level = 0;                  ///< cells are those of this level of the octree
     glm::uvec3 first{0}, size{1};        ///< the cells that there are, from the first
     std::vector<float> extinction = {};  ///< per unit length of layer space, of each cell, x fastest
-    std::vector<float> t = {};           ///< scaled log density that gives a cell its colour, 0 to 1
+    std::vector<float> t =
+        {};  ///< gives a cell its colour, 0 to 1: scaled log density, or a share of a range
     /// By leaf, in 255ths: how much of what the transfer function shows of it lies in the volume, what is
     /// left being points, as it is too thin for the cells. Empty: all of all leaves.
     std::vector<std::uint8_t> share = {};
@@ -40,8 +42,10 @@ struct StepVolume {
     std::uint64_t bytes() const;
 };
 
-/// From the octree; empty where it shows nothing. Throws storage::StorageError.
-StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer);
+/// From the octree; empty where it shows nothing. `values`: by leaf, that colour it in place of its t; a leaf
+/// without one lies in no part in the volume. Throws storage::StorageError.
+StepVolume stepVolume(const storage::ParticleStep& step, const TransferFunction& transfer,
+                      const PointValues* values = nullptr);
 
 /// From the step's own volume, whose cells are taken as leaves: while the octree is not in memory. Throws
 /// storage::StorageError.

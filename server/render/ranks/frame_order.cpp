@@ -68,12 +68,13 @@ class Unpacking {
     ByteReader in_;
 };
 
-/// `fresh`: what each is before it is read.
+/// `fresh`: what each is before it is read. `most`: of them a layer.
 template <class Way, class Values, class Pass>
-void passEach(Way& way, Values& values, const typename Values::value_type& fresh, Pass pass) {
+void passEach(Way& way, Values& values, const typename Values::value_type& fresh, Pass pass,
+              std::uint64_t most = 1) {
     std::uint64_t count = values.size();
     way(count);
-    MOTE_CHECK(count <= View::maxLayers);
+    MOTE_CHECK(count <= most * View::maxLayers);
     if constexpr (Way::reads) values.assign(count, fresh);
     for (auto& value : values) pass(value);
 }
@@ -124,11 +125,26 @@ void passColors(Way& way, Shared& shared) {
     }
 }
 
+/// By leaf; null: there are none.
+template <class Way, class Shared>
+void passLeafValues(Way& way, Shared& shared) {
+    bool any = shared != nullptr;
+    way(any);
+    if (!any) return;
+    if constexpr (Way::reads) {
+        PointValues values{.codes = {}, .byLeaf = true};
+        way(values.codes, values.complete);
+        shared = std::make_shared<const PointValues>(std::move(values));
+    } else {
+        way(shared->codes, shared->complete);
+    }
+}
+
 template <class Way, class Points>
 void passPoints(Way& way, Points& points) {
     MOTE_CHECK(points.preview == nullptr);
     bool selects = points.selection != nullptr && points.selection->points > 0;
-    way(points.layer, points.boxToEye, points.look, points.fraction, points.volumeOpacity, points.meanWeight,
+    way(points.layer, points.boxToEye, points.look, points.fraction, points.meanWeight, points.thinning,
         selects, points.leavesInView, points.pointsDrawn, points.share);
     if constexpr (Way::reads) {
         if (!selects) points.selection = std::make_shared<const PointSelection>();
@@ -144,8 +160,9 @@ void passField(Way& way, Field& field) {
         ofGrid);
     if (!ofGrid) {
         if constexpr (Way::reads) field.samples = DensityField{};
-        way(std::get<DensityField>(field.samples).strength);
-        return;
+        auto& cells = std::get<DensityField>(field.samples);
+        way(cells.strength);
+        return passLeafValues(way, cells.values);
     }
     if constexpr (Way::reads) field.samples = CorrectedField{};
     auto& samples = std::get<CorrectedField>(field.samples);
@@ -164,7 +181,9 @@ void passPlan(Way& way, Plan& plan) {
              [&](auto& field) { passField(way, field); });
     passShared(way, plan.dots);
     passEach(way, plan.fragments, {}, [&](auto& fragments) { passShared(way, fragments); });
-    passEach(way, plan.strokes, {}, [&](auto& strokes) { passStrokes(way, strokes); });
+    constexpr std::uint64_t pens = 2;  // of paths: their own, and their casing's
+    passEach(
+        way, plan.strokes, {}, [&](auto& strokes) { passStrokes(way, strokes); }, pens);
 }
 
 template <class Way, class Order>

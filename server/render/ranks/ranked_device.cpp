@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -15,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/scene/most_recent.h"
 #include "protocol/scene/mote_check.h"
 #include "server/render/blank_picture.h"
 #include "server/render/cpu/cpu_device.h"
@@ -35,28 +37,53 @@ Step held(Result<Step> step) {
     return *std::move(step);
 }
 
-/// As rank 0 has it.
-std::shared_ptr<const StepVolume> volumeOf(const PointsPlan& points, SelectionCache& selections) {
-    const auto transfer = ParticlesStyle::transferOf(points.volumeOpacity, ColorMap::standard());
-    return transfer.visible() ? selections.volume(points.step, transfer) : nullptr;
+/// Values by which volumes are coloured come with each order: those that were there before keep their
+/// volumes.
+class KnownValues {
+  public:
+    std::shared_ptr<const PointValues> of(const std::shared_ptr<const PointValues>& told) {
+        constexpr std::size_t kept = 8;
+        if (told == nullptr) return nullptr;
+        const auto same = [&](const auto& known) { return known->codes == told->codes; };
+        return mostRecent(values_, kept, same, [&] { return told; });
+    }
+
+  private:
+    std::list<std::shared_ptr<const PointValues>> values_;  // used last first
+};
+
+/// What a rank that is not the first keeps from picture to picture.
+struct KnownParts {
+    SelectionCache selections = {};
+    KnownValues values = {};
+};
+
+/// The volume of the points' layer, as rank 0 has it; null where there is none.
+std::shared_ptr<const StepVolume> volumeOf(const PointsPlan& points, const FramePlan& plan) {
+    const auto own = std::ranges::find_if(plan.fields, [&](const FieldPlan& field) {
+        return field.density() != nullptr && field.layer == points.layer;
+    });
+    return own != plan.fields.end() ? own->density()->grid : nullptr;
 }
 
 /// Gives an order's plan the rank's own data, and the same selections of them as rank 0 has.
-void complete(FrameOrder& order, RankSteps& steps, SelectionCache& selections) {
-    for (std::size_t i = 0; i < order.plan.points.size(); ++i) {
-        PointsPlan& points = order.plan.points[i];
-        points.step = held(steps.open(order.pointSteps[i]));
-        points.volume = volumeOf(points, selections);
-        if (points.selection == nullptr) points.selection = selections.of(points.step, points.choice());
-    }
+void complete(FrameOrder& order, RankSteps& steps, KnownParts& known) {
     for (std::size_t i = 0; i < order.plan.fields.size(); ++i) {
         auto& samples = order.plan.fields[i].samples;
         if (auto* const cells = std::get_if<DensityField>(&samples)) {
             cells->step = held(steps.open(order.fieldSteps[i]));
-            cells->grid = selections.volume(cells->step, order.plan.fields[i].transfer);
+            cells->values = known.values.of(cells->values);
+            cells->grid =
+                known.selections.volume(cells->step, order.plan.fields[i].transfer, false, cells->values);
         } else {
             std::get<CorrectedField>(samples).grid = held(steps.openGrid(order.fieldSteps[i]));
         }
+    }
+    for (std::size_t i = 0; i < order.plan.points.size(); ++i) {
+        PointsPlan& points = order.plan.points[i];
+        points.step = held(steps.open(order.pointSteps[i]));
+        points.volume = volumeOf(points, order.plan);
+        if (points.selection == nullptr) points.selection = known.selections.of(points.step, points.choice());
     }
 }
 
@@ -139,7 +166,7 @@ class ServedPictures {
         SharedPicture& picture = *made->second;
         picture.agreement().attempt([&] {
             steps_.beginPicture();
-            parts_.arena.execute([&] { complete(picture.order(), steps_, selections_); });
+            parts_.arena.execute([&] { complete(picture.order(), steps_, known_); });
         });
         if (!picture.begin({}) || picture.drawn()) pictures_.erase(made);
     }
@@ -147,7 +174,7 @@ class ServedPictures {
     Ranks& ranks_;
     RankSteps& steps_;
     CpuParts parts_;
-    SelectionCache selections_;
+    KnownParts known_;
     std::uint64_t latest_ = 0;
     std::map<std::uint64_t, std::unique_ptr<SharedPicture>> pictures_;  // that gave way, by number
 };

@@ -69,6 +69,13 @@ INSTANTIATE_TEST_SUITE_P(Hybrids, RankedDeviceTest,
                                     std::get<1>(both.param).name;
                          });
 
+INSTANTIATE_TEST_SUITE_P(Colors, RankedDeviceTest,
+                         testing::Combine(testing::Values(2), testing::ValuesIn(goldenColors())),
+                         [](const auto& both) {
+                             return std::to_string(std::get<0>(both.param)) + '_' +
+                                    std::get<1>(both.param).name;
+                         });
+
 /// A scene in which points and volume mix.
 render::Scene mixedScene() {
     for (const auto& golden : goldenScenes()) {

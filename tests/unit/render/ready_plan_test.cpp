@@ -103,8 +103,8 @@ TEST(ReadyPlan, ASurfaceIsNotLookedForWhereThePictureWaits) {
 TEST(ReadyPlan, OpacityMakesUpForTheShare) {
     const auto few = planOf(0, 1.0, "{'particles': {'points': {'opacity': 0.001}}}");
     const auto& layer = few.points[0];
-    // n points of opacity a leave (1 - a)^n: a share s of them needs 1 - (1 - a)^(1 / s).
-    EXPECT_NEAR(layer.look.opacity, 1.0 - std::pow(1.0 - 0.001, 1.0 / layer.share), 1e-12);
+    // Of n points of opacity a, each drawn by a chance of s, (1 - s b)^n is left on average: b = a / s.
+    EXPECT_NEAR(layer.look.opacity, 0.001 / layer.share, 1e-12);
 }
 
 }  // namespace

@@ -103,6 +103,24 @@ TEST(StepVolume, AThinSheetStaysPointsAndABallIsAVolume) {
     }
 }
 
+/// Where leaves are larger than cells, or of many sizes, a sheet is no thicker for that.
+TEST(StepVolume, ASheetIsThinHoweverItLiesAndHoweverLargeItsLeavesAre) {
+    const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        std::mt19937_64 random(seed);
+        std::uniform_real_distribution<double> slope(-0.6, 0.6);
+        auto points = sheet(20000, 0.0, seed);
+        const double alongX = slope(random), alongY = slope(random);
+        for (auto& [place, weight] : points)
+            place.z = 0.5 + alongX * (place.x - 0.5) + alongY * (place.y - 0.5);
+        const auto level = static_cast<std::uint8_t>(4 + seed % 4);
+        const auto thin = MemoryStep::make(points, {.leafCapacity = 64, .volumeLevel = level});
+        EXPECT_LT(meanShare(*thin, stepVolume(*thin, transfer)), 0.05) << seed;
+        const auto thick = MemoryStep::make(ball(50000, seed), {.leafCapacity = 64, .volumeLevel = level});
+        EXPECT_GT(meanShare(*thick, stepVolume(*thick, transfer)), 0.95) << seed;
+    }
+}
+
 TEST(StepVolume, WhatTheVolumeDoesNotHoldIsDrawnAsPoints) {
     const auto step = MemoryStep::make(sheet(50000, 3e-3, 9), {.leafCapacity = 32, .volumeLevel = 6});
     const auto transfer = shown({{0.0, 0.1}, {1.0, 0.3}});

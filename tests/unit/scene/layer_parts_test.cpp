@@ -49,7 +49,8 @@ TEST(LayerParts, HaveTheirDefaults) {
     EXPECT_EQ(layer.colorBy->column, "energy");
     EXPECT_FALSE(layer.colorBy->range);
     EXPECT_EQ(layer.colorBy->colorMap.name(), "viridis");
-    EXPECT_EQ(layer.colorBy->ofPixel, ColorBy::OfPixel::mean);
+    EXPECT_FALSE(layer.colorBy->ofPixel);
+    EXPECT_EQ(toProto(*layer.colorBy).of_pixel(), "");
     EXPECT_EQ(layer.select->ids, std::vector<std::uint64_t>{1});
     EXPECT_EQ(layer.highlight->selection.density->max, 0.2);
     EXPECT_EQ(layer.highlight->color, srgbToLinear(glm::dvec3(0.2, 1.0, 0.6)));
@@ -59,6 +60,21 @@ TEST(LayerParts, HaveTheirDefaults) {
     EXPECT_FALSE(layer.paths->color);
     EXPECT_EQ(layer.paths->width, 1.5);
     EXPECT_FALSE(view.annotations);
+}
+
+TEST(LayerParts, PointsThatHideEachOtherHaveTheColorOfTheNearest) {
+    const auto ofNearest = [](const std::string& points, const std::string& ofPixel) {
+        const auto layer =
+            viewOf("{'width': 8, 'height': 8, 'layers': [{'dataset': 'a/b', 'colorBy': {'column': 'x'" +
+                   ofPixel + "}, 'particles': {'points': {" + points + "}}}]}")
+                .layers[0];
+        return layer.colorBy->ofNearest(*layer.particles());
+    };
+    EXPECT_FALSE(ofNearest("", ""));
+    EXPECT_FALSE(ofNearest("'opacity': 0.49", ""));
+    EXPECT_TRUE(ofNearest("'opacity': 0.5", ""));
+    EXPECT_FALSE(ofNearest("'opacity': 1", ", 'ofPixel': 'mean'"));
+    EXPECT_TRUE(ofNearest("", ", 'ofPixel': 'nearest'"));
 }
 
 TEST(LayerParts, AreAbsentFromAViewWithoutThem) {

@@ -12,6 +12,8 @@
 
 #include "server/render/layers/particles/lower_highlight.h"
 #include "server/render/layers/particles/lower_paths.h"
+#include "server/render/layers/particles/moving_look.h"
+#include "server/render/plan/hidden_area.h"
 
 namespace mote::render {
 namespace {
@@ -19,11 +21,6 @@ namespace {
 /// How far a point's footprint reaches from its centre (docs/PICTURE.md, "Points").
 double footprintReach(double pointSize) {
     return pointSize > 1.0 ? 0.5 * pointSize + 0.5 : 0.0;
-}
-
-/// The area of a disc of such a diameter, as it covers pixels: square pixels.
-double discArea(double size) {
-    return size > 1.0 ? std::numbers::pi * (0.25 * size * size + 1.0 / 12.0) : size * size;
 }
 
 /// The diameter at which a point of so much light, in square pixels, hides a fifth of what lies behind it;
@@ -35,29 +32,64 @@ double sizeOfLight(double light) {
     return std::min(2.0 * std::sqrt(area / std::numbers::pi - 1.0 / 12.0), largest);
 }
 
-/// Where the opacity is the plot's, the light of a point is that of a particle in the world.
-void lightUp(const Layer& layer, const ParticlesStyle& style, const FramePlan& plan, double share,
-             PointLook& look) {
-    const Camera& camera = plan.camera;
-    const double unit = std::cbrt(std::abs(glm::determinant(glm::dmat3(layer.transform))));
-    const double pixels =
-        unit * plan.height / (2.0 * camera.halfHeight());  // of a unit of the layer at depth 1
-    const double light = style.pointArea * pixels * pixels;
-    const double away = camera.perspective() ? glm::length(camera.target - camera.eye) : 1.0;
-    look.size = style.sizeByPlot ? sizeOfLight(light / (away * away)) : std::max(look.size, 1.0);
-    look.light = std::max(light / (discArea(look.size) * share), std::numeric_limits<double>::min());
+/// Of an optical depth at depth 1, that where the camera looks.
+double toTarget(const Camera& camera) {
+    if (!camera.perspective()) return 1.0;
+    const double away = glm::length(camera.target - camera.eye);
+    return 1.0 / (away * away);
 }
 
-PointLook lookOf(const Layer& layer, const ParticlesStyle& style, double pixels, double share,
-                 const FramePlan& plan) {
-    PointLook look{.size = style.pointSize * pixels,
-                   .opacity = std::min(-std::expm1(std::log1p(-style.pointOpacity) / share),
-                                       TransferFunction::opacityLimit),
+/// Where the opacity is the plot's, the light of a point is that of a particle in the world. `height`: of the
+/// picture, pixels.
+void lightUp(const Layer& layer, const ParticlesStyle& style, const Camera& camera, double height,
+             PointLook& look) {
+    const double unit = std::cbrt(std::abs(glm::determinant(glm::dmat3(layer.transform))));
+    const double pixels = unit * height / (2.0 * camera.halfHeight());  // of a unit of the layer at depth 1
+    const double light = style.pointArea * pixels * pixels;
+    look.size = style.sizeByPlot ? sizeOfLight(light * toTarget(camera)) : std::max(look.size, 1.0);
+    look.light = std::max(light / discArea(look.size), std::numeric_limits<double>::min());
+}
+
+/// Of points of the mean weight in the exact picture, of so many lines.
+PointLook restingLook(const Layer& layer, const ParticlesStyle& style, const Camera& camera, double height) {
+    PointLook look{.size = style.pointSize,
+                   .opacity = std::min(style.pointOpacity, TransferFunction::opacityLimit),
                    .color = style.pointColor,
                    .thinned = layer.opacity};
-    if (style.opacityByPlot && style.pointArea > 0.0) lightUp(layer, style, plan, share, look);
+    if (style.opacityByPlot && style.pointArea > 0.0) lightUp(layer, style, camera, height, look);
     return look;
 }
+
+/// The look of a layer's points, as there are more or fewer of them.
+class PointLooks {
+  public:
+    /// `weight`: of the step's points.
+    PointLooks(const Layer& layer, const ParticlesStyle& style, const Scene& scene, const StepWeight& weight,
+               const Lowering& out)
+        : rest_(restingLook(layer, style, out.plan.camera, scene.view.height)),
+          weight_(weight),
+          toTau_(toTarget(out.plan.camera)),
+          pixels_(out.pixels) {}
+
+    /// Of a share of the points; of the step's mean weight, or of that of the plot.
+    PointLook of(double share, bool ofStep) const {
+        PointLook rest = rest_;
+        if (ofStep) rest.light *= weight_.mean;
+        return movingLook(rest, toTau_, {pixels_, share});
+    }
+
+    Thinning thinning(double share) const {
+        if (weight_.even || !(rest_.light > 0.0) || LessDrawn{pixels_, share}.nothing()) return {};
+        return Thinning::roughly({rest_.light * toTau_, rest_.size, of(share, false).size, pixels_});
+    }
+
+    const StepWeight& weight() const { return weight_; }
+
+  private:
+    PointLook rest_;
+    StepWeight weight_;
+    double toTau_, pixels_;
+};
 
 std::uint64_t pointsInView(const PointsPlan& points) {
     if (points.leavesInView.empty()) return points.selection->points;
@@ -108,8 +140,9 @@ bool takeWhatIsReady(PointsPlan& points, double share) {
     return true;
 }
 
-/// A small share of a plot that lies mostly in view comes from the preview.
-void select(PointsPlan& points, const Frustum& frustum, const Lowering& out) {
+/// A small share of a plot that lies mostly in view comes from the preview. `even`: all points weigh the
+/// same.
+void select(PointsPlan& points, const Frustum& frustum, bool even, const Lowering& out) {
     const double share = points.share = out.quality.pointFraction;
     points.need = needOf(points);
     const bool none = points.need.preview == 0;
@@ -123,8 +156,9 @@ void select(PointsPlan& points, const Frustum& frustum, const Lowering& out) {
         return;
     }
     points.leavesInView = leavesInView(*points.step, frustum, points.choice());
-    // The preview does not tell which points of the step its own are, nor which leaves are thin.
-    const bool preview = out.device.preview && !points.colors && !points.choice().thin();
+    // The preview does not tell which points of the step its own are, nor their weights, nor which leaves are
+    // thin.
+    const bool preview = out.device.preview && even && !points.colors && !points.choice().thin();
     if (preview && share < 1.0 && points.leavesInView.empty() && takePreview(points, share)) {
         return;
     }
@@ -142,7 +176,7 @@ std::shared_ptr<const T> partOf(const std::vector<std::shared_ptr<const T>>& all
 std::optional<PointColors> colorsOf(const Layer& layer, std::shared_ptr<const PointValues> values) {
     if (!layer.colorBy || values == nullptr) return std::nullopt;
     return PointColors{std::move(values), layer.colorBy->colorMap,
-                       layer.colorBy->ofPixel == ColorBy::OfPixel::nearest};
+                       layer.colorBy->ofNearest(*layer.particles())};
 }
 
 /// Whether a picture goes without the octree, since that is large and on its way.
@@ -150,12 +184,32 @@ bool treeWaits(const storage::ParticleStep& step, const Lowering& out) {
     return out.reading == Reading::notForPoints && step.pointCount() > fewPoints && !step.octreeReady();
 }
 
-/// What a layer shows as a volume; null: nothing. A view in motion does not wait for a large octree.
+/// What a layer shows as a volume; null: nothing. A view in motion does not wait for a large octree, without
+/// which nobody knows whose values are where.
 std::shared_ptr<const StepVolume> volumeOf(const std::shared_ptr<const storage::ParticleStep>& step,
-                                           const ParticlesStyle& style, const Lowering& out) {
+                                           const ParticlesStyle& style,
+                                           const std::shared_ptr<const PointValues>& means,
+                                           const Lowering& out) {
     const auto transfer = style.transfer();
     if (!transfer.visible()) return nullptr;
-    return out.selections.volume(step, transfer, treeWaits(*step, out));
+    return out.selections.volume(step, transfer, treeWaits(*step, out), means);
+}
+
+/// By what a layer's volume is coloured in place of its density; null: nothing.
+std::shared_ptr<const PointValues> meansOf(const std::shared_ptr<const storage::ParticleStep>& step,
+                                           const ParticlesStyle& style,
+                                           const std::optional<PointColors>& colors, const Lowering& out) {
+    if (!colors || !style.transfer().visible() || treeWaits(*step, out)) return nullptr;
+    return out.selections.leafMeans(step, colors->values);
+}
+
+/// Of the field that a layer's volume is; `map`: of the values that colour it, where any do.
+TransferFunction transferOf(const ParticlesStyle& style, const ColorMap* map) {
+    auto transfer = style.transfer();
+    if (map == nullptr) return transfer;
+    transfer.colorMap = *map;
+    transfer.colorRange = {0.0, 1.0};
+    return transfer;
 }
 
 /// What lies over a layer's points.
@@ -181,21 +235,28 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
     const glm::dmat4 boxToEye = layerToEye * plotToLayer();
     const Bounds inEye = plotBounds.transformed(layerToEye);
     out.addBox(inEye);
+    auto colors = colorsOf(layer, partOf(scene.values, index));
+    const auto means = meansOf(step, style, colors, out);
     PointsPlan points{.layer = index,
                       .step = step,
                       .boxToEye = boxToEye,
                       .fraction = style.pointFraction,
-                      .volume = volumeOf(step, style, out),
-                      .volumeOpacity = style.volumeOpacity,
+                      .volume = volumeOf(step, style, means, out),
                       .meanWeight = style.opacityByPlot ? style.meanWeight : 0.0,
-                      .colors = colorsOf(layer, partOf(scene.values, index))};
-    const PointLook whole = lookOf(layer, style, out.pixels, 1.0, plan);
-    const Frustum frustum(plan.camera, plan.width, plan.height, footprintReach(whole.size),
-                          nearLimit(plan.camera), layerToEye);
-    select(points, frustum, out);
+                      .colors = std::move(colors)};
+    const double share = out.quality.pointFraction;
+    const PointLooks looks(layer, style, scene,
+                           out.selections.weight(step, points.meanWeight, treeWaits(*step, out)), out);
+    points.thinning = looks.thinning(share);
+    const Frustum frustum(plan.camera, plan.width, plan.height,
+                          footprintReach(looks.of(share, looks.weight().even).size), nearLimit(plan.camera),
+                          layerToEye);
+    select(points, frustum, looks.weight().even, out);
     points.waits = points.waits || (points.volume != nullptr && treeWaits(*step, out));
-    points.look = lookOf(layer, style, out.pixels, points.share, plan);
-    if (points.selection->weights.empty()) points.look.light *= static_cast<double>(points.selection->weight);
+    const bool byLeaf = !points.selection->weights.empty();
+    const bool ofStep = points.preview != nullptr || (looks.weight().even && !byLeaf);
+    points.look = looks.of(points.share, ofStep);
+    if (!ofStep && !byLeaf) points.look.light *= static_cast<double>(points.selection->weight);
     const auto volume = points.volume;
     out.plan.points.push_back(std::move(points));
     lowerMarks(scene, index, style, inEye, out);
@@ -204,9 +265,9 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
     FieldPlan field{.layer = index,
                     .boxToEye = boxToEye * toPlot,
                     .boxToLayer = glm::dmat3(plotToLayer() * toPlot),
-                    .transfer = style.transfer(),
+                    .transfer = transferOf(style, means ? &layer.colorBy->colorMap : nullptr),
                     .samples = DensityField()};
-    field.samples = DensityField{step, volume, layer.opacity};
+    field.samples = DensityField{step, volume, layer.opacity, means};
     out.plan.fields.push_back(std::move(field));
 }
 

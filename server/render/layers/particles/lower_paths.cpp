@@ -7,6 +7,8 @@
 #include <memory>
 #include <utility>
 
+#include "protocol/scene/length_scale.h"
+
 namespace mote::render {
 namespace {
 
@@ -84,11 +86,22 @@ Strokes pathStrokes(const Layer& layer, const Paths& style, const glm::dvec3& po
     return strokes;
 }
 
+Strokes pathCasing(Strokes paths, const FramePlan& plan) {
+    const auto wider = static_cast<float>(2.0 * plan.height / usualLines);
+    for (auto& point : paths.points) point.width += wider;
+    paths.color = glm::vec3(plan.background);
+    return paths;
+}
+
+/// Of equal depths the paths, which come first, lie in front.
 void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointColor, const PointPaths& paths,
                 Lowering& out) {
     auto strokes =
         std::make_shared<Strokes>(pathStrokes(layer, style, pointColor, paths, out.plan, out.pixels));
-    if (!strokes->empty()) out.plan.strokes.push_back(std::move(strokes));
+    if (strokes->empty()) return;
+    auto casing = std::make_shared<const Strokes>(pathCasing(*strokes, out.plan));
+    out.plan.strokes.push_back(std::move(strokes));
+    out.plan.strokes.push_back(std::move(casing));
 }
 
 }  // namespace mote::render

@@ -14,6 +14,10 @@ namespace mote::render {
 Strokes pathStrokes(const Layer& layer, const Paths& style, const glm::dvec3& pointColor,
                     const PointPaths& paths, const FramePlan& plan, double pixels);
 
+/// The same lines, a pixel of a picture of 720 lines wider on both sides, in the plan's background: what a
+/// path passes ends beside it.
+Strokes pathCasing(Strokes paths, const FramePlan& plan);
+
 void lowerPaths(const Layer& layer, const Paths& style, const glm::dvec3& pointColor, const PointPaths& paths,
                 Lowering& out);
 

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -18,8 +16,6 @@ namespace mote::render {
 namespace {
 
 using storage::QuantityReader;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Error stopped() {
     return {ErrorCode::cancelled, "", "cancelled"};
@@ -68,20 +64,6 @@ bool forValues(const storage::StepNumbers& step, const QuantityReader& reader, c
     });
 }
 
-struct Least {
-    double low = infinity, high = -infinity;
-
-    void add(double value) {
-        if (!std::isfinite(value)) return;
-        low = std::min(low, value);
-        high = std::max(high, value);
-    }
-};
-
-ValueRange rangeOf(const Least& range) {
-    return range.low <= range.high ? ValueRange{range.low, range.high} : ValueRange{0.0, 0.0};
-}
-
 /// The first point that has an id.
 std::optional<std::uint64_t> pointOf(std::uint64_t id, const storage::ParticleColumns& columns) {
     const auto idAt = [&](std::uint64_t rank) { return columns.ids(columns.pointOfRank(rank), 1).front(); };
@@ -121,30 +103,6 @@ Result<std::shared_ptr<const PointValues>> pointValues(const storage::StepNumber
     some->codes.reserve(points.size());
     for (const auto point : points) some->codes.push_back(values->codes.at(point));
     return finished(std::move(some));
-}
-
-Result<ValueRange> quantityRange(const storage::RunSteps& run, const std::string& column,
-                                 const Cancelled& cancelled) {
-    for (const auto& known : run.manifest().columns()) {
-        if (known.name() == column) return ValueRange{known.min(), known.max()};
-    }
-    Least all;
-    for (int index = 0; index < run.manifest().steps_size(); ++index) {
-        MOTE_ASSIGN_OR_RETURN(const auto step, run.step(static_cast<std::uint32_t>(index)));
-        MOTE_ASSIGN_OR_RETURN(const auto reader, readerOf(step, column));
-        tbb::enumerable_thread_specific<Least> parts;
-        const bool whole = forValues(step, reader, cancelled, [&](std::uint64_t, auto block) {
-            Least& part = parts.local();
-            for (const double value : block) part.add(value);
-        });
-        if (!whole) return stopped();
-        step.columns->check();
-        for (const auto& part : parts) {
-            all.add(part.low);
-            all.add(part.high);
-        }
-    }
-    return rangeOf(all);
 }
 
 Result<std::shared_ptr<const PointPaths>> pointPaths(const storage::RunSteps& run,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
 // What layers of particles are drawn with besides the points of a step: values by which points are coloured,
-// the range of a quantity, the ways of particles. Computed from the columns beside the points, on threads
+// the ways of particles. Computed from the columns beside the points, on threads
 // that load: pure functions that use all threads of the calling arena, stop with a `cancelled` error where
 // they are told to, and throw storage::StorageError.
 #pragma once
@@ -29,11 +29,6 @@ Result<std::shared_ptr<const PointValues>> pointValues(const storage::StepNumber
                                                        const std::string& column, const ValueRange& range,
                                                        std::span<const std::uint32_t> points,
                                                        const Cancelled& cancelled);
-
-/// Least and greatest finite value of a quantity over all steps; 0 and 0 where there is none. That of a
-/// column the manifest knows. Errors: as pointValues.
-Result<ValueRange> quantityRange(const storage::RunSteps& run, const std::string& column,
-                                 const Cancelled& cancelled);
 
 /// The ways of particles by their ids, through the places of their points; a step that lacks one is passed
 /// over. Of several points of an id the first counts. Errors: notFound (the dataset has no ids).
