@@ -106,14 +106,14 @@ class Plots:
         self.folder, self.programs = pathlib.Path(folder), pathlib.Path(programs)
         (self.folder / "plots").mkdir(parents=True, exist_ok=True)
 
-    def add(self, name, places, weight):
-        """Returns the places in layer space of the particles that the plot holds."""
+    def add(self, name, places, weight, columns="none"):
+        """Returns the places in layer space of the particles that the plot holds. `columns`: by name, kept beside them."""
         table = self.folder / f"{name}.npz"
         x, y, z = numpy.ascontiguousarray(places.T)
         numpy.savez(table, x=x, y=y, z=z, weight=weight)
         plot = self.folder / "plots" / f"{name}.mote"
         subprocess.run([str(self.programs / "mote-prep"), "particles", str(table), "--axes", "x,y,z", "--out", str(plot),
-                        "--columns", "none", "--quiet"], check=True, capture_output=True)
+                        "--columns", columns, "--quiet"], check=True, capture_output=True)
         table.unlink()
         axes = json.loads((plot / "manifest.json").read_text())["particles"]["axes"]
         low = numpy.array([axis.get("min", 0.0) for axis in axes])

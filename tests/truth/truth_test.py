@@ -7,6 +7,7 @@ import tempfile
 import unittest
 
 import numpy
+from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import data  # noqa: E402
@@ -109,6 +110,32 @@ class Weights(TruthCase):
         ratio = depth[:, 210:390].mean() / depth[:, 10:190].mean()
         self.assertGreater(ratio, 60)
         self.assertLess(ratio, 140)
+
+
+class Colours(TruthCase):
+    """Points and volume speak of one column, and outliers do not own its colours."""
+
+    def test_the_column_is_told_by_the_colour_everywhere(self):
+        random = numpy.random.default_rng(9)
+        places = numpy.concatenate([random.normal(size=(150_000, 3)) * [0.3, 0.1, 0.1],
+                                    random.uniform(-1, 1, (20_000, 3))])
+        places[:50, 0] = 4.0  # far from all others
+        self.plots.add("column", places, numpy.ones(len(places)), "x")
+        camera = {"eye": [0, 0, 6], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 2.0}
+        shown = truth.view("column", None, (800, 400), camera)
+        shown["layers"][0]["colorBy"] = {"column": "x"}
+        whole = numpy.asarray(Image.open(self.plots.draw([shown], "column")[0]).convert("RGB")) / 255.0
+        linear = numpy.where(whole <= 0.04045, whole / 12.92, ((whole + 0.055) / 1.055) ** 2.4)
+        lit = linear.sum(axis=2) > 0.02
+        # Of viridis green over green and blue grows with the value, whatever hides how much of it.
+        share = linear[..., 1] / numpy.maximum(linear[..., 1] + linear[..., 2], 1e-9)
+        columns = numpy.broadcast_to(numpy.arange(800), lit.shape)
+        self.assertGreater(lit.sum(), 5000)
+        self.assertGreater(truth.rank_correlation(columns[lit], share[lit]), 0.9)
+        # From side to side of the dense core, which is volume, most of the map is gone through.
+        core = lit & (abs(numpy.arange(400)[:, None] - 200) < 5)
+        self.assertLess(share[core].min(), 0.2)
+        self.assertGreater(share[core].max(), 0.8)
 
 
 if __name__ == "__main__":
