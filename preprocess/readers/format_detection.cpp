@@ -7,6 +7,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "preprocess/readers/file_number.h"
 #include "preprocess/readers/hdf5/h5_file.h"
 #include "preprocess/readers/impact/impact_deck.h"
 #include "preprocess/readers/impact/number_table.h"
@@ -133,7 +134,7 @@ Result<Format> detect(const proto::ParticlesJob& job, const std::filesystem::pat
     return textFormat(job, path, begin);
 }
 
-Result<Format> named(const std::string& name) {
+Result<Format> formatNamed(const std::string& name) {
     for (const Name& known : names) {
         if (known.name == name) return known.format;
     }
@@ -156,6 +157,14 @@ struct LeftOut {
                       " left out: " + first);
     }
 };
+
+/// What IMPACT writes of a run in files of these numbers: places, sizes and emittances, no particles.
+bool isImpactStatistics(Format format, const std::filesystem::path& path) {
+    constexpr std::int64_t first = 18, last = 36;
+    if (format != Format::impactZ && format != Format::impactT) return false;
+    const auto number = fileNumber(path);
+    return path.filename().string().starts_with("fort.") && number && *number >= first && *number <= last;
+}
 
 /// A file and what its format is.
 struct Told {
@@ -196,6 +205,30 @@ Result<Format> formatOfRun(const std::vector<Told>& told) {
                      "; choose with --format, or name the files"};
 }
 
+/// The files of which a format can be told, by the job or by what they hold; at least one.
+Result<std::vector<Told>> tellAll(const proto::ParticlesJob& job, const std::vector<InputFile>& files,
+                                  LeftOut& leftOut) {
+    const bool named = !job.format().empty() && job.format() != "auto";
+    std::optional<Error> failed;
+    std::vector<Told> told;
+    for (const InputFile& file : files) {
+        const auto format = named ? formatNamed(job.format()) : detect(job, file.path);
+        if (!format.ok()) {
+            const ErrorCode code = format.error().code;
+            const bool odd = code == ErrorCode::corrupt || code == ErrorCode::unsupported;
+            if (files.size() == 1 || !odd) return format.error();
+            if (!failed) failed = format.error();
+            leftOut.add(format.error().toString());
+        } else if (!file.listed && isImpactStatistics(*format, file.path)) {
+            leftOut.add(file.path.filename().string() + " is one of IMPACT's own tables, fort.18 to fort.36");
+        } else {
+            told.push_back({&file, *format});
+        }
+    }
+    if (!told.empty()) return told;
+    return failed ? *failed : Error{ErrorCode::unsupported, "inputs", "hold no particles: " + leftOut.first};
+}
+
 }  // namespace
 
 Result<CsvOptions> tableOptions(const proto::ParticlesJob& job) {
@@ -207,35 +240,16 @@ Result<CsvOptions> tableOptions(const proto::ParticlesJob& job) {
 
 Result<ParticleFiles> detectFormat(const proto::ParticlesJob& job, const std::vector<InputFile>& files,
                                    Progress& progress) {
-    ParticleFiles found;
-    if (!job.format().empty() && job.format() != "auto") {
-        MOTE_ASSIGN_OR_RETURN(found.format, named(job.format()));
-        for (const InputFile& file : files) found.paths.push_back(file.path);
-        return found;
-    }
-    std::optional<Error> failed;
     LeftOut leftOut;
-    std::vector<Told> told;
-    for (const InputFile& file : files) {
-        const auto format = detect(job, file.path);
-        if (format) {
-            told.push_back({&file, *format});
-            continue;
-        }
-        const ErrorCode code = format.error().code;
-        const bool odd = code == ErrorCode::corrupt || code == ErrorCode::unsupported;
-        if (files.size() == 1 || !odd) return format.error();
-        if (!failed) failed = format.error();
-        leftOut.add(format.error().toString());
-    }
-    if (told.empty() && failed) return *failed;
+    MOTE_ASSIGN_OR_RETURN(const auto told, tellAll(job, files, leftOut));
+    ParticleFiles found;
     MOTE_ASSIGN_OR_RETURN(found.format, formatOfRun(told));
     for (const Told& one : told) {
+        const std::string name = one.file->path.filename().string();
         if (one.format == found.format)
             found.paths.push_back(one.file->path);
         else
-            leftOut.add(one.file->path.filename().string() + " is " + nameOf(one.format) + ", not " +
-                        nameOf(found.format));
+            leftOut.add(name + " is " + nameOf(one.format) + ", not " + nameOf(found.format));
     }
     leftOut.note(progress);
     return found;

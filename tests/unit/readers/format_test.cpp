@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "preprocess/readers/file_number.h"
+#include "preprocess/readers/format_detection.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/h5_test_file.h"
 #include "tests/unit/readers/source_test.h"
@@ -133,6 +134,27 @@ TEST(Format, ofAllFilesIsOne) {
     }
     EXPECT_THAT(errorOf({folder / "a1.csv", folder / "a2.h5"}),
                 HasSubstr("a2.h5: is of another format than a1.csv"));
+}
+
+TEST(Format, ofAFolderIsThatOfMostFiles) {
+    const TempDir folder;
+    writeFile(folder / "a.csv", "x,y\n1,2\n");
+    writeFile(folder / "b.json", R"({"x": [1], "y": [2]})");
+    EXPECT_THAT(errorOf({folder.path()}), HasSubstr("as many files of csv as of json; choose with --format"));
+    writeFile(folder / "c.json", R"({"x": [1], "y": [2]})");
+    EXPECT_EQ(errorOf({folder.path()}), "");
+    // IMPACT's own tables beside its particles have as many columns.
+    const TempDir impact;
+    for (const char* name : {"fort.18", "fort.24", "fort.40", "fort.50"})
+        writeFile(impact / name, "2\n1e-3 0 1e-3 0 1e-3 1\n2e-3 0 2e-3 0 2e-3 1\n");
+    writeFile(impact / "ImpactT.in", "1 1\n");
+    proto::ParticlesJob job;
+    NoteKeeper notes;
+    const auto files = prep::inputFiles({impact.path()});
+    const auto found = prep::detectFormat(job, *files, notes);
+    ASSERT_TRUE(found.ok());
+    ASSERT_EQ(found->paths.size(), 2U);
+    EXPECT_EQ(found->paths.front().filename(), "fort.40");
 }
 
 TEST(FileNumber, isTheLastOneBeforeTheEndings) {
