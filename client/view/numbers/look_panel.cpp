@@ -15,6 +15,7 @@ namespace mote::client {
 namespace {
 
 constexpr std::string_view asLayer = "as the layer says";
+constexpr std::array<std::string_view, 3> ofPixelNames{"by their opacity", "mean", "nearest"};
 
 void drawColorRange(const NumbersPanel& panel, ColorByControls& colorBy) {
     const auto* quantity = findQuantity(panel.quantities, colorBy.column);
@@ -71,7 +72,11 @@ void drawColorBy(const NumbersPanel& panel) {
     if (colorBy.column.empty()) return;
     drawColorRange(panel, colorBy);
     nameList(panel.actions, "colours##by", colorBy.colorMap, ColorMap::names());
-    checkbox(panel.actions, "of the nearest point, not the mean", colorBy.nearest);
+    std::string ofPixel = colorBy.ofPixel.empty() ? std::string(ofPixelNames.front()) : colorBy.ofPixel;
+    if (chooseName("of a pixel's points", ofPixel, ofPixelNames)) {
+        colorBy.ofPixel = ofPixel == ofPixelNames.front() ? "" : ofPixel;
+        panel.actions.viewChanged = true;
+    }
 }
 
 void drawPicked(const NumbersPanel& panel) {

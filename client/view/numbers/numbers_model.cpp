@@ -28,7 +28,7 @@ ColorByControls controlsOf(const proto::Layer& layer) {
         controls.high = parsed.range->high;
     }
     controls.colorMap = parsed.colorMap.name();
-    controls.nearest = parsed.ofPixel == ColorBy::OfPixel::nearest;
+    controls.ofPixel = layer.color_by().of_pixel();
     return controls;
 }
 
@@ -42,7 +42,7 @@ void writeColorBy(const ColorByControls& controls, proto::Layer& layer) {
         colorBy.add_range(controls.high);
     }
     colorBy.set_color_map(controls.colorMap);
-    if (controls.nearest) colorBy.set_of_pixel("nearest");
+    if (!controls.ofPixel.empty()) colorBy.set_of_pixel(controls.ofPixel);
 }
 
 }  // namespace

@@ -19,13 +19,13 @@
 
 namespace mote::client {
 
-/// By what points are coloured, as controls hold it.
+/// By what points and volume are coloured, as controls hold it.
 struct ColorByControls {
     std::string column;     ///< empty: as the layer says
-    bool ownRange = false;  ///< else that of the column over all steps
+    bool ownRange = false;  ///< else what most of the column over all steps lies in
     double low = 0.0, high = 1.0;
     std::string colorMap = "viridis";
-    bool nearest = false;  ///< of a pixel's points the nearest; else their mean
+    std::string ofPixel;  ///< of a pixel's points "nearest" or "mean"; empty: by how opaque they are
 };
 
 class NumbersModel {
