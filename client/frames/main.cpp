@@ -21,7 +21,8 @@ constexpr int failure = 1;
 constexpr int killedBy = 128;  // and the signal's number, as shells say it
 
 Status runScript(const FramesOptions& options, const Interrupt& interrupt) {
-    MOTE_ASSIGN_OR_RETURN(auto script, readScript(options.script));
+    const auto size = options.size.value_or(PictureSize{});
+    MOTE_ASSIGN_OR_RETURN(auto script, readScript(options.script, size.width, size.height));
     if (options.size) {
         auto sized = sizedScript(std::move(script), options.size->width, options.size->height);
         MOTE_RETURN_IF_ERROR(sized, options.script.string() + " with --size");

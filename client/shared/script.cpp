@@ -108,12 +108,15 @@ std::string noteOf(const proto::Script& script, const std::filesystem::path& pat
 
 }  // namespace
 
-Result<proto::Script> readScript(const std::filesystem::path& path) {
+Result<proto::Script> readScript(const std::filesystem::path& path, std::uint32_t width,
+                                 std::uint32_t height) {
     MOTE_ASSIGN_OR_RETURN(const auto text, readTextFile(path, limitOf(path)));
     if (!isView(text)) return scriptOf(text, path);
     proto::Script script;
     auto& view = *script.add_views();
     MOTE_RETURN_IF_ERROR(parse(text, view, path));
+    if (view.width() == 0) view.set_width(width);
+    if (view.height() == 0) view.set_height(height);
     const auto parsed = parseView(view);
     if (!parsed.ok()) return inFile(path, parsed.error()).error();
     return script;

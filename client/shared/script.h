@@ -4,6 +4,7 @@
 // by itself is found here, before a server is asked for anything. Pure, but for the files.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -13,8 +14,10 @@
 namespace mote::client {
 
 /// A script that is valid in itself; a saved view is a script of one. Errors name the file and the field's
-/// path, "views.json: views[2].layers[0].step": those of readJsonFile, checkScript and parseView.
-Result<proto::Script> readScript(const std::filesystem::path& path);
+/// path, "views.json: views[2].layers[0].step": those of readJsonFile, checkScript and parseView. `width`,
+/// `height`: pixels of a saved view that says none.
+Result<proto::Script> readScript(const std::filesystem::path& path, std::uint32_t width = 0,
+                                 std::uint32_t height = 0);
 
 struct SavedView {
     proto::View view;

@@ -34,9 +34,10 @@ void drawName(const NumbersPanel& panel, const proto::NamedSelection& chosen) {
 
 /// A number that is dragged between two ends; notes what the hand does.
 bool dragNumber(const NumbersPanel& panel, const char* label, double& value, const Interval& ends) {
-    const float speed = static_cast<float>((ends.high - ends.low) / 400.0);
+    const double span = ends.high - ends.low;
     const bool changed =
-        ImGui::DragScalar(label, ImGuiDataType_Double, &value, speed, nullptr, nullptr, "%.5g");
+        ImGui::DragScalar(label, ImGuiDataType_Double, &value, static_cast<float>(span / 400.0), nullptr,
+                          nullptr, formatFor(span, value).c_str(), ImGuiSliderFlags_NoRoundToFormat);
     note(panel.actions, changed);
     return changed;
 }

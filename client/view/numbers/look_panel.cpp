@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "client/view/numbers/numbers_panel.h"
 #include "client/view/numbers/statistic_rows.h"
@@ -26,13 +27,19 @@ void drawColorRange(const NumbersPanel& panel, ColorByControls& colorBy) {
         colorBy.high = quantity->range->high;
         return;
     }
-    const float speed = static_cast<float>(std::max(colorBy.high - colorBy.low, 1e-30) / 200.0);
-    for (const auto& [label, value] : {std::pair{"##from", &colorBy.low}, std::pair{"##to", &colorBy.high}}) {
+    double low = colorBy.low, high = colorBy.high;
+    const double span = std::max(high - low, 1e-30);
+    const auto format = formatFor(span, std::max(std::abs(low), std::abs(high)));
+    for (const auto& [label, value] : {std::pair{"##from", &low}, std::pair{"##to", &high}}) {
         ImGui::SameLine();
         ImGui::SetNextItemWidth(88.0F * panel.scale);
         note(panel.actions,
-             ImGui::DragScalar(label, ImGuiDataType_Double, value, speed, nullptr, nullptr, "%.4g"));
+             ImGui::DragScalar(label, ImGuiDataType_Double, value, static_cast<float>(span / 200.0), nullptr,
+                               nullptr, format.c_str(), ImGuiSliderFlags_NoRoundToFormat));
     }
+    if (!(low < high)) return;  // that would be no range
+    colorBy.low = low;
+    colorBy.high = high;
 }
 
 void drawPoint(const NumbersPanel& panel, const PickedPoint& point) {

@@ -98,6 +98,16 @@ TEST_F(ScriptTest, ASavedViewIsAScriptOfOne) {
     EXPECT_EQ(script->views(0).background(2), 0.3);
 }
 
+TEST_F(ScriptTest, ASavedViewWithoutASizeTakesTheOneThatIsGiven) {
+    EXPECT_FALSE(read(R"({"layers": []})").ok());
+    const auto script = readScript(folder_ / "script.json", 320, 200);
+    ASSERT_TRUE(script.ok()) << script.error().toString();
+    EXPECT_EQ(script->views(0).width(), 320U);
+    EXPECT_EQ(script->views(0).height(), 200U);
+    EXPECT_TRUE(read(R"({"width": 64, "height": 48, "layers": []})").ok());
+    EXPECT_EQ(readScript(folder_ / "script.json", 320, 200)->views(0).width(), 64U);
+}
+
 /// What is wrong in a view is named as it is in the view.
 TEST_F(ScriptTest, ASpoiledSavedViewNamesItsOwnFields) {
     const std::pair<const char*, const char*> bad[] = {
