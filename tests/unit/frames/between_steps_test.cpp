@@ -251,6 +251,21 @@ TEST_P(BetweenSteps, EveryStageIsThere) {
     }
 }
 
+/// Soft dots ask for it (Stage::quick after Stage::quick).
+TEST_P(BetweenSteps, TheSameStageOfAViewMayComeTwice) {
+    Random random(58);
+    addRun(anyRun(random, 1));
+    auto task = std::make_shared<ViewTask>();
+    task->view = viewBetween(0.4);
+    std::vector<std::uint8_t> first;
+    for (int i = 0; i < 2; ++i) {
+        auto made = maker_.make({.session = 1, .task = task, .stage = Stage::exact}, history_);
+        ASSERT_TRUE(made.ok() && made->picture);
+        if (i == 0) first = made->picture->picture.pixels;
+        EXPECT_EQ(made->picture->picture.pixels, first);
+    }
+}
+
 TEST_P(BetweenSteps, AStepThatIsNotThereIsAnErrorAtAnyShare) {
     Random random(56);
     addRun(anyRun(random, 0));

@@ -30,10 +30,13 @@ class VolumeSource final : public StepSource {
     Result<storage::Catalogue::Entry> dataset(const std::string& name) override {
         return storage::Catalogue::Entry{name, "/nowhere", manifest_};
     }
-    Result<Resident> resident(const AnyLoadable&) override { return Resident{volume_}; }
+    Result<Resident> resident(const AnyLoadable& what) override {
+        return what.step == missing_ ? Resident{} : Resident{volume_};
+    }
     std::shared_ptr<storage::BlockBudget> budget() const override { return budget_; }
 
     std::shared_ptr<storage::BlockBudget> budget_;  ///< null: nobody counts
+    std::uint32_t missing_ = ~0U;                   ///< a step that is on its way
 
   private:
     std::shared_ptr<const proto::Manifest> manifest_;
@@ -165,6 +168,22 @@ TEST_F(PausedPicture, BetweenStepsIsGoneOnWithWhereverItWas) {
     ASSERT_TRUE(maker_.make(jobOf(taskOf(4), false), history_)->picture);
     EXPECT_EQ(counts_.gone, counts_.begun);
     EXPECT_EQ(source_.budget_->resident(), 0U);
+}
+
+TEST_F(PausedPicture, BetweenStepsWaitsForTheOneThatIsNotThere) {
+    auto task = std::make_shared<ViewTask>(*taskOf(16));
+    task->view.layers[0].towards = Towards{1, 0.5};
+    for (const std::uint32_t step : {0U, 1U}) {
+        const int before = counts_.begun;
+        source_.missing_ = step;
+        auto made = maker_.make(jobOf(task, false), history_);
+        ASSERT_TRUE(made.ok()) << made.error().toString();
+        EXPECT_TRUE(made->waits && !made->picture);
+        source_.missing_ = ~0U;
+        made = maker_.make(jobOf(task, false), history_);
+        ASSERT_TRUE(made.ok() && made->picture);
+        EXPECT_EQ(counts_.begun, before + 2) << "what was drawn before it waited is not drawn again";
+    }
 }
 
 TEST_F(PausedPicture, IsDroppedForANewerView) {
