@@ -123,7 +123,7 @@ void declareJobs(const cli::Command& app, RawOptions& raw) {
 
 void declare(const cli::Command& app, RawOptions& raw) {
     app.footer(footer);
-    app.option("SCRIPT", raw.script, "Script of views, keyframes or moves (JSON)");
+    app.option("SCRIPT", raw.script, "Script of views, keyframes or moves (JSON), or a saved view");
     declareServers(app, raw);
     app.option("--out", raw.out, "Folder of the pictures; made if it is not there");
     app.option(
