@@ -120,12 +120,12 @@ class Plots:
         high = numpy.array([axis.get("max", 0.0) for axis in axes])
         return 2 * (places - low) / (high - low) - 1
 
-    def draw(self, views, out, device="cpu"):
-        """Pictures of views, in their order."""
+    def draw(self, views, out, device="cpu", form="png"):
+        """Pictures of views, in their order, in a format of mote-frames."""
         script = self.folder / f"{out}.json"
         script.write_text(json.dumps({"views": views}))
         subprocess.run([str(self.programs / "mote-frames"), str(script), "--spawn", f"data={self.folder / 'plots'}",
-                        "--device", device, "--out", str(self.folder / out), "--quiet"], check=True, capture_output=True)
+                        "--device", device, "--out", str(self.folder / out), "--format", form, "--quiet"], check=True, capture_output=True)
         return [self.folder / out / f"frame-{i:06d}.png" for i in range(len(views))]
 
 

@@ -8,6 +8,8 @@ import unittest
 
 import numpy
 from PIL import Image
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import data  # noqa: E402
@@ -16,8 +18,15 @@ import truth  # noqa: E402
 BIN = os.environ["MOTE_BIN"]
 
 
-def light_sum(picture):
-    return truth.light_map(picture)[0].sum()
+def linear16(picture):
+    """Linear red, green and blue of a picture of 16 bits."""
+    reader = vtkPNGReader()
+    reader.SetFileName(str(picture))
+    reader.Update()
+    image = reader.GetOutput()
+    width, height, _ = image.GetDimensions()
+    encoded = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[..., :3] / 65535.0
+    return numpy.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 class TruthCase(unittest.TestCase):
@@ -50,6 +59,19 @@ class Matter(TruthCase):
         found = truth.measure(weight, self.plots.draw([truth.view("band")], "band")[0])
         self.assertLessEqual(found["black"], 0.01)
         self.assertGreaterEqual(found["rank"], 0.85)
+
+    def test_an_even_gas_is_as_even_as_chance_lets_it(self):
+        random = numpy.random.default_rng(3)
+        camera = {"eye": [0, 0, 6], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 1.6}
+        for count in (10_000, 100_000, 1_000_000):  # the last one is a volume, too
+            self.plots.add(f"gas{count}", random.uniform(-1, 1, (count, 3)), numpy.ones(count))
+            picture, = self.plots.draw([truth.view(f"gas{count}", None, (360, 360), camera)], f"gas{count}")
+            light, _ = truth.light_map(picture)
+            for edge in (9, 27):
+                patches = truth.mean(light, edge)[edge:-edge:edge, edge:-edge:edge]
+                counted = count * (edge / 360 * 1.6 / 2) ** 2  # particles of a patch
+                with self.subTest(count=count, edge=edge):
+                    self.assertLess(patches.std() / patches.mean(), 1.3 / counted ** 0.5)
 
     def test_a_measure_fails_where_matter_is_missing(self):
         random = numpy.random.default_rng(6)
@@ -96,20 +118,32 @@ class SizeAndZoom(TruthCase):
 
 
 class Weights(TruthCase):
-    def test_a_hundredfold_weight_hides_a_hundredfold(self):
-        random = numpy.random.default_rng(8)
-        places = random.uniform(-1, 1, (200_000, 3))
-        weight = numpy.where(places[:, 0] < 0, 1.0, 100.0)
-        self.plots.add("halves", places, weight)
+    """Optical depths: what a plot over white less the same over black lets through."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.random = numpy.random.default_rng(8)
+        cls.places = cls.random.uniform(-1, 1, (200_000, 3))
+
+    def optical_depth(self, name, weight, style=truth.POINTS):
+        self.plots.add(name, self.places, weight)
         camera = {"eye": [0, 0, 6], "target": [0, 0, 0], "up": [0, 1, 0], "orthographicHeight": 2.0}
-        light, _ = truth.light_map(self.plots.draw([truth.view("halves", truth.POINTS, (400, 400), camera)], "weights")[0])
-        # Of one colour c: light = c (1 - exp(-tau)), and the heavy half is thin enough to tell.
-        colour = truth.light_map(self.plots.draw([truth.view("halves", {**truth.POINTS, "points": {
-            **truth.POINTS["points"], "opacity": 1.0, "sizePixels": 8}}, (400, 400), camera)], "full")[0])[0].max()
-        depth = -numpy.log1p(-numpy.minimum(light / colour, 1 - 1e-3))
-        ratio = depth[:, 210:390].mean() / depth[:, 10:190].mean()
-        self.assertGreater(ratio, 60)
-        self.assertLess(ratio, 140)
+        views = [truth.view(name, style, (160, 160), camera, background=[shade] * 3) for shade in (0, 1)]
+        black, white = (linear16(picture) for picture in self.plots.draw(views, name, form="png16"))
+        return -numpy.log((white - black).mean(axis=2))
+
+    def test_a_hundredfold_weight_hides_a_hundredfold(self):
+        weight = numpy.where(self.places[:, 0] < 0, 1.0, 100.0)
+        for name, style in (("points", truth.POINTS), ("default", None)):
+            depth = self.optical_depth(name, weight, style)
+            self.assertAlmostEqual(depth[:, 90:150].mean() / depth[:, 10:70].mean(), 100.0, delta=5.0)
+
+    def test_a_mixture_hides_what_its_weights_do_together(self):
+        weight = numpy.where(self.random.random(len(self.places)) < 0.5, 1.0, 100.0)
+        mixed = self.optical_depth("mixed", weight)
+        even = self.optical_depth("even", numpy.full(len(weight), weight.mean()))
+        self.assertAlmostEqual(mixed.mean() / even.mean(), 1.0, delta=0.01)
 
 
 class Colours(TruthCase):
