@@ -56,9 +56,11 @@ void addLine(std::string& text, const std::string& label, const std::string& res
 }
 
 std::string rangeText(const FoundColumn& column) {
-    std::string text = "no finite value";
-    if (std::isfinite(column.low)) text = fmt::format("from {:.6g} to {:.6g}", column.low, column.high);
-    if (!column.unit.empty()) text += " " + column.unit;
+    std::string text = "has no finite value";
+    if (std::isfinite(column.low)) {
+        text = fmt::format("from {:.6g} to {:.6g}", column.low, column.high);
+        if (!column.unit.empty()) text += " " + column.unit;
+    }
     if (column.invalid > 0) text += fmt::format(", {} not finite", column.invalid);
     return text;
 }

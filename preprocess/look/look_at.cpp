@@ -101,6 +101,15 @@ Result<Look> lookAt(const std::filesystem::path& input, const LookOptions& optio
         return look;
     }
     Looking looking(input, options, progress);
+    // What is asked for by name is of one kind, and said to be missing where it is.
+    if (!options.volume.field().empty() || !options.volume.series().empty()) {
+        MOTE_RETURN_IF_ERROR(looking.as(lookAtVolume));
+        return looking.finish();
+    }
+    if (!options.particles.species().empty() || !options.particles.map().empty()) {
+        MOTE_RETURN_IF_ERROR(looking.as(lookAtParticles));
+        return looking.finish();
+    }
     const bool file = std::filesystem::is_regular_file(input, code);
     const bool mesh = file && isNamedMesh(input);
     if (mesh) MOTE_RETURN_IF_ERROR(looking.as(lookAtMesh));

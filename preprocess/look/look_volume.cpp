@@ -120,7 +120,7 @@ Result<Found> lookAtField(const std::vector<std::filesystem::path>& inputs, cons
     found.name = wanted.field();
     FoundColumn range{"value", ""};
     for (std::size_t i = 0; i < (options.all ? steps.size() : 1); ++i) {
-        const auto source = openVolumeSource(steps[i].options, steps[i].input, notes);
+        const auto source = openVolumeSource(steps[i], notes);
         if (!source.ok() && i == 0) return source.error();
         if (i == 0) {
             found.format = (*source)->format();
@@ -152,7 +152,7 @@ Result<std::vector<Found>> lookAtComponents(const std::vector<std::filesystem::p
                                             Progress& progress) {
     constexpr int most = 64;
     std::vector<Found> all;
-    for (int i = 1; i <= most; ++i) {
+    for (int i = 0; i < most; ++i) {
         auto wanted = options.volume;
         wanted.set_field(fmt::format(":{}", i));
         auto found = lookAtField(inputs, options, wanted, progress);

@@ -111,6 +111,13 @@ class Look(Case):
         self.assertEqual(found["particles", "electrons"]["times"], [1e-9, 5e-9])
         self.assertEqual(found["volume", "phi"]["columns"][0]["min"], 5.0)
         self.assertEqual(found["volume", "phi"]["steps"], 2)
+        (said,), status = looked.look(self.folder / "run.h5", "--field", "psi")
+        self.assertEqual((status, said["found"]), (1, []))
+        self.assertIn("psi", said["refused"][0])
+        (self.folder / "vector.nrrd").write_bytes(b"NRRD0004\ntype: int16\ndimension: 4\nsizes: 2 5 4 3\nkinds: vector domain domain domain\n"
+                                                  b"endian: little\nencoding: raw\n\n" + numpy.arange(120, dtype="<i2").tobytes())
+        (said,), status = looked.look(self.folder / "vector.nrrd")
+        self.assertEqual([(each["name"], each["columns"][0]["max"]) for each in said["found"]], [(":0", 118), (":1", 119)])
         for i in (1, 2, 10):
             write_text(self.folder / f"beam_{i}.csv", table(["x [m]", "y [m]"], [[i, 2], [3, 4]]))
         (said,), status = looked.look(self.folder / "beam_%T.csv", "--all")

@@ -38,7 +38,7 @@ def hold(kind, arguments, manifest):
         inputs = [inputs[0], inputs[-1]]  # one of them is like the next
     said, status = look(*inputs, *_passed(options))
     assert len(said) == len(inputs) or not said, said
-    if manifest is None or len(inputs) > 1 or "--dimensions" in options:
+    if manifest is None or len(inputs) > 1 or {"--dimensions", "--isovalue"} & set(options):
         return
     found = [each for each in said[0]["found"] if each["kind"] == kind]
     assert found, f"{inputs} is read as {kind}, and looks like {said}"
