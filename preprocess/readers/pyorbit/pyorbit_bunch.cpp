@@ -63,7 +63,8 @@ class Parser {
     void info(std::string_view text) {
         const std::size_t equals = text.rfind('=');
         if (equals == std::string_view::npos) return;
-        const double value = parseNumber(trim(text.substr(equals + 1))).value_or(0.0);
+        const std::string_view rest = trim(text.substr(equals + 1));
+        const double value = parseNumber(rest.substr(0, rest.find(' '))).value_or(0.0);
         if (text.find(" energy of the sync") != std::string_view::npos && bunch_.energy == 0.0)
             bunch_.energy = value;
         if (text.find(" momentum of the sync") != std::string_view::npos && bunch_.momentum == 0.0)
