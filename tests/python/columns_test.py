@@ -3,10 +3,11 @@
 import pathlib
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 
-from support import Case, needs_server, prepare, spawn  # isort: skip
+from support import Case, mote, needs_server, prepare, spawn  # isort: skip
 
 try:
     import h5py
@@ -80,6 +81,27 @@ class FarAway(Prepared):
                     # What doubles of the source itself resolve there.
                     whole = 1e-6 if made.endswith("exported") else 1e-12  # of columns, of the source
                     self.check(session[f"data/{made}"], live, whole, 4 * np.spacing(ratio * SPREAD))
+
+    def test_what_is_too_coarse_is_said(self):
+        rows = far_beam(np.random.default_rng(9), 1, 0)
+        rows["x"][:5] = 5e-3 + 1e-10 * np.arange(5)  # steps of floats there are 4.7e-10
+        self.make("beam", rows)
+        session = spawn(self.folder)
+        self.addCleanup(session.close)
+        dataset, few = session["data/beam"], {"ranges": [{"column": "x", "min": 4e-3}]}
+        asked = {"whole": (lambda: dataset.statistics(step=0), None), "all": (lambda: dataset.statistics(step=0, select=EVERYTHING), None),
+                 "few": (lambda: dataset.statistics(step=0, select=few), "spread (sigma) of these particles"),
+                 "another": (lambda: dataset.statistics(step=0, select=few, names="sigma_y"), None),
+                 "values": (lambda: dataset.get("x", select=few), "span fewer than 100"),
+                 "histogram": (lambda: dataset.histogram("x", bins=10, step=0), None),
+                 "bins": (lambda: dataset.histogram("x", bins=10, range=(5e-3, 5e-3 + 1e-9), step=0), "neighbouring bins")}
+        for what, (ask, words) in asked.items():
+            with self.subTest(what=what), warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                ask()
+                said = [str(each.message) for each in caught if each.category is mote.CoarseNumbers]
+                self.assertEqual(len(said), 0 if words is None else 1, said)
+                self.assertIn(words or "", "".join(said))
 
     def test_what_the_manifest_says_of_a_column(self):
         random = np.random.default_rng(8)
