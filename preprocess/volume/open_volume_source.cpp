@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <glm/geometric.hpp>
 #include <string_view>
 
 #include "preprocess/job.h"
-#include "preprocess/readers/known_formats.h"
-#include "preprocess/readers/npy/npy_array.h"
 #include "preprocess/readers/npy/zip_directory.h"
 #include "preprocess/volume/byte_stream.h"
 #include "preprocess/volume/dicom/dicom_files.h"
 #include "preprocess/volume/dicom/dicom_header.h"
 #include "preprocess/volume/dicom/dicom_volume.h"
+#include "preprocess/volume/known_volumes.h"
 #include "preprocess/volume/metaimage.h"
 #include "preprocess/volume/mrc.h"
 #include "preprocess/volume/nifti.h"
@@ -29,6 +29,7 @@ namespace mote::prep {
 namespace {
 
 constexpr std::size_t headBytes = 4096;
+constexpr std::uint64_t mostEntries = 1u << 16;  // of an archive
 
 /// Messages may quote the file, which need not be text.
 Error quotable(Error error) {
@@ -100,7 +101,7 @@ Result<std::string_view> formatOfFolder(const std::filesystem::path& folder) {
     SilentProgress silent;
     MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(folder, silent));
     if (dicom) return std::string_view("dicom");
-    if (const auto known = knownFolder(folder)) {
+    if (const auto known = knownNoVolumeFolder(folder)) {
         return Error{ErrorCode::unsupported, folder.filename().string(), *known};
     }
     return std::string_view("pictures");
@@ -109,7 +110,10 @@ Result<std::string_view> formatOfFolder(const std::filesystem::path& folder) {
 /// An archive of arrays, or of a patient's files.
 Result<std::string_view> formatOfArchive(const std::filesystem::path& input) {
     SilentProgress silent;
-    if (openNpyArrays(input)) return std::string_view("npy");
+    MOTE_ASSIGN_OR_RETURN(const auto source, ByteSource::open(input));
+    MOTE_ASSIGN_OR_RETURN(const auto entries, readZipDirectory(*source, mostEntries));
+    const auto isArray = [](const ZipEntry& entry) { return entry.name.ends_with(".npy"); };
+    if (std::any_of(entries.begin(), entries.end(), isArray)) return std::string_view("npy");
     MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(input, silent));
     if (dicom) return std::string_view("dicom");
     return Error{ErrorCode::unsupported, input.filename().string(),
@@ -133,10 +137,12 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
         MOTE_ASSIGN_OR_RETURN(const bool openpmd, holdsOpenpmd(input));
         if (openpmd) return std::string_view("openpmd");
     }
+    if (const auto known = knownNoVolume(head)) {
+        return Error{ErrorCode::unsupported, file->name(), *known};
+    }
     return Error{ErrorCode::unsupported, file->name(),
                  "is no NRRD, MetaImage, NIfTI, VTI, OpenVDB, openPMD (HDF5), DICOM, NumPy, MRC, PNG or TIFF "
-                 "file; a raw "
-                 "one needs its dimensions and type"};
+                 "file; a raw one needs its dimensions and type"};
 }
 
 DicomInput dicomOf(const VolumeStep& step) {
@@ -157,7 +163,10 @@ Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format, const Volu
     if (format == "pictures") return openPictureStack(input, options.field(), progress);
     if (format == "vdb") return openVdb(input, options.field());
     if (format == "openpmd") return openOpenpmdMesh(input, options.field());
-    if (format == "dicom") return openDicom(dicomOf(step), options.field(), progress);
+    if (format == "dicom") {
+        auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);
+        return look ? openDicom(std::move(look).value(), options.field()) : look.error();
+    }
     if (format == "npy") return openNpy(input, options.field());
     if (format == "mrc") return openMrc(input, options.field());
     return wrongOption(
@@ -173,7 +182,6 @@ Result<VolumeParts> partsOf(std::string_view format, const VolumeStep& step, Pro
     const auto& field = step.options.field();
     const auto& input = step.input;
     if (format == "pictures") return partsOfPictures(input, field, progress);
-    if (format == "dicom") return partsOfDicom(dicomOf(step), progress);
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, NrrdHeader::maxBytes));
     if (format == "nrrd") {
@@ -194,13 +202,20 @@ Result<VolumeParts> partsOf(std::string_view format, const VolumeStep& step, Pro
 }
 
 /// The fields of the steps that an input is. What is wrong with it is said when it is opened.
-Result<std::vector<std::string>> stepsOf(const VolumeStep& step) {
+Result<std::vector<std::string>> stepsOf(VolumeStep& step) {
     const auto format = formatOf(step.options, step.input);
     const std::string& field = step.options.field();
     if (format.ok() && *format == "openpmd") return meshSteps(step.input, field);
     if (format.ok() && *format == "npy") return npySteps(step.input, field);
     if (!format.ok() || *format == "raw") return std::vector<std::string>{field};
     SilentProgress silent;
+    if (*format == "dicom") {
+        // Thousands of files, perhaps, of hundreds of steps: they are looked at once.
+        auto look = lookAtDicom(dicomOf(step), silent);
+        if (!look) return quotable(look.error());
+        step.look = std::move(look).value();
+        return fieldsOfSeries(field, partsOfDicom(*step.look));
+    }
     const auto parts = partsOf(*format, step, silent);
     return parts.ok() ? fieldsOfSeries(field, *parts) : std::vector<std::string>{field};
 }
@@ -223,7 +238,8 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, P
         return wrongOption("origin", "needs three numbers");
     }
     if (progress.cancelled()) return cancelledError();
-    MOTE_ASSIGN_OR_RETURN(const auto format, formatOf(options, step.input));
+    MOTE_ASSIGN_OR_RETURN(const auto format,
+                          step.look ? Result(std::string_view("dicom")) : formatOf(options, step.input));
     if (!options.series().empty() && format != "dicom") {
         return wrongOption("series", "is one of DICOM files, and these are none");
     }
@@ -239,19 +255,19 @@ Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, P
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const proto::VolumeSourceOptions& options,
                                                        const std::filesystem::path& input,
                                                        Progress& progress) {
-    return openVolumeSource(VolumeStep{input, options, {}}, progress);
+    return openVolumeSource(VolumeStep{input, options, {}, {}}, progress);
 }
 
 Result<std::vector<VolumeStep>> volumeSteps(const proto::VolumeSourceOptions& options,
                                             const std::vector<std::filesystem::path>& inputs) {
     std::vector<VolumeStep> whole;
     if (areOneInput(options, inputs)) {
-        whole.push_back({inputs.front(), options, {inputs.begin() + 1, inputs.end()}});
+        whole.push_back({inputs.front(), options, {inputs.begin() + 1, inputs.end()}, {}});
     } else {
-        for (const auto& input : inputs) whole.push_back({input, options, {}});
+        for (const auto& input : inputs) whole.push_back({input, options, {}, {}});
     }
     std::vector<VolumeStep> steps;
-    for (const auto& input : whole) {
+    for (auto& input : whole) {
         MOTE_ASSIGN_OR_RETURN(auto fields, stepsOf(input));
         for (auto& field : fields) {
             steps.push_back(input);

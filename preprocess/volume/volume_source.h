@@ -38,11 +38,14 @@ class VolumeSource {
     virtual Status read(std::uint32_t z0, std::uint32_t z1, std::span<float> values) = 0;
 };
 
+struct DicomLook;  // dicom/dicom_volume.h
+
 /// A step of a series: what it is made of, and how its volume is opened.
 struct VolumeStep {
     std::filesystem::path input;  ///< a path of the file system
     proto::VolumeSourceOptions options;
-    std::vector<std::filesystem::path> others;  ///< of DICOM pictures that were given one by one
+    std::vector<std::filesystem::path> others;   ///< of DICOM pictures that were given one by one
+    std::shared_ptr<const DicomLook> look = {};  ///< of DICOM files that were looked at for all steps
 };
 
 /// Opens a volume: format by `options.format()` or by content. Places are in the space that

@@ -8,6 +8,7 @@ import struct
 import unittest
 import zipfile
 
+import h5py
 import mrcfile
 import numpy
 
@@ -70,6 +71,8 @@ class Npy(Case):
             self.same(volumes(path, "--field", "other")[1], 119 - VALUES)
             self.same(volume(path, "--field", "other:1"), 119 - VALUES)
             self.refused("has no array of the name", volume, path, "--field", "nothing")
+        numpy.savez(self.folder / "b.npz", a=numpy.array([None]))
+        self.refused("b.npz: a", volume, self.folder / "b.npz")
         # Damage in a volume that is not asked for is damage of the array.
         whole = bytearray(path.read_bytes())
         whole[whole.rindex(b"PK\1\2", 0, whole.rindex(b"PK\1\2")) - 8] ^= 0x55
@@ -211,6 +214,28 @@ class Mrc(Case):
         path = self.write(VALUES)
         path.write_bytes(path.read_bytes()[:-1])
         self.refused("and it holds 239", volume, path)
+
+
+@needs_program
+class NoVolumes(Case):
+    def test_known_formats_say_what_to_do(self):
+        """By their first bytes; none of these is a volume, and none is only "unknown"."""
+        known = {b"CDF\1": "netCDF", b"\x89HDF\r\n\x1a\n": None, b"MATLAB 5.0 MAT-file": "scipy", b"SIMPLE  =": "FITS",
+                 b"# vtk DataFile Version 3.0\n": "ParaView", b"# AmiraMesh BINARY\n": "Amira", b"ZISRAWFILE": "OME-TIFF",
+                 b"\xda\xce\xbe\n": "ND2", b"!INTERFILE": "medcon", b"MATRIX72v": "ECAT", struct.pack("<i", 348): "Analyze",
+                 b"\xff\xd8\xff\xe0": "JPEG", b"solid x\n": "mote-prep mesh", b"BZh9": "unpack", b"\x28\xb5\x2f\xfd": "unpack",
+                 b"<?xml version='1.0'?><VTKFile type='RectilinearGrid'>": None, b"%PDF-1.4": "PDF"}
+        for begin, words in known.items():
+            path = self.folder / "a.bin"
+            path.write_bytes(begin + bytes(2000))
+            self.refused(words or "a.bin", volume, path)
+        store = self.folder / "a.zarr"
+        store.mkdir()
+        (store / ".zarray").write_text("{}")
+        self.refused("Zarr store", volume, store)
+        with h5py.File(self.folder / "a.h5", "w") as file:
+            file["a"] = VALUES
+        self.refused("h5py reads it: numpy.save the array", volume, self.folder / "a.h5")
 
 
 @needs_program

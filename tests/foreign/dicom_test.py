@@ -74,6 +74,14 @@ class Plain(DicomCase):
             data.RescaleSlope, data.RescaleIntercept, data.RescaleType = "2", "-1000", "HU"
         read = self.right(save(self.folder / "one", made), 2.0 * (VALUES - 60) - 1000)
         self.assertEqual(read.manifest["hybrid"]["valueUnit"], "HU")
+        for modality, kind, unit in (("CT", None, "HU"), ("CT", "US", ""), ("MR", None, "")):
+            made = slices(modality=modality)
+            for data in made:
+                data.RescaleSlope, data.RescaleIntercept = "1", "0"
+                if kind:
+                    data.RescaleType = kind
+            made = self.right(save(self.folder / f"{modality}{kind}", made))
+            self.assertEqual(made.manifest["hybrid"].get("valueUnit", ""), unit)
         made = slices()
         for z, data in enumerate(made):
             data.RescaleSlope, data.RescaleIntercept = numbers(0.5 + z)[0], numbers(-3.5 * z)[0]
@@ -113,6 +121,15 @@ class Plain(DicomCase):
         for data in made:
             data.PhotometricInterpretation = "YBR_FULL_422"
         self.refused("is in colour (YBR_FULL_422", volume, save(self.folder / "422", made))
+
+    def test_numbers_that_are_no_greys(self):
+        made = slices(kind="u1")
+        for data in made:
+            data.PhotometricInterpretation = "PALETTE COLOR"
+            data.RescaleSlope, data.RescaleIntercept = "0", "5"
+        notes = self.right(save(self.folder / "a", made), VALUES + 5).notes
+        self.assertIn("a palette's colours, which are not looked up", notes)
+        self.assertIn("a slope of 0, which was taken as 1", notes)
 
     def test_what_is_stepped_over(self):
         """Private elements, sequences of either length within each other, icons with pixels of their own."""
@@ -266,6 +283,7 @@ class Slices(DicomCase):
             read = volume(save(self.folder / str(len(lost)), made))
             numpy.testing.assert_allclose(read.values, VALUES, atol=0.01)
             self.assertIn("says no positions", read.notes)
+            self.assertEqual("says no orientation" in read.notes, len(lost) > 1)
             self.assertEqual(read.space, "")
             self.assertAlmostEqual(read.sizes[2], 4)
 

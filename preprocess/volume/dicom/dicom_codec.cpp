@@ -103,24 +103,40 @@ std::uint32_t big(std::span<const char> bytes, std::size_t at, std::size_t count
     return number;
 }
 
-/// Of JPEG and JPEG-LS: in the first segment that begins a frame.
+bool beginsFrame(std::uint32_t marker) {
+    constexpr std::uint32_t first = 0xc0, last = 0xcf, tables = 0xc4, reserved = 0xc8, arithmetic = 0xcc,
+                            ls = 0xf7;
+    const bool frame = marker >= first && marker <= last;
+    return (frame && marker != tables && marker != reserved && marker != arithmetic) || marker == ls;
+}
+
+/// What other programs wrote of themselves is of a kind that there is: GDCM ends the process where it is
+/// none.
+bool isSane(std::uint32_t marker, std::span<const char> segment) {
+    constexpr std::uint32_t jfif = 0xe0, adobe = 0xee;
+    const std::string_view text(segment.data(), segment.size());
+    if (marker == jfif && text.starts_with("JFIF")) return segment.size() > 5 && segment[5] == 1;
+    if (marker == adobe && text.starts_with("Adobe")) return segment.size() > 11 && big(segment, 11, 1) <= 2;
+    return true;
+}
+
+/// Of JPEG and JPEG-LS: in the one segment that begins a frame. All before the first scan must be segments.
 std::optional<CodedSize> sizeOfJpeg(std::span<const char> coded) {
-    std::size_t at = 2;
-    while (at + 4 <= coded.size()) {
-        if (big(coded, at, 1) != 0xff) return std::nullopt;
-        const std::uint32_t marker = big(coded, at + 1, 1);
-        if (marker == 0xff) {
-            ++at;  // filling
+    constexpr std::uint32_t scan = 0xda, filling = 0xff, shortest = 8;
+    std::optional<CodedSize> size;
+    for (std::size_t at = 2; at + 4 <= coded.size();) {
+        if (big(coded, at, 1) != filling) return std::nullopt;
+        const std::uint32_t marker = big(coded, at + 1, 1), length = big(coded, at + 2, 2);
+        if (marker == filling) {
+            ++at;
             continue;
         }
-        const bool frame =
-            (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc) ||
-            marker == 0xf7;
-        const std::uint32_t length = big(coded, at + 2, 2);
+        if (marker == scan) return size;
         if (length < 2 || length > coded.size() - at - 2) return std::nullopt;
-        if (frame && length < 8) return std::nullopt;
-        if (frame) {
-            return CodedSize{big(coded, at + 5, 2), big(coded, at + 7, 2), big(coded, at + 9, 1),
+        if (!isSane(marker, coded.subspan(at + 4, length - 2))) return std::nullopt;
+        if (beginsFrame(marker)) {
+            if (size || length < shortest) return std::nullopt;
+            size = CodedSize{big(coded, at + 5, 2), big(coded, at + 7, 2), big(coded, at + 9, 1),
                              big(coded, at + 4, 1)};
         }
         at += 2 + length;

@@ -51,7 +51,7 @@ struct DicomHeader {
     std::uint32_t rows = 0, columns = 0, frameCount = 1;
     std::uint32_t samples = 1, allocated = 0, stored = 0, highBit = 0;
     bool isSigned = false, planar = false, bigEndian = false;
-    bool mosaic = false, lossy = false, hasTable = false, looseSpacing = false;
+    bool mosaic = false, lossy = false, hasTable = false, looseSpacing = false, saysUnit = false;
     bool otherFrames = false;          ///< frames are no slices: times, views
     std::vector<double> frameOffsets;  ///< mm along the normal, of a dose's frames
     DicomFrame common;

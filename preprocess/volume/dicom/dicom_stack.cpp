@@ -59,6 +59,7 @@ class StackMaker {
     Status findDirections() {
         const auto& said = pictures_.front().at.orientation;
         stack_.placed = said.has_value() && pictures_.front().at.position.has_value();
+        if (!said) note("says no orientation; rows are taken along x and columns along y");
         const auto of = said.value_or(std::array<double, 6>{1, 0, 0, 0, 1, 0});
         row_ = {of[0], of[1], of[2]};
         column_ = {of[3], of[4], of[5]};

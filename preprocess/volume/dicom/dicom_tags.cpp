@@ -60,6 +60,11 @@ void takeKind(Value value, Header header) {
     header.common.mark(DicomMark::kind) = number;
 }
 
+void takeUnit(Value value, Header header, Frame) {
+    header.saysUnit = true;
+    header.valueUnit = value.text() == "HU" ? "HU" : "";
+}
+
 /// What frames go by: slices of a camera, or places of a dose, and nothing else.
 void takeIncrement(Value value, Header header) {
     for (std::size_t at = 0; at + 4 <= value.bytes.size(); at += 4) {
@@ -122,7 +127,7 @@ constexpr DicomTag tags[] = {
     {0x00280103, "US", [](Value v, Header h) { h.isSigned = whole(v) == 1; }, nullptr},
     {0x00281052, "DS", nullptr, [](Value v, Header, Frame f) { f.intercept = first(v); }},
     {0x00281053, "DS", nullptr, [](Value v, Header, Frame f) { f.slope = first(v); }},
-    {0x00281054, "LO", nullptr, [](Value v, Header h, Frame) { h.valueUnit = v.text() == "HU" ? "HU" : ""; }},
+    {0x00281054, "LO", nullptr, takeUnit},
     {0x00282110, "CS", [](Value v, Header h) { h.lossy = v.text() == "01"; }, nullptr},
     {0x00541001, "CS", [](Value v, Header h) { h.valueUnit = v.text() == "BQML" ? "Bq/ml" : wordOf(v); },
      nullptr},
@@ -141,8 +146,9 @@ const DicomTag* knownTag(std::uint32_t tag) {
 }
 
 std::string wordOf(const DicomValue& value) {
-    return plain(value, 16,
-                 [](char c) { return c == '_' || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); });
+    return plain(value, 16, [](char c) {
+        return c == '_' || c == ' ' || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    });
 }
 
 std::string uidOf(const DicomValue& value) {

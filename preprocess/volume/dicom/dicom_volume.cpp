@@ -5,48 +5,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "preprocess/volume/dicom/dicom_pixels.h"
-#include "preprocess/volume/dicom/dicom_series.h"
-#include "preprocess/volume/dicom/dicom_stack.h"
 #include "protocol/scene/mote_check.h"
 
 namespace mote::prep {
 namespace {
 
-/// An input as it was looked at.
-struct Looked {
-    DicomSet set;
-    DicomStack stack;
-};
-
-Result<Looked> lookAt(const DicomInput& input, const Progress& progress) {
-    std::vector<DicomFile> files;
-    for (const auto& path : input.paths) {
-        MOTE_ASSIGN_OR_RETURN(auto some, dicomFiles(path, progress));
-        std::move(some.begin(), some.end(), std::back_inserter(files));
-    }
-    const auto& first = input.paths.front();
-    std::string name =
-        first.filename().empty() ? first.parent_path().filename().string() : first.filename().string();
-    if (input.paths.size() > 1) name = fmt::format("{} and {} more", name, input.paths.size() - 1);
-    Looked looked;
-    MOTE_ASSIGN_OR_RETURN(looked.set, DicomSet::read(std::move(name), std::move(files), progress));
-    MOTE_ASSIGN_OR_RETURN(const auto series, chooseSeries(looked.set, input.series));
-    MOTE_ASSIGN_OR_RETURN(looked.stack, DicomStack::of(looked.set, series));
-    return looked;
-}
-
+/// A slope of 0 is none: all values would be one.
 DicomScale scaleOf(const DicomPicture& picture) {
-    return {picture.at.slope.value_or(1.0), picture.at.intercept.value_or(0.0)};
+    const double slope = picture.at.slope.value_or(1.0);
+    return {slope == 0.0 ? 1.0 : slope, picture.at.intercept.value_or(0.0)};
 }
 
 class DicomVolume : public VolumeSource {
   public:
-    DicomVolume(DicomSet set, std::vector<DicomPicture> slices)
-        : set_(std::move(set)), slices_(std::move(slices)) {}
+    /// `slices` are the look's.
+    DicomVolume(std::shared_ptr<const DicomLook> look, const std::vector<DicomPicture>& slices)
+        : look_(std::move(look)), set_(look_->set), slices_(slices) {}
 
     std::string format() const override { return "dicom"; }
     const VolumeShape& shape() const override { return shape_; }
@@ -62,7 +41,10 @@ class DicomVolume : public VolumeSource {
         }
         if (stack.placed) shape_.space = "left-posterior-superior";
         if (stack.sized) shape_.worldUnit = "mm";
-        shape_.valueUnit = first.valueUnit;
+        // PS3.3, C.8.2.1: what CT rescales is in these, where it does not say otherwise.
+        const bool hounsfield =
+            first.modality == "CT" && !first.saysUnit && slices_.front().at.intercept.has_value();
+        shape_.valueUnit = hounsfield ? "HU" : first.valueUnit;
         shape_.time = stack.times[parts.volume];
         shape_.notes = set_.notes;
         shape_.notes.insert(shape_.notes.end(), stack.notes.begin(), stack.notes.end());
@@ -114,6 +96,12 @@ class DicomVolume : public VolumeSource {
         if (any([](const DicomHeader& header) { return header.hasTable; })) {
             note("a table of values (Modality LUT) is not applied: values are the stored numbers");
         }
+        if (any([](const DicomHeader& header) { return header.photometric.starts_with("PALETTE"); })) {
+            note("its numbers are those of a palette's colours, which are not looked up");
+        }
+        const auto flat = [](const DicomPicture& each) { return each.at.slope == 0.0; };
+        if (std::any_of(slices_.begin(), slices_.end(), flat))
+            note("says a slope of 0, which was taken as 1");
         if (any([](const DicomHeader& header) { return header.samples > 1; })) {
             note("its pictures are in colour; their luminance is read");
         }
@@ -135,8 +123,9 @@ class DicomVolume : public VolumeSource {
         return success();
     }
 
-    DicomSet set_;
-    std::vector<DicomPicture> slices_;
+    std::shared_ptr<const DicomLook> look_;
+    const DicomSet& set_;
+    const std::vector<DicomPicture>& slices_;
     VolumeShape shape_;
     std::optional<DicomPixels> pixels_;  ///< of the file that was read last
     std::size_t openFile_ = 0;
@@ -146,22 +135,34 @@ class DicomVolume : public VolumeSource {
 
 }  // namespace
 
-Result<VolumeParts> partsOfDicom(const DicomInput& input, const Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(const auto looked, lookAt(input, progress));
+Result<std::shared_ptr<const DicomLook>> lookAtDicom(const DicomInput& input, const Progress& progress) {
+    std::vector<DicomFile> files;
+    for (const auto& path : input.paths) {
+        MOTE_ASSIGN_OR_RETURN(auto some, dicomFiles(path, progress));
+        std::move(some.begin(), some.end(), std::back_inserter(files));
+    }
+    const auto& first = input.paths.front();
+    std::string name = (first.filename().empty() ? first.parent_path() : first).filename().string();
+    if (input.paths.size() > 1) name = fmt::format("{} and {} more", name, input.paths.size() - 1);
+    auto look = std::make_shared<DicomLook>();
+    MOTE_ASSIGN_OR_RETURN(look->set, DicomSet::read(std::move(name), std::move(files), progress));
+    MOTE_ASSIGN_OR_RETURN(const auto series, chooseSeries(look->set, input.series));
+    MOTE_ASSIGN_OR_RETURN(look->stack, DicomStack::of(look->set, series));
+    return std::shared_ptr<const DicomLook>(std::move(look));
+}
+
+VolumeParts partsOfDicom(const DicomLook& look) {
     VolumeParts parts;
-    parts.volumes = looked.stack.volumes.size();
+    parts.volumes = look.stack.volumes.size();
     return parts;
 }
 
-Result<std::unique_ptr<VolumeSource>> openDicom(const DicomInput& input, const std::string& field,
-                                                const Progress& progress) {
-    MOTE_ASSIGN_OR_RETURN(auto looked, lookAt(input, progress));
-    VolumeParts all;
-    all.volumes = looked.stack.volumes.size();
-    MOTE_ASSIGN_OR_RETURN(const auto parts, chooseParts(field, all, looked.set.name));
-    auto& slices = looked.stack.volumes[static_cast<std::size_t>(parts.volume)];
-    auto volume = std::make_unique<DicomVolume>(std::move(looked.set), std::move(slices));
-    MOTE_RETURN_IF_ERROR(volume->open(looked.stack, parts));
+Result<std::unique_ptr<VolumeSource>> openDicom(std::shared_ptr<const DicomLook> look,
+                                                const std::string& field) {
+    MOTE_ASSIGN_OR_RETURN(const auto parts, chooseParts(field, partsOfDicom(*look), look->set.name));
+    const auto& slices = look->stack.volumes[static_cast<std::size_t>(parts.volume)];
+    auto volume = std::make_unique<DicomVolume>(look, slices);
+    MOTE_RETURN_IF_ERROR(volume->open(look->stack, parts));
     return std::unique_ptr<VolumeSource>(std::move(volume));
 }
 
