@@ -106,6 +106,20 @@ def as_impactt(path, rows):
     np.savetxt(path, table, fmt="%.17e")
 
 
+def as_opal(path, rows):
+    table = np.array([rows["x"], rows["px"] / ELECTRON, rows["y"], rows["py"] / ELECTRON, rows["z"], rows["pz"] / ELECTRON]).T
+    np.savetxt(path, table, fmt="%.17e", header=str(COUNT), comments="")
+
+
+def as_pyorbit(path, rows):
+    p0 = float(rows["pz"].mean())
+    e0, energy = np.hypot(p0, PROTON), np.sqrt(rows["px"]**2 + rows["py"]**2 + rows["pz"]**2 + PROTON**2)
+    table = np.array([rows["x"], rows["px"] / p0, rows["y"], rows["py"] / p0, rows["z"], (energy - e0) / 1e9, rows["weight"] / E]).T
+    np.savetxt(path, table, fmt="%.17e", comments="% ", header="\n".join((
+        "PARTICLE_ATTRIBUTES_CONTROLLERS_NAMES macrosize", "BUNCH_ATTRIBUTE_DOUBLE charge   1", f"BUNCH_ATTRIBUTE_DOUBLE mass   {PROTON / 1e9!r}",
+        f" SYNC_PART_MOMENTUM 0 0 {p0 / 1e9!r}  px, py, pz", "x[m] px[rad] y[m] py[rad] z[m]  (pz or dE [GeV])")))
+
+
 # Name, what writes it, options, and what is known: the species, whether charges, whether it marks lost particles.
 FORMATS = [
     ("run.csv", as_csv, [], "", True, True),
@@ -115,6 +129,8 @@ FORMATS = [
     ("run.sdds", as_sdds, [], "", True, False),
     ("run.dst", as_dst, [], "", True, False),
     ("run.par.h5", as_genesis, [], "electron", True, False),
+    ("run.dat", as_opal, ["--mass", str(ELECTRON)], "", False, False),
+    ("bunch.dat", as_pyorbit, [], "proton", True, False),
     ("run.txt", as_impactt, ["--format", "impactt", "--mass", str(ELECTRON)], "", False, False),
 ]
 
@@ -127,6 +143,25 @@ class RoundTrip(Case):
         particles = json.loads(said.stdout)["particles"]
         step = particles["steps"][0]
         return particles, dict(zip(particles["statisticNames"], map(float, step["statistics"]))), int(step.get("lost", 0))
+
+    def test_rows_say_their_units(self):
+        """What mote-stats writes row by row is read back as the same beam: charges are charges."""
+        rows = beam(np.random.default_rng(12))
+        with tempfile.TemporaryDirectory() as directory:
+            folder = pathlib.Path(directory)
+            as_npz(folder / "run.npz", rows)
+            prepare("particles", folder / "run.npz", "--axes", "x,px,y", "--out", folder / "one.mote")
+            one, first, _ = self.statistics(folder / "one.mote")
+            for ending in ("csv", "npy"):
+                with self.subTest(ending):
+                    subprocess.run([str(BIN / "mote-stats"), "data/one", "--spawn", f"data={folder}", "--export", str(folder / f"rows.{ending}"),
+                                    "--quiet"], check=True, capture_output=True)
+                    prepare("particles", folder / f"rows.{ending}", "--axes", "x,px,y", "--out", folder / f"{ending}.mote")
+                    two, second, _ = self.statistics(folder / f"{ending}.mote")
+                    self.assertEqual((two["weightUnit"], one["weightUnit"]), ("C", "C"))
+                    self.assertFalse([note for note in two.get("notes", []) if "unit" in note])
+                    for name in ("charge", "sigma_x", "mean_x", "sigma_px", "sigma_pz"):
+                        np.testing.assert_allclose(second[name], first[name], rtol=1e-6, err_msg=name)
 
     def test_every_format(self):
         random = np.random.default_rng(11)
@@ -149,7 +184,7 @@ class RoundTrip(Case):
                     self.assertEqual(first["n_particle"], live.sum())
                     self.assertEqual(second["n_particle"], first["n_particle"])
                     if charges:
-                        part = rows["weight"][live].sum() / CHARGE if write in (as_csv, as_npz, as_h5part, as_astra) else 1.0
+                        part = rows["weight"][live].sum() / CHARGE if write in (as_csv, as_npz, as_h5part, as_astra, as_pyorbit) else 1.0
                         self.assertAlmostEqual(first["charge"], CHARGE * part, delta=1e-12 * CHARGE)
                         self.assertAlmostEqual(second["charge"], first["charge"], delta=1e-12 * CHARGE)
                     self.assertAlmostEqual(float(two["mass"]) if "mass" in one else 0, float(one.get("mass", 0)), delta=1e-3)
