@@ -55,7 +55,10 @@ std::vector<glm::dvec2> HistogramWindow::draw(const NumbersPanel& panel, float w
         drawControls(panel);
         const auto histogram = panel.data.histogram();
         if (!histogram.failure.empty()) dim(histogram.failure);
-        if (histogram.value) polygon = drawPlot(panel, *histogram.value);
+        if (histogram.value) {
+            for (const auto& note : histogram.value->notes) dim(note);
+            polygon = drawPlot(panel, *histogram.value);
+        }
     }
     ImGui::End();
     return polygon;
