@@ -112,6 +112,9 @@ Result<Making> PictureMaker::makeAny(const RenderJob& job, PictureHistory& histo
                      "a pen draws one step, and the view shows two; say \"share\": 0 or 1 of \"towards\""};
     }
     drop(history.draft);
+    // Those of the latest picture are its parts' now.
+    history.steps.clear();
+    history.hybrids.clear();
     if (history.mean == nullptr || !history.mean->isOf(job)) {
         const auto before = std::exchange(history.mean, nullptr);
         giveUpDrafts(before.get());

@@ -255,6 +255,7 @@ TEST_P(BetweenSteps, EveryStageIsThere) {
 TEST_P(BetweenSteps, TheSameStageOfAViewMayComeTwice) {
     Random random(58);
     addRun(anyRun(random, 1));
+    drawn(viewBetween(0.0));
     auto task = std::make_shared<ViewTask>();
     task->view = viewBetween(0.4);
     std::vector<std::uint8_t> first;
@@ -262,6 +263,7 @@ TEST_P(BetweenSteps, TheSameStageOfAViewMayComeTwice) {
         auto made = maker_.make({.session = 1, .task = task, .stage = Stage::exact}, history_);
         ASSERT_TRUE(made.ok() && made->picture);
         if (i == 0) first = made->picture->picture.pixels;
+        EXPECT_TRUE(history_.steps.empty()) << "no step of an earlier picture is kept for it";
         EXPECT_EQ(made->picture->picture.pixels, first);
     }
 }
