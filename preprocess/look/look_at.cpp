@@ -69,7 +69,11 @@ class Looking {
                 found() ? error.code == ErrorCode::corrupt : !saysNothing(error) && !saysOfOthers(error);
             if (told) telling.push_back(&error);
         }
-        if (telling.empty() && !found() && !errors_.empty()) telling.push_back(&errors_.front());
+        if (telling.empty() && !found() && !errors_.empty()) {
+            telling.push_back(&errors_.front());
+            // Nobody knows it: what would make particles of it, and what a volume.
+            if (errors_.size() > 1 && saysNothing(errors_.front())) telling.push_back(&errors_[1]);
+        }
         for (const Error* error : telling) {
             const std::string sentence = error->toString();
             if (std::find(look_.refused.begin(), look_.refused.end(), sentence) == look_.refused.end())
