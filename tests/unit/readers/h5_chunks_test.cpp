@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <optional>
+#include <random>
 
+#include "preprocess/readers/hdf5/lzf.h"
 #include "tests/support/temp_dir.h"
 #include "tests/unit/readers/h5_test_file.h"
 #include "tests/unit/readers/source_test.h"
@@ -134,6 +137,37 @@ TEST_F(H5ChunksTest, whoseChecksumIsWrongAreRefused) {
         H5Pclose(creation);
     });
     EXPECT_THAT(errorOf({path()}), HasSubstr("its checksum does not fit its data"));
+}
+
+std::optional<std::string> undone(const std::vector<std::uint8_t>& packed, std::size_t most) {
+    std::vector<std::uint8_t> bytes;
+    if (!prep::undoLzf(packed, most, bytes)) return std::nullopt;
+    return std::string(bytes.begin(), bytes.end());
+}
+
+TEST(Lzf, isUndone) {
+    EXPECT_EQ(undone({}, 10), "");
+    EXPECT_EQ(undone({2, 'a', 'b', 'c'}, 3), "abc");
+    EXPECT_EQ(undone({0, 'a', 0x20, 0}, 4), "aaaa") << "a copy of what is still in the making";
+    EXPECT_EQ(undone({1, 'a', 'b', 0x40, 1, 0, 'c'}, 10), "abababc");
+    EXPECT_EQ(undone({0, 'a', 0xe0, 10, 0}, 100), std::string(20, 'a'));
+}
+
+TEST(Lzf, isRefusedWhereItIsDamaged) {
+    EXPECT_FALSE(undone({2, 'a'}, 10)) << "cut in a run";
+    EXPECT_FALSE(undone({0, 'a', 0x20}, 10)) << "cut in a copy";
+    EXPECT_FALSE(undone({0, 'a', 0xe0}, 10)) << "cut in a length";
+    EXPECT_FALSE(undone({0x20, 0}, 10)) << "a copy of nothing";
+    EXPECT_FALSE(undone({0, 'a', 0x20, 1}, 10)) << "from before the beginning";
+    EXPECT_FALSE(undone({2, 'a', 'b', 'c'}, 2)) << "more than there may be";
+    EXPECT_FALSE(undone({0, 'a', 0xe0, 255, 0}, 100));
+    std::mt19937 random(11);
+    for (int i = 0; i < 20'000; ++i) {
+        std::vector<std::uint8_t> packed(random() % 40);
+        for (auto& byte : packed) byte = static_cast<std::uint8_t>(random());
+        const auto made = undone(packed, 300);
+        EXPECT_TRUE(!made || made->size() <= 300);
+    }
 }
 
 }  // namespace
