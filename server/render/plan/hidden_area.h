@@ -26,8 +26,8 @@ double rootBetween(double low, double high, double wanted, const Grows& grows) {
     return 0.5 * (low + high);
 }
 
-/// Of a pixel, by a point that stands for others: beyond, points nearer than where the camera looks would
-/// have to hide more than all.
-inline constexpr double mostHidden = 0.7;
+/// The most optical depth of a point that stands for others, where the camera looks: it hides 0.7 of a pixel,
+/// or points nearer than that would have to hide more than all. Of those that do not grow for it, 0.95.
+inline constexpr double mostTau = 1.204, mostTauUngrown = 2.996;
 
 }  // namespace mote::render

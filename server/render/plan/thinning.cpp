@@ -20,18 +20,20 @@ double rounded(double value) {
 }  // namespace
 
 Thinning Thinning::roughly(const Thinning& exactly) {
-    return {rounded(exactly.tau), rounded(exactly.rest), rounded(exactly.here), exactly.pixels};
+    return {rounded(exactly.tau), rounded(exactly.rest), rounded(exactly.here), exactly.pixels, exactly.most};
 }
 
 ThinnedWeights::ThinnedWeights(const Thinning& thinning, double share) {
-    const double most = -std::log1p(-mostHidden), square = thinning.pixels * thinning.pixels;
-    const double greatest = hiddenBy(most, thinning.here);
+    const double square = thinning.pixels * thinning.pixels;
+    // Of the points of the mean weight no more are drawn than were asked for.
+    const double greatest = std::max(hiddenBy(thinning.most, thinning.here),
+                                     square * hiddenBy(thinning.tau, thinning.rest) / share);
     for (double place = 0.0; place <= -2.0 * lightest * places; place += 1.0) {
         const double tau = thinning.tau * std::exp2(lightest + place / places);
         const double wanted = square * hiddenBy(tau, thinning.rest);
         const double drawn = std::clamp(wanted / greatest, share, 1.0);
         shares_.push_back(drawn);
-        weights_.push_back(std::log2(tauHiding(wanted / drawn, thinning.here, std::max(most, tau))));
+        weights_.push_back(std::log2(tauHiding(wanted / drawn, thinning.here, std::max(thinning.most, tau))));
     }
     const double mean = between(weights_, 1.0);
     for (double& weight : weights_) weight -= mean;

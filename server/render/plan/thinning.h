@@ -14,6 +14,7 @@ struct Thinning {
     double rest = 1.0;    ///< diameter of a point there, in its pixels
     double here = 1.0;    ///< and here
     double pixels = 1.0;  ///< of here, a pixel of the exact picture: across or down
+    double most = 0.0;    ///< optical depth of a point here
 
     /// To a few thousandths: a camera that turns about what it looks at does not choose anew for each
     /// picture.

@@ -67,5 +67,15 @@ TEST(MovingLook, PointsGrowOnlyWhereTheyWouldHideMoreThanAll) {
     EXPECT_GT(movingLook(opaque, 1.0, {.share = 0.5}).size, 1.2);
 }
 
+TEST(MovingLook, ManyPointsOfAPixelStayPixels) {
+    const std::uint64_t many = 10'000'000;
+    const auto less = LessDrawn::of(1.0, 0.1, 1.0, many);
+    EXPECT_FALSE(less.grows);
+    EXPECT_EQ(movingLook({.size = 1.0, .light = 0.2}, 1.0, less).size, 1.0);
+    EXPECT_EQ(movingLook({.size = 1.0, .opacity = 0.9}, 1.0, less).size, 1.0);
+    EXPECT_TRUE(LessDrawn::of(1.0, 0.01, 1.0, many).grows) << "few are drawn";
+    EXPECT_TRUE(LessDrawn::of(1.0, 0.1, 2.0, many).grows) << "they are discs already";
+}
+
 }  // namespace
 }  // namespace mote::render

@@ -197,9 +197,9 @@ void lowerHighlight(const Layer& layer, const Highlight& highlight, const Partic
     const double depth = std::max(nearest - (farthest - nearest) / 192.0, nearLimit(plan.camera));
     if (!(farthest > depth) || !(highlight.opacity > 0.0)) return;
     const double share = out.quality.pointFraction;
-    const PointLook look =
-        movingLook({.size = highlight.pointSize.value_or(style.pointSize), .opacity = highlight.opacity}, 1.0,
-                   {out.pixels, share});
+    const double size = highlight.pointSize.value_or(style.pointSize);
+    const PointLook look = movingLook({.size = size, .opacity = highlight.opacity}, 1.0,
+                                      LessDrawn::of(out.pixels, share, size, points.pointCount()));
     const glm::dmat4 boxToEye = plan.camera.worldToEye() * layer.transform * plotToLayer();
     DepthMoments moments(nearest, farthest);
     forDrawn(points, boxToEye, share, moments);

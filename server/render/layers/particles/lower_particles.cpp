@@ -63,11 +63,12 @@ PointLook restingLook(const Layer& layer, const ParticlesStyle& style, const Cam
 /// The look of a layer's points, as there are more or fewer of them.
 class PointLooks {
   public:
-    /// `weight`: of the step's points.
+    /// `weight`: of the step's points, of which there are so many.
     PointLooks(const Layer& layer, const ParticlesStyle& style, const Scene& scene, const StepWeight& weight,
-               const Lowering& out)
+               std::uint64_t points, const Lowering& out)
         : rest_(restingLook(layer, style, out.plan.camera, scene.view.height)),
           weight_(weight),
+          points_(points),
           toTau_(toTarget(out.plan.camera)),
           pixels_(out.pixels) {}
 
@@ -75,19 +76,24 @@ class PointLooks {
     PointLook of(double share, bool ofStep) const {
         PointLook rest = rest_;
         if (ofStep) rest.light *= weight_.mean;
-        return movingLook(rest, toTau_, {pixels_, share});
+        return movingLook(rest, toTau_, less(share));
     }
 
     Thinning thinning(double share) const {
-        if (weight_.even || !(rest_.light > 0.0) || LessDrawn{pixels_, share}.nothing()) return {};
-        return Thinning::roughly({rest_.light * toTau_, rest_.size, of(share, false).size, pixels_});
+        const LessDrawn drawn = less(share);
+        if (weight_.even || !(rest_.light > 0.0) || drawn.nothing()) return {};
+        const double most = drawn.grows ? mostTau : mostTauUngrown;
+        return Thinning::roughly({rest_.light * toTau_, rest_.size, of(share, false).size, pixels_, most});
     }
 
     const StepWeight& weight() const { return weight_; }
 
   private:
+    LessDrawn less(double share) const { return LessDrawn::of(pixels_, share, rest_.size, points_); }
+
     PointLook rest_;
     StepWeight weight_;
+    std::uint64_t points_;
     double toTau_, pixels_;
 };
 
@@ -246,7 +252,8 @@ void lowerParticles(const Scene& scene, std::size_t index, const ParticlesStyle&
                       .colors = std::move(colors)};
     const double share = out.quality.pointFraction;
     const PointLooks looks(layer, style, scene,
-                           out.selections.weight(step, points.meanWeight, treeWaits(*step, out)), out);
+                           out.selections.weight(step, points.meanWeight, treeWaits(*step, out)),
+                           step->pointCount(), out);
     points.thinning = looks.thinning(share);
     const Frustum frustum(plan.camera, plan.width, plan.height,
                           footprintReach(looks.of(share, looks.weight().even).size), nearLimit(plan.camera),

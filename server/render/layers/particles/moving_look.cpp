@@ -14,22 +14,22 @@ constexpr double mostOpaque = 0.95;                       // of a point whose op
 constexpr double leastDisc = 1.0 + 1e-6, largest = 64.0;  // pixels; a disc hides more than what is no larger
 
 /// `wanted`: square pixels that a point is to hide.
-PointLook lit(const PointLook& rest, double toTau, double pixels, double wanted) {
+PointLook lit(const PointLook& rest, double toTau, const LessDrawn& less, double wanted) {
     PointLook look = rest;
-    const double most = std::max(-std::log1p(-mostHidden), rest.light * toTau);
-    look.size = std::max(rest.size * pixels, 1.0);
-    if (hiddenBy(most, look.size) < wanted)
+    const double most = std::max(less.grows ? mostTau : mostTauUngrown, rest.light * toTau);
+    look.size = std::max(rest.size * less.pixels, 1.0);
+    if (less.grows && hiddenBy(most, look.size) < wanted)
         look.size = rootBetween(std::max(look.size, leastDisc), largest, wanted,
                                 [&](double size) { return hiddenBy(most, size); });
     look.light = std::max(tauHiding(wanted, look.size, most) / toTau, std::numeric_limits<double>::min());
     return look;
 }
 
-PointLook opaque(const PointLook& rest, double pixels, double wanted) {
+PointLook opaque(const PointLook& rest, const LessDrawn& less, double wanted) {
     PointLook look = rest;
-    const double most = std::max(mostOpaque, rest.opacity);
-    look.size = rest.size * pixels;
-    if (most * discArea(look.size) < wanted)
+    const double most = less.grows ? std::max(mostOpaque, rest.opacity) : TransferFunction::opacityLimit;
+    look.size = rest.size * less.pixels;
+    if (less.grows && most * discArea(look.size) < wanted)
         look.size =
             rootBetween(look.size, largest, wanted, [&](double size) { return most * discArea(size); });
     look.opacity = std::min(wanted / discArea(look.size), most);
@@ -38,12 +38,16 @@ PointLook opaque(const PointLook& rest, double pixels, double wanted) {
 
 }  // namespace
 
+LessDrawn LessDrawn::of(double pixels, double share, double size, std::uint64_t points) {
+    constexpr double fewDiscs = 1 << 17;  // take no longer than ten times as many points of a pixel
+    return {pixels, share, size > 1.0 || share * static_cast<double>(points) <= fewDiscs};
+}
+
 PointLook movingLook(const PointLook& rest, double toTau, const LessDrawn& less) {
     if (less.nothing()) return rest;
     const double square = less.pixels * less.pixels / less.share;
-    if (rest.light > 0.0)
-        return lit(rest, toTau, less.pixels, square * hiddenBy(rest.light * toTau, rest.size));
-    return opaque(rest, less.pixels, square * rest.opacity * discArea(rest.size));
+    if (rest.light > 0.0) return lit(rest, toTau, less, square * hiddenBy(rest.light * toTau, rest.size));
+    return opaque(rest, less, square * rest.opacity * discArea(rest.size));
 }
 
 }  // namespace mote::render
