@@ -90,15 +90,14 @@ class VolumeField::ThickCells {
 
     ThickCells(const std::vector<Leaf>& leaves, const std::vector<Leaf>& all, int level) : level_(level) {
         // The cells around what is seen, one more on each side, within the plot.
-        low_.fill(std::int64_t{1} << level);
+        const std::int64_t side = std::int64_t{1} << level;
+        low_.fill(side);
         for (const auto& leaf : leaves) {
-            forCells(leaf, [&](const Place& cell, double) {
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    low_[axis] = std::min(low_[axis], std::max<std::int64_t>(cell[axis] - 1, 0));
-                    last_[axis] =
-                        std::max(last_[axis], std::min(cell[axis] + 1, (std::int64_t{1} << level) - 1));
-                }
-            });
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const std::int64_t from = atLevel(leaf.place[axis], leaf.level, level);
+                low_[axis] = std::min(low_[axis], std::max<std::int64_t>(from - 1, 0));
+                last_[axis] = std::max(last_[axis], std::min(from + width(leaf), side - 1));
+            }
         }
         for (const auto& leaf : all) add(leaf);
         for (const auto& leaf : leaves)
@@ -123,15 +122,26 @@ class VolumeField::ThickCells {
         glm::dvec3 moment{0.0};
     };
 
+    /// Of a leaf, in cells.
+    std::int64_t width(const Leaf& leaf) const {
+        return leaf.level < level_ ? std::int64_t{1} << (level_ - leaf.level) : 1;
+    }
+
+    /// Those of its cells that lie around what is seen.
     template <class Visit>
     void forCells(const Leaf& leaf, const Visit& visit) const {
-        const std::int64_t side = leaf.level < level_ ? std::int64_t{1} << (level_ - leaf.level) : 1;
         const double part = std::ldexp(1.0, -3 * std::max(leaf.level - level_, 0));
-        Place from{};
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            from[axis] = atLevel(leaf.place[axis], leaf.level, level_);
-        for (std::int64_t i = 0; i < side * side * side; ++i)
-            visit(Place{from[0] + i % side, from[1] + i / side % side, from[2] + i / (side * side)}, part);
+        Place from{}, to{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::int64_t first = atLevel(leaf.place[axis], leaf.level, level_);
+            from[axis] = std::max(first, low_[axis]);
+            to[axis] = std::min(first + width(leaf) - 1, last_[axis]);
+        }
+        for (std::int64_t z = from[2]; z <= to[2]; ++z) {
+            for (std::int64_t y = from[1]; y <= to[1]; ++y) {
+                for (std::int64_t x = from[0]; x <= to[0]; ++x) visit(Place{x, y, z}, part);
+            }
+        }
     }
 
     void add(const Leaf& leaf) {
