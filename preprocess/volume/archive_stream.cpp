@@ -35,7 +35,7 @@ class ArchiveStream : public ByteStream {
 
 }  // namespace
 
-Result<ByteStreamPtr> archiveStream(ArrayBytes::Part part) {
+Result<ByteStreamPtr> archiveStream(const ArrayBytes::Part& part) {
     MOTE_ASSIGN_OR_RETURN(auto bytes, ArrayBytes::open(part));
     return ByteStreamPtr(std::make_unique<ArchiveStream>(std::move(bytes), part));
 }

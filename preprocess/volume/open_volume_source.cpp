@@ -126,7 +126,11 @@ Result<std::string_view> formatOf(const proto::VolumeSourceOptions& options,
     if (options.dimensions_size() > 0) return std::string_view("raw");
     std::error_code code;
     if (std::filesystem::is_directory(input, code)) return formatOfFolder(input);
-    if (namesPictures(input)) return std::string_view("pictures");
+    if (namesPictures(input)) {
+        SilentProgress silent;
+        MOTE_ASSIGN_OR_RETURN(const bool dicom, holdsDicom(input, silent));
+        return std::string_view(dicom ? "dicom" : "pictures");
+    }
     MOTE_ASSIGN_OR_RETURN(auto file, fileStream(input));
     MOTE_ASSIGN_OR_RETURN(const auto head, readHead(*file, headBytes));
     for (const Format& format : formats) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """DICOM: one patient in every form that is common lies where NIfTI has it, or is refused in a sentence."""
+import gzip
 import itertools
 import shutil
 import subprocess
@@ -208,6 +209,13 @@ class Series(DicomCase):
         self.same(steps[0], VALUES, OBLIQUE)
         self.assertEqual(len(steps[0].manifest["request"]["volume"]["inputs"]), len(files))
         self.refused("is a single picture of a series", volume, files[0])
+        (folder / "other.txt").write_text("text")
+        self.right(folder / "IM*")
+        self.refused("no file has a name like this", volume, folder / "XM*")
+        for file in files:
+            (folder / (file.name + ".gz")).write_bytes(gzip.compress(file.read_bytes()))
+            file.unlink()
+        self.right(folder)
         empty = self.folder / "b.zip"
         with zipfile.ZipFile(empty, "w") as archive:
             archive.writestr("a.txt", b"text")
@@ -219,6 +227,7 @@ class Series(DicomCase):
             (folder / f"note{i}.txt").write_text(f"{i}")
         report = blank(77, 4, "SR")
         report.save_as(folder / "report", write_like_original=False)
+        self.refused("holds no picture (of a DICOMDIR, name the folder)", volume, folder / "report")
         (folder / "IM9999").write_bytes((folder / "IM0000").read_bytes()[:200])
         (folder / ".hidden").write_bytes((folder / "IM0000").read_bytes())
         made = self.right(self.folder / "a")

@@ -53,16 +53,17 @@ Error corrupt(const std::string& where, std::string message) {
 
 /// The bytes of one segment: runs, and bytes as they are (PS3.5, G.3.1).
 bool unpack(std::span<const char> from, std::span<char> pixels, std::size_t at, std::size_t step) {
+    constexpr unsigned nothing = 128;
     std::size_t i = 0;
     while (at < pixels.size() && i < from.size()) {
-        const int head = static_cast<signed char>(from[i++]);
-        if (head == -128) continue;
-        const std::size_t count =
-            head >= 0 ? static_cast<std::size_t>(head) + 1 : static_cast<std::size_t>(1 - head);
-        const std::size_t needed = head >= 0 ? count : 1;
+        const auto head = static_cast<unsigned char>(from[i++]);
+        if (head == nothing) continue;
+        const bool run = head > nothing;
+        const std::size_t count = run ? 2U * nothing + 1U - head : head + 1U;
+        const std::size_t needed = run ? 1 : count;
         if (from.size() - i < needed) return false;
         for (std::size_t j = 0; j < count && at < pixels.size(); ++j, at += step) {
-            pixels[at] = from[i + (head >= 0 ? j : 0)];
+            pixels[at] = from[i + (run ? 0 : j)];
         }
         i += needed;
     }

@@ -2,6 +2,7 @@
 #include "preprocess/volume/dicom/dicom_files.h"
 
 #include <fmt/format.h>
+#include <fnmatch.h>
 
 #include <algorithm>
 #include <system_error>
@@ -34,6 +35,22 @@ bool isHidden(const fs::path& path) {
     return path.filename().string().starts_with('.');
 }
 
+Error tooMany(const fs::path& folder) {
+    return {ErrorCode::resourceExhausted, folder.filename().string(),
+            fmt::format("holds more than {} files", mostFiles)};
+}
+
+Error unreadable(const fs::path& folder, std::error_code code) {
+    const bool denied = code == std::errc::permission_denied;
+    return {denied ? ErrorCode::permissionDenied : ErrorCode::internal, folder.filename().string(),
+            "cannot be read: " + code.message()};
+}
+
+void sortNaturally(std::vector<fs::path>& files) {
+    std::sort(files.begin(), files.end(),
+              [](const fs::path& a, const fs::path& b) { return naturallyLess(a.string(), b.string()); });
+}
+
 /// Names of a folder's files, and of those below it.
 Result<std::vector<fs::path>> filesBelow(const fs::path& folder, const Progress& progress) {
     std::vector<fs::path> files;
@@ -47,19 +64,28 @@ Result<std::vector<fs::path>> filesBelow(const fs::path& folder, const Progress&
         }
         std::error_code ignored;
         if (entry->is_regular_file(ignored)) files.push_back(entry->path());
-        if (files.size() > mostFiles) {
-            return Error{ErrorCode::resourceExhausted, folder.filename().string(),
-                         fmt::format("holds more than {} files", mostFiles)};
-        }
+        if (files.size() > mostFiles) return tooMany(folder);
         if (progress.cancelled()) return cancelled();
     }
-    if (code) {
-        const bool denied = code == std::errc::permission_denied;
-        return Error{denied ? ErrorCode::permissionDenied : ErrorCode::internal, folder.filename().string(),
-                     "cannot be read: " + code.message()};
+    if (code) return unreadable(folder, code);
+    sortNaturally(files);
+    return files;
+}
+
+/// Files of a folder whose names are like the last part of `input`, "IM*".
+Result<std::vector<fs::path>> filesLike(const fs::path& input) {
+    const fs::path folder = input.parent_path().empty() ? fs::path(".") : input.parent_path();
+    const std::string pattern = input.filename().string();
+    std::vector<fs::path> files;
+    std::error_code code, ignored;
+    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+        const std::string name = entry->path().filename().string();
+        if (fnmatch(pattern.c_str(), name.c_str(), FNM_PERIOD) != 0) continue;
+        if (entry->is_regular_file(ignored)) files.push_back(entry->path());
+        if (files.size() > mostFiles) return tooMany(input);
     }
-    std::sort(files.begin(), files.end(),
-              [](const fs::path& a, const fs::path& b) { return naturallyLess(a.string(), b.string()); });
+    if (code && code != std::errc::no_such_file_or_directory) return unreadable(folder, code);
+    sortNaturally(files);
     return files;
 }
 
@@ -76,8 +102,9 @@ Error withoutFolders(Error error) {
 Result<std::vector<DicomFile>> candidates(const fs::path& input, const Progress& progress) {
     std::vector<DicomFile> files;
     std::error_code code;
-    if (fs::is_directory(input, code)) {
-        MOTE_ASSIGN_OR_RETURN(const auto paths, filesBelow(input, progress));
+    if (namesPictures(input)) {
+        const bool whole = fs::is_directory(input, code);
+        MOTE_ASSIGN_OR_RETURN(const auto paths, whole ? filesBelow(input, progress) : filesLike(input));
         for (const auto& path : paths) files.push_back({path});
         return files;
     }

@@ -28,7 +28,8 @@ struct DicomFile {
 };
 
 /// The DICOM files of an input, in the order of their names: all of a folder and of those below it (at most 8
-/// deep, hidden ones left out, no links to folders followed), of a zip archive, or the file itself. `most`:
+/// deep, hidden ones left out, no links to folders followed), of a zip archive, those of a pattern
+/// ("IM*"), or the file itself. `most`:
 /// no more than that, to see whether there are any. Errors: notFound, resourceExhausted (more than 2^20
 /// files, or 65536 in an archive), permissionDenied, cancelled, those of readZipDirectory.
 Result<std::vector<DicomFile>> dicomFiles(const std::filesystem::path& input, const Progress& progress,

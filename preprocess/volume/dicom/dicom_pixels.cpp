@@ -158,7 +158,7 @@ Status DicomPixels::findFrames() {
 /// Which fragments are one frame: all of a single one, one each, or as the table says.
 Result<std::vector<std::vector<DicomPixels::Piece>>> DicomPixels::framesOf(std::vector<Piece> pieces,
                                                                            const std::string& table) {
-    const std::size_t count = header_->frameCount;
+    const std::size_t count = header_->frameCount, fragments = pieces.size();
     std::vector<std::vector<Piece>> frames;
     if (count == 1 && !pieces.empty()) {
         frames.push_back(std::move(pieces));
@@ -179,7 +179,7 @@ Result<std::vector<std::vector<DicomPixels::Piece>>> DicomPixels::framesOf(std::
         ErrorCode::corrupt, name_,
         fmt::format("has {} fragments of compressed pixels for {} frames, and no table that says which are "
                     "whose",
-                    pieces.size(), count)};
+                    fragments, count)};
 }
 
 Status DicomPixels::take(std::uint64_t at, std::span<char> bytes) {

@@ -61,7 +61,7 @@ class DicomStream {
     Error corrupt(std::string message) const;
 
   private:
-    static constexpr std::size_t bufferBytes = 16 * 1024;
+    static constexpr std::size_t bufferBytes = std::size_t{16} * 1024;
 
     /// Exactly `count` bytes; none where the end comes first.
     Result<std::string> take(std::size_t count);
