@@ -190,7 +190,7 @@ Result<std::vector<std::string>> npySteps(const std::filesystem::path& path, con
     if (parts.volumes < 2 || !chosen.volume.empty()) return std::vector<std::string>{field};
     auto fields = fieldsOfSeries("", parts);
     for (auto& each : fields) {
-        if (!chosen.array.name.empty()) each = chosen.array.name + ":" + each;
+        if (!chosen.array.name.empty()) each = fmt::format("{}:{}", chosen.array.name, each);
     }
     return fields;
 }

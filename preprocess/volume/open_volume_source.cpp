@@ -168,8 +168,8 @@ Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format, const Volu
     if (format == "vdb") return openVdb(input, options.field());
     if (format == "openpmd") return openOpenpmdMesh(input, options.field());
     if (format == "dicom") {
-        auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);
-        return look ? openDicom(std::move(look).value(), options.field()) : look.error();
+        const auto look = step.look ? Result(step.look) : lookAtDicom(dicomOf(step), progress);
+        return look ? openDicom(*look, options.field()) : look.error();
     }
     if (format == "npy") return openNpy(input, options.field());
     if (format == "mrc") return openMrc(input, options.field());

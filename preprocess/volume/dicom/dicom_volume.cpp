@@ -157,7 +157,7 @@ VolumeParts partsOfDicom(const DicomLook& look) {
     return parts;
 }
 
-Result<std::unique_ptr<VolumeSource>> openDicom(std::shared_ptr<const DicomLook> look,
+Result<std::unique_ptr<VolumeSource>> openDicom(const std::shared_ptr<const DicomLook>& look,
                                                 const std::string& field) {
     MOTE_ASSIGN_OR_RETURN(const auto parts, chooseParts(field, partsOfDicom(*look), look->set.name));
     const auto& slices = look->stack.volumes[static_cast<std::size_t>(parts.volume)];

@@ -34,7 +34,7 @@ struct DicomLook {
 Result<std::shared_ptr<const DicomLook>> lookAtDicom(const DicomInput& input, const Progress& progress);
 /// Several pictures at each place are volumes: `field` is as of chooseParts. Errors: those of checkPixels and
 /// chooseParts.
-Result<std::unique_ptr<VolumeSource>> openDicom(std::shared_ptr<const DicomLook> look,
+Result<std::unique_ptr<VolumeSource>> openDicom(const std::shared_ptr<const DicomLook>& look,
                                                 const std::string& field);
 VolumeParts partsOfDicom(const DicomLook& look);
 

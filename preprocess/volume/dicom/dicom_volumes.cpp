@@ -41,6 +41,7 @@ bool sortBy(DicomMark mark, std::vector<DicomPlace>& places) {
         }
         std::stable_sort(place.begin(), place.end(), least);
         std::vector<double> there;
+        there.reserve(place.size());
         for (const auto& picture : place) there.push_back(*markOf(picture, mark));
         if (std::adjacent_find(there.begin(), there.end()) != there.end()) return false;
         if (wanted.empty()) wanted = there;
