@@ -99,20 +99,29 @@ class VolumeField::ThickCells {
                 last_[axis] = std::max(last_[axis], std::min(from + width(leaf), side - 1));
             }
         }
+        std::size_t count = 1;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            count *= static_cast<std::size_t>(last_[axis] - low_[axis] + 1);
+        weights_.resize(count);
         for (const auto& leaf : all) add(leaf);
+        std::vector<bool> seen(count, false);
         for (const auto& leaf : leaves)
-            forCells(leaf, [&](const Place& cell, double) { thick_.try_emplace(cell, 0.0); });
-        for (auto& [cell, thick] : thick_) thick = thickness(cell);
+            forCells(leaf, [&](const Place& cell, double) { seen[index(cell)] = true; });
+        thick_.assign(count, 0.0);
+        forBox(low_, last_, [&](const Place& cell) {
+            if (seen[index(cell)]) thick_[index(cell)] = thickness(cell);
+        });
     }
 
     /// The greatest thickness in and around a cell.
     double most(const Place& cell) const {
-        double most = 0.0;
-        for (int i = 0; i < 27; ++i) {
-            const auto found =
-                thick_.find({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
-            if (found != thick_.end()) most = std::max(most, found->second);
+        Place from{}, to{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            from[axis] = std::max(cell[axis] - 1, low_[axis]);
+            to[axis] = std::min(cell[axis] + 1, last_[axis]);
         }
+        double most = 0.0;
+        forBox(from, to, [&](const Place& near) { most = std::max(most, thick_[index(near)]); });
         return most;
     }
 
@@ -137,11 +146,22 @@ class VolumeField::ThickCells {
             from[axis] = std::max(first, low_[axis]);
             to[axis] = std::min(first + width(leaf) - 1, last_[axis]);
         }
+        forBox(from, to, [&](const Place& cell) { visit(cell, part); });
+    }
+
+    template <class Visit>
+    static void forBox(const Place& from, const Place& to, const Visit& visit) {
         for (std::int64_t z = from[2]; z <= to[2]; ++z) {
             for (std::int64_t y = from[1]; y <= to[1]; ++y) {
-                for (std::int64_t x = from[0]; x <= to[0]; ++x) visit(Place{x, y, z}, part);
+                for (std::int64_t x = from[0]; x <= to[0]; ++x) visit(Place{x, y, z});
             }
         }
+    }
+
+    std::size_t index(const Place& cell) const {
+        const std::int64_t wide = last_[0] - low_[0] + 1, high = last_[1] - low_[1] + 1;
+        return static_cast<std::size_t>(((cell[2] - low_[2]) * high + cell[1] - low_[1]) * wide + cell[0] -
+                                        low_[0]);
     }
 
     void add(const Leaf& leaf) {
@@ -152,7 +172,7 @@ class VolumeField::ThickCells {
             at[static_cast<int>(axis)] = place - std::floor(place) - 0.5;
         }
         forCells(leaf, [&](const Place& cell, double part) {
-            auto& weight = weights_[cell];
+            auto& weight = weights_[index(cell)];
             weight.sum += part * leaf.density;
             weight.moment += part * leaf.density * at;
         });
@@ -169,9 +189,8 @@ class VolumeField::ThickCells {
             Place near{};
             for (std::size_t axis = 0; axis < 3; ++axis)
                 near[axis] = std::clamp(cell[axis] + away[axis], low_[axis], last_[axis]);
-            const auto found = weights_.find(near);
-            if (found == weights_.end() || !(found->second.sum > 0.0)) continue;
-            const auto& [weight, moment] = found->second;
+            const auto& [weight, moment] = weights_[index(near)];
+            if (!(weight > 0.0)) continue;
             const glm::dvec3 where = glm::dvec3(away[0], away[1], away[2]) + moment / weight;
             sum += weight;
             first += weight * where;
@@ -187,8 +206,8 @@ class VolumeField::ThickCells {
 
     int level_;
     Place low_{}, last_{};
-    std::map<Place, Weight> weights_;
-    std::map<Place, double> thick_;
+    std::vector<Weight> weights_;
+    std::vector<double> thick_;
 };
 
 /// The cells of a level around all leaves, and one more on each side; false where there are more than `most`.
