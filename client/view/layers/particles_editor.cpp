@@ -13,7 +13,6 @@
 #include "client/view/server_state.h"
 #include "protocol/scene/color_map.h"
 #include "protocol/scene/particles_style.h"
-#include "protocol/scene/plot_density.h"
 #include "protocol/scene/srgb.h"
 
 namespace mote::client {
@@ -53,7 +52,7 @@ void drawCurves(ParticlesControls& controls, const LayerPanel& panel) {
     CurveEditorLook look{
         .xName = "log density", .yName = "opacity", .rootAxis = true, .height = 120.0F * panel.scale};
     look.histogram = shownHistogram(panel);
-    if (const auto map = ColorMap::find(controls.colorMap); map.ok()) look.color = *map;
+    look.color = [drawn = controls.drawn()](double t) { return drawn.color(t); };
     text("Volume: opacity over log density");
     DensityCurve volume(controls.functions, Which::volume);
     noteCurve(panel.actions, curveEditor("volume", volume, look));
@@ -101,7 +100,8 @@ bool ParticlesControls::colorChosen() const {
 
 void ParticlesControls::setDataset(const proto::ParticlesManifest& manifest) {
     auto style = parseParticlesStyle({}).value();
-    resolveByPlot(style, PlotDensity::of(manifest));
+    plot_ = PlotDensity::of(manifest);
+    resolveByPlot(style, *plot_);
     functions.setOfPlot(style.volumeOpacity, style.pointFraction);
     const bool chosen = colorChosen();
     plotColor_ = toFloats(linearToSrgb(style.pointColor));
@@ -130,6 +130,15 @@ void ParticlesControls::read(const proto::ParticlesStyle& message) {
     pointOpacity = static_cast<float>(ownOpacity_ ? message.points().opacity() : style.pointOpacity);
     pointSize = static_cast<float>(style.pointSize);
     pointColor = shownColor(message.points().color(), style.pointColor);
+}
+
+TransferFunction ParticlesControls::drawn() const {
+    proto::ParticlesStyle message;
+    write(message);
+    auto style = parseParticlesStyle(message);
+    if (!style.ok()) style = parseParticlesStyle({});
+    if (plot_) resolveByPlot(*style, *plot_);
+    return style->transfer();
 }
 
 void ParticlesEditor::drawFacts(const LayerPanel& panel) {

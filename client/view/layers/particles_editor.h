@@ -5,12 +5,15 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "client/view/layers/layer_editor.h"
 #include "client/view/layers/transfer_functions.h"
 #include "client/view/replot.h"
 #include "protocol/mote.pb.h"
+#include "protocol/scene/plot_density.h"
+#include "protocol/scene/transfer_function.h"
 
 namespace mote::client {
 
@@ -30,6 +33,8 @@ struct ParticlesControls {
     void write(proto::ParticlesStyle& style) const;
     /// Takes a style that has been parsed without error.
     void read(const proto::ParticlesStyle& style);
+    /// What the volume is drawn with; its colours are the plot's where the curves are.
+    TransferFunction drawn() const;
 
   private:
     bool opacityChosen() const;
@@ -39,6 +44,7 @@ struct ParticlesControls {
     bool ownOpacity_ = false, ownSize_ = false, ownColor_ = false;  // from a saved view
     float plotOpacity_ = 0.0F, plotSize_ = 0.0F;  // what sliders show where the plot says how points look
     std::array<float, 3> plotColor_{};
+    std::optional<PlotDensity> plot_;
 };
 
 class ParticlesEditor final : public LayerEditor {

@@ -144,6 +144,9 @@ TEST(ViewModel, CurvesAreThoseOfThePlotUntilTheyAreEdited) {
     resolveByPlot(style, PlotDensity::of(largePlot().particles()));
     EXPECT_EQ(functions.knots(TransferFunctions::Which::volume), style.volumeOpacity.knots());
     EXPECT_GT(style.volumeOpacity.maximum(), 0.0);
+    // The strip below the curve shows the colours that are drawn.
+    for (const double t : {0.2, 0.6, 1.0})
+        EXPECT_EQ(controls<ParticlesEditor>(model).drawn().color(t), style.transfer().color(t)) << t;
     functions.move(TransferFunctions::Which::volume, 0, {0.1, 0.05});
     model.setDataset("data/beam", plotOf(1));
     EXPECT_EQ(controls<ParticlesEditor>(model).functions.knots(TransferFunctions::Which::volume)[0],
