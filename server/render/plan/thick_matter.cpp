@@ -49,7 +49,7 @@ class Matter {
           shown_(grid.count()) {
         for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) add(leaf);
         for (std::size_t i = 0; i < sums_.size(); ++i)
-            if (sums_[i] > 0.0F) middles_[i] /= sums_[i];
+            if (sums_[i] > 0.0) middles_[i] /= sums_[i];
     }
 
     /// Gives the leaves whose cells these are their shares: those of levels from `first` to `last`.
@@ -73,38 +73,37 @@ class Matter {
         const double density = leaves_.density[leaf];
         const glm::dvec3 place = grid_.placeInCell(at);
         grid_.forCells(at, [&](std::size_t cell, double part) {
-            sums_[cell] += static_cast<float>(part * density);
-            middles_[cell] += glm::vec3(part * density * place);
+            sums_[cell] += part * density;
+            middles_[cell] += part * density * place;
             shown_[cell] |= seen_[leaf];
         });
     }
 
     /// A cell is thick where matter spreads to all sides of it; beyond the cells it goes on as it is.
-    float thickness(const glm::uvec3& cell) const {
+    double thickness(const glm::uvec3& cell) const {
         Spread spread;
         for (int i = 0; i < 27; ++i) {
             const glm::ivec3 away(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
             const glm::ivec3 near =
                 glm::clamp(glm::ivec3(cell) + away, glm::ivec3(grid_.low), glm::ivec3(grid_.high) - 1);
             const std::size_t at = grid_.index(glm::uvec3(near));
-            spread.add(glm::dvec3(away) + glm::dvec3(middles_[at]), sums_[at]);
+            spread.add(glm::dvec3(away) + middles_[at], sums_[at]);
         }
-        return static_cast<float>(
-            std::clamp((spread.harmonic() - thinnest) / (thickest - thinnest), 0.0, 1.0));
+        return std::clamp((spread.harmonic() - thinnest) / (thickest - thinnest), 0.0, 1.0);
     }
 
     /// The greatest thickness in and around each cell that is shown, in 255ths.
     std::vector<std::uint8_t> sharesOfCells() const {
-        std::vector<float> thick(sums_.size(), 0.0F);
+        std::vector<double> thick(sums_.size(), 0.0);
         grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
             if (shown_[at] != 0) thick[at] = thickness(cell);
         });
         std::vector<std::uint8_t> shares(thick.size(), 0);
         grid_.forEach([&](const glm::uvec3& cell, std::size_t at) {
             if (shown_[at] == 0) return;
-            float most = 0.0F;
+            double most = 0.0;
             grid_.forAround(cell, [&](std::size_t near) { most = std::max(most, thick[near]); });
-            shares[at] = static_cast<std::uint8_t>(std::lround(255.0F * most));
+            shares[at] = static_cast<std::uint8_t>(std::lround(255.0 * most));
         });
         return shares;
     }
@@ -115,8 +114,8 @@ class Matter {
     const CellGrid grid_;
     // By cell: the weight of all leaves, over the cell's share of the plot; the middle of it, in cells from
     // the cell's centre; whether any leaf is seen.
-    std::vector<float> sums_;
-    std::vector<glm::vec3> middles_;
+    std::vector<double> sums_;
+    std::vector<glm::dvec3> middles_;
     std::vector<std::uint8_t> shown_;
 };
 
