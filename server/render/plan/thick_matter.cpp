@@ -131,6 +131,8 @@ std::vector<std::uint8_t> thickMatter(const storage::ParticleStep& step,
     for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf)
         if (seen[leaf] != 0) coarsest = std::min<unsigned>(coarsest, nodes.level[leaves.node[leaf]]);
     Matter(step, seen, grid).shareOut(grid.level + 1, deepestLevel, shares);
+    // In cells of its own size a leaf is as thick as a cell, wherever its points lie: it is looked at in
+    // larger ones.
     for (unsigned level = coarsest; level <= grid.level; ++level)
         Matter(step, seen, CellGrid::around(low, high, level - std::min(level, 1U)))
             .shareOut(level, level, shares);
