@@ -216,7 +216,8 @@ TEST(BeamStatistics, WithoutWeightOnlyExtremesAreKnown) {
 TEST(BeamStatistics, NeutralParticlesHaveNoCharge) {
     BeamFacts facts{mass, "1", 0, 0.0};
     const auto particles = generate(100, 1, false);
-    EXPECT_GT(valueOf(statisticsOf(particles, 10, 1, facts), "charge"), 0.0) << "not known: an elementary one";
+    EXPECT_GT(valueOf(statisticsOf(particles, 10, 1, facts), "charge"), 0.0)
+        << "not known: an elementary one";
     facts.neutral = true;
     EXPECT_EQ(valueOf(statisticsOf(particles, 10, 1, facts), "charge"), 0.0);
     facts.weightUnit = "C";

@@ -107,7 +107,8 @@ TEST(PictureStack, IsInNaturalOrderFromFoldersAndPatterns) {
     EXPECT_THAT(volumeError(folder / "slice1.png"), HasSubstr("is a single picture; name the folder"));
     EXPECT_THAT(volumeError(folder / "no*.txt"), HasSubstr("is no PNG, JPEG, TIFF or OpenEXR picture"));
     const TempDir empty;
-    EXPECT_THAT(volumeError(empty.path()), HasSubstr("is a folder without DICOM files, PNG or TIFF pictures"));
+    EXPECT_THAT(volumeError(empty.path()),
+                HasSubstr("is a folder without DICOM files, PNG or TIFF pictures"));
 }
 
 TEST(PictureStack, NumbersInNamesCount) {
