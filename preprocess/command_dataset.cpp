@@ -18,11 +18,11 @@ namespace mote::prep {
 namespace {
 
 /// A subcommand's arguments, of which all have the first.
-struct Options {
+struct CheckArguments {
     std::string dataset;
 };
 
-int info(const CommandLine& line, const Options& options) {
+int info(const CommandLine& line, const CheckArguments& options) {
     const auto manifest = storage::readManifest(options.dataset);
     if (!manifest.ok()) return fail(line, manifest.error());
     if (line.json) {
@@ -48,7 +48,7 @@ void printJson(const std::string& directory, const std::vector<Error>& errors) {
     fmt::print("{}\n", object.text());
 }
 
-int verify(const CommandLine& line, const Options& options) {
+int verify(const CommandLine& line, const CheckArguments& options) {
     const auto errors = [&] {
         ConsoleProgress progress(line.signal, {line.quiet, -1});
         return storage::verifyDataset(
@@ -64,8 +64,8 @@ int verify(const CommandLine& line, const Options& options) {
 
 /// Adds what all have: the dataset, the flags, `examples`, and that the command runs `run`.
 void addDatasetCommand(const cli::Command& command, CommandLine& line,
-                       const std::shared_ptr<Options>& options, const char* examples,
-                       int (*run)(const CommandLine&, const Options&)) {
+                       const std::shared_ptr<CheckArguments>& options, const char* examples,
+                       int (*run)(const CommandLine&, const CheckArguments&)) {
     command.option("DATASET", options->dataset, "NAME.mote").required();
     addOutputFlags(command, line);
     command.footer(examples);
@@ -77,15 +77,15 @@ void addDatasetCommand(const cli::Command& command, CommandLine& line,
 
 void addInfoCommand(const cli::Command& program, CommandLine& line) {
     addDatasetCommand(
-        program.subcommand("info", "Say what a dataset holds"), line, std::make_shared<Options>(),
+        program.subcommand("info", "Say what a dataset holds"), line, std::make_shared<CheckArguments>(),
         "Examples:\n  mote-prep info beam.mote\n  mote-prep info beam.mote --json | jq .particles.axes",
         info);
 }
 
 void addVerifyCommand(const cli::Command& program, CommandLine& line) {
     addDatasetCommand(program.subcommand("verify", "Check every byte of a dataset"), line,
-                      std::make_shared<Options>(), "Example:\n  mote-prep verify beam.mote && echo whole",
-                      verify);
+                      std::make_shared<CheckArguments>(),
+                      "Example:\n  mote-prep verify beam.mote && echo whole", verify);
 }
 
 }  // namespace mote::prep

@@ -14,7 +14,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* exportExamples = R"(Examples:
   mote-prep export beam.mote --step 3 --vdb beam-3.vdb
   mote-prep export beam.mote --steps 3 --select halo.json --openpmd halo.h5
 
@@ -22,7 +22,7 @@ constexpr const char* examples = R"(Examples:
 --openpmd: the particles, in m, eV/c and s, as openPMD-beamphysics HDF5 with ids and weights. A selection is JSON:
 docs/SELECTIONS.md.)";
 
-struct Options {
+struct ExportArguments {
     std::string dataset;
     std::string vdb, openpmd;
     std::uint32_t step = 0;
@@ -31,7 +31,7 @@ struct Options {
     JobResources resources;
 };
 
-int exportVolume(const CommandLine& line, const Options& options) {
+int exportVolume(const CommandLine& line, const ExportArguments& options) {
     const auto manifest = storage::readManifest(options.dataset);
     if (!manifest.ok()) return fail(line, manifest.error());
     const auto made = exportVdb(options.dataset, *manifest, options.step, options.vdb);
@@ -45,7 +45,7 @@ int exportVolume(const CommandLine& line, const Options& options) {
     return 0;
 }
 
-int exportRun(const CommandLine& line, const Options& options) {
+int exportRun(const CommandLine& line, const ExportArguments& options) {
     proto::JobRequest request;
     request.set_output(options.openpmd);
     auto& job = *request.mutable_export_();
@@ -59,15 +59,15 @@ int exportRun(const CommandLine& line, const Options& options) {
     return runAndPrint(line, request, {}, options.resources);
 }
 
-int runCommand(const CommandLine& line, const Options& options) {
+int runCommand(const CommandLine& line, const ExportArguments& options) {
     if (options.vdb.empty() == options.openpmd.empty())
         return fail(line, {ErrorCode::invalidArgument, "--vdb", "give either --vdb FILE or --openpmd FILE"});
     return options.vdb.empty() ? exportRun(line, options) : exportVolume(line, options);
 }
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addExport(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("export", "Write a step's volume, or particles, for other tools");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ExportArguments>();
     command.option("DATASET", options->dataset, "NAME.mote").required();
     command.option("--vdb", options->vdb, "The OpenVDB file to make, which must not exist").valueName("FILE");
     command.option("--step", options->step, "--vdb: index of the step").showDefault().valueName("N");
@@ -82,12 +82,12 @@ void addCommand(const cli::Command& program, CommandLine& line) {
         .valueName("NAME ...");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
-    command.footer(examples);
+    command.footer(exportExamples);
     command.callback(
         [options, &line] { line.command = [options, &line] { return runCommand(line, *options); }; });
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runExport(const Job& job) {
     MOTE_RETURN_IF_ERROR(
         exportParticles(job.request.export_(), job.inputs.front(), job.output, job.resources, job.progress));
     return proto::Manifest();
@@ -95,6 +95,6 @@ Result<proto::Manifest> run(const Job& job) {
 
 }  // namespace
 
-const JobKind exportJob{proto::JobRequest::kExport, false, addCommand, run};
+const JobKind exportJob{proto::JobRequest::kExport, false, addExport, runExport};
 
 }  // namespace mote::prep

@@ -7,28 +7,28 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* imageExamples = R"(Examples:
   mote-prep image lighthouse.png --out plots/lighthouse.mote
 
 FILE is PNG, JPEG, TIFF or OpenEXR, of 8 or 16 bits or floats, grey or in colour. What is kept is its linear
 luminance (ITU-R BT.709), upright, and laid on white where it is transparent. Integers are taken as sRGB and floats as
 linear, unless the file says something else.)";
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addImage(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("image", "Make an image dataset, for stippled photographs");
     const auto options = std::make_shared<DatasetOptions>();
     command.option("FILE", options->input, "The picture").required();
     addDatasetOptions(command, line, options,
                       [options](auto& request) { request.mutable_image()->set_input(options->input); });
-    command.footer(examples);
+    command.footer(imageExamples);
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runImage(const Job& job) {
     return runImageJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
 }
 
 }  // namespace
 
-const JobKind imageJob{proto::JobRequest::kImage, false, addCommand, run};
+const JobKind imageJob{proto::JobRequest::kImage, false, addImage, runImage};
 
 }  // namespace mote::prep

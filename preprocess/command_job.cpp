@@ -9,14 +9,14 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Example:
+constexpr const char* jobExamples = R"(Example:
   mote-prep job request.json --root data=/scratch/runs --progress-fd 3
 
-REQUEST.json is a JobRequest: {"output": "data/beam.mote", "particles": {"inputs": ["data/run.h5"],
+REQUEST.json is a JobRequest: {"output": "data/beam.mote", "particles": {"inputs": ["data/runJob.h5"],
 "axes": ["x", "px", "y"]}}. With --root, inputs and output are named ROOT/PATH and lie beneath these roots; without,
 they are paths. Each change of progress is one line {"progress": 0.25, "phase": "..."} on the descriptor.)";
 
-struct Options {
+struct JobArguments {
     std::string request;
     std::vector<std::string> roots;
     int progressDescriptor = -1;
@@ -24,7 +24,7 @@ struct Options {
     JobResources resources;
 };
 
-int run(const CommandLine& line, const Options& options) {
+int runJob(const CommandLine& line, const JobArguments& options) {
     if (options.progressDescriptor >= 0 && ::fcntl(options.progressDescriptor, F_GETFD) < 0) {
         return fail(line, {ErrorCode::invalidArgument, "--progress-fd", "is not an open descriptor"});
     }
@@ -41,7 +41,7 @@ int run(const CommandLine& line, const Options& options) {
 
 void addJobCommand(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("job", "Do what a job request says");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<JobArguments>();
     command.option("REQUEST", options->request, "The request, a JSON file").required();
     command.option("--root", options->roots, "A folder that names may begin with; may be repeated")
         .repeatable()
@@ -58,8 +58,9 @@ void addJobCommand(const cli::Command& program, CommandLine& line) {
         .valueName("ID");
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
-    command.footer(examples);
-    command.callback([options, &line] { line.command = [options, &line] { return run(line, *options); }; });
+    command.footer(jobExamples);
+    command.callback(
+        [options, &line] { line.command = [options, &line] { return runJob(line, *options); }; });
 }
 
 }  // namespace mote::prep

@@ -16,7 +16,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* lookExamples = R"(Examples:
   mote-prep look run.h5
   mote-prep look chest.nrrd teapot.obj --json | jq '.found[].format'
   mote-prep look runs/beam_%T.h5 --all
@@ -30,7 +30,7 @@ The exit status is 1 where something would be refused.)";
 
 constexpr std::uint64_t mostSeconds = 600;  // of the processor, for what is no more than a look
 
-struct Options {
+struct LookArguments {
     std::vector<std::string> inputs;
     std::string format, species, map, field, series;
     std::optional<double> mass, frequency;
@@ -65,7 +65,7 @@ int refuse(const CommandLine& line, const std::string& input, const Error& error
 }
 
 /// In the child: looks at one input, and prints what it is.
-int lookAndPrint(const CommandLine& line, const Options& options, const std::string& input) {
+int lookAndPrint(const CommandLine& line, const LookArguments& options, const std::string& input) {
     const auto look = [&] {
         ConsoleProgress progress(line.signal, {line.quiet, -1});
         return lookAt(input, options.looked(), progress);
@@ -77,7 +77,7 @@ int lookAndPrint(const CommandLine& line, const Options& options, const std::str
     return look->whole() ? 0 : 1;
 }
 
-int lookInChild(const CommandLine& line, const Options& options, const std::string& input) {
+int lookInChild(const CommandLine& line, const LookArguments& options, const std::string& input) {
     try {
         return lookAndPrint(line, options, input);
     } catch (const storage::StorageError& error) {
@@ -90,7 +90,7 @@ int lookInChild(const CommandLine& line, const Options& options, const std::stri
     }
 }
 
-int look(const CommandLine& line, const Options& options) {
+int look(const CommandLine& line, const LookArguments& options) {
     int worst = 0;
     const Confinement confinement{options.memory, options.all ? 0 : mostSeconds};
     for (const std::string& input : options.inputs) {
@@ -112,7 +112,7 @@ int look(const CommandLine& line, const Options& options) {
 
 void addLookCommand(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("look", "Say what foreign files hold, and prepare nothing");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<LookArguments>();
     command.option("INPUT", options->inputs, "Files, folders, or names with %T").required();
     command.flag("--all", options->all, "Ranges of all steps, not of the first alone");
     command
@@ -131,7 +131,7 @@ void addLookCommand(const cli::Command& program, CommandLine& line) {
         .size(std::uint64_t{1} << 20, std::uint64_t{1} << 50)
         .valueName("BYTES");
     addOutputFlags(command, line);
-    command.footer(examples);
+    command.footer(lookExamples);
     command.callback([options, &line] { line.command = [options, &line] { return look(line, *options); }; });
 }
 

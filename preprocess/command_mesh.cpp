@@ -10,7 +10,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* meshExamples = R"(Examples:
   mote-prep mesh skull.obj --out plots/skull.mote
   mote-prep mesh chest.nrrd --isovalue 220 --clip -100 -100 0 100 100 150 --out plots/bones.mote
 
@@ -18,13 +18,13 @@ INPUT is OBJ, PLY (ASCII, either byte order, strips), STL or OFF, and may be gzi
 right (vertices at one place, triangles without area, numbers that are not finite) is counted and said.)";
 
 /// Options as the command line gives them.
-struct Options : DatasetOptions {
+struct MeshArguments : DatasetOptions {
     std::optional<double> isovalue;
     std::vector<double> clip;
     VolumeOptions source;
 };
 
-void complete(const Options& options, proto::MeshJob& job) {
+void complete(const MeshArguments& options, proto::MeshJob& job) {
     job.set_input(options.input);
     if (options.isovalue) job.set_isovalue(*options.isovalue);
     job.mutable_clip()->Assign(options.clip.begin(), options.clip.end());
@@ -32,10 +32,10 @@ void complete(const Options& options, proto::MeshJob& job) {
     if (source.ByteSizeLong() > 0) *job.mutable_source() = source;
 }
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addMesh(const cli::Command& program, CommandLine& line) {
     const auto command =
         program.subcommand("mesh", "Make a dataset of a triangle mesh, or of a surface in a volume");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<MeshArguments>();
     command.option("INPUT", options->input, "The mesh or volume, a file or a folder (DICOM, pictures)")
         .required();
     command.option("--isovalue", options->isovalue, "The surface on which a volume has this value")
@@ -46,16 +46,16 @@ void addCommand(const cli::Command& program, CommandLine& line) {
     addVolumeOptions(command, options->source);
     addDatasetOptions(command, line, options,
                       [options](auto& request) { complete(*options, *request.mutable_mesh()); });
-    command.footer(examples);
+    command.footer(meshExamples);
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runMesh(const Job& job) {
     MOTE_RETURN_IF_ERROR(checkMeshJob(job.request.mesh()), "mesh");
     return runMeshJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
 }
 
 }  // namespace
 
-const JobKind meshJob{proto::JobRequest::kMesh, false, addCommand, run};
+const JobKind meshJob{proto::JobRequest::kMesh, false, addMesh, runMesh};
 
 }  // namespace mote::prep

@@ -9,19 +9,19 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
-  mote-prep particles run.h5 --axes x,px,y --out plots/beam.mote
+constexpr const char* particlesExamples = R"(Examples:
+  mote-prep particles runParticles.h5 --axes x,px,y --out plots/beam.mote
   mote-prep particles dtl/fort.1??.gz --axes x,y,energy --format impactz --out dtl.mote
   mote-prep particles beam.mote --axes y,py,delta --out again.mote
   mote-prep particles table.txt --axes x,px,y --map "x=X [mm],px=PX [MeV/c],y=3 [mm]" --out table.mote
-  mote-prep particles run.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
+  mote-prep particles runParticles.h5 --axes z,x,delta --steps 0:360:10 --bounds x=-0.01:0.01 --out slow.mote
 
 Axes: x y z t px py pz r theta xp yp pr delta gamma energy. Without --bounds, a plot's bounds are the least and the
 greatest value over all selected steps, but for values further than 1000 interquartile ranges from a step's median,
 which are left out and counted.)";
 
 /// Options as the command line gives them.
-struct Options {
+struct ParticlesArguments {
     std::vector<std::string> inputs;
     std::string axes;
     std::string out;
@@ -66,14 +66,14 @@ Result<proto::Axis> parseBounds(const std::string& text) {
     return axis;
 }
 
-void setImpact(const Options& options, proto::ParticlesJob& job) {
+void setImpact(const ParticlesArguments& options, proto::ParticlesJob& job) {
     if (options.frequency) job.mutable_impact()->set_frequency(*options.frequency);
     if (options.mass) job.mutable_impact()->set_mass(*options.mass);
     if (options.kineticEnergy) job.mutable_impact()->set_kinetic_energy(*options.kineticEnergy);
     if (options.current) job.mutable_impact()->set_current(*options.current);
 }
 
-Result<proto::JobRequest> toRequest(const Options& options) {
+Result<proto::JobRequest> toParticlesRequest(const ParticlesArguments& options) {
     proto::JobRequest request;
     request.set_title(options.title);
     request.set_output(options.out);
@@ -99,9 +99,10 @@ Result<proto::JobRequest> toRequest(const Options& options) {
     return request;
 }
 
-void addInputOptions(const cli::Command& command, Options& options) {
+void addInputOptions(const cli::Command& command, ParticlesArguments& options) {
     command
-        .option("INPUT", options.inputs, "The files of one run, a folder of them, or a dataset with columns")
+        .option("INPUT", options.inputs,
+                "The files of one runParticles, a folder of them, or a dataset with columns")
         .required();
     command
         .option(
@@ -135,7 +136,7 @@ void addInputOptions(const cli::Command& command, Options& options) {
     command.option("--current", options.current, "IMPACT: beam current, A").valueName("A");
 }
 
-void addPlotOptions(const cli::Command& command, Options& options) {
+void addPlotOptions(const cli::Command& command, ParticlesArguments& options) {
     command.option("--axes", options.axes, "Three axes").required().valueName("A,B,C");
     command.option("--out", options.out, "The dataset to make, which must not exist")
         .required()
@@ -158,30 +159,30 @@ void addPlotOptions(const cli::Command& command, Options& options) {
         .valueName("LEVEL");
 }
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addParticles(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("particles", "Make the hybrid plot of a particle run");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<ParticlesArguments>();
     addInputOptions(command, *options);
     addPlotOptions(command, *options);
     addResourceOptions(command, options->resources);
     addOutputFlags(command, line);
-    command.footer(examples);
+    command.footer(particlesExamples);
     command.callback([options, &line] {
         line.command = [options, &line] {
-            const auto request = toRequest(*options);
+            const auto request = toParticlesRequest(*options);
             if (!request.ok()) return fail(line, request.error());
             return runAndPrint(line, *request, {}, options->resources);
         };
     });
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runParticles(const Job& job) {
     MOTE_RETURN_IF_ERROR(checkParticlesJob(job.request.particles()), "particles");
     return runParticlesJob(job.request, job.inputs, job.output, job.resources, job.progress);
 }
 
 }  // namespace
 
-const JobKind particlesJob{proto::JobRequest::kParticles, true, addCommand, run};
+const JobKind particlesJob{proto::JobRequest::kParticles, true, addParticles, runParticles};
 
 }  // namespace mote::prep

@@ -10,19 +10,19 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* stippleExamples = R"(Examples:
   mote-prep stipple plane --points 50000 --seed 1 --out plane.mote
   mote-prep stipple teapot.obj --points 52000 --seed 1 --out teapot.mote)";
 
 /// Options as the command line gives them.
-struct Options : DatasetOptions {
+struct StippleArguments : DatasetOptions {
     std::uint64_t points = 0;
     std::uint64_t seed = 1;
     std::optional<std::uint32_t> rings;
     std::optional<double> relaxation;
 };
 
-void complete(const Options& options, proto::StippleJob& job) {
+void complete(const StippleArguments& options, proto::StippleJob& job) {
     if (options.input != "plane") job.set_mesh(options.input);
     job.set_points(options.points);
     job.set_seed(options.seed);
@@ -30,9 +30,9 @@ void complete(const Options& options, proto::StippleJob& job) {
     if (options.relaxation) job.set_relaxation(*options.relaxation);
 }
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addStipple(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("stipple", "Make a hierarchy of evenly spread dots");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<StippleArguments>();
     command
         .option("SURFACE", options->input,
                 "\"plane\", the periodic unit square, or the file of a triangle mesh")
@@ -45,10 +45,10 @@ void addCommand(const cli::Command& program, CommandLine& line) {
         .valueName("W");
     addDatasetOptions(command, line, options,
                       [options](auto& request) { complete(*options, *request.mutable_stipple()); });
-    command.footer(examples);
+    command.footer(stippleExamples);
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runStipple(const Job& job) {
     MOTE_RETURN_IF_ERROR(checkStippleJob(job.request.stipple()), "stipple");
     if (job.inputs.empty()) return runPlaneJob(job.request, job.output, job.resources, job.progress);
     return runSurfaceJob(job.request, job.inputs.front(), job.output, job.resources, job.progress);
@@ -56,6 +56,6 @@ Result<proto::Manifest> run(const Job& job) {
 
 }  // namespace
 
-const JobKind stippleJob{proto::JobRequest::kStipple, false, addCommand, run};
+const JobKind stippleJob{proto::JobRequest::kStipple, false, addStipple, runStipple};
 
 }  // namespace mote::prep

@@ -7,10 +7,10 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Example:
-  mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out run.h5)";
+constexpr const char* synthExamples = R"(Example:
+  mote-prep synth beam --particles 1000000 --steps 10 --seed 1 --out runSynth.h5)";
 
-struct Options {
+struct SynthArguments {
     std::uint64_t particles = 1000000;
     std::uint32_t steps = 10;
     std::uint64_t seed = 1;
@@ -18,7 +18,7 @@ struct Options {
     std::string out;
 };
 
-proto::JobRequest toRequest(const Options& options) {
+proto::JobRequest toSynthRequest(const SynthArguments& options) {
     proto::JobRequest request;
     request.set_output(options.out);
     auto& job = *request.mutable_synth_beam();
@@ -29,12 +29,12 @@ proto::JobRequest toRequest(const Options& options) {
     return request;
 }
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addSynth(const cli::Command& program, CommandLine& line) {
     const auto synth = program.subcommand("synth", "Make a synthetic run");
     synth.requireOneSubcommand();
     const auto command =
         synth.subcommand("beam", "A mismatched beam in a FODO channel, in which a halo forms");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<SynthArguments>();
     command.option("--particles", options->particles, "Macro-particles").showDefault();
     command.option("--steps", options->steps, "Steps to write").showDefault();
     command.option("--seed", options->seed, "The same seed gives the same bytes").showDefault();
@@ -43,19 +43,19 @@ void addCommand(const cli::Command& program, CommandLine& line) {
         .required()
         .valueName("FILE.h5");
     addOutputFlags(command, line);
-    command.footer(examples);
+    command.footer(synthExamples);
     command.callback([options, &line] {
-        line.command = [options, &line] { return runAndPrint(line, toRequest(*options), {}, {}); };
+        line.command = [options, &line] { return runAndPrint(line, toSynthRequest(*options), {}, {}); };
     });
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runSynth(const Job& job) {
     MOTE_RETURN_IF_ERROR(synthesizeBeam(job.request.synth_beam(), job.output, job.progress));
     return proto::Manifest();
 }
 
 }  // namespace
 
-const JobKind synthJob{proto::JobRequest::kSynthBeam, false, addCommand, run};
+const JobKind synthJob{proto::JobRequest::kSynthBeam, false, addSynth, runSynth};
 
 }  // namespace mote::prep

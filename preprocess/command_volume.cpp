@@ -10,7 +10,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* volumeExamples = R"(Examples:
   mote-prep volume chest.nrrd --out chest.mote
   mote-prep volume chest.nrrd --low 128 --threshold 0.01 --space lps --out chest.mote
   mote-prep volume scan/DICOM --series 3 --out head.mote
@@ -21,7 +21,7 @@ Thresholds and P are fractions of the range of values. Several inputs, and the v
 of a time series. Patients lie right, anterior, superior (RAS) whatever the format; --space says otherwise.)";
 
 /// Options as the command line gives them.
-struct Options : DatasetOptions {
+struct VolumeArguments : DatasetOptions {
     std::vector<std::string> inputs;
     std::string filter, representation;
     std::optional<std::uint32_t> low, errorGrid, pointBytes, valueBits;
@@ -30,7 +30,7 @@ struct Options : DatasetOptions {
     VolumeOptions source;
 };
 
-void complete(const Options& options, proto::VolumeJob& job) {
+void complete(const VolumeArguments& options, proto::VolumeJob& job) {
     for (const auto& input : options.inputs) job.add_inputs(input);
     *job.mutable_source() = options.source.message();
     if (options.low) job.set_low(*options.low);
@@ -43,7 +43,7 @@ void complete(const Options& options, proto::VolumeJob& job) {
     if (options.valueBits) job.set_value_bits(*options.valueBits);
 }
 
-void addResultOptions(const cli::Command& command, Options& options) {
+void addResultOptions(const cli::Command& command, VolumeArguments& options) {
     command.option("--low", options.low, "Samples of the low volume along its longest axis; default 128")
         .valueName("N");
     command.option("--error-grid", options.errorGrid, "The same of the error grid; default: the source's")
@@ -67,9 +67,9 @@ void addResultOptions(const cli::Command& command, Options& options) {
         .valueName("N");
 }
 
-void addCommand(const cli::Command& program, CommandLine& line) {
+void addVolume(const cli::Command& program, CommandLine& line) {
     const auto command = program.subcommand("volume", "Make a hybrid volume of a scalar volume");
-    const auto options = std::make_shared<Options>();
+    const auto options = std::make_shared<VolumeArguments>();
     command
         .option("INPUT", options->inputs,
                 "A volume, a file or a folder (DICOM, pictures); several: one a step of a time series, or "
@@ -79,16 +79,16 @@ void addCommand(const cli::Command& program, CommandLine& line) {
     addResultOptions(command, *options);
     addDatasetOptions(command, line, options,
                       [options](auto& request) { complete(*options, *request.mutable_volume()); });
-    command.footer(examples);
+    command.footer(volumeExamples);
 }
 
-Result<proto::Manifest> run(const Job& job) {
+Result<proto::Manifest> runVolume(const Job& job) {
     MOTE_RETURN_IF_ERROR(checkVolumeJob(job.request.volume()), "volume");
     return runVolumeJob(job.request, job.inputs, job.output, job.resources, job.progress);
 }
 
 }  // namespace
 
-const JobKind volumeJob{proto::JobRequest::kVolume, true, addCommand, run};
+const JobKind volumeJob{proto::JobRequest::kVolume, true, addVolume, runVolume};
 
 }  // namespace mote::prep

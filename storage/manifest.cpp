@@ -13,10 +13,6 @@
 namespace mote::storage {
 namespace {
 
-Error corrupt(std::string where, std::string message) {
-    return {ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 /// A file directly in the dataset: no name leads out of it.
 bool isPlainName(const std::string& name) {
     return !name.empty() && name.size() <= 255 && name != "." && name != ".." && name != manifestName &&

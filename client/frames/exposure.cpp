@@ -18,10 +18,6 @@ namespace {
 
 constexpr std::size_t channels = 3, stored = 4;  // alpha is one everywhere
 
-Error invalid(const char* field, std::string message) {
-    return {ErrorCode::invalidArgument, field, std::move(message)};
-}
-
 /// Linear light of an encoded byte.
 const std::array<float, 256>& lightOfByte() {
     static const auto table = [] {

@@ -143,14 +143,10 @@ void declare(const cli::Command& app, RawOptions& raw) {
     app.flag("--quiet", raw.options.quiet, "No progress on stderr");
 }
 
-Error refusal(const std::string& option, const std::string& why) {
-    return {ErrorCode::invalidArgument, option, why};
-}
-
 Status checkFormat(const RawOptions& raw, PictureFormat& format) {
     const auto known = pictureFormat(raw.format);
     if (!known) {
-        return refusal("--format",
+        return invalid("--format",
                        fmt::format("\"{}\" is not a format; there are png, png16, exr, jpg, svg, eps and pdf",
                                    raw.format));
     }
@@ -174,13 +170,13 @@ std::optional<TwoNumbers> parseTwo(const std::string& text) {
 
 Status checkSize(RawOptions& raw) {
     if (raw.size.empty()) return success();
-    if (raw.script.empty()) return refusal("--size", "is of a script's views");
+    if (raw.script.empty()) return invalid("--size", "is of a script's views");
     const auto size = parseTwo(raw.size);
     const auto whole = [](double side) {
         return side >= 1.0 && side <= View::maxSide && side == std::floor(side);
     };
     if (!size || !whole(size->width) || !whole(size->height))
-        return refusal("--size", fmt::format("\"{}\" is not WIDTHxHEIGHT, each 1 to {} pixels", raw.size,
+        return invalid("--size", fmt::format("\"{}\" is not WIDTHxHEIGHT, each 1 to {} pixels", raw.size,
                                              View::maxSide));
     raw.options.size =
         PictureSize{static_cast<std::uint32_t>(size->width), static_cast<std::uint32_t>(size->height)};
@@ -192,12 +188,12 @@ Status checkPage(RawOptions& raw, const cli::Command& app) {
     page.set_format(pageFormat(raw.options.format));
     const bool asked = app.count("--page") + app.count("--margin") + app.count("--dot") > 0 || raw.plotter;
     if (page.format() == proto::Page::FORMAT_UNSPECIFIED) {
-        if (asked) return refusal("--format", "--page, --margin, --dot and --plotter need svg, eps or pdf");
+        if (asked) return invalid("--format", "--page, --margin, --dot and --plotter need svg, eps or pdf");
         return success();
     }
     if (!raw.page.empty()) {
         const auto size = parseTwo(raw.page);
-        if (!size) return refusal("--page", fmt::format("\"{}\" is not WIDTHxHEIGHT in mm", raw.page));
+        if (!size) return invalid("--page", fmt::format("\"{}\" is not WIDTHxHEIGHT in mm", raw.page));
         page.set_width(size->width);
         page.set_height(size->height);
     }
@@ -205,7 +201,7 @@ Status checkPage(RawOptions& raw, const cli::Command& app) {
     page.set_dot(raw.dot);
     page.set_plotter(raw.plotter);
     const auto checked = parsePage(page);
-    if (!checked.ok()) return refusal("--" + checked.error().where, checked.error().message);
+    if (!checked.ok()) return invalid("--" + checked.error().where, checked.error().message);
     return success();
 }
 
@@ -213,19 +209,19 @@ Status checkServers(RawOptions& raw) {
     for (const auto& root : raw.options.roots) {
         const auto equals = root.find('=');
         if (equals == 0 || equals == std::string::npos || equals + 1 == root.size()) {
-            return refusal("--spawn", fmt::format("\"{}\" is not NAME=DIR", root));
+            return invalid("--spawn", fmt::format("\"{}\" is not NAME=DIR", root));
         }
     }
     const bool spawns = !raw.options.roots.empty();
     if (!raw.device.empty() && !spawns)
-        return refusal("--device", "chooses the device of a private server and needs --spawn");
-    if (raw.threads > 0 && !spawns) return refusal("--threads", "is of a private server and needs --spawn");
+        return invalid("--device", "chooses the device of a private server and needs --spawn");
+    if (raw.threads > 0 && !spawns) return invalid("--threads", "is of a private server and needs --spawn");
     if (raw.jobs > 1 && !spawns)
-        return refusal("--jobs",
+        return invalid("--jobs",
                        "starts private servers and needs --spawn; give --connect as often as there are "
                        "running ones");
     if (raw.options.task != FramesTask::draw && raw.connect.size() != 1)
-        return refusal("--connect", "one running server is needed");
+        return invalid("--connect", "one running server is needed");
     return success();
 }
 
@@ -234,16 +230,16 @@ Status checkTask(RawOptions& raw, const cli::Command& app) {
     std::string chosen;
     for (const auto& [option, task] : tasks) {
         if (app.count(option) == 0) continue;
-        if (!chosen.empty()) return refusal(option, fmt::format("{} and {} are two runs", chosen, option));
+        if (!chosen.empty()) return invalid(option, fmt::format("{} and {} are two runs", chosen, option));
         chosen = option;
         options.task = task;
     }
     for (const auto* option : {"--again", "--job-time"}) {
-        if (app.count(option) > 0 && !raw.detach) return refusal(option, "is for a film that is detached");
+        if (app.count(option) > 0 && !raw.detach) return invalid(option, "is for a film that is detached");
     }
     const bool needsScript = options.task == FramesTask::draw || options.task == FramesTask::detach;
-    if (needsScript && raw.script.empty()) return refusal("SCRIPT", "is needed");
-    if (!needsScript && !raw.script.empty()) return refusal("SCRIPT", "the job has its own");
+    if (needsScript && raw.script.empty()) return invalid("SCRIPT", "is needed");
+    if (!needsScript && !raw.script.empty()) return invalid("SCRIPT", "the job has its own");
     return success();
 }
 
@@ -256,10 +252,10 @@ Status checkOut(const RawOptions& raw) {
         case FramesTask::draw:
         case FramesTask::fetch:
             if (!raw.out.empty() || !raw.video.empty()) return success();
-            return refusal("--out", "where should the pictures go?");
+            return invalid("--out", "where should the pictures go?");
         default:
             if (raw.out.empty() && raw.video.empty()) return success();
-            return refusal(raw.out.empty() ? "--video" : "--out", "no picture is made");
+            return invalid(raw.out.empty() ? "--video" : "--out", "no picture is made");
     }
 }
 
@@ -268,20 +264,20 @@ Status checkVideo(RawOptions& raw, const cli::Command& app) {
     auto& options = raw.options;
     const bool document = options.page.format() != proto::Page::FORMAT_UNSPECIFIED;
     if (!raw.video.empty() && document)
-        return refusal("--video", "is made of pixels: not of svg, eps or pdf");
+        return invalid("--video", "is made of pixels: not of svg, eps or pdf");
     if (options.task == FramesTask::detach && document)
-        return refusal("--format", "a detached film has pictures of pixels: png, png16, exr or jpg");
+        return invalid("--format", "a detached film has pictures of pixels: png, png16, exr or jpg");
     if (options.task == FramesTask::detach && raw.chroma != "full")
-        return refusal(
+        return invalid(
             "--chroma",
             "a detached film keeps the colour of each point; --fetch makes another of its pictures");
-    if (app.count("--crf") > 0 && raw.video.empty()) return refusal("--crf", "is of a video: give --video");
+    if (app.count("--crf") > 0 && raw.video.empty()) return invalid("--crf", "is of a video: give --video");
     if (options.keepFrames && raw.video.empty())
-        return refusal("--keep-frames", "is for --video; without it the pictures are all that is made");
-    if (options.keepFrames && raw.out.empty()) return refusal("--keep-frames", "needs --out, their folder");
+        return invalid("--keep-frames", "is for --video; without it the pictures are all that is made");
+    if (options.keepFrames && raw.out.empty()) return invalid("--keep-frames", "needs --out, their folder");
     MOTE_RETURN_IF_ERROR(checkOut(raw));
     if (options.task == FramesTask::fetch && !raw.out.empty() && !raw.video.empty())
-        return refusal("--fetch", "either --out or --video");
+        return invalid("--fetch", "either --out or --video");
     return success();
 }
 
@@ -290,13 +286,13 @@ Status checkNumbers(RawOptions& raw, const cli::Command& app) {
     exposure.samples = static_cast<unsigned>(std::max(0, raw.samples));
     exposure.subframes = static_cast<unsigned>(std::max(0, raw.subframes));
     const auto checked = checkExposure(exposure);
-    if (!checked.ok()) return refusal("--" + checked.error().where, checked.error().message);
+    if (!checked.ok()) return invalid("--" + checked.error().where, checked.error().message);
     const bool document = raw.options.page.format() != proto::Page::FORMAT_UNSPECIFIED;
     if (document && (exposure.samples > 1 || exposure.blurs()))
-        return refusal("--samples", "svg, eps and pdf have shapes, which are not averaged");
+        return invalid("--samples", "svg, eps and pdf have shapes, which are not averaged");
     if (app.count("--fps") == 0) return success();
     if (!(raw.fps >= leastFps && raw.fps <= mostFps))
-        return refusal("--fps", fmt::format("is a number from {} to {}", leastFps, mostFps));
+        return invalid("--fps", fmt::format("is a number from {} to {}", leastFps, mostFps));
     raw.options.fps = raw.fps;
     return success();
 }

@@ -18,7 +18,7 @@ namespace mote::client {
 namespace {
 
 constexpr std::string_view keyPrefix = "mote-frames ";
-constexpr int channels = 3;  // alpha is always one
+constexpr int writtenChannels = 3;  // alpha is always one
 
 struct FormatFacts {
     std::string_view name, extension;
@@ -44,7 +44,7 @@ OIIO::TypeDesc sampleType(PictureFormat format) {
 }
 
 OIIO::ImageSpec describe(const FramePixels& pixels, PictureFormat format, std::string_view key) {
-    OIIO::ImageSpec spec(static_cast<int>(pixels.width), static_cast<int>(pixels.height), channels,
+    OIIO::ImageSpec spec(static_cast<int>(pixels.width), static_cast<int>(pixels.height), writtenChannels,
                          sampleType(format));
     spec.attribute("ImageDescription", fmt::format("{}{}", keyPrefix, key));
     spec.attribute("oiio:ColorSpace", format == PictureFormat::exr ? "Linear" : "sRGB");
@@ -213,7 +213,7 @@ std::optional<std::string> readPictureKey(const std::filesystem::path& path, Pic
     const std::string description = spec.get_string_attribute("ImageDescription");
     const bool ours = description.compare(0, keyPrefix.size(), keyPrefix) == 0;
     const bool size = spec.width == static_cast<int>(width) && spec.height == static_cast<int>(height) &&
-                      spec.nchannels == channels && spec.format == sampleType(format);
+                      spec.nchannels == writtenChannels && spec.format == sampleType(format);
     const bool whole = ours && size && readsWhole(*input, spec);
     input->geterror();
     if (!whole) return std::nullopt;

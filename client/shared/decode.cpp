@@ -13,32 +13,30 @@
 namespace mote::client {
 namespace {
 
-Error corrupt(std::string message) {
-    return {ErrorCode::corrupt, "frame", std::move(message)};
-}
-
 Status checkSize(const proto::Frame& message) {
     const std::uint64_t width = message.width(), height = message.height();
     const bool sides = width >= 1 && width <= View::maxSide && height >= 1 && height <= View::maxSide;
     if (sides && width * height <= View::maxPixels) return success();
-    return corrupt(fmt::format("the server sent a picture of {} x {} pixels", width, height));
+    return corrupt("frame", fmt::format("the server sent a picture of {} x {} pixels", width, height));
 }
 
 Result<FramePixels> decodeZstd(FramePixels pixels, std::span<const std::uint8_t> payload) {
     const std::size_t count = std::size_t{pixels.width} * pixels.height;
     const std::size_t size = count * wire::filteredPixelSize(pixels.format);
     const auto stated = ZSTD_getFrameContentSize(payload.data(), payload.size());
-    if (stated == ZSTD_CONTENTSIZE_ERROR) return corrupt("the picture's bytes are not zstd");
+    if (stated == ZSTD_CONTENTSIZE_ERROR) return corrupt("frame", "the picture's bytes are not zstd");
     if (stated != ZSTD_CONTENTSIZE_UNKNOWN && stated != size) {
-        return corrupt(fmt::format("the picture holds {} bytes where its size asks for {}", stated, size));
+        return corrupt("frame",
+                       fmt::format("the picture holds {} bytes where its size asks for {}", stated, size));
     }
     std::vector<std::uint8_t> filtered(size);
     const std::size_t got = ZSTD_decompress(filtered.data(), size, payload.data(), payload.size());
     if (ZSTD_isError(got)) {
-        return corrupt(fmt::format("the picture is damaged: {}", ZSTD_getErrorName(got)));
+        return corrupt("frame", fmt::format("the picture is damaged: {}", ZSTD_getErrorName(got)));
     }
     if (got != size) {
-        return corrupt(fmt::format("the picture holds {} bytes where its size asks for {}", got, size));
+        return corrupt("frame",
+                       fmt::format("the picture holds {} bytes where its size asks for {}", got, size));
     }
     pixels.bytes.resize(count * bytesPerPixel(pixels.format));
     wire::unfilterRows(pixels.format, pixels.width, filtered, pixels.bytes);
@@ -46,24 +44,24 @@ Result<FramePixels> decodeZstd(FramePixels pixels, std::span<const std::uint8_t>
 }
 
 Result<FramePixels> decodeJpeg(FramePixels pixels, std::span<const std::uint8_t> payload) {
-    if (pixels.format != proto::SRGB8) return corrupt("a JPEG picture cannot hold linear halves");
+    if (pixels.format != proto::SRGB8) return corrupt("frame", "a JPEG picture cannot hold linear halves");
     const std::unique_ptr<void, int (*)(tjhandle)> jpeg(tjInitDecompress(), tjDestroy);
     if (!jpeg) return Error{ErrorCode::internal, "frame", "libjpeg-turbo does not start"};
     int width = 0, height = 0, subsampling = 0, colorspace = 0;
     if (tjDecompressHeader3(jpeg.get(), payload.data(), payload.size(), &width, &height, &subsampling,
                             &colorspace) != 0) {
-        return corrupt(fmt::format("the picture is not JPEG: {}", tjGetErrorStr2(jpeg.get())));
+        return corrupt("frame", fmt::format("the picture is not JPEG: {}", tjGetErrorStr2(jpeg.get())));
     }
     if (static_cast<std::uint32_t>(width) != pixels.width ||
         static_cast<std::uint32_t>(height) != pixels.height) {
-        return corrupt(fmt::format("the JPEG picture is {} x {}, its message says {} x {}", width, height,
-                                   pixels.width, pixels.height));
+        return corrupt("frame", fmt::format("the JPEG picture is {} x {}, its message says {} x {}", width,
+                                            height, pixels.width, pixels.height));
     }
     pixels.bytes.resize(std::size_t{pixels.width} * pixels.height * 4);
     // A warning (a truncated file, say) counts as damage: half a picture is a wrong picture.
     if (tjDecompress2(jpeg.get(), payload.data(), payload.size(), pixels.bytes.data(), width, 0, height,
                       TJPF_RGBA, 0) != 0) {
-        return corrupt(fmt::format("the picture is damaged: {}", tjGetErrorStr2(jpeg.get())));
+        return corrupt("frame", fmt::format("the picture is damaged: {}", tjGetErrorStr2(jpeg.get())));
     }
     return pixels;
 }
@@ -102,7 +100,8 @@ Result<FramePixels> FrameDecoder::decode(const proto::Frame& message, std::span<
     if (message.encoding() != proto::Frame::H264) return decodeFrame(message, payload);
     wantsKey_ = true;
     MOTE_RETURN_IF_ERROR(checkSize(message));
-    if (message.format() != proto::SRGB8) return corrupt("an H.264 picture cannot hold linear halves");
+    if (message.format() != proto::SRGB8)
+        return corrupt("frame", "an H.264 picture cannot hold linear halves");
     auto pixels = h264_.decode(message.width(), message.height(), message.key(), payload);
     wantsKey_ = !pixels.ok();
     return pixels;

@@ -22,10 +22,6 @@ struct FreePacket {
     void operator()(AVPacket* packet) const { av_packet_free(&packet); }
 };
 
-Error corrupt(const char* message) {
-    return {ErrorCode::corrupt, "frame", message};
-}
-
 Error outOfMemory() {
     return {ErrorCode::resourceExhausted, "frame", "there is not enough memory to decode the picture"};
 }
@@ -61,14 +57,15 @@ struct H264Decoder::Stream {
 
     /// Leaves the picture in `frame`.
     Status decode(std::span<const std::uint8_t> payload) {
-        if (payload.empty() || payload.size() > INT32_MAX / 2) return corrupt("the picture is no H.264");
+        if (payload.empty() || payload.size() > INT32_MAX / 2)
+            return corrupt("frame", "the picture is no H.264");
         // Decoders read beyond the end: libavcodec's own buffers are padded for it.
         if (av_new_packet(packet.get(), static_cast<int>(payload.size())) < 0) return outOfMemory();
         std::copy(payload.begin(), payload.end(), packet->data);
         const int sent = avcodec_send_packet(context.get(), packet.get());
         av_packet_unref(packet.get());
         if (sent < 0 || avcodec_receive_frame(context.get(), frame.get()) < 0 || !isWhole(*frame)) {
-            return corrupt("the picture is damaged: it is not one whole H.264 picture");
+            return corrupt("frame", "the picture is damaged: it is not one whole H.264 picture");
         }
         return success();
     }
@@ -93,7 +90,7 @@ Result<FramePixels> H264Decoder::decode(std::uint32_t width, std::uint32_t heigh
     const AVFrame& frame = *stream->frame;
     if (frame.width != static_cast<int>(width + width % 2) ||
         frame.height != static_cast<int>(height + height % 2)) {
-        return corrupt("the picture has another size than its message says");
+        return corrupt("frame", "the picture has another size than its message says");
     }
     FramePixels pixels{width, height, proto::SRGB8, {}};
     pixels.bytes.resize(std::size_t{width} * height * 4);

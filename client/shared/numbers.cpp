@@ -15,10 +15,6 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::uint32_t defaultBins = 100, mostBins = 4096;  // of mote.proto's HistogramQuery
 
-Error corrupt(const char* where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
-
 template <class Repeated>
 auto listed(const Repeated& values) {
     return std::vector<typename Repeated::value_type>(values.begin(), values.end());

@@ -5,26 +5,20 @@
 #include <cmath>
 
 namespace mote::client {
-namespace {
-
-Error corrupt(const char* message) {
-    return {ErrorCode::corrupt, "answer.picked", message};
-}
-
-}  // namespace
-
 Result<std::optional<PickedPoint>> pickedOf(const QueryAnswer& answer, const proto::PickQuery& asked) {
-    if (!answer.message.has_picked()) return corrupt("the server answered with something else");
+    if (!answer.message.has_picked())
+        return corrupt("answer.picked", "the server answered with something else");
     const auto& message = answer.message.picked();
     if (!message.found()) return std::optional<PickedPoint>();
     if (message.layer() >= static_cast<std::uint32_t>(asked.view().layers_size()))
-        return corrupt("the server picked a point of a layer that there is not");
+        return corrupt("answer.picked", "the server picked a point of a layer that there is not");
     const bool place = message.position_size() == 3 &&
                        std::ranges::all_of(message.position(), [](double x) { return std::isfinite(x); });
-    if (!place || !std::isfinite(message.distance())) return corrupt("the server's point has no place");
+    if (!place || !std::isfinite(message.distance()))
+        return corrupt("answer.picked", "the server's point has no place");
     const int count = message.names_size();
     if (message.units_size() != count || message.values_size() != count)
-        return corrupt("the server's values do not belong to their names");
+        return corrupt("answer.picked", "the server's values do not belong to their names");
     PickedPoint picked;
     picked.step = answer.message.step();
     picked.layer = message.layer();

@@ -91,10 +91,6 @@ void declare(const cli::Command& app, RawOptions& raw) {
     app.flag("--quiet", raw.options.quiet, "No progress on stderr");
 }
 
-Error refusal(const std::string& option, const std::string& why) {
-    return {ErrorCode::invalidArgument, option, why};
-}
-
 std::vector<std::string> split(const std::string& text, char at) {
     std::vector<std::string> parts;
     std::size_t begin = 0;
@@ -113,7 +109,7 @@ Result<std::vector<std::string>> namesIn(const std::string& text, const std::str
     for (const auto& name : names) {
         const auto checked = checkColumnName(name, option);
         if (!checked.ok()) return checked.error();
-        if (!seen.insert(name).second) return refusal(option, fmt::format("\"{}\" is given twice", name));
+        if (!seen.insert(name).second) return invalid(option, fmt::format("\"{}\" is given twice", name));
     }
     return names;
 }
@@ -122,7 +118,7 @@ Status checkServers(RawOptions& raw) {
     for (const auto& root : raw.options.roots) {
         const auto equals = root.find('=');
         if (equals == 0 || equals == std::string::npos || equals + 1 == root.size()) {
-            return refusal("--spawn", fmt::format("\"{}\" is not NAME=DIR", root));
+            return invalid("--spawn", fmt::format("\"{}\" is not NAME=DIR", root));
         }
     }
     if (!raw.connect.empty()) raw.options.connect = raw.connect;
@@ -133,14 +129,14 @@ Status checkBins(const RawOptions& raw, proto::HistogramQuery& query) {
     if (raw.bins.empty()) return success();
     const auto counts = split(raw.bins, ',');
     if (counts.size() != 1 && counts.size() != static_cast<std::size_t>(query.axes_size()))
-        return refusal("--bins",
+        return invalid("--bins",
                        fmt::format("says {} numbers for {} columns", counts.size(), query.axes_size()));
     for (int i = 0; i < query.axes_size(); ++i) {
         const auto& text = counts[counts.size() == 1 ? 0 : static_cast<std::size_t>(i)];
         std::uint32_t bins = 0;
         const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), bins);
         if (code != std::errc() || end != text.data() + text.size() || bins < 1 || bins > mostBins)
-            return refusal("--bins", fmt::format("\"{}\" is not a number from 1 to {}", text, mostBins));
+            return invalid("--bins", fmt::format("\"{}\" is not a number from 1 to {}", text, mostBins));
         query.mutable_axes(i)->set_bins(bins);
     }
     return success();
@@ -150,18 +146,18 @@ Status checkBins(const RawOptions& raw, proto::HistogramQuery& query) {
 Status checkRange(const std::string& text, proto::HistogramQuery& query) {
     const auto equals = text.find('=');
     const auto colon = text.find(':', equals == std::string::npos ? 0 : equals);
-    const auto wrong = refusal("--range", fmt::format("\"{}\" is not COLUMN=FROM:TO", text));
+    const auto wrong = invalid("--range", fmt::format("\"{}\" is not COLUMN=FROM:TO", text));
     if (equals == std::string::npos || colon == std::string::npos) return wrong;
     const auto from = cli::parseNumber(text.substr(equals + 1, colon - equals - 1));
     const auto to = cli::parseNumber(text.substr(colon + 1));
     if (!from || !to) return wrong;
     if (!std::isfinite(*from) || !std::isfinite(*to) || !(*from < *to))
-        return refusal("--range", fmt::format("\"{}\" must be finite, and ascend", text));
+        return invalid("--range", fmt::format("\"{}\" must be finite, and ascend", text));
     const auto axis = std::find_if(query.mutable_axes()->begin(), query.mutable_axes()->end(),
                                    [&](const auto& each) { return each.column() == text.substr(0, equals); });
     if (axis == query.mutable_axes()->end())
-        return refusal("--range", fmt::format("\"{}\" is none of the histogram's columns", text));
-    if (axis->range_size() > 0) return refusal("--range", fmt::format("\"{}\": is given twice", text));
+        return invalid("--range", fmt::format("\"{}\" is none of the histogram's columns", text));
+    if (axis->range_size() > 0) return invalid("--range", fmt::format("\"{}\": is given twice", text));
     axis->add_range(*from);
     axis->add_range(*to);
     return success();
@@ -170,10 +166,10 @@ Status checkRange(const std::string& text, proto::HistogramQuery& query) {
 Status checkHistogram(RawOptions& raw) {
     if (raw.histogram.empty()) {
         if (raw.bins.empty() && raw.ranges.empty() && !raw.unweighted) return success();
-        return refusal("--histogram", "is missing: --bins, --range and --unweighted are of a histogram");
+        return invalid("--histogram", "is missing: --bins, --range and --unweighted are of a histogram");
     }
     MOTE_ASSIGN_OR_RETURN(const auto names, namesIn(raw.histogram, "--histogram"));
-    if (names.size() > 2) return refusal("--histogram", "is of one column or two");
+    if (names.size() > 2) return invalid("--histogram", "is of one column or two");
     auto& query = raw.options.histogram.emplace();
     for (const auto& name : names) query.add_axes()->set_column(name);
     query.set_unweighted(raw.unweighted);
@@ -185,7 +181,7 @@ Status checkHistogram(RawOptions& raw) {
 Status checkForm(RawOptions& raw) {
     auto& options = raw.options;
     const int forms = (raw.json ? 1 : 0) + (raw.csv.empty() ? 0 : 1) + (raw.npy.empty() ? 0 : 1);
-    if (forms > 1) return refusal("--json", "give one of --json, --csv and --npy");
+    if (forms > 1) return invalid("--json", "give one of --json, --csv and --npy");
     if (raw.json) options.form = NumbersForm::json;
     if (!raw.csv.empty()) options.form = NumbersForm::csv;
     if (!raw.npy.empty()) options.form = NumbersForm::npy;
@@ -193,9 +189,9 @@ Status checkForm(RawOptions& raw) {
     options.exported = raw.exported;
     static constexpr std::array<std::string_view, 3> endings{".h5", ".npy", ".csv"};
     if (!raw.exported.empty() && std::ranges::count(endings, options.exported.extension().string()) == 0)
-        return refusal("--export", fmt::format("\"{}\" does not end in .h5, .npy or .csv", raw.exported));
+        return invalid("--export", fmt::format("\"{}\" does not end in .h5, .npy or .csv", raw.exported));
     if (!raw.exported.empty() && options.exported == options.file)
-        return refusal("--export", "is the file of the numbers too");
+        return invalid("--export", "is the file of the numbers too");
     return success();
 }
 
@@ -206,14 +202,14 @@ Status checkDataset(RawOptions& raw) {
         dataset = raw.ranges.back();
         raw.ranges.pop_back();
     }
-    return dataset.empty() ? Status(refusal("DATASET", "is required: ROOT/NAME")) : success();
+    return dataset.empty() ? Status(invalid("DATASET", "is required: ROOT/NAME")) : success();
 }
 
 Status check(RawOptions& raw) {
     MOTE_RETURN_IF_ERROR(checkDataset(raw));
     MOTE_RETURN_IF_ERROR(checkServers(raw));
     const auto steps = checkStepRange(raw.options.steps);
-    if (!steps.ok()) return refusal("--steps", steps.error().message);
+    if (!steps.ok()) return invalid("--steps", steps.error().message);
     raw.options.select = raw.select;
     if (!raw.columns.empty()) {
         MOTE_ASSIGN_OR_RETURN(raw.options.columns, namesIn(raw.columns, "--columns"));
@@ -222,7 +218,7 @@ Status check(RawOptions& raw) {
     MOTE_RETURN_IF_ERROR(checkForm(raw));
     if (raw.options.columns.empty() || !raw.options.histogram || !raw.options.exported.empty())
         return success();
-    return refusal("--columns", "is of statistics and exports; a histogram names its own");
+    return invalid("--columns", "is of statistics and exports; a histogram names its own");
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ void interpolate(const float* first, const float* second, float fraction, std::s
 
 using storage::GridSize;
 
-constexpr std::uint32_t side = storage::residualBrickSide;
+constexpr std::uint32_t brickSide = storage::residualBrickSide;
 
 /// A part of a node that one thread encodes: so wide along x, in bricks.
 constexpr std::uint32_t partBricks = 4;
@@ -68,15 +68,16 @@ using Multiples = std::array<std::int32_t, storage::residualBrickSamples>;
 bool fill(const ErrorSlab& slab, const ErrorSelection& selection, double step, const GridSize& brick,
           Multiples& multiples) {
     GridSize end{};
-    for (std::size_t a = 0; a < 3; ++a) end[a] = std::min(slab.grid[a], (brick[a] + 1) * side);
+    for (std::size_t a = 0; a < 3; ++a) end[a] = std::min(slab.grid[a], (brick[a] + 1) * brickSide);
     bool any = false;
-    for (auto z = brick[2] * side; z < end[2]; ++z) {
-        for (auto y = brick[1] * side; y < end[1]; ++y) {
+    for (auto z = brick[2] * brickSide; z < end[2]; ++z) {
+        for (auto y = brick[1] * brickSide; y < end[1]; ++y) {
             const auto* errors = slab.error(z) + std::size_t{y} * slab.grid[0];
-            for (auto x = brick[0] * side; x < end[0]; ++x) {
+            for (auto x = brick[0] * brickSide; x < end[0]; ++x) {
                 if (!selection.takes(errors[x])) continue;
                 const auto multiple = static_cast<std::int32_t>(std::floor(errors[x] / step + 0.5));
-                multiples[x % side + side * (y % side) + side * side * (z % side)] = multiple;
+                multiples[x % brickSide + brickSide * (y % brickSide) +
+                          brickSide * brickSide * (z % brickSide)] = multiple;
                 any = any || multiple != 0;
             }
         }
@@ -229,10 +230,10 @@ Result<std::vector<storage::ResidualPart>> residualParts(const ErrorSlab& slab,
                                                          const storage::ResidualCoding& coding,
                                                          storage::ScratchFile& scratch) {
     constexpr auto nodeSide = storage::residualNodeBricks;
-    const auto bricks = storage::bricksOf(slab.grid, side);
-    const auto first = slab.z0 / side;
-    const auto last = (slab.z1 + side - 1) / side;
-    MOTE_CHECK(slab.z0 % side == 0 && first / nodeSide == (last - 1) / nodeSide);
+    const auto bricks = storage::bricksOf(slab.grid, brickSide);
+    const auto first = slab.z0 / brickSide;
+    const auto last = (slab.z1 + brickSide - 1) / brickSide;
+    MOTE_CHECK(slab.z0 % brickSide == 0 && first / nodeSide == (last - 1) / nodeSide);
     const auto columns = (bricks[0] + partBricks - 1) / partBricks;
     const auto rows = (bricks[1] + nodeSide - 1) / nodeSide;
     FirstError failure;

@@ -18,10 +18,6 @@ using storage::GridSize;
 constexpr std::uint32_t defaultLow = 128;
 constexpr std::string_view underPrefix = "under:";
 
-Status invalid(std::string field, std::string message) {
-    return Error{ErrorCode::invalidArgument, std::move(field), std::move(message)};
-}
-
 bool isFraction(double number) {
     return number >= 0.0 && number <= 1.0;
 }

@@ -19,27 +19,27 @@ namespace {
 
 constexpr std::uint64_t slabBytes = 64 << 20;
 
-struct Told {
+struct ToldVolume {
     std::string_view format, by;
 };
 /// What tells each format, unless --format does.
-constexpr std::array<Told, 11> told{{{"nrrd", "its first bytes NRRD"},
-                                     {"nifti", "NIfTI's mark in its header"},
-                                     {"metaimage", "MetaImage's fields"},
-                                     {"vti", "XML of a VTK image"},
-                                     {"vdb", "OpenVDB's mark"},
-                                     {"pictures", "pictures, each a slice"},
-                                     {"openpmd", "HDF5 with openPMD's attributes"},
-                                     {"dicom", "DICOM's mark"},
-                                     {"npy", "NumPy's mark of one array"},
-                                     {"mrc", "MRC's mark MAP in its header"},
-                                     {"raw", "its dimensions were given"}}};
+constexpr std::array<ToldVolume, 11> toldVolumes{{{"nrrd", "its first bytes NRRD"},
+                                                  {"nifti", "NIfTI's mark in its header"},
+                                                  {"metaimage", "MetaImage's fields"},
+                                                  {"vti", "XML of a VTK image"},
+                                                  {"vdb", "OpenVDB's mark"},
+                                                  {"pictures", "pictures, each a slice"},
+                                                  {"openpmd", "HDF5 with openPMD's attributes"},
+                                                  {"dicom", "DICOM's mark"},
+                                                  {"npy", "NumPy's mark of one array"},
+                                                  {"mrc", "MRC's mark MAP in its header"},
+                                                  {"raw", "its dimensions were given"}}};
 
 std::string toldBy(const proto::VolumeSourceOptions& options, const std::string& format) {
     if (!options.format().empty() && options.format() != "auto") return "--format";
-    const auto* const found =
-        std::find_if(told.begin(), told.end(), [&](const Told& one) { return one.format == format; });
-    return found == told.end() ? "its content" : std::string(found->by);
+    const auto* const found = std::find_if(toldVolumes.begin(), toldVolumes.end(),
+                                           [&](const ToldVolume& one) { return one.format == format; });
+    return found == toldVolumes.end() ? "its content" : std::string(found->by);
 }
 
 /// "right" of a step of voxels along x of a patient's world, "+x" of others: the axis along which it goes

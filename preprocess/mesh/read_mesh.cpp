@@ -11,6 +11,7 @@
 #include "preprocess/mesh/mesh_text.h"
 #include "preprocess/mesh/weld_mesh.h"
 #include "preprocess/readers/text/byte_source.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -37,13 +38,6 @@ Result<std::string> readAll(const fs::path& path, std::uint64_t limit, Progress&
         }
         if (got < pieceBytes) return bytes;
     }
-}
-
-std::string lower(std::string_view text) {
-    std::string made(text);
-    std::transform(made.begin(), made.end(), made.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return made;
 }
 
 /// ".obj" of "Skull.OBJ.gz".

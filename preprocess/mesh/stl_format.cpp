@@ -6,6 +6,7 @@
 
 #include "preprocess/mesh/mesh_formats.h"
 #include "preprocess/mesh/mesh_text.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -54,12 +55,6 @@ Result<ExactMesh> parseBinary(std::string_view bytes, const std::string& name) {
         }
     }
     return mesh;
-}
-
-std::string lower(std::string_view text) {
-    std::string made(text);
-    for (char& c : made) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return made;
 }
 
 Result<ExactMesh> parseAscii(std::string_view text, const std::string& name) {

@@ -13,7 +13,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t noVertex = std::numeric_limits<std::uint32_t>::max();
 constexpr double leastHeight = 1e-7;   // of the longest edge
 constexpr double needleHeight = 1e-3;  // of the longest edge
 
@@ -30,7 +30,7 @@ std::vector<std::uint32_t> firstAtPlace(const std::vector<glm::vec3>& positions)
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
         return std::tuple(place(a), a) < std::tuple(place(b), b);
     });
-    std::vector<std::uint32_t> first(positions.size(), none);
+    std::vector<std::uint32_t> first(positions.size(), noVertex);
     for (std::size_t i = 0; i < order.size(); ++i) {
         const bool again = i > 0 && place(order[i]) == place(order[i - 1]);
         first[order[i]] = again ? first[order[i - 1]] : order[i];
@@ -85,13 +85,13 @@ void removeRepeated(TriangleMesh& mesh, MeshCounts& counts) {
 }
 
 void removeUnused(TriangleMesh& mesh) {
-    std::vector<std::uint32_t> renamed(mesh.positions.size(), none);
+    std::vector<std::uint32_t> renamed(mesh.positions.size(), noVertex);
     for (const auto& triangle : mesh.triangles) {
         for (const auto corner : triangle) renamed[corner] = 0;
     }
     std::uint32_t kept = 0;
     for (std::size_t i = 0; i < renamed.size(); ++i) {
-        if (renamed[i] == none) continue;
+        if (renamed[i] == noVertex) continue;
         mesh.positions[kept] = mesh.positions[i];
         renamed[i] = kept++;
     }
@@ -110,13 +110,13 @@ TriangleMesh weldMesh(TriangleMesh mesh, MeshCounts& counts) {
     counts.tangled += mesh.tangled;
     const auto first = firstAtPlace(mesh.positions);
     std::uint64_t placed = 0;
-    for (std::uint32_t i = 0; i < first.size(); ++i) placed += first[i] == i || first[i] == none ? 1 : 0;
+    for (std::uint32_t i = 0; i < first.size(); ++i) placed += first[i] == i || first[i] == noVertex ? 1 : 0;
     counts.duplicates += mesh.positions.size() - placed;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         auto& triangle = mesh.triangles[i];
         for (auto& corner : triangle) corner = first[corner];
-        if (std::find(triangle.begin(), triangle.end(), none) != triangle.end()) {
+        if (std::find(triangle.begin(), triangle.end(), noVertex) != triangle.end()) {
             ++counts.notFinite;
             continue;
         }

@@ -14,9 +14,9 @@ namespace {
 constexpr std::size_t together = 8;  // values that are a bunch of their own
 constexpr double ofWindow =
     4e-3;  // of the width of a hundredth of the values, .025 sigma in a Gaussian's core
-constexpr double apart = 1e4, narrow = 1e3;  // steps
+constexpr double apartFrom = 1e4, narrow = 1e3;  // steps
 
-double quantile(const std::vector<double>& sorted, double share) {
+double nearestQuantile(const std::vector<double>& sorted, double share) {
     return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1) + 0.5)];
 }
 
@@ -67,7 +67,8 @@ class Floats {
     /// Fewer, but by themselves.
     bool bunchesAreFine() const {
         for (std::size_t first = 0, i = 0; i < values_.size(); ++i) {
-            const bool last = i + 1 == values_.size() || values_[i + 1] - values_[i] > apart * stepIn(i, i);
+            const bool last =
+                i + 1 == values_.size() || values_[i + 1] - values_[i] > apartFrom * stepIn(i, i);
             if (!last) continue;
             const bool bunch =
                 i - first + 1 >= together && values_[i] - values_[first] < narrow * stepIn(first, i);
@@ -88,8 +89,8 @@ ColumnCoding codingOf(std::vector<double> sample) {
     std::erase_if(sample, [](double value) { return !std::isfinite(value); });
     if (sample.empty()) return {};
     std::sort(sample.begin(), sample.end());
-    const double middle = quantile(sample, 0.5);
-    const bool far = std::abs(middle) > quantile(sample, 0.99) - quantile(sample, 0.01);
+    const double middle = nearestQuantile(sample, 0.5);
+    const bool far = std::abs(middle) > nearestQuantile(sample, 0.99) - nearestQuantile(sample, 0.01);
     sample.erase(std::unique(sample.begin(), sample.end()), sample.end());
     const Floats asTheyAre(sample, 0.0);
     if (asTheyAre.exact() || (!far && asTheyAre.fineEnough())) return {};

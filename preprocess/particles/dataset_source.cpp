@@ -113,10 +113,6 @@ class DatasetSource final : public ParticleSource {
     std::shared_ptr<const storage::ParticleColumns> open_;
 };
 
-Error invalid(const char* field, std::string message) {
-    return {ErrorCode::invalidArgument, field, std::move(message)};
-}
-
 }  // namespace
 
 bool isDataset(const std::vector<std::filesystem::path>& inputs) {

@@ -15,7 +15,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::uint64_t pointsAtOnce = std::uint64_t{1} << 18;
+constexpr std::uint64_t idsAtOnce = std::uint64_t{1} << 18;
 constexpr unsigned bucketBits = 12;
 constexpr std::size_t buckets = std::size_t{1} << bucketBits;
 
@@ -31,7 +31,7 @@ class IndexWriter {
                 const Progress& progress)
         : file_(file),
           arrays_(arrays),
-          most_(std::max<std::uint64_t>(memory / 4 * 3 / sizeof(Entry), pointsAtOnce)),
+          most_(std::max<std::uint64_t>(memory / 4 * 3 / sizeof(Entry), idsAtOnce)),
           progress_(progress),
           counts_(buckets) {}
 
@@ -55,11 +55,11 @@ class IndexWriter {
   private:
     template <class Use>
     Status forEachPart(const Use& use) {
-        const std::uint64_t parts = (arrays_.points + pointsAtOnce - 1) / pointsAtOnce;
+        const std::uint64_t parts = (arrays_.points + idsAtOnce - 1) / idsAtOnce;
         std::vector<Status> statuses(parts, success());
         tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
-            const std::uint64_t first = part * pointsAtOnce;
-            std::vector<std::uint64_t> ids(std::min(pointsAtOnce, arrays_.points - first));
+            const std::uint64_t first = part * idsAtOnce;
+            std::vector<std::uint64_t> ids(std::min(idsAtOnce, arrays_.points - first));
             statuses[part] = progress_.cancelled() ? Status(cancelledError())
                                                    : file_.read(arrays_.ids, first * sizeof(std::uint64_t),
                                                                 std::as_writable_bytes(std::span(ids)));

@@ -10,7 +10,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::array<std::string_view, 8> columnNames{"x", "y", "z", "t", "px", "py", "pz", "weight"};
+constexpr std::array<std::string_view, 8> namesOfColumns{"x", "y", "z", "t", "px", "py", "pz", "weight"};
 
 std::vector<PlotAxis> makeAxes() {
     using enum Column;
@@ -84,14 +84,14 @@ Result<PlotAxis> findAxis(std::string_view name) {
 Status checkAxis(const PlotAxis& axis, const ParticleSource& source) {
     std::string present;
     std::string missing;
-    for (std::size_t i = 0; i < columnNames.size(); ++i) {
+    for (std::size_t i = 0; i < namesOfColumns.size(); ++i) {
         if (source.has(static_cast<Column>(i)))
-            present += fmt::format("{}{}", present.empty() ? "" : ", ", columnNames[i]);
+            present += fmt::format("{}{}", present.empty() ? "" : ", ", namesOfColumns[i]);
     }
     for (const auto column : axis.columns) {
         if (source.has(column)) continue;
-        missing +=
-            fmt::format("{}{}", missing.empty() ? "" : ", ", columnNames[static_cast<std::size_t>(column)]);
+        missing += fmt::format("{}{}", missing.empty() ? "" : ", ",
+                               namesOfColumns[static_cast<std::size_t>(column)]);
     }
     const auto where = fmt::format("axis {}", axis.name);
     if (!missing.empty()) {

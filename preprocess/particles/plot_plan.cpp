@@ -34,10 +34,6 @@ proto::JobRequest portableRequest(const proto::JobRequest& request, const std::v
     return portable;
 }
 
-Error invalid(std::string field, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
-}
-
 Status checkNumber(std::uint32_t value, std::uint32_t least, std::uint32_t greatest, const char* field) {
     if (value >= least && value <= greatest) return success();
     return invalid(field, fmt::format("must be {} to {}, not {}", least, greatest, value));

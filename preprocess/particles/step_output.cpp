@@ -18,9 +18,9 @@ namespace {
 using storage::StepArray;
 using storage::StepFile;
 
-class Output {
+class StepFiles {
   public:
-    Output(const BuiltStep& step, const StepOutput& output)
+    StepFiles(const BuiltStep& step, const StepOutput& output)
         : step_(step),
           output_(output),
           ranks_(*output.ranks),
@@ -149,7 +149,7 @@ class Output {
 }  // namespace
 
 Result<StepFile::Places> writeBuiltStep(const BuiltStep& step, const StepOutput& output) {
-    return Output(step, output).run();
+    return StepFiles(step, output).run();
 }
 
 }  // namespace mote::prep

@@ -83,10 +83,6 @@ std::span<const Unit> unitsOf(Column column) {
     return {};
 }
 
-bool isMomentum(Column column) {
-    return column == Column::px || column == Column::py || column == Column::pz;
-}
-
 Result<double> unitFactor(Column column, std::string_view written, double mass, const std::string& where) {
     const std::string unit = unitName(written);
     for (const Unit& known : unitsOf(column)) {

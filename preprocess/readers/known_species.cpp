@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "preprocess/constants.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -20,14 +21,14 @@ constexpr double hydrideMass = protonMass + 2 * electronMass - 14.352;
 // H2 without one electron: what binds it is 16.25 eV beside two protons and an electron.
 constexpr double hydrogenMoleculeMass = 2 * protonMass + electronMass - 16.25;
 
-struct Name {
+struct SpeciesName {
     std::string_view written;  // in lower case
     std::string_view name;
     double mass;
     int charge;
 };
 // The first of a name is what files are given.
-constexpr Name names[] = {
+constexpr SpeciesName speciesNames[] = {
     {"electron", "electron", electronMass, -1},
     {"electrons", "electron", electronMass, -1},
     {"e-", "electron", electronMass, -1},
@@ -144,13 +145,6 @@ constexpr Nuclide nuclides[] = {
 };
 constexpr double sameMass = 1e-4;  // relative: sources round, and f32 does too
 
-std::string lower(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
-}
-
 /// "#12C+3", "#40Ar", "#1H-": nucleons, element, then a sign with the number of charges, 1 unless said.
 std::optional<KnownSpecies> nuclideOf(std::string_view written) {
     if (!written.starts_with('#')) return std::nullopt;
@@ -208,7 +202,7 @@ std::optional<SpeciesByMass> nuclideOf(double mass, double charge) {
 
 std::optional<KnownSpecies> speciesOf(std::string_view name) {
     const std::string written = lower(name);
-    for (const auto& known : names) {
+    for (const auto& known : speciesNames) {
         if (known.written != written) continue;
         return KnownSpecies{std::string(known.name), known.mass, known.charge * elementaryCharge, true};
     }
@@ -217,7 +211,7 @@ std::optional<KnownSpecies> speciesOf(std::string_view name) {
 
 std::optional<SpeciesByMass> speciesOf(double mass, double charge) {
     std::optional<SpeciesByMass> found;
-    for (const auto& known : names) {
+    for (const auto& known : speciesNames) {
         if (!(std::abs(mass - known.mass) <= sameMass * known.mass) || known.mass == 0.0) continue;
         if (charge != 0.0 &&
             std::abs(charge - known.charge * elementaryCharge) > sameMass * elementaryCharge) {

@@ -31,6 +31,10 @@ enum class Column : std::uint8_t {
 };
 inline constexpr std::size_t columnCount = 9;
 
+constexpr bool isMomentum(Column column) {
+    return column == Column::px || column == Column::py || column == Column::pz;
+}
+
 /// One step of the run.
 struct SourceStep {
     std::string file;             ///< where it stands, for messages

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "preprocess/readers/field_meaning.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 
@@ -36,13 +37,6 @@ inline constexpr Unit momenta[] = {{"ev/c", 1},
                                    {"tev", 1e12},
                                    {"kgm/s", momentumInEv},
                                    {"kgms^-1", momentumInEv}};
-
-inline std::string lower(std::string_view text) {
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return result;
-}
 
 /// As the tables of units have it.
 inline std::string unitName(std::string_view text) {

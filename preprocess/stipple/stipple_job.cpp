@@ -34,10 +34,6 @@ constexpr std::uint64_t planeBytesPerPoint = 1500;
 /// The share of a plane job's time that the start takes.
 constexpr double startShare = 0.3;
 
-Error invalid(std::string field, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
-}
-
 Result<storage::StippleHierarchy> buildPlane(const proto::StippleJob& job, Progress& progress) {
     const auto points = static_cast<std::uint32_t>(job.points());
     MOTE_ASSIGN_OR_RETURN(const auto start, evenPoints(points, job.seed(), startShare, progress));

@@ -32,7 +32,7 @@ constexpr std::array<ScalarTypeName, 12> typeNames{{
 }};
 
 /// Reads the lines of the header, of which the last one names the data. Returns where they end.
-Result<std::size_t> readFields(std::string_view text, HeaderFields& fields) {
+Result<std::size_t> readMetaFields(std::string_view text, HeaderFields& fields) {
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t end = std::min(text.find('\n', at), text.size());
         const std::string_view line = trim(text.substr(at, end - at));
@@ -48,9 +48,9 @@ Result<std::size_t> readFields(std::string_view text, HeaderFields& fields) {
     return fields.corrupt("ElementDataFile", "is missing");
 }
 
-class HeaderReader {
+class MetaReader {
   public:
-    HeaderReader(const HeaderFields& fields, MetaImageHeader& header) : fields_(fields), header_(header) {}
+    MetaReader(const HeaderFields& fields, MetaImageHeader& header) : fields_(fields), header_(header) {}
 
     Status read() {
         MOTE_RETURN_IF_ERROR(readSize());
@@ -191,10 +191,10 @@ bool MetaImageHeader::begins(std::string_view bytes) {
 
 Result<MetaImageHeader> MetaImageHeader::parse(std::string_view text, const std::string& file) {
     HeaderFields fields(file);
-    MOTE_ASSIGN_OR_RETURN(const auto bytes, readFields(text, fields));
+    MOTE_ASSIGN_OR_RETURN(const auto bytes, readMetaFields(text, fields));
     MetaImageHeader header;
     header.bytes = bytes;
-    MOTE_RETURN_IF_ERROR(HeaderReader(fields, header).read());
+    MOTE_RETURN_IF_ERROR(MetaReader(fields, header).read());
     const std::string_view said = fields.text("ElementDataFile");
     if (said != "LOCAL" && said != "Local" && said != "local") {
         MOTE_ASSIGN_OR_RETURN(auto names,

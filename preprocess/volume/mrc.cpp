@@ -24,9 +24,9 @@ constexpr std::size_t sizeAt = 0, modeAt = 12, startAt = 16, gridAt = 28, cellAt
 constexpr std::uint32_t imodStamp = 1146047817, imodSigned = 1;
 constexpr int firstStack = 401, lastStack = 630;
 
-class HeaderReader {
+class MrcReader {
   public:
-    HeaderReader(std::string_view bytes, const std::string& file, MrcHeader& header)
+    MrcReader(std::string_view bytes, const std::string& file, MrcHeader& header)
         : bytes_(bytes), file_(file), header_(header) {}
 
     Status read() {
@@ -215,7 +215,7 @@ Result<MrcHeader> MrcHeader::parse(std::string_view bytes, const std::string& fi
     if (bytes.size() < MrcHeader::bytes)
         return Error{ErrorCode::corrupt, file, "is shorter than the head of a map"};
     MrcHeader header;
-    MOTE_RETURN_IF_ERROR(HeaderReader(bytes, file, header).read());
+    MOTE_RETURN_IF_ERROR(MrcReader(bytes, file, header).read());
     return header;
 }
 

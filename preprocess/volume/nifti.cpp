@@ -34,7 +34,7 @@ constexpr std::array<TypeCode, 10> typeCodes{{{1024, ScalarType::i64},
                                               {768, ScalarType::u32}}};
 
 /// The header's fields under their names of nifti1.h, whatever version and byte order they have.
-struct Fields {
+struct NiftiFields {
     bool bigEndian = false, beside = false;
     std::array<std::int64_t, 8> dim{};
     std::array<double, 8> pixdim{};
@@ -63,8 +63,8 @@ class Bytes {
     bool bigEndian_;
 };
 
-Fields firstVersion(const Bytes& bytes) {
-    Fields fields;
+NiftiFields firstVersion(const Bytes& bytes) {
+    NiftiFields fields;
     bytes.array<std::int16_t>(40, fields.dim);
     fields.datatype = bytes.at<std::int16_t>(70);
     bytes.array<float>(76, fields.pixdim);
@@ -80,8 +80,8 @@ Fields firstVersion(const Bytes& bytes) {
     return fields;
 }
 
-Fields secondVersion(const Bytes& bytes) {
-    Fields fields;
+NiftiFields secondVersion(const Bytes& bytes) {
+    NiftiFields fields;
     fields.datatype = bytes.at<std::int16_t>(12);
     bytes.array<std::int64_t>(16, fields.dim);
     bytes.array<double>(104, fields.pixdim);
@@ -103,18 +103,18 @@ bool hasSize(std::string_view bytes, std::size_t size, bool bigEndian) {
            loadNumber<std::int32_t>(bytes.data(), bigEndian) == static_cast<int>(size);
 }
 
-Fields readFields(std::string_view bytes) {
+NiftiFields readNiftiFields(std::string_view bytes) {
     const bool first = hasSize(bytes, firstBytes, false) || hasSize(bytes, firstBytes, true);
     const bool big = hasSize(bytes, first ? firstBytes : secondBytes, true);
-    Fields fields = first ? firstVersion(Bytes(bytes, big)) : secondVersion(Bytes(bytes, big));
+    NiftiFields fields = first ? firstVersion(Bytes(bytes, big)) : secondVersion(Bytes(bytes, big));
     fields.bigEndian = big;
     fields.beside = bytes[(first ? firstMagicAt : secondMagicAt) + 1] == 'i';
     return fields;
 }
 
-class HeaderReader {
+class NiftiReader {
   public:
-    HeaderReader(const Fields& fields, const std::string& file, NiftiHeader& header)
+    NiftiReader(const NiftiFields& fields, const std::string& file, NiftiHeader& header)
         : fields_(fields), file_(file), header_(header) {}
 
     Status read() {
@@ -244,7 +244,7 @@ class HeaderReader {
                 2 * (b * d + a * c),           2 * (c * d - a * b),           a * a + d * d - b * b - c * c};
     }
 
-    const Fields& fields_;
+    const NiftiFields& fields_;
     const std::string& file_;
     NiftiHeader& header_;
 };
@@ -281,9 +281,9 @@ bool NiftiHeader::begins(std::string_view bytes) {
 
 Result<NiftiHeader> NiftiHeader::parse(std::string_view bytes, const std::string& file) {
     if (!begins(bytes)) return Error{ErrorCode::corrupt, file, "does not begin as a NIfTI file"};
-    const Fields fields = readFields(bytes);
+    const NiftiFields fields = readNiftiFields(bytes);
     NiftiHeader header;
-    MOTE_RETURN_IF_ERROR(HeaderReader(fields, file, header).read());
+    MOTE_RETURN_IF_ERROR(NiftiReader(fields, file, header).read());
     // Where the offset says less than the header and its extension flag, there is no extension.
     const bool first = hasSize(bytes, firstBytes, fields.bigEndian);
     if (!header.beside)

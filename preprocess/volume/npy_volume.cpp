@@ -19,7 +19,7 @@ namespace mote::prep {
 namespace {
 
 constexpr std::uint64_t mostHeld = 1u << 30;  // bytes of an array in Fortran's order
-constexpr std::size_t mostListed = 20;
+constexpr std::size_t mostArraysListed = 20;
 
 /// An array in Fortran's order, its first index the fastest, as the bytes that it has in C order.
 class FortranStream : public ByteStream {
@@ -98,10 +98,11 @@ bool isVolume(const NpyArray& array) {
 
 Error several(const std::string& where, const std::vector<NpyArray>& arrays, const std::string& what) {
     std::string list;
-    for (std::size_t i = 0; i < std::min(arrays.size(), mostListed); ++i) {
+    for (std::size_t i = 0; i < std::min(arrays.size(), mostArraysListed); ++i) {
         list += fmt::format("{}{} ({})", i == 0 ? "" : ", ", arrays[i].name, shapeText(arrays[i]));
     }
-    if (arrays.size() > mostListed) list += fmt::format(" and {} more", arrays.size() - mostListed);
+    if (arrays.size() > mostArraysListed)
+        list += fmt::format(" and {} more", arrays.size() - mostArraysListed);
     return {
         what.empty() ? ErrorCode::unsupported : ErrorCode::notFound, where,
         (what.empty() ? "holds several arrays: ask for one as the field; it holds " : what + "; it holds ") +

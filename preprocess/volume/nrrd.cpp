@@ -15,6 +15,7 @@
 #include "preprocess/volume/packed_stream.h"
 #include "preprocess/volume/stream_volume.h"
 #include "preprocess/volume/world_space.h"
+#include "protocol/scene/utf8.h"
 
 namespace mote::prep {
 namespace {
@@ -22,17 +23,11 @@ namespace {
 constexpr std::size_t mostAxes = 16;
 
 /// One axis of the array, fastest first.
-struct Axis {
+struct NrrdAxis {
     std::uint64_t size = 0;
     std::optional<glm::dvec3> direction;  ///< one voxel's step; none: no axis of space
     double origin = 0.0;                  ///< of the first voxel's centre along it, without directions
 };
-
-std::string lower(std::string_view text) {
-    std::string made(text);
-    for (char& c : made) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return made;
-}
 
 /// Whether the values along an axis of this kind are samples of a space, not the parts of one value.
 bool isSpatial(std::string_view said) {
@@ -54,7 +49,7 @@ std::vector<std::string> listed(std::string_view text) {
 }
 
 /// Reads the lines of the header into fields. Returns where they end.
-Result<std::size_t> readFields(std::string_view text, HeaderFields& fields) {
+Result<std::size_t> readNrrdFields(std::string_view text, HeaderFields& fields) {
     std::size_t at = 0;
     for (bool first = true; at < text.size(); first = false) {
         const std::size_t end = text.find('\n', at);
@@ -80,9 +75,9 @@ Result<std::size_t> readFields(std::string_view text, HeaderFields& fields) {
     return at;
 }
 
-class HeaderReader {
+class NrrdReader {
   public:
-    HeaderReader(const HeaderFields& fields, NrrdHeader& header) : fields_(fields), header_(header) {}
+    NrrdReader(const HeaderFields& fields, NrrdHeader& header) : fields_(fields), header_(header) {}
 
     Status read() {
         MOTE_RETURN_IF_ERROR(readType());
@@ -151,7 +146,7 @@ class HeaderReader {
     /// "(1,0,0) (0,1,0) none (0,0,2)": a vector an axis.
     Status readDirections() {
         std::string_view rest = fields_.text("space directions");
-        for (Axis& axis : axes_) {
+        for (NrrdAxis& axis : axes_) {
             rest = trim(rest);
             if (lower(rest.substr(0, 4)) == "none") {
                 rest.remove_prefix(4);
@@ -244,7 +239,7 @@ class HeaderReader {
         return success();
     }
 
-    bool isOfSpace(const Axis& axis, std::size_t i, const std::vector<std::string>& kinds) const {
+    bool isOfSpace(const NrrdAxis& axis, std::size_t i, const std::vector<std::string>& kinds) const {
         return axis.direction && isSpatial(i < kinds.size() ? kinds[i] : "") &&
                (!fields_.has("space directions") || *axis.direction != glm::dvec3(0.0));
     }
@@ -252,9 +247,9 @@ class HeaderReader {
     /// Three axes are those of space; faster ones are the components of a voxel, slower ones several volumes.
     Status place() {
         const auto kinds = listed(fields_.text("kinds"));
-        std::vector<Axis> space;
+        std::vector<NrrdAxis> space;
         for (std::size_t i = 0; i < axes_.size(); ++i) {
-            const Axis& axis = axes_[i];
+            const NrrdAxis& axis = axes_[i];
             if (isOfSpace(axis, i, kinds) && (space.size() < 3 || axis.size > 1)) {
                 space.push_back(axis);
                 continue;
@@ -286,7 +281,7 @@ class HeaderReader {
 
     const HeaderFields& fields_;
     NrrdHeader& header_;
-    std::vector<Axis> axes_;
+    std::vector<NrrdAxis> axes_;
     std::optional<glm::dvec3> origin_;
 };
 
@@ -331,7 +326,7 @@ Result<ByteStreamPtr> unwrap(ByteStreamPtr stream, const NrrdHeader& header, std
 
 Result<NrrdHeader> NrrdHeader::parse(std::string_view text, const std::string& file) {
     HeaderFields fields(file);
-    MOTE_ASSIGN_OR_RETURN(const auto bytes, readFields(text, fields));
+    MOTE_ASSIGN_OR_RETURN(const auto bytes, readNrrdFields(text, fields));
     NrrdHeader header;
     header.bytes = bytes;
     if (fields.has("data file")) {
@@ -339,7 +334,7 @@ Result<NrrdHeader> NrrdHeader::parse(std::string_view text, const std::string& f
                                                         fields.where("data file")));
         header.dataFiles = std::move(names);
     }
-    MOTE_RETURN_IF_ERROR(HeaderReader(fields, header).read());
+    MOTE_RETURN_IF_ERROR(NrrdReader(fields, header).read());
     return header;
 }
 

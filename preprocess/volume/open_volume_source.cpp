@@ -65,21 +65,17 @@ class SilentProgress : public Progress {
     bool cancelled() const override { return false; }
 };
 
-Error wrongOption(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 Status place(VolumeShape& shape, const proto::VolumeSourceOptions& options) {
     MOTE_RETURN_IF_ERROR(bringTo(options.space(), shape));
     glm::dmat3 steps(shape.indexToWorld);
     glm::dvec3 origin(shape.indexToWorld[3]);
     for (int i = 0; i < options.spacing_size(); ++i) {
-        if (!(options.spacing(i) > 0.0)) return wrongOption("spacing", "is not over 0");
+        if (!(options.spacing(i) > 0.0)) return invalid("spacing", "is not over 0");
         steps[i] *= options.spacing(i) / glm::length(steps[i]);
     }
     for (int i = 0; i < options.origin_size(); ++i) origin[i] = options.origin(i);
     const auto status = setPlacement(shape, steps, origin, "spacing and origin");
-    return status.ok() ? success() : Status(wrongOption(status.error().where, status.error().message));
+    return status.ok() ? success() : Status(invalid(status.error().where, status.error().message));
 }
 
 struct Format {
@@ -173,7 +169,7 @@ Result<std::unique_ptr<VolumeSource>> openAs(std::string_view format, const Volu
     }
     if (format == "npy") return openNpy(input, options.field());
     if (format == "mrc") return openMrc(input, options.field());
-    return wrongOption(
+    return invalid(
         "format",
         fmt::format(
             "\"{:.20}\" is none of auto, raw, nrrd, metaimage, nifti, vti, pictures, vdb, openpmd, dicom, "
@@ -236,16 +232,16 @@ bool areOneInput(const proto::VolumeSourceOptions& options,
 Result<std::unique_ptr<VolumeSource>> openVolumeSource(const VolumeStep& step, Progress& progress) {
     const auto& options = step.options;
     if (options.spacing_size() != 0 && options.spacing_size() != 3) {
-        return wrongOption("spacing", "needs three numbers");
+        return invalid("spacing", "needs three numbers");
     }
     if (options.origin_size() != 0 && options.origin_size() != 3) {
-        return wrongOption("origin", "needs three numbers");
+        return invalid("origin", "needs three numbers");
     }
     if (progress.cancelled()) return cancelledError();
     MOTE_ASSIGN_OR_RETURN(const auto format,
                           step.look ? Result(std::string_view("dicom")) : formatOf(options, step.input));
     if (!options.series().empty() && format != "dicom") {
-        return wrongOption("series", "is one of DICOM files, and these are none");
+        return invalid("series", "is one of DICOM files, and these are none");
     }
     auto source = openAs(format, step, progress);
     if (!source) return quotable(source.error());

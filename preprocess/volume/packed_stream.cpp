@@ -9,7 +9,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t bufferBytes = 256 * 1024;
+constexpr std::size_t packedBuffer = 256 * 1024;
 // Blocks of 900,000 bytes, of which runs of 255 are five bytes before they are packed, take 32 bytes at
 // least.
 constexpr std::uint64_t bzip2Ratio = 900'000 / 5 * 255 / 32;
@@ -17,7 +17,7 @@ constexpr std::uint64_t bzip2Ratio = 900'000 / 5 * 255 / 32;
 class Bzip2Stream : public ForwardStream {
   public:
     explicit Bzip2Stream(ByteStreamPtr compressed)
-        : compressed_(std::move(compressed)), input_(bufferBytes) {}
+        : compressed_(std::move(compressed)), input_(packedBuffer) {}
     ~Bzip2Stream() override { end(); }
     Bzip2Stream(const Bzip2Stream&) = delete;
     Bzip2Stream& operator=(const Bzip2Stream&) = delete;
@@ -106,7 +106,7 @@ int digitOf(char c) {
 
 class HexStream : public ForwardStream {
   public:
-    explicit HexStream(ByteStreamPtr text) : text_(std::move(text)), buffer_(bufferBytes) {}
+    explicit HexStream(ByteStreamPtr text) : text_(std::move(text)), buffer_(packedBuffer) {}
     std::string name() const override { return text_->name(); }
     std::uint64_t mostBytes() const override { return text_->mostBytes() / 2; }
 

@@ -22,10 +22,6 @@ using namespace std::string_view_literals;
 // A slice's size over its file's: more than LZW in TIFF makes, at most 4096 bytes of 12 bits.
 constexpr std::uint64_t greatestRatio = 4096;
 
-Error cancelled() {
-    return {ErrorCode::cancelled, "", "cancelled while pictures were read"};
-}
-
 /// Which of a pixel's numbers is its value.
 struct Pick {
     bool luminance = false;  ///< that of the first three
@@ -72,7 +68,7 @@ class PictureStack : public VolumeSource {
         MOTE_RETURN_IF_ERROR(place());
         noteColours();
         for (std::uint32_t z = 0; z < shape_.nz; ++z) {
-            if (progress_.cancelled()) return cancelled();
+            if (progress_.cancelled()) return wasCancelled("cancelled while pictures were read");
             MOTE_RETURN_IF_ERROR(enter(pageOf(z)));
             MOTE_RETURN_IF_ERROR(checkLikeFirst(pageOf(z)));
         }
@@ -83,7 +79,7 @@ class PictureStack : public VolumeSource {
         MOTE_CHECK(z0 <= z1 && z1 <= shape_.nz && values.size() == shape_.voxelsOfSlice() * (z1 - z0));
         const auto slice = static_cast<std::size_t>(shape_.voxelsOfSlice());
         for (std::uint32_t z = z0; z < z1; ++z) {
-            if (progress_.cancelled()) return cancelled();
+            if (progress_.cancelled()) return wasCancelled("cancelled while pictures were read");
             MOTE_RETURN_IF_ERROR(enter(pageOf(z)));
             MOTE_RETURN_IF_ERROR(checkLikeFirst(pageOf(z)));
             MOTE_RETURN_IF_ERROR(readSlice(values.subspan((z - z0) * slice, slice)));
@@ -221,7 +217,8 @@ class PictureStack : public VolumeSource {
     Status readSlice(std::span<float> values) {
         return picture_->read([&](std::uint32_t row, std::span<const float> pixels) -> Status {
             keepOne(pixels, values.subspan(std::size_t{row} * shape_.nx, shape_.nx));
-            return progress_.cancelled() ? Status(cancelled()) : success();
+            return progress_.cancelled() ? Status(wasCancelled("cancelled while pictures were read"))
+                                         : success();
         });
     }
 

@@ -19,7 +19,7 @@ constexpr std::size_t blockBytes = 1u << 20;
 constexpr double mostSamples = 0x1p59;          // times 8 bytes is a number of 64 bits
 constexpr std::uint64_t mostBehind = 1u << 16;  // bytes behind the last value of a compressed stream
 
-constexpr std::size_t bufferBytes = 256 * 1024;
+constexpr std::size_t numberBuffer = 256 * 1024;
 constexpr std::size_t longestWord = 128;
 
 bool separates(char c) {
@@ -28,7 +28,7 @@ bool separates(char c) {
 
 class NumberStream : public ForwardStream {
   public:
-    explicit NumberStream(ByteStreamPtr text) : text_(std::move(text)), buffer_(bufferBytes) {}
+    explicit NumberStream(ByteStreamPtr text) : text_(std::move(text)), buffer_(numberBuffer) {}
     std::string name() const override { return text_->name(); }
     /// A number takes two characters at least, but for the last one.
     std::uint64_t mostBytes() const override {

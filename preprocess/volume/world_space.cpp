@@ -9,18 +9,14 @@
 #include <glm/vec3.hpp>
 #include <optional>
 
+#include "protocol/scene/utf8.h"
+
 namespace mote::prep {
 namespace {
 
 /// The two directions of each axis, the one of RAS first.
 constexpr std::array<std::array<std::string_view, 2>, 3> directions{
     {{"right", "left"}, {"anterior", "posterior"}, {"superior", "inferior"}}};
-
-std::string lower(std::string_view text) {
-    std::string made(text);
-    for (char& c : made) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return made;
-}
 
 /// By axis, 1 where a patient's space goes as RAS does and -1 where it goes the other way.
 std::optional<glm::dvec3> signsOf(std::string_view space) {

@@ -12,8 +12,6 @@
 namespace mote {
 namespace {
 
-constexpr double inch = 25.4;              // mm
-constexpr double pointsInInch = 72.0;      // of type
 constexpr double pixelsInInch = 96.0;      // where nobody says how wide a picture is printed
 constexpr std::size_t longestTitle = 256;  // bytes
 constexpr double leastPrintWidth = 0.1;    // mm
@@ -33,13 +31,13 @@ Status checkTitle(const std::string& title) {
 double printWidthOf(const Annotations& annotations, std::uint32_t width, std::uint32_t height, double scale) {
     if (annotations.printWidth) return *annotations.printWidth;
     const double times = lengthScale(height, scale, annotations.fontPoints.said());
-    return std::max(leastPrintWidth, width * inch / pixelsInInch / times);
+    return std::max(leastPrintWidth, width * inchInMillimeters / pixelsInInch / times);
 }
 
 }  // namespace
 
 double Annotations::fontPixels(std::uint32_t width, std::uint32_t height, double scale) const {
-    return fontPoints / pointsInInch * inch * width / printWidthOf(*this, width, height, scale);
+    return fontPoints / inchInPoints * inchInMillimeters * width / printWidthOf(*this, width, height, scale);
 }
 
 Result<Annotations> parseAnnotations(const proto::Annotations& message) {

@@ -9,17 +9,13 @@
 namespace mote {
 namespace {
 
-constexpr double largest = 1e300;  // so that the length of a range is a number
-
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
+constexpr double largestColored = 1e300;  // so that the length of a range is a number
 
 Result<std::optional<ValueRange>> parseRange(const google::protobuf::RepeatedField<double>& range) {
     if (range.empty()) return std::optional<ValueRange>();
     if (range.size() != 2) return invalid("range", fmt::format("2 values are needed, not {}", range.size()));
-    MOTE_ASSIGN_OR_RETURN(const auto low, checkRange(range[0], -largest, largest, "range[0]"));
-    MOTE_ASSIGN_OR_RETURN(const auto high, checkRange(range[1], -largest, largest, "range[1]"));
+    MOTE_ASSIGN_OR_RETURN(const auto low, checkRange(range[0], -largestColored, largestColored, "range[0]"));
+    MOTE_ASSIGN_OR_RETURN(const auto high, checkRange(range[1], -largestColored, largestColored, "range[1]"));
     if (!(low < high)) return invalid("range", "the second value must be the greater one");
     return std::optional(ValueRange{low, high});
 }

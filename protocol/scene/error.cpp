@@ -22,6 +22,26 @@ std::string_view name(ErrorCode code) {
     return names.at(static_cast<std::size_t>(code));
 }
 
+Error invalid(std::string_view where, std::string message) {
+    return {ErrorCode::invalidArgument, std::string(where), std::move(message)};
+}
+
+Error notFound(std::string_view where, std::string message) {
+    return {ErrorCode::notFound, std::string(where), std::move(message)};
+}
+
+Error corrupt(std::string_view where, std::string message) {
+    return {ErrorCode::corrupt, std::string(where), std::move(message)};
+}
+
+Error unsupported(std::string_view where, std::string message) {
+    return {ErrorCode::unsupported, std::string(where), std::move(message)};
+}
+
+Error wasCancelled(std::string message) {
+    return {ErrorCode::cancelled, "", std::move(message)};
+}
+
 std::string Error::toString() const {
     return where.empty() ? message : fmt::format("{}: {}", where, message);
 }

@@ -40,6 +40,13 @@ struct Error {
     Error within(std::string_view outer) const;
 };
 
+/// The errors that are most made: their code by name, the place and one sentence.
+Error invalid(std::string_view where, std::string message);
+Error notFound(std::string_view where, std::string message);
+Error corrupt(std::string_view where, std::string message);
+Error unsupported(std::string_view where, std::string message);
+Error wasCancelled(std::string message = "cancelled");
+
 /// A value or the Error that took its place.
 template <class T>
 class [[nodiscard]] Result {

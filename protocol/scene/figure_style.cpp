@@ -8,22 +8,17 @@
 
 #include "protocol/scene/annotations.h"
 #include "protocol/scene/check.h"
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/view.h"
 
 namespace mote {
 namespace {
 
-constexpr double inch = 25.4;          // mm
-constexpr double pointsInInch = 72.0;  // of type
 constexpr double leastLetters = 10.0;  // of the font's size, across and down a figure
 constexpr std::string_view ofTwoAxes = "is of a histogram of two axes";
 
-Error invalid(std::string_view field, std::string message) {
-    return {ErrorCode::invalidArgument, std::string(field), std::move(message)};
-}
-
 std::uint32_t pixelsOf(double length, double dotsPerInch) {
-    return std::max(1U, static_cast<std::uint32_t>(std::lround(length / inch * dotsPerInch)));
+    return std::max(1U, static_cast<std::uint32_t>(std::lround(length / inchInMillimeters * dotsPerInch)));
 }
 
 Status checkWhat(const proto::FigureQuery& message) {
@@ -42,7 +37,7 @@ Status checkWhat(const proto::FigureQuery& message) {
 }
 
 /// Of one line, without control characters: the same as above a picture.
-Status checkTitle(const std::string& title) {
+Status checkFigureTitle(const std::string& title) {
     proto::Annotations annotations;
     annotations.set_title(title);
     return parseAnnotations(annotations).ok() ? success() : Status(parseAnnotations(annotations).error());
@@ -71,7 +66,7 @@ Result<FigureStyle> parseFigureStyle(const proto::FigureQuery& message) {
     MOTE_ASSIGN_OR_RETURN(style.height, checkRange(height, least, most, "height"));
     const double font = message.has_font_points() ? message.font_points() : style.fontPoints;
     MOTE_ASSIGN_OR_RETURN(style.fontPoints, checkRange(font, 1.0, 200.0, "fontPoints"));
-    const double side = std::min(style.width, style.height) / inch * pointsInInch;
+    const double side = std::min(style.width, style.height) / inchInMillimeters * inchInPoints;
     if (!message.has_font_points()) style.fontPoints = std::min(font, side / leastLetters);
     if (style.fontPoints * leastLetters > side * (1.0 + 1e-9))
         return invalid("fontPoints", "is more than a tenth of the figure's shorter side");
@@ -88,7 +83,7 @@ Result<FigureStyle> parseFigureStyle(const proto::FigureQuery& message) {
     const auto map = ColorMap::find(message.color_map().empty() ? "viridis" : message.color_map());
     if (!map.ok()) return invalid("colorMap", map.error().message);
     style.colorMap = *map;
-    MOTE_RETURN_IF_ERROR(checkTitle(message.title()));
+    MOTE_RETURN_IF_ERROR(checkFigureTitle(message.title()));
     style.title = message.title();
     return style;
 }

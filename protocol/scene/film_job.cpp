@@ -25,25 +25,21 @@ constexpr std::array formats{Format{"", "png"}, Format{"png", "png"}, Format{"pn
 constexpr std::array<std::string_view, 4> videos{"", "mp4", "webm", "gif"};
 constexpr std::array<std::uint32_t, 5> sampleCounts{0, 1, 4, 9, 16};
 
-Error bad(std::string field, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
-}
-
 }  // namespace
 
 Status checkFilmJob(const proto::FilmJob& job) {
-    if (!job.has_script()) return bad("script", "is missing");
+    if (!job.has_script()) return invalid("script", "is missing");
     MOTE_RETURN_IF_ERROR(checkScript(job.script()), "script");
     if (std::ranges::find(formats, job.format(), &Format::name) == formats.end())
-        return bad("format", "must be png, png16, exr or jpg");
+        return invalid("format", "must be png, png16, exr or jpg");
     if (std::ranges::find(videos, job.video()) == videos.end())
-        return bad("video", "must be mp4, webm or gif, or be left out");
-    if (job.quality() > mostQuality) return bad("quality", fmt::format("must be 0 to {}", mostQuality));
+        return invalid("video", "must be mp4, webm or gif, or be left out");
+    if (job.quality() > mostQuality) return invalid("quality", fmt::format("must be 0 to {}", mostQuality));
     if (std::ranges::find(sampleCounts, job.samples()) == sampleCounts.end())
-        return bad("samples", "must be 1, 4, 9 or 16");
+        return invalid("samples", "must be 1, 4, 9 or 16");
     MOTE_RETURN_IF_ERROR(checkRange(job.shutter_degrees(), 0.0, 360.0, "shutterDegrees"));
     if (job.subframes() > mostSubframes)
-        return bad("subframes", fmt::format("must be at most {}", mostSubframes));
+        return invalid("subframes", fmt::format("must be at most {}", mostSubframes));
     return success();
 }
 

@@ -9,7 +9,7 @@
 namespace mote {
 namespace {
 
-constexpr LengthField sizeField{"highlight.sizePixels", 0.1, 64.0};
+constexpr LengthField highlightSize{"highlight.sizePixels", 0.1, 64.0};
 
 }  // namespace
 
@@ -22,8 +22,8 @@ Result<Highlight> parseHighlight(const proto::Highlight& message, const NamedSel
     highlight.selection = *std::move(selection);
     MOTE_ASSIGN_OR_RETURN(highlight.color, checkColor(message.color(), highlight.color, "color"));
     if (message.has_size_pixels()) {
-        MOTE_ASSIGN_OR_RETURN(highlight.pointSize, checkRange(message.size_pixels(), sizeField.least,
-                                                              sizeField.greatest, sizeField.name()));
+        MOTE_ASSIGN_OR_RETURN(highlight.pointSize, checkRange(message.size_pixels(), highlightSize.least,
+                                                              highlightSize.greatest, highlightSize.name()));
     }
     const double opacity = message.has_opacity() ? message.opacity() : highlight.opacity;
     MOTE_ASSIGN_OR_RETURN(const double checked, checkRange(opacity, 0.0, 1.0, "opacity"));
@@ -46,7 +46,7 @@ void visitFields(Highlight& highlight, const Highlight& other, FieldVisitor& vis
     visitor.number(highlight.opacity, other.opacity);
     visitor.word(highlight.pointSize.has_value() == other.pointSize.has_value());
     if (highlight.pointSize && other.pointSize)
-        visitor.pixels(*highlight.pointSize, *other.pointSize, sizeField);
+        visitor.pixels(*highlight.pointSize, *other.pointSize, highlightSize);
 }
 
 }  // namespace mote

@@ -18,10 +18,6 @@ namespace {
 
 constexpr double largest = 1e30;  // of a value, a place or a distance
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 template <class T, std::size_t count>
 Result<T> parseName(const std::string& name, const std::array<std::pair<std::string_view, T>, count>& known,
                     std::string_view field) {

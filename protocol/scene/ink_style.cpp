@@ -19,7 +19,7 @@
 namespace mote {
 namespace {
 
-constexpr double largest = 1e30;  // of a value
+constexpr double largestValue = 1e30;  // of a value
 
 constexpr LengthField lineWidthField{"ink.silhouettes.width", 0.1, 64.0};
 constexpr LengthField hatchSpacingField{"ink.hatch.spacing", 1.0, 256.0};
@@ -88,7 +88,7 @@ Result<std::optional<Curve>> parseCurve(const proto::InkStyle& message) {
     if (message.curve().empty()) return std::optional<Curve>();
     std::vector<Curve::Knot> knots;
     for (const auto& knot : message.curve()) knots.push_back({knot.value(), knot.opacity()});
-    auto curve = Curve::create(std::move(knots), -largest, largest);
+    auto curve = Curve::create(std::move(knots), -largestValue, largestValue);
     if (!curve.ok()) return curve.error();
     return std::optional(*std::move(curve));
 }

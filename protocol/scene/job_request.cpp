@@ -21,7 +21,7 @@ using Request = proto::JobRequest;
 constexpr std::size_t largestRequest = std::size_t{64} * 1024;  // bytes of the whole message
 constexpr std::size_t largestFilm = std::size_t{900} * 1024;    // likewise; it holds a script
 constexpr std::size_t largestExport = largestFilm;              // likewise; it holds a selection
-constexpr std::size_t longestTitle = 256;                       // bytes
+constexpr std::size_t longestJobTitle = 256;                    // bytes
 constexpr std::size_t longestWord = 64;                         // bytes of an axis, a format, a range
 constexpr std::size_t longestSpecies = 256;                     // bytes
 constexpr std::size_t longestName = 1024;                       // bytes of "ROOT/PATH"
@@ -30,14 +30,11 @@ constexpr int mostInputs = 4096;
 constexpr int mostBounds = 16;
 constexpr int mostColumns = 256;
 
-Error bad(std::string field, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(field), std::move(message)};
-}
-
 Status checkWord(const std::string& word, std::string field, std::size_t longest = longestWord) {
-    if (word.size() > longest) return bad(std::move(field), fmt::format("is longer than {} bytes", longest));
+    if (word.size() > longest)
+        return invalid(std::move(field), fmt::format("is longer than {} bytes", longest));
     for (const unsigned char c : word) {
-        if (c < 0x20 || c == 0x7f) return bad(std::move(field), "holds a control character");
+        if (c < 0x20 || c == 0x7f) return invalid(std::move(field), "holds a control character");
     }
     return success();
 }
@@ -48,7 +45,7 @@ Status checkName(const std::string& name, const std::string& field) {
     for (std::size_t begin = 0; begin < name.size();) {
         const auto end = std::min(name.find('/', begin), name.size());
         if (end - begin > longestPart) {
-            return bad(field, fmt::format("has a part of more than {} bytes", longestPart));
+            return invalid(field, fmt::format("has a part of more than {} bytes", longestPart));
         }
         begin = end + 1;
     }
@@ -56,24 +53,25 @@ Status checkName(const std::string& name, const std::string& field) {
 }
 
 Status checkCount(int inputs, const char* field) {
-    if (inputs == 0) return bad(field, "names no file");
+    if (inputs == 0) return invalid(field, "names no file");
     if (inputs <= mostInputs) return success();
-    return bad(field, fmt::format("names more than {} files", mostInputs));
+    return invalid(field, fmt::format("names more than {} files", mostInputs));
 }
 
 Status checkFinite(double value, const char* field) {
-    return std::isfinite(value) ? success() : bad(field, "must be a finite number");
+    return std::isfinite(value) ? success() : invalid(field, "must be a finite number");
 }
 
 Status checkAxes(const proto::ParticlesJob& job) {
-    if (job.axes_size() != 3) return bad("axes", fmt::format("needs three names, not {}", job.axes_size()));
+    if (job.axes_size() != 3)
+        return invalid("axes", fmt::format("needs three names, not {}", job.axes_size()));
     for (int i = 0; i < 3; ++i) {
         const auto field = fmt::format("axes[{}]", i);
-        if (job.axes(i).empty()) return bad(field, "is empty");
+        if (job.axes(i).empty()) return invalid(field, "is empty");
         MOTE_RETURN_IF_ERROR(checkWord(job.axes(i), field));
         for (int j = 0; j < i; ++j) {
             if (job.axes(i) == job.axes(j))
-                return bad(field, fmt::format("\"{}\" is given twice", job.axes(i)));
+                return invalid(field, fmt::format("\"{}\" is given twice", job.axes(i)));
         }
     }
     return success();
@@ -81,7 +79,7 @@ Status checkAxes(const proto::ParticlesJob& job) {
 
 Status checkBounds(const proto::ParticlesJob& job) {
     if (job.bounds_size() > mostBounds) {
-        return bad("bounds", fmt::format("has more than {} entries", mostBounds));
+        return invalid("bounds", fmt::format("has more than {} entries", mostBounds));
     }
     for (int i = 0; i < job.bounds_size(); ++i) {
         const auto& axis = job.bounds(i);
@@ -89,7 +87,7 @@ Status checkBounds(const proto::ParticlesJob& job) {
         MOTE_RETURN_IF_ERROR(checkWord(axis.name(), field + ".name"));
         MOTE_RETURN_IF_ERROR(checkWord(axis.unit(), field + ".unit"));
         if (!std::isfinite(axis.min()) || !std::isfinite(axis.max()) || !(axis.min() < axis.max())) {
-            return bad(field, "needs finite numbers, min below max");
+            return invalid(field, "needs finite numbers, min below max");
         }
     }
     return success();
@@ -105,21 +103,21 @@ Status checkParticles(const Request& request) {
     const auto& impact = job.impact();
     for (const double value :
          {impact.frequency(), impact.mass(), impact.kinetic_energy(), impact.current()}) {
-        if (!std::isfinite(value)) return bad("impact", "needs finite numbers");
+        if (!std::isfinite(value)) return invalid("impact", "needs finite numbers");
     }
     return checkCount(job.inputs_size(), "inputs");
 }
 
 Status checkSynthBeam(const Request& request) {
     const auto& job = request.synth_beam();
-    if (job.particles() == 0) return bad("particles", "must be at least 1");
-    if (job.steps() == 0) return bad("steps", "must be at least 1");
+    if (job.particles() == 0) return invalid("particles", "must be at least 1");
+    if (job.steps() == 0) return invalid("steps", "must be at least 1");
     return checkFinite(job.mismatch(), "mismatch");
 }
 
 Status checkStipple(const Request& request) {
     const auto& job = request.stipple();
-    if (job.points() == 0) return bad("points", "must be at least 1");
+    if (job.points() == 0) return invalid("points", "must be at least 1");
     return checkFinite(job.relaxation(), "relaxation");
 }
 
@@ -145,7 +143,7 @@ Status checkExport(const Request& request) {
     if (const auto selection = parseSelection(job.select()); !selection.ok())
         return selection.error().within("select");
     if (job.columns_size() > mostColumns)
-        return bad("columns", fmt::format("names more than {}", mostColumns));
+        return invalid("columns", fmt::format("names more than {}", mostColumns));
     for (int i = 0; i < job.columns_size(); ++i) {
         const auto name = checkColumnName(job.columns(i), fmt::format("columns[{}]", i));
         if (!name.ok()) return name.error();
@@ -190,7 +188,7 @@ Inputs noInputs(const Request&) {
 }
 
 /// What must be said of each kind of job; places are within its own field.
-struct Kind {
+struct RequestKind {
     Request::KindCase kind;
     Inputs (*inputs)(const Request&);
     Status (*check)(const Request&);
@@ -200,19 +198,19 @@ struct Kind {
 };
 
 constexpr std::array kinds{
-    Kind{Request::kParticles, particlesInputs, checkParticles, ".mote", largestRequest, true},
-    Kind{Request::kSynthBeam, noInputs, checkSynthBeam, ".h5"},
-    Kind{Request::kStipple, stippleInputs, checkStipple},
-    Kind{Request::kMesh, meshInputs, checkMesh},
-    Kind{Request::kImage, imageInputs, checkNothing},
-    Kind{Request::kVolume, volumeInputs, checkVolume, ".mote", largestRequest, true},
-    Kind{Request::kFilm, noInputs, checkFilm, "", largestFilm},
-    Kind{Request::kExport, exportInputs, checkExport, "", largestExport},
+    RequestKind{Request::kParticles, particlesInputs, checkParticles, ".mote", largestRequest, true},
+    RequestKind{Request::kSynthBeam, noInputs, checkSynthBeam, ".h5"},
+    RequestKind{Request::kStipple, stippleInputs, checkStipple},
+    RequestKind{Request::kMesh, meshInputs, checkMesh},
+    RequestKind{Request::kImage, imageInputs, checkNothing},
+    RequestKind{Request::kVolume, volumeInputs, checkVolume, ".mote", largestRequest, true},
+    RequestKind{Request::kFilm, noInputs, checkFilm, "", largestFilm},
+    RequestKind{Request::kExport, exportInputs, checkExport, "", largestExport},
 };
 
-Kind kindOf(const Request& request) {
-    const auto* const found = std::ranges::find(kinds, request.kind_case(), &Kind::kind);
-    return found != kinds.end() ? *found : Kind{request.kind_case(), noInputs, checkNothing};
+RequestKind kindOf(const Request& request) {
+    const auto* const found = std::ranges::find(kinds, request.kind_case(), &RequestKind::kind);
+    return found != kinds.end() ? *found : RequestKind{request.kind_case(), noInputs, checkNothing};
 }
 
 const google::protobuf::OneofDescriptor& choices() {
@@ -229,17 +227,17 @@ Error missingKind() {
     std::vector<std::string> names;
     names.reserve(static_cast<std::size_t>(choices().field_count()));
     for (int i = 0; i < choices().field_count(); ++i) names.push_back(choices().field(i)->json_name());
-    return bad("kind", fmt::format("is missing: give one of {}", fmt::join(names, ", ")));
+    return invalid("kind", fmt::format("is missing: give one of {}", fmt::join(names, ", ")));
 }
 
 Status checkOutput(const std::string& output, std::string_view ending) {
     if (ending.empty() && output.empty()) return success();
-    if (ending.empty()) return bad("output", "must be left out: a film or an export stays with its job");
+    if (ending.empty()) return invalid("output", "must be left out: a film or an export stays with its job");
     MOTE_RETURN_IF_ERROR(checkName(output, "output"));
     const auto slash = output.rfind('/');
     const auto file = std::string_view(output).substr(slash == std::string::npos ? 0 : slash + 1);
     if (file.size() > ending.size() && file.ends_with(ending) && !file.starts_with('.')) return success();
-    return bad("output", fmt::format("must be ROOT/PATH and end in a name like NAME{}", ending));
+    return invalid("output", fmt::format("must be ROOT/PATH and end in a name like NAME{}", ending));
 }
 
 }  // namespace
@@ -247,14 +245,15 @@ Status checkOutput(const std::string& output, std::string_view ending) {
 Status checkMeshJob(const proto::MeshJob& job) {
     MOTE_RETURN_IF_ERROR(checkFinite(job.isovalue(), "isovalue"));
     if (!job.has_isovalue() && (job.has_source() || job.clip_size() > 0))
-        return bad("isovalue",
-                   "is missing: only of a volume there is anything to clip, or another way to read");
+        return invalid("isovalue",
+                       "is missing: only of a volume there is anything to clip, or another way to read");
     if (job.clip_size() == 0) return success();
-    if (job.clip_size() != 6) return bad("clip", fmt::format("needs six numbers, not {}", job.clip_size()));
+    if (job.clip_size() != 6)
+        return invalid("clip", fmt::format("needs six numbers, not {}", job.clip_size()));
     for (int i = 0; i < 3; ++i) {
         if (std::isfinite(job.clip(i)) && std::isfinite(job.clip(i + 3)) && job.clip(i) < job.clip(i + 3))
             continue;
-        return bad("clip", "needs finite numbers, the least below the greatest");
+        return invalid("clip", "needs finite numbers, the least below the greatest");
     }
     return success();
 }
@@ -279,7 +278,7 @@ Result<JobRequest> parseJobRequest(const Request& message) {
         return Error{ErrorCode::resourceExhausted, "",
                      fmt::format("the request has more than {} bytes", kind.largest)};
     }
-    MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestTitle));
+    MOTE_RETURN_IF_ERROR(checkWord(message.title(), "title", longestJobTitle));
     if (message.kind_case() == Request::KIND_NOT_SET) return missingKind();
     MOTE_RETURN_IF_ERROR(kind.check(message), fieldOf(message));
     JobRequest request{message, jobInputs(message)};

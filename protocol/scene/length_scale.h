@@ -12,6 +12,10 @@
 
 namespace mote {
 
+/// An inch, in millimetres and in points of type.
+inline constexpr double inchInMillimeters = 25.4;
+inline constexpr double inchInPoints = 72.0;
+
 /// Lines of the picture whose pixels usual lengths are told in.
 inline constexpr double usualLines = 720.0;
 

@@ -6,12 +6,14 @@
 
 #include "protocol/mote.pb.h"
 #include "protocol/scene/error.h"
+#include "protocol/scene/length_scale.h"
 
 namespace mote {
 
 struct Page {
-    static constexpr double pixelSize = 25.4 / 96.0;  ///< mm, where no size of the sheet is given
-    static constexpr double maxSide = 5000.0;         ///< mm, of the sheet
+    static constexpr double pixelSize =
+        inchInMillimeters / 96.0;              ///< mm, where no size of the sheet is given
+    static constexpr double maxSide = 5000.0;  ///< mm, of the sheet
 
     proto::Page::Format format = proto::Page::SVG;
     double width = 0.0;    ///< mm; 0: as wide as the picture asks for

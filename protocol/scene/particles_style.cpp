@@ -21,7 +21,7 @@ const std::vector<Curve::Knot>& defaultVolumeKnots() {
     return knots;
 }
 
-constexpr LengthField sizeField{"particles.points.sizePixels", 0.1, 64.0};
+constexpr LengthField pointSizeField{"particles.points.sizePixels", 0.1, 64.0};
 constexpr double unknownOpacity = 0.25;  // of a point of a plot of which nothing is known
 
 Result<std::optional<ValueRange>> parseDensityRange(const proto::VolumeStyle& message) {
@@ -95,7 +95,7 @@ Result<ParticlesStyle> parseParticlesStyle(const proto::ParticlesStyle& message)
         const auto opacity,
         checkRange(points.has_opacity() ? points.opacity() : unknownOpacity, 0.0, 1.0, "points.opacity"));
     const auto size =
-        checkLength(points.has_size_pixels(), points.size_pixels(), ScreenLength::usual(1.0), sizeField);
+        checkLength(points.has_size_pixels(), points.size_pixels(), ScreenLength::usual(1.0), pointSizeField);
     if (!size.ok()) return size.error().within("points");
     MOTE_ASSIGN_OR_RETURN(
         const auto color,
@@ -148,7 +148,7 @@ void visitFields(ParticlesStyle& style, const ParticlesStyle& other, FieldVisito
     visitor.word(style.curveByPlot == other.curveByPlot && style.opacityByPlot == other.opacityByPlot &&
                  style.sizeByPlot == other.sizeByPlot && style.colorByPlot == other.colorByPlot);
     if (!style.opacityByPlot && !other.opacityByPlot) visitor.number(style.pointOpacity, other.pointOpacity);
-    visitor.pixels(style.pointSize, other.pointSize, sizeField);
+    visitor.pixels(style.pointSize, other.pointSize, pointSizeField);
     visitor.vector(style.pointColor, other.pointColor);
 }
 

@@ -8,10 +8,6 @@
 namespace mote {
 namespace {
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 bool isNumber(const google::protobuf::Value& value) {
     return value.kind_case() == google::protobuf::Value::kNumberValue;
 }

@@ -13,10 +13,6 @@ namespace {
 
 constexpr int maxNamed = 64;
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 /// Reads one tree, and counts what it holds before it takes memory for it.
 class Reader {
   public:

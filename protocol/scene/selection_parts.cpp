@@ -14,13 +14,9 @@
 namespace mote {
 namespace {
 
-constexpr double largest = 1e30;          // of a corner: products of two stay far from overflow
+constexpr double largestCorner = 1e30;    // of a corner: products of two stay far from overflow
 constexpr double farthest = 1e6;          // of a lasso's corner, pictures
 constexpr double thinnest = 1.0 / 16384;  // picture, width over height
-
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
 
 Status checkBound(double value, std::string_view field) {
     if (std::isfinite(value)) return success();
@@ -68,7 +64,7 @@ Result<Selection::Polygon> parsePolygon(const proto::Selection::Polygon& message
     if (polygon.first == polygon.second)
         return invalid("columns[1]", fmt::format("\"{}\" is given twice", polygon.first));
     MOTE_ASSIGN_OR_RETURN(polygon.points,
-                          parsePoints(message.points(), 3, Selection::maxPolygonPoints, largest));
+                          parsePoints(message.points(), 3, Selection::maxPolygonPoints, largestCorner));
     return polygon;
 }
 

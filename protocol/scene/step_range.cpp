@@ -16,10 +16,6 @@ struct StepRange {
     std::size_t stride = 1;
 };
 
-Error invalid(std::string message) {
-    return {ErrorCode::invalidArgument, "steps", std::move(message)};
-}
-
 std::optional<std::size_t> parseNumber(std::string_view text) {
     std::size_t number = 0;
     const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -29,7 +25,7 @@ std::optional<std::size_t> parseNumber(std::string_view text) {
 
 Result<StepRange> parse(std::string_view text) {
     const Error wrong =
-        invalid(fmt::format("\"{}\" is not FIRST:LAST:STRIDE of step indices", text.substr(0, 60)));
+        invalid("steps", fmt::format("\"{}\" is not FIRST:LAST:STRIDE of step indices", text.substr(0, 60)));
     std::vector<std::optional<std::size_t>> numbers;
     std::string_view rest = text;
     while (true) {
@@ -48,8 +44,9 @@ Result<StepRange> parse(std::string_view text) {
         range.last = numbers[1];
     }
     if (numbers.size() == 3) range.stride = numbers[2].value_or(1);
-    if (range.stride == 0) return invalid("the stride must be at least 1");
-    if (range.last && *range.last < range.first) return invalid("the last step lies before the first");
+    if (range.stride == 0) return invalid("steps", "the stride must be at least 1");
+    if (range.last && *range.last < range.first)
+        return invalid("steps", "the last step lies before the first");
     return range;
 }
 
@@ -69,8 +66,8 @@ Result<std::vector<std::size_t>> selectSteps(std::string_view text, std::size_t 
     if (available == 0) return Error{ErrorCode::notFound, "steps", "the run has no steps"};
     const std::size_t last = range.last.value_or(available - 1);
     if (last >= available || range.first >= available) {
-        return invalid(fmt::format("{} reaches beyond the run's {} step{}, 0 to {}", text, available,
-                                   available == 1 ? "" : "s", available - 1));
+        return invalid("steps", fmt::format("{} reaches beyond the run's {} step{}, 0 to {}", text, available,
+                                            available == 1 ? "" : "s", available - 1));
     }
     std::vector<std::size_t> steps;
     for (std::size_t step = range.first; step <= last; step += range.stride) {

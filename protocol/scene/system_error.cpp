@@ -61,4 +61,8 @@ Error systemError(int number, std::string where, std::string_view what) {
             isPassing(number)};
 }
 
+Error failedCall(const char* call) {
+    return {ErrorCode::internal, call, systemMessage(errno)};
+}
+
 }  // namespace mote

@@ -17,4 +17,7 @@ std::string systemMessage(int number);
 /// Passing where disks, quotas, descriptors or processes are used up.
 Error systemError(int number, std::string where, std::string_view what);
 
+/// Of a call that fails by no fault of what it is given, from errno.
+Error failedCall(const char* call);
+
 }  // namespace mote

@@ -96,4 +96,10 @@ std::string toLogText(std::string_view text) {
     return shown(text.substr(0, longest), "", [](std::string_view) { return std::string("?"); });
 }
 
+std::string lower(std::string_view text) {
+    std::string made(text);
+    for (char& c : made) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return made;
+}
+
 }  // namespace mote

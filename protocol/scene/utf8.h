@@ -28,6 +28,9 @@ std::string toTerminalText(std::string_view text);
 /// The same, but newlines and tabs stay.
 std::string toTerminalLines(std::string_view text);
 
+/// Makes the letters A to Z small, and nothing else.
+std::string lower(std::string_view text);
+
 /// Makes text fit for a line of the log: as toUtf8, control characters "?" too, so that no text of a client
 /// looks like a line of ours, and cut to 500 bytes.
 std::string toLogText(std::string_view text);

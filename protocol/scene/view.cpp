@@ -11,10 +11,6 @@
 namespace mote {
 namespace {
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 Status checkSize(const proto::View& message) {
     const auto side = [](std::uint32_t pixels, const char* field) -> Status {
         if (pixels >= 1 && pixels <= View::maxSide) return success();

@@ -11,7 +11,7 @@
 namespace mote::wire {
 namespace {
 
-constexpr auto awaitTuple = asio::experimental::as_tuple(asio::use_awaitable);
+constexpr auto withCode = asio::experimental::as_tuple(asio::use_awaitable);
 
 }  // namespace
 
@@ -74,7 +74,7 @@ asio::awaitable<void> MessageStream::finish() {
     socket().shutdown(Socket::shutdown_send, code);
     std::array<std::uint8_t, 4096> unwanted;
     while (!code) {
-        std::tie(code) = co_await socket().async_wait(Socket::wait_read, awaitTuple);
+        std::tie(code) = co_await socket().async_wait(Socket::wait_read, withCode);
         if (code) co_return;
         if (::recv(socket().native_handle(), unwanted.data(), unwanted.size(), MSG_DONTWAIT) <= 0) co_return;
     }

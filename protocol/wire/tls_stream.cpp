@@ -17,7 +17,7 @@
 namespace mote::wire {
 namespace {
 
-constexpr auto awaitTuple = asio::experimental::as_tuple(asio::use_awaitable);
+constexpr auto tlsAwaitTuple = asio::experimental::as_tuple(asio::use_awaitable);
 
 /// The record of a fatal alert, "internal_error" (RFC 8446, section 6): who has not begun to speak hears by
 /// it that there is no place.
@@ -34,14 +34,14 @@ class TlsStream : public ByteStream {
 
     asio::awaitable<asio::error_code> read(ToRead parts) override {
         std::size_t done = 0;
-        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(done), awaitTuple);
+        const auto [code, count] = co_await asio::async_read(*tls_, parts, countRead(done), tlsAwaitTuple);
         countRead(done, count);
         co_return withoutTruncation(code);
     }
 
     asio::awaitable<asio::error_code> write(ToWrite parts) override {
         const auto [code, count] =
-            co_await asio::async_write(*tls_, parts, countWritten(asio::buffer_size(parts)), awaitTuple);
+            co_await asio::async_write(*tls_, parts, countWritten(asio::buffer_size(parts)), tlsAwaitTuple);
         co_return withoutTruncation(code);
     }
 
@@ -50,7 +50,7 @@ class TlsStream : public ByteStream {
 
     asio::awaitable<asio::error_code> handshake(asio::ssl::context& context, Tls::handshake_type type) {
         tls_.emplace(socket(), context);
-        const auto [code] = co_await tls_->async_handshake(type, awaitTuple);
+        const auto [code] = co_await tls_->async_handshake(type, tlsAwaitTuple);
         co_return withoutTruncation(code);
     }
 
@@ -64,7 +64,7 @@ class TlsServerStream : public TlsStream {
 
     /// Whoever fails here speaks no TLS that could carry a word.
     asio::awaitable<Status> shakeHands() override {
-        const auto [waited] = co_await socket().async_wait(Socket::wait_read, awaitTuple);
+        const auto [waited] = co_await socket().async_wait(Socket::wait_read, tlsAwaitTuple);
         if (waited) co_return connectionError(waited);
         const auto code = co_await handshake(identity_.context().tls, Tls::server);
         if (code) co_return Error{ErrorCode::cancelled, "connection", "no TLS: " + code.message()};

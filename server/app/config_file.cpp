@@ -18,10 +18,6 @@ namespace {
 // More is no configuration of ours, and would be read into memory.
 constexpr std::uintmax_t mostBytes = std::uintmax_t{1} << 20;
 
-Error invalid(const std::string& where, std::string message) {
-    return {ErrorCode::invalidArgument, where, std::move(message)};
-}
-
 /// How many letters must change to make one word of another (Levenshtein).
 std::size_t distance(std::string_view one, std::string_view other) {
     std::vector<std::size_t> row(other.size() + 1);

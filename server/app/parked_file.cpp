@@ -10,7 +10,7 @@ namespace mote::server {
 namespace {
 
 /// More than limits allow: a file of this size is none of ours.
-constexpr std::size_t mostBytes = std::size_t{16} << 20;
+constexpr std::size_t mostParkedBytes = std::size_t{16} << 20;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ ParkedFile::~ParkedFile() {
 
 /// Clients that come back know their views themselves: a file that cannot be read is said, and no more.
 void ParkedFile::read() {
-    const auto text = wire::readPrivateFile(file_, mostBytes);
+    const auto text = wire::readPrivateFile(file_, mostParkedBytes);
     if (!text.ok()) {
         if (text.error().code != ErrorCode::notFound) log::warn("{}", text.error().toString());
         return;

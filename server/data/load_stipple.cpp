@@ -25,7 +25,7 @@ constexpr std::uint64_t perReplayPoint = 3 * 4 + 3 * 4 + 4 + 4 + 4;
 constexpr std::uint64_t perPackedMove = 12;  // a few, in a vector that grows
 constexpr std::uint64_t perTilePoint = 4 * 4;
 constexpr std::uint64_t tileCells = 64 * 64 * 4;
-constexpr std::uint64_t perVertex = 6 * 4, perTriangle = 4 * 4, perEdge = 4 * 4;
+constexpr std::uint64_t perStippleVertex = 6 * 4, perStippleTriangle = 4 * 4, perStippleEdge = 4 * 4;
 constexpr std::uint64_t perRayVertex = 3 * 4;
 constexpr std::uint64_t perRayTriangle = 256;  // of Embree's tree while it is built
 constexpr std::uint64_t perPixel = 4 + 8;      // its value and its entry in the summed-area table
@@ -50,8 +50,9 @@ std::uint64_t surfaceBytes(const proto::Manifest& manifest) {
     const auto& stipple = manifest.stipple();
     const auto& mesh = manifest.mesh();
     const auto replay = stipple.points() * perReplayPoint + stipple.moves() * perPackedMove;
-    const auto rays = mesh.vertices() * (perVertex + perRayVertex) +
-                      mesh.triangles() * (perTriangle + perRayTriangle) + mesh.edges() * perEdge;
+    const auto rays = mesh.vertices() * (perStippleVertex + perRayVertex) +
+                      mesh.triangles() * (perStippleTriangle + perRayTriangle) +
+                      mesh.edges() * perStippleEdge;
     return replay + std::max(hierarchyBytes(stipple), rays);
 }
 

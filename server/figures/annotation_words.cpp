@@ -13,7 +13,7 @@
 namespace mote::server {
 namespace {
 
-constexpr double margin = 0.8;      // em, from the picture's edges
+constexpr double edgeMargin = 0.8;  // em, from the picture's edges
 constexpr double lineHeight = 1.4;  // em
 constexpr double titleSize = 1.25;  // of the font's
 
@@ -84,9 +84,9 @@ std::string groupedNumber(std::uint64_t number) {
 
 void addTitle(const std::string& title, AnnotationRoom& room) {
     const auto& look = room.look();
-    const double font = titleSize * look.font, width = room.picture().size().x - 2.0 * margin * look.font;
+    const double font = titleSize * look.font, width = room.picture().size().x - 2.0 * edgeMargin * look.font;
     auto text = room.text(shortened(upright(title), font, width, room.typeface()),
-                          {room.picture().center().x, margin * look.font}, {0.5, 0.0});
+                          {room.picture().center().x, edgeMargin * look.font}, {0.5, 0.0});
     text.size = font;
     if (room.free(text)) room.put(text);
 }
@@ -105,12 +105,12 @@ void addWords(const View& view, const std::vector<LayerFacts>& layers, Annotatio
                 lines.push_back(words);
         }
     }
-    double y = margin * look.font;
+    double y = edgeMargin * look.font;
     if (!view.annotations->title.empty()) y += titleSize * lineHeight * look.font;
-    const double width = room.picture().size().x - 2.0 * margin * look.font;
+    const double width = room.picture().size().x - 2.0 * edgeMargin * look.font;
     for (auto& line : lines) {
         const auto text = room.text(shortened(std::move(line), look.font, width, room.typeface()),
-                                    {margin * look.font, y}, {0.0, 0.0});
+                                    {edgeMargin * look.font, y}, {0.0, 0.0});
         if (!room.free(text)) return;
         room.put(text);
         y += lineHeight * look.font;

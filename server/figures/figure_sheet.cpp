@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocol/scene/length_scale.h"
 #include "server/figures/cairo_surface.h"
 #include "server/figures/draw_marks.h"
 #include "server/figures/svg_marks.h"
@@ -14,8 +15,8 @@
 namespace mote::server {
 namespace {
 
-constexpr double pointsInMm = 72.0 / 25.4;
-constexpr double titleSize = 1.1;  // of the font's
+constexpr double pointsInMm = inchInPoints / inchInMillimeters;
+constexpr double sheetTitleSize = 1.1;  // of the font's
 
 PlotLook lookOf(const FigureStyle& style) {
     PlotLook look;
@@ -38,7 +39,7 @@ FigureSheet::FigureSheet(const FigureStyle& style)
     area_ = {glm::dvec2(margin), size_ - margin};
     marks_.push_back(AreaMark{{{0.0, 0.0}, {size_.x, 0.0}, size_, {0.0, size_.y}}, {look_.paper}});
     if (style.title.empty()) return;
-    const double font = titleSize * look_.font;
+    const double font = sheetTitleSize * look_.font;
     const auto text = shortened(upright(style.title), font, area_.size().x, typeface_);
     marks_.push_back(TextMark{text, {area_.center().x, area_.low.y}, font, {0.5, 0.0}, 0.0, look_.ink});
     area_.low.y += (Typeface::ascent + Typeface::descent) * font + look_.gap();

@@ -14,7 +14,7 @@
 namespace mote::server {
 namespace {
 
-constexpr int mostTicks = 7;
+constexpr int mostBoxTicks = 7;
 constexpr double leastLength = 4.0;  // em, of an edge that gets labels
 constexpr double behind = 0.4;       // opacity of edges that lie behind the plot
 constexpr double samePlace = 0.5;    // pixels
@@ -49,7 +49,7 @@ class AxisLabels {
 
     std::optional<LabelledEdge> make() const {
         if (!(length_ >= leastLength * look_.font)) return std::nullopt;
-        for (int most = mostTicks; most > 1; --most) {
+        for (int most = mostBoxTicks; most > 1; --most) {
             const auto ticks = linearTicks(value(edge_.from), value(edge_.to), axis_.unit, most);
             if (!ticks.ok()) return std::nullopt;
             if (auto made = withTicks(*ticks); made) return made;

@@ -20,7 +20,7 @@ namespace {
 
 using storage::FileDescriptor;
 
-FileDescriptor openFolder(const std::filesystem::path& directory) {
+FileDescriptor openFramesFolder(const std::filesystem::path& directory) {
     const auto folder = filmFolder(directory);
     return FileDescriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
 }
@@ -76,7 +76,7 @@ Result<FilmPiece> readFilm(const std::filesystem::path& directory, const proto::
         return Error{ErrorCode::notFound, "frame",
                      "is missing: the film has no video, only pictures, each asked for by its number"};
     }
-    const auto folder = openFolder(directory);
+    const auto folder = openFramesFolder(directory);
     // O_NONBLOCK: a named pipe in a file's place must not make anyone wait.
     const FileDescriptor file(
         openat(folder.get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));

@@ -24,8 +24,8 @@ namespace {
 
 using storage::FileDescriptor;
 
-constexpr const char* kPrefix = "local ";  // of handles
-constexpr int kGate = 3;                   // the supervisor's descriptor of it
+constexpr const char* localPrefix = "local ";  // of handles
+constexpr int kGate = 3;                       // the supervisor's descriptor of it
 
 class LocalRun final : public Run {
   public:
@@ -41,7 +41,7 @@ class LocalRun final : public Run {
         return success();
     }
 
-    std::string handle() const override { return kPrefix + identity_.toString(); }
+    std::string handle() const override { return localPrefix + identity_.toString(); }
     std::string id() const override { return std::to_string(identity_.pid); }
 
     void go() override {
@@ -158,8 +158,8 @@ Result<std::unique_ptr<Run>> LocalRunner::spawned(const RunOrder& order) {
 }
 
 Result<std::unique_ptr<Run>> LocalRunner::find(std::string_view handle) {
-    if (!handle.starts_with(kPrefix)) return std::unique_ptr<Run>();
-    const auto identity = ProcessIdentity::parse(handle.substr(std::string_view(kPrefix).size()));
+    if (!handle.starts_with(localPrefix)) return std::unique_ptr<Run>();
+    const auto identity = ProcessIdentity::parse(handle.substr(std::string_view(localPrefix).size()));
     if (!identity) return std::unique_ptr<Run>();
     auto process = identity->open();
     if (!process.ok() && process.error().code == ErrorCode::notFound) return std::unique_ptr<Run>();

@@ -21,7 +21,7 @@
 namespace mote::server {
 namespace {
 
-constexpr std::string_view kPrefix = "slurm ";  // of handles
+constexpr std::string_view slurmPrefix = "slurm ";  // of handles
 constexpr std::chrono::milliseconds kLongestPause(30000);
 
 // Its words become the job's arguments, whatever they hold: nothing is put together here.
@@ -157,7 +157,7 @@ class SlurmRun final : public Run {
     SlurmRun(const SlurmRun&) = delete;
     SlurmRun& operator=(const SlurmRun&) = delete;
 
-    std::string handle() const override { return fmt::format("{}{}", kPrefix, number_); }
+    std::string handle() const override { return fmt::format("{}{}", slurmPrefix, number_); }
     std::string id() const override { return std::to_string(number_); }
     void go() override {
         begun_ = true;
@@ -271,7 +271,7 @@ void SlurmRunner::submit(const RunOrder& order, const Started& started) {
 
 Result<std::unique_ptr<Run>> SlurmRunner::find(std::string_view handle) {
     std::unique_ptr<Run> run;
-    const auto number = isSlurmHandle(handle) ? parseNumber(handle.substr(kPrefix.size())) : std::nullopt;
+    const auto number = isSlurmHandle(handle) ? parseNumber(handle.substr(slurmPrefix.size())) : std::nullopt;
     if (number) run = std::make_unique<SlurmRun>(slurm_, *number, true);
     return run;
 }
@@ -287,7 +287,7 @@ Result<std::unique_ptr<Runner>> makeSlurmRunner(asio::io_context& context, const
 }
 
 bool isSlurmHandle(std::string_view handle) {
-    return handle.starts_with(kPrefix);
+    return handle.starts_with(slurmPrefix);
 }
 
 }  // namespace mote::server

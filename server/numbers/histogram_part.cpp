@@ -13,10 +13,6 @@
 namespace mote::server {
 namespace {
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 /// An error at a column's name.
 Error atColumn(const Error& error, std::size_t axis) {
     if (error.code != ErrorCode::notFound) return error;

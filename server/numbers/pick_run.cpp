@@ -130,10 +130,6 @@ class PickRun final : public QueryRun {
     storage::StepNumbers numbers_;      // likewise
 };
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<QueryRun>> makePickRun(const proto::PickQuery& query, QueryContext& context) {

@@ -16,10 +16,6 @@ namespace {
 /// Of statistics while they are summed, a point: moments of blocks, and what lies near a percentile's cut.
 constexpr std::uint64_t statisticsShare = 4;
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 class StatisticsPart final : public QueryPart {
   public:
     StatisticsPart(std::vector<std::string> names, std::optional<storage::SlicesWanted> slices)

@@ -12,10 +12,6 @@
 namespace mote::storage {
 namespace {
 
-Status corrupt(std::string where, std::string message) {
-    return Error{ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 bool isSize(const google::protobuf::RepeatedField<std::uint32_t>& size, std::uint64_t mostSamples) {
     if (size.size() != 3) return false;
     for (const auto side : size) {

@@ -15,7 +15,7 @@
 namespace mote::storage {
 namespace {
 
-Status check(const proto::Manifest& manifest, const FileNames& files) {
+Status checkHybridKind(const proto::Manifest& manifest, const FileNames& files) {
     MOTE_RETURN_IF_ERROR(checkHybrid(manifest.hybrid(), files), "hybrid");
     return success();
 }
@@ -35,7 +35,7 @@ void verifyStep(DatasetVerifier& verifier, std::uint32_t step) {
         directory, manifest, step, [](const ResidualBrick&) {}, verifier.cancelled()));
 }
 
-void verify(DatasetVerifier& verifier) {
+void verifyHybrid(DatasetVerifier& verifier) {
     verifier.eachStep(verifier.manifest().hybrid().steps_size(),
                       [&](std::uint32_t step) { verifyStep(verifier, step); });
 }
@@ -82,7 +82,7 @@ void describePlace(const proto::HybridManifest& hybrid, std::string& text) {
     for (const auto& note : hybrid.notes()) fmt::format_to(out, "note     {}\n", note);
 }
 
-std::string describe(const proto::Manifest& manifest) {
+std::string describeHybrid(const proto::Manifest& manifest) {
     const auto& hybrid = manifest.hybrid();
     std::string text;
     const auto out = std::back_inserter(text);
@@ -109,7 +109,7 @@ std::string describe(const proto::Manifest& manifest) {
     return text;
 }
 
-DatasetSummary summarize(const proto::Manifest& manifest) {
+DatasetSummary summarizeHybrid(const proto::Manifest& manifest) {
     const auto& steps = manifest.hybrid().steps();
     std::uint64_t points = 0, residuals = 0;
     for (const auto& step : steps) {
@@ -123,6 +123,7 @@ DatasetSummary summarize(const proto::Manifest& manifest) {
 
 }  // namespace
 
-const DatasetKind hybridKind{"hybrid", &proto::Manifest::has_hybrid, check, verify, describe, summarize};
+const DatasetKind hybridKind{
+    "hybrid", &proto::Manifest::has_hybrid, checkHybridKind, verifyHybrid, describeHybrid, summarizeHybrid};
 
 }  // namespace mote::storage

@@ -22,18 +22,18 @@ Status checkImage(const proto::ImageManifest& image, const FileNames& files) {
                    fmt::format("{} x {} pixels are none, or too many", image.width(), image.height()));
 }
 
-Status check(const proto::Manifest& manifest, const FileNames& files) {
+Status checkImage(const proto::Manifest& manifest, const FileNames& files) {
     MOTE_RETURN_IF_ERROR(checkImage(manifest.image(), files), "image");
     return success();
 }
 
-void verify(DatasetVerifier& verifier) {
+void verifyImage(DatasetVerifier& verifier) {
     verifier.arrayFile(imageName, [](const auto& directory, const auto& manifest) {
         return readImage(directory, manifest);
     });
 }
 
-std::string describe(const proto::Manifest& manifest) {
+std::string describeImage(const proto::Manifest& manifest) {
     const auto& image = manifest.image();
     auto text = fmt::format("input    {}\nimage    {} x {} pixels, from {} {}{}\n",
                             manifest.request().image().input(), image.width(), image.height(),
@@ -43,7 +43,7 @@ std::string describe(const proto::Manifest& manifest) {
     return text;
 }
 
-DatasetSummary summarize(const proto::Manifest& manifest) {
+DatasetSummary summarizeImage(const proto::Manifest& manifest) {
     const std::uint64_t width = manifest.image().width();
     const std::uint64_t height = manifest.image().height();
     return {fmt::format("an image of {} x {} pixels", width, height), {{"width", width}, {"height", height}}};
@@ -51,6 +51,7 @@ DatasetSummary summarize(const proto::Manifest& manifest) {
 
 }  // namespace
 
-const DatasetKind imageKind{"image", &proto::Manifest::has_image, check, verify, describe, summarize};
+const DatasetKind imageKind{
+    "image", &proto::Manifest::has_image, checkImage, verifyImage, describeImage, summarizeImage};
 
 }  // namespace mote::storage

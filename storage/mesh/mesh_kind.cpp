@@ -12,10 +12,6 @@
 namespace mote::storage {
 namespace {
 
-Status corrupt(std::string where, std::string message) {
-    return Error{ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 Status checkMesh(const proto::MeshManifest& mesh, const FileNames& files) {
     if (!files.contains("mesh.h5") || !files.contains("mesh.digest")) {
         return corrupt("", "mesh.h5 and mesh.digest are not among the dataset's files");
@@ -40,16 +36,16 @@ Status checkMesh(const proto::MeshManifest& mesh, const FileNames& files) {
     return corrupt("area", "must be finite and positive");
 }
 
-Status check(const proto::Manifest& manifest, const FileNames& files) {
+Status checkMesh(const proto::Manifest& manifest, const FileNames& files) {
     MOTE_RETURN_IF_ERROR(checkMesh(manifest.mesh(), files), "mesh");
     return success();
 }
 
-void verify(DatasetVerifier& verifier) {
+void verifyMesh(DatasetVerifier& verifier) {
     verifier.arrayFile(meshName, readMesh);
 }
 
-std::string describe(const proto::Manifest& manifest) {
+std::string describeMesh(const proto::Manifest& manifest) {
     const auto& mesh = manifest.mesh();
     // Beneath a stipple hierarchy, the request is that of the hierarchy.
     const auto made = manifest.request().has_mesh()
@@ -65,7 +61,7 @@ std::string describe(const proto::Manifest& manifest) {
                fmt::join(mesh.bounds_min(), ", "), fmt::join(mesh.bounds_max(), ", "));
 }
 
-DatasetSummary summarize(const proto::Manifest& manifest) {
+DatasetSummary summarizeMesh(const proto::Manifest& manifest) {
     const auto& mesh = manifest.mesh();
     return {fmt::format("{} vertices, {} triangles", mesh.vertices(), mesh.triangles()),
             {{"vertices", mesh.vertices()}, {"triangles", mesh.triangles()}, {"area", mesh.area()}}};
@@ -73,6 +69,7 @@ DatasetSummary summarize(const proto::Manifest& manifest) {
 
 }  // namespace
 
-const DatasetKind meshKind{"mesh", &proto::Manifest::has_mesh, check, verify, describe, summarize};
+const DatasetKind meshKind{"mesh",       &proto::Manifest::has_mesh, checkMesh, verifyMesh, describeMesh,
+                           summarizeMesh};
 
 }  // namespace mote::storage

@@ -10,10 +10,6 @@
 namespace mote::storage {
 namespace {
 
-Error corrupt(const char* where, const char* message) {
-    return {ErrorCode::corrupt, where, message};
-}
-
 bool edgeFits(const MeshEdge& edge, std::size_t vertices, std::size_t triangles) {
     const auto [first, second] = edge.triangles;
     return edge.vertices[0] < vertices && edge.vertices[1] < vertices && first < triangles &&

@@ -18,10 +18,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 constexpr std::uint64_t valueBytes = 8;
 
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
-
 /// A value of a piece.
 void put(ColumnPiece& piece, std::uint64_t rows, std::size_t name, std::uint64_t row, std::uint64_t bits) {
     std::memcpy(piece.bytes.data() + (name * rows + row) * valueBytes, &bits, valueBytes);
@@ -75,7 +71,7 @@ Result<ColumnPiece> ColumnReader::read(std::uint64_t begin, std::uint64_t looked
     std::vector<std::span<double>> out(reader_.size());
     std::vector<std::vector<std::uint64_t>> rows(places_.size());  // by name
     while (piece.next < end && piece.rows < most) {
-        if (cancelled && cancelled()) return stopped();
+        if (cancelled && cancelled()) return wasCancelled();
         // Blocks of this function's own: they begin where the client says.
         const auto count =
             std::min({blockPoints, end - piece.next, chosen != nullptr ? blockPoints : most - piece.rows});
@@ -112,7 +108,7 @@ Result<ColumnPiece> ColumnReader::readIds(std::span<const std::uint64_t> ids,
                                           const std::function<bool()>& cancelled) const {
     if (!columns_->hasIds()) return withoutIds("byId");
     const auto points = firstPoints(ids, *columns_, cancelled);
-    if (!points) return stopped();
+    if (!points) return wasCancelled();
     ColumnPiece piece;
     piece.rows = ids.size();
     piece.bytes.resize(places_.size() * piece.rows * valueBytes);
@@ -134,7 +130,7 @@ Result<ColumnPiece> ColumnReader::readIds(std::span<const std::uint64_t> ids,
                     places_[name] ? std::bit_cast<std::uint64_t>(values[*places_[name]]) : ids[row]);
         }
     });
-    if (!whole) return stopped();
+    if (!whole) return wasCancelled();
     return piece;
 }
 

@@ -18,7 +18,7 @@
 namespace mote::storage {
 namespace {
 
-constexpr std::uint64_t mostParts = 32;
+constexpr std::uint64_t mostTables = 32;
 constexpr std::uint64_t mostTableBytes = std::uint64_t{128} << 20;  // of all parts
 
 std::uint64_t binsOf(const std::vector<HistogramAxis>& axes) {
@@ -29,7 +29,7 @@ std::uint64_t binsOf(const std::vector<HistogramAxis>& axes) {
 
 /// Parts for tables of doubles.
 std::uint64_t partsOf(std::uint64_t bins) {
-    return std::clamp(mostTableBytes / (bins * sizeof(double)), std::uint64_t{1}, mostParts);
+    return std::clamp(mostTableBytes / (bins * sizeof(double)), std::uint64_t{1}, mostTables);
 }
 
 /// Of one part. Behind the bins comes one for all that lies outside.
@@ -93,10 +93,6 @@ class Counter {
     const PointMask* const chosen_;
     std::uint64_t bins_ = 1;
 };
-
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 /// The one weight of all points, where they have one.
 std::optional<double> oneWeight(const ParticleColumns& columns, std::optional<std::size_t> weight,
@@ -219,7 +215,7 @@ Result<Histogram> countHistogram(const std::vector<HistogramAxis>& axes, bool un
     const auto alike = oneWeight(columns, weight, cancelled);
     const bool whole = alike ? countAlike(counter, columns.pointCount(), *alike, cancelled, histogram)
                              : countWeighted(counter, columns, weight.value_or(0), cancelled, histogram);
-    if (!whole) return stopped();
+    if (!whole) return wasCancelled();
     columns.check();
     return histogram;
 }

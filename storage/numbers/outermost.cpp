@@ -17,7 +17,7 @@ namespace {
 constexpr int digitBits = 16;
 constexpr std::size_t digits = std::size_t{1} << digitBits;
 /// Points are summed in so many parts at most, one after the other: the same sums on any number of threads.
-constexpr std::uint64_t mostParts = 64;
+constexpr std::uint64_t mostGridParts = 64;
 
 /// A value that orders as the emittance, which is not NaN, does.
 std::uint64_t keyOf(double emittance) {
@@ -41,7 +41,7 @@ class Plane {
           cancelled_(cancelled),
           points_(columns.pointCount()) {
         const auto blocks = blockCount(points_);
-        blocksAPart_ = std::max<std::uint64_t>(1, (blocks + mostParts - 1) / mostParts);
+        blocksAPart_ = std::max<std::uint64_t>(1, (blocks + mostGridParts - 1) / mostGridParts);
         parts_ = (blocks + blocksAPart_ - 1) / blocksAPart_;
     }
 
@@ -83,10 +83,6 @@ class Plane {
     const std::function<bool()>& cancelled_;
     std::uint64_t points_, parts_ = 0, blocksAPart_ = 1;
 };
-
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
 
 /// Means and second moments about them.
 bool findEllipse(const Plane& plane, OutermostTest& test, double& weight) {
@@ -172,9 +168,9 @@ Result<OutermostTest> findOutermost(const Selection::Outermost& wanted, const St
     const Plane plane(*step.columns, std::move(reader), weighted, cancelled);
     OutermostTest test;
     double weight = 0.0;
-    if (!findEllipse(plane, test, weight)) return stopped();
+    if (!findEllipse(plane, test, weight)) return wasCancelled();
     if (!(weight > 0.0) || !(wanted.share > 0.0)) return test;
-    if (!findThreshold(plane, wanted.share * weight, test)) return stopped();
+    if (!findThreshold(plane, wanted.share * weight, test)) return wasCancelled();
     test.none = false;
     return test;
 }

@@ -12,10 +12,6 @@
 namespace mote::storage {
 namespace {
 
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
-
 /// The values of each group of a walk. Nothing where `cancelled` says so.
 std::optional<std::vector<std::vector<double>>> valuesOf(const RowWalk& walk, const BeamFacts& facts,
                                                          Passes wanted,
@@ -90,7 +86,7 @@ Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts
     const auto& columns = *step.columns;
     PointStatistics found;
     auto all = valuesOf(RowWalk(columns, chosen, nullptr), facts, passes, cancelled);
-    if (!all) return stopped();
+    if (!all) return wasCancelled();
     found.values = std::move(all->front());
     if (slices) {
         const auto reader = QuantityReader::make(columns, step.context, std::span(&slices->column, 1));
@@ -99,13 +95,13 @@ Result<PointStatistics> pointStatistics(const StepNumbers& step, const BeamFacts
             return Error{error.code, "slices", fmt::format("\"{}\" {}", error.where, error.message)};
         }
         const auto range = rangeOf(*reader, columns.pointCount(), chosen, cancelled);
-        if (!range) return stopped();
+        if (!range) return wasCancelled();
         MOTE_ASSIGN_OR_RETURN(
             const auto bins, BinAxis::make(step, slices->column, slices->count, range->first, range->second));
         BeamFacts ofSlice = facts;
         ofSlice.lost = 0;
         auto parts = valuesOf(RowWalk(columns, chosen, &bins), ofSlice, passes, cancelled);
-        if (!parts) return stopped();
+        if (!parts) return wasCancelled();
         found.edges = bins.edges();
         found.slices = *std::move(parts);
     }

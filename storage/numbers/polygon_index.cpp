@@ -15,7 +15,7 @@ namespace mote::storage {
 namespace {
 
 constexpr std::uint32_t mostCells = 1024;  // along each side
-constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
+constexpr double cornerRounding = 32 * std::numeric_limits<double>::epsilon();
 constexpr std::uint64_t mostEntries = std::uint64_t{1} << 24;  // 64 MiB
 
 }  // namespace
@@ -24,8 +24,8 @@ PolygonIndex::PolygonIndex(std::span<const glm::dvec2> corners) {
     makeEdges(corners);
     if (edges_.empty()) return;
     const double wide = highX_ - lowX_;
-    marginX_ = 1e-9 * wide + rounding * std::max(std::abs(lowX_), std::abs(highX_));
-    marginY_ = rounding * std::max(std::abs(lowY_), std::abs(highY_));
+    marginX_ = 1e-9 * wide + cornerRounding * std::max(std::abs(lowX_), std::abs(highX_));
+    marginY_ = cornerRounding * std::max(std::abs(lowY_), std::abs(highY_));
     const auto wanted = 8.0 * std::sqrt(static_cast<double>(edges_.size()));
     cells_ = std::min(mostCells, static_cast<std::uint32_t>(wanted));
     while (cells_ > 1 && !fits(cells_)) cells_ /= 2;

@@ -16,7 +16,7 @@ namespace {
 constexpr QuantityRange nothing{std::numeric_limits<double>::infinity(),
                                 -std::numeric_limits<double>::infinity()};
 
-constexpr double rounding = 1e-6;
+constexpr double slack = 1e-6;
 
 void widen(QuantityRange& range, double low, double high) {
     if (std::isfinite(low)) range.low = std::min(range.low, low);
@@ -37,7 +37,7 @@ std::optional<QuantityRange> ofManifest(const proto::ParticlesManifest& manifest
     }
     // Those are of the source's own values; what is made from columns, which are rounded, may lie beyond.
     const double width = range.high - range.low;
-    if (width > 0.0) widen(range, range.low - rounding * width, range.high + rounding * width);
+    if (width > 0.0) widen(range, range.low - slack * width, range.high + slack * width);
     return range;
 }
 

@@ -16,10 +16,6 @@
 namespace mote::storage {
 namespace {
 
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
-
 class Selector {
   public:
     Selector(const RunSteps& run, const std::function<bool()>& cancelled)
@@ -39,7 +35,7 @@ class Selector {
                 words.back() = (std::uint64_t{1} << over) - 1;
             condition->keep(part, words, scratch.local());
         });
-        if (!whole) return stopped();
+        if (!whole) return wasCancelled();
         points.check();
         if (const auto& columns = numbers_.at(step).columns) columns->check();
         return mask;
@@ -138,12 +134,12 @@ class Selector {
         }
         MOTE_ASSIGN_OR_RETURN(const auto mask, select(selection, made));
         const auto ids = IdSet::of(mask, *numbers_.at(made).columns, cancelled_);
-        if (!ids) return stopped();
+        if (!ids) return wasCancelled();
         return inMask(pointsOf(*ids, *numbers_.at(step).columns, cancelled_));
     }
 
     static MadeCondition inMask(std::optional<PointMask> mask) {
-        if (!mask) return stopped();
+        if (!mask) return wasCancelled();
         return maskCondition(*std::move(mask));
     }
 

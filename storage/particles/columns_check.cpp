@@ -13,10 +13,6 @@ namespace {
 
 constexpr std::size_t longestName = 63;
 
-Error corrupt(std::string where, std::string message) {
-    return {ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 bool isName(std::string_view name) {
     const auto fits = [](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';

@@ -17,10 +17,6 @@
 namespace mote::storage {
 namespace {
 
-Error corrupt(std::string where, std::string message) {
-    return {ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 Status checkAxes(const proto::ParticlesManifest& particles) {
     if (particles.axes_size() != 3) return corrupt("axes", "a particle plot has three axes");
     for (int i = 0; i < 3; ++i) {
@@ -77,7 +73,7 @@ Status checkParticles(const proto::ParticlesManifest& particles, const FileNames
     return success();
 }
 
-Status check(const proto::Manifest& manifest, const FileNames& files) {
+Status checkParticles(const proto::Manifest& manifest, const FileNames& files) {
     MOTE_RETURN_IF_ERROR(checkParticles(manifest.particles(), files), "particles");
     return success();
 }
@@ -108,7 +104,7 @@ void verifyColumns(DatasetVerifier& verifier, std::uint32_t step) {
     }
 }
 
-void verify(DatasetVerifier& verifier) {
+void verifyParticles(DatasetVerifier& verifier) {
     verifier.eachStep(verifier.manifest().particles().steps_size(), [&](std::uint32_t step) {
         verifyStep(verifier, step);
         verifyColumns(verifier, step);
@@ -148,7 +144,7 @@ std::string describeParticles(const proto::ParticlesManifest& particles) {
     return text;
 }
 
-std::string describe(const proto::Manifest& manifest) {
+std::string describeRun(const proto::Manifest& manifest) {
     const auto& particles = manifest.particles();
     std::string text;
     const auto out = std::back_inserter(text);
@@ -175,7 +171,7 @@ std::string describe(const proto::Manifest& manifest) {
     return text;
 }
 
-DatasetSummary summarize(const proto::Manifest& manifest) {
+DatasetSummary summarizeParticles(const proto::Manifest& manifest) {
     const auto& steps = manifest.particles().steps();
     std::uint64_t particles = 0, lost = 0, invalid = 0, outside = 0;
     for (const auto& step : steps) {
@@ -194,7 +190,8 @@ DatasetSummary summarize(const proto::Manifest& manifest) {
 
 }  // namespace
 
-const DatasetKind particlesKind{"particles", &proto::Manifest::has_particles, check, verify, describe,
-                                summarize};
+const DatasetKind particlesKind{"particles",    &proto::Manifest::has_particles,
+                                checkParticles, verifyParticles,
+                                describeRun,    summarizeParticles};
 
 }  // namespace mote::storage

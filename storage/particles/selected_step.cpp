@@ -20,10 +20,6 @@ namespace {
 constexpr std::size_t blockLeaves = 4096;
 constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
 
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
-
 /// Calls visit(leaf) for all of them on all threads; false where `cancelled` said to stop.
 template <class Visit>
 bool forLeaves(std::size_t leaves, const std::function<bool()>& cancelled, const Visit& visit) {
@@ -75,14 +71,14 @@ class StepSelector {
                          "a step of more than 2^32 points is drawn as a whole only"};
         }
         out_->logDensity_ = step_.logDensity();
-        if (!countLeaves()) return stopped();
+        if (!countLeaves()) return wasCancelled();
         countNodes();
         spreadDensities();
         orderLeaves();
         keepNodes();
-        if (!copyPoints()) return stopped();
+        if (!copyPoints()) return wasCancelled();
         countVolume();
-        if (cancelled_ && cancelled_()) return stopped();
+        if (cancelled_ && cancelled_()) return wasCancelled();
         return out_;
     }
 

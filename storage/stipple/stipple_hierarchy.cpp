@@ -15,10 +15,6 @@
 namespace mote::storage {
 namespace {
 
-Error corrupt(const char* array, std::string message) {
-    return {ErrorCode::corrupt, array, std::move(message)};
-}
-
 Status checkSizes(const StippleHierarchy& h) {
     const auto points = h.size();
     if (points < 1 || points > std::numeric_limits<std::uint32_t>::max()) {

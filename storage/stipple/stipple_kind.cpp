@@ -11,10 +11,6 @@
 namespace mote::storage {
 namespace {
 
-Status corrupt(std::string where, std::string message) {
-    return Error{ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 Status checkStipple(const proto::StippleManifest& stipple, const FileNames& files) {
     if (!files.contains("hierarchy.h5") || !files.contains("hierarchy.digest")) {
         return corrupt("", "hierarchy.h5 and hierarchy.digest are not among the dataset's files");
@@ -38,7 +34,7 @@ Status checkStipple(const proto::StippleManifest& stipple, const FileNames& file
 }
 
 /// The mesh of a surface lies beside the hierarchy.
-Status check(const proto::Manifest& manifest, const FileNames& files) {
+Status checkStipple(const proto::Manifest& manifest, const FileNames& files) {
     if (manifest.stipple().domain() == proto::StippleManifest::SURFACE) {
         MOTE_RETURN_IF_ERROR(meshKind.check(manifest, files));
     }
@@ -46,12 +42,12 @@ Status check(const proto::Manifest& manifest, const FileNames& files) {
     return success();
 }
 
-void verify(DatasetVerifier& verifier) {
+void verifyStipple(DatasetVerifier& verifier) {
     if (verifier.manifest().has_mesh()) meshKind.verify(verifier);
     if (!verifier.wasCancelled()) verifier.arrayFile(hierarchyName, readHierarchy);
 }
 
-std::string describe(const proto::Manifest& manifest) {
+std::string describeStipple(const proto::Manifest& manifest) {
     const auto& stipple = manifest.stipple();
     const bool plane = stipple.domain() == proto::StippleManifest::PLANE;
     const auto made =
@@ -65,7 +61,7 @@ std::string describe(const proto::Manifest& manifest) {
     return made + hierarchy + (manifest.has_mesh() ? meshKind.describe(manifest) : "");
 }
 
-DatasetSummary summarize(const proto::Manifest& manifest) {
+DatasetSummary summarizeStipple(const proto::Manifest& manifest) {
     const auto& stipple = manifest.stipple();
     auto summary = manifest.has_mesh() ? meshKind.summarize(manifest) : DatasetSummary{};
     summary.text = fmt::format("{} points, {} moves", stipple.points(), stipple.moves());
@@ -77,6 +73,7 @@ DatasetSummary summarize(const proto::Manifest& manifest) {
 
 }  // namespace
 
-const DatasetKind stippleKind{"stipple", &proto::Manifest::has_stipple, check, verify, describe, summarize};
+const DatasetKind stippleKind{
+    "stipple", &proto::Manifest::has_stipple, checkStipple, verifyStipple, describeStipple, summarizeStipple};
 
 }  // namespace mote::storage

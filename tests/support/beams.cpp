@@ -11,9 +11,9 @@ namespace mote::test {
 namespace {
 
 /// The standard distributions differ from library to library; these do not.
-class Random {
+class BeamNumbers {
   public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
+    explicit BeamNumbers(std::uint64_t seed) : engine_(seed) {}
     double even() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
     double normal() {
         const double radius = std::sqrt(-2.0 * std::log(1.0 - even()));
@@ -24,12 +24,12 @@ class Random {
     std::mt19937_64 engine_;
 };
 
-glm::dvec3 corePoint(const BeamShape& shape, Random& random) {
+glm::dvec3 corePoint(const BeamShape& shape, BeamNumbers& random) {
     const double x = random.normal(), y = random.normal(), z = random.normal();
     return 0.5 + shape.coreSigma * glm::dvec3(x, 0.6 * y, 1.3 * z);
 }
 
-glm::dvec3 haloPoint(const BeamShape& shape, Random& random) {
+glm::dvec3 haloPoint(const BeamShape& shape, BeamNumbers& random) {
     const double angle = 2.0 * std::numbers::pi * random.even();
     const double radius = shape.haloRadius + shape.haloThickness * random.normal();
     const double height = 3.0 * shape.haloThickness * random.normal();
@@ -38,7 +38,7 @@ glm::dvec3 haloPoint(const BeamShape& shape, Random& random) {
                             radius * std::sin(angle));
 }
 
-glm::dvec3 filamentPoint(std::size_t index, Random& random) {
+glm::dvec3 filamentPoint(std::size_t index, BeamNumbers& random) {
     const double along = random.even();
     const double angle = 0.5 * std::numbers::pi * static_cast<double>(index % 4) + 1.2 * along;
     const double radius = 0.1 + 0.36 * along;
@@ -51,7 +51,7 @@ glm::dvec3 filamentPoint(std::size_t index, Random& random) {
 }  // namespace
 
 std::vector<WeightedPoint> beam(const BeamShape& shape) {
-    Random random(shape.seed);
+    BeamNumbers random(shape.seed);
     std::vector<WeightedPoint> points;
     const auto add = [&](const glm::dvec3& position) {
         const double weight = shape.evenWeights ? 1.0 : 0.5 + 1.5 * random.even();
@@ -64,7 +64,7 @@ std::vector<WeightedPoint> beam(const BeamShape& shape) {
 }
 
 std::vector<WeightedPoint> evenCloud(std::size_t count, std::uint64_t seed) {
-    Random random(seed);
+    BeamNumbers random(seed);
     std::vector<WeightedPoint> points;
     for (std::size_t i = 0; i < count; ++i) {
         const double x = random.even(), y = random.even(), z = random.even();

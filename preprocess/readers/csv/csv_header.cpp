@@ -11,11 +11,11 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t maxFields = 1024;
+constexpr std::size_t csvMaxFields = 1024;
 constexpr std::uint64_t maxHeaderLines = 10'000;
 constexpr std::uint64_t maxTitleLines = 64;  // that are no comments
 
-using Fields = std::array<std::string_view, maxFields>;
+using CsvFields = std::array<std::string_view, csvMaxFields>;
 
 char separatorOf(std::string_view header) {
     for (const char separator : {';', '\t', ','}) {
@@ -36,10 +36,10 @@ std::string_view withoutMark(std::string_view line) {
 /// The names of a line; none where it has too many. Where blanks separate them, a unit in brackets belongs to
 /// the name before it.
 std::vector<std::string> namesOf(std::string_view line, char separator) {
-    Fields fields;
+    CsvFields fields;
     const std::size_t count = splitFields(line, separator, fields);
     std::vector<std::string> names;
-    if (count > maxFields) return names;
+    if (count > csvMaxFields) return names;
     bool inUnit = false;
     for (std::size_t i = 0; i < count; ++i) {
         const std::string_view field = fields[i];
@@ -81,9 +81,9 @@ bool namesColumns(const std::vector<std::string>& names) {
 /// Whether a row has as many fields as a line of names, and numbers among them. What stands in a comment may
 /// be prose, and so may what a map of numbers fits: these must fit `exactly`, to the field.
 bool isDataOf(const Candidate& candidate, std::string_view row, bool exactly) {
-    Fields fields;
+    CsvFields fields;
     const std::size_t count = splitFields(row, candidate.separator, fields);
-    if (count < candidate.names.size() || count > maxFields) return false;
+    if (count < candidate.names.size() || count > csvMaxFields) return false;
     const bool ends = count == candidate.names.size() + 1 && fields[count - 1].empty();
     if (exactly && count != candidate.names.size() && !ends) return false;
     return std::any_of(
@@ -93,7 +93,7 @@ bool isDataOf(const Candidate& candidate, std::string_view row, bool exactly) {
 
 /// Takes a line of units below the names: "[m] [eV/c]", "mm,MeV/c". Names that have a unit keep it.
 bool takeUnits(Candidate& candidate, std::string_view line) {
-    Fields fields;
+    CsvFields fields;
     const std::size_t count = splitFields(withoutMark(line), candidate.separator, fields);
     if (count != candidate.names.size()) return false;
     const auto end = fields.begin() + static_cast<std::ptrdiff_t>(count);

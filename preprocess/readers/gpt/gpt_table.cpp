@@ -13,9 +13,9 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t maxFields = 256;
+constexpr std::size_t gptMaxFields = 256;
 
-using Fields = std::array<std::string_view, maxFields>;
+using GptFields = std::array<std::string_view, gptMaxFields>;
 
 /// GPT's names, in its own letter case, as those of a table. Its q is the charge of one particle, its rmacro
 /// a radius; other arrays are of no use for a run.
@@ -40,10 +40,10 @@ struct Parser {
     }
 
     Status line(std::string_view text, const std::string& where, HeldNumbers& held) {
-        Fields fields;
+        GptFields fields;
         const std::size_t count = splitFields(trim(text), ' ', fields);
         if (count == 0 || fields[0].front() == '#') return success();
-        if (count > maxFields) return Error{ErrorCode::unsupported, where, "has more than 256 columns"};
+        if (count > gptMaxFields) return Error{ErrorCode::unsupported, where, "has more than 256 columns"};
         const auto first = parseNumber(fields[0]);
         if (!waiting.empty() && count == 1 && first) {
             take(waiting, *first);
@@ -69,7 +69,7 @@ struct Parser {
     }
 
   private:
-    Status words(const Fields& fields, std::size_t count) {
+    Status words(const GptFields& fields, std::size_t count) {
         const auto second = count == 2 ? parseNumber(fields[1]) : std::nullopt;
         if (second) {
             finish();
@@ -96,8 +96,8 @@ struct Parser {
 
 bool namesGptColumns(std::string_view line) {
     if (line.find_first_of(",;[({") != std::string_view::npos) return false;
-    Fields fields;
-    const std::size_t count = std::min(splitFields(trim(line), ' ', fields), maxFields);
+    GptFields fields;
+    const std::size_t count = std::min(splitFields(trim(line), ' ', fields), gptMaxFields);
     std::size_t known = 0;
     bool place = false;
     for (std::size_t i = 0; i < count; ++i) {

@@ -60,23 +60,23 @@ class H5PartStep {
 
 constexpr double gigaelectronvolt = 1e9;
 
-struct Name {
+struct H5PartName {
     Column column;
     const char* name;
 };
 
 // The first name that a step has is taken.
-constexpr Name columnNames[] = {{Column::x, "x"},           {Column::y, "y"},    {Column::z, "z"},
-                                {Column::t, "t"},           {Column::t, "time"}, {Column::px, "px"},
-                                {Column::py, "py"},         {Column::pz, "pz"},  {Column::weight, "q"},
-                                {Column::weight, "weight"}, {Column::id, "id"}};
+constexpr H5PartName columnNames[] = {{Column::x, "x"},           {Column::y, "y"},    {Column::z, "z"},
+                                      {Column::t, "t"},           {Column::t, "time"}, {Column::px, "px"},
+                                      {Column::py, "py"},         {Column::pz, "pz"},  {Column::weight, "q"},
+                                      {Column::weight, "weight"}, {Column::id, "id"}};
 
 Result<H5PartStep> H5PartStep::open(const H5File& file, const std::string& path, double mass) {
     MOTE_ASSIGN_OR_RETURN(const auto group, file.require(file.root(), path));
     H5PartStep step;
     step.mass_ = mass;
     MOTE_RETURN_IF_ERROR(step.readMeaning(file, group));
-    for (const Name& name : columnNames) {
+    for (const H5PartName& name : columnNames) {
         const auto column = static_cast<std::size_t>(name.column);
         if (!step.columns_[column]) MOTE_RETURN_IF_ERROR(step.openColumn(file, group, column, name.name));
     }

@@ -19,10 +19,6 @@ constexpr std::size_t checksumBytes = 4;
 constexpr std::size_t maxFilters = 8;
 constexpr H5Z_filter_t lzfFilter = 32000;  // h5py's, as registered with The HDF Group
 
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
-
 /// Fletcher's checksum over 16-bit words, most significant byte first, as HDF5 computes it.
 std::uint32_t fletcher32(std::span<const std::uint8_t> bytes) {
     std::uint64_t sum1 = 0, sum2 = 0;

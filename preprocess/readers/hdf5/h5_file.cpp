@@ -30,14 +30,6 @@ std::string join(const std::string& where, std::string_view name) {
     return where.ends_with('/') ? where + std::string(name) : where + "/" + std::string(name);
 }
 
-Error unsupported(std::string where, std::string message) {
-    return {ErrorCode::unsupported, std::move(where), std::move(message)};
-}
-
-Error corrupt(std::string where, std::string message) {
-    return {ErrorCode::corrupt, std::move(where), std::move(message)};
-}
-
 Result<H5Object> openHard(hid_t parent, const std::string& name, std::string where) {
     H5Handle handle(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
     const H5I_type_t type = handle.ok() ? H5Iget_type(handle.get()) : H5I_BADID;

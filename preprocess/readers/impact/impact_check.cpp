@@ -16,7 +16,7 @@ constexpr double greatestPhase = 1e6;  // rad
 constexpr double leastChargeState = 0.1, greatestChargeState = 200.0;
 
 // Columns of a file, from 0.
-constexpr std::size_t pxColumn = 1, pyColumn = 3, phase = 4, energy = 5, chargeOverMass = 6, number = 8;
+constexpr std::size_t checkedPx = 1, checkedPy = 3, phase = 4, energy = 5, chargeOverMass = 6, number = 8;
 
 using Row = std::array<double, NumberTable::maxColumns>;
 
@@ -61,7 +61,7 @@ Status checkImpactZ(NumberTable& table, double mass, double gamma, Progress& pro
         }
         const double own = gamma - row[energy];
         const double whole = (own - 1.0) * (own + 1.0);
-        if (gamma > 0.0 && !(whole >= row[pxColumn] * row[pxColumn] + row[pyColumn] * row[pyColumn]))
+        if (gamma > 0.0 && !(whole >= row[checkedPx] * row[checkedPx] + row[checkedPy] * row[checkedPy]))
             ++impossible;
     }
     table.close();

@@ -9,7 +9,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t fewestColumns = 6;  // of a particle; a first line with fewer counts the rows
+constexpr std::size_t fewestOfParticle = 6;  // of a particle; a first line with fewer counts the rows
 constexpr std::uint64_t maxProbedLines = 10'000;
 
 using Fields = std::array<std::string_view, NumberTable::maxColumns>;
@@ -33,15 +33,16 @@ Result<NumberTable::Shape> NumberTable::probe(const std::filesystem::path& path)
         Fields fields;
         const std::size_t count = splitFields(line, ' ', fields);
         if (!allNumbers(fields, count)) shape.numbers = false;
-        if (rows == 1 && shape.columns < fewestColumns && count >= fewestColumns && shape.declared) {
+        if (rows == 1 && shape.columns < fewestOfParticle && count >= fewestOfParticle && shape.declared) {
             shape.columns = std::min(count, maxColumns);
         } else if (rows == 0) {
             shape.columns = std::min(count, maxColumns);
-            if (count < fewestColumns) shape.declared = parseId(fields[0]);
+            if (count < fewestOfParticle) shape.declared = parseId(fields[0]);
         }
         ++rows;
     }
-    if (shape.columns < fewestColumns && rows < 2 && shape.declared == 0u) shape.columns = fewestColumns;
+    if (shape.columns < fewestOfParticle && rows < 2 && shape.declared == 0u)
+        shape.columns = fewestOfParticle;
     return shape;
 }
 

@@ -14,10 +14,6 @@ constexpr Column unnamedOrder[] = {Column::x,  Column::y,  Column::z,     Column
 constexpr std::uint64_t maxSteps = 100'000;
 constexpr std::size_t vectorLength = 3;
 
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
-
 /// How an array's elements lie: its dimensions are rows, or steps and rows, or none of both, and perhaps
 /// components last.
 struct Layout {

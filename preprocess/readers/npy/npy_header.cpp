@@ -107,12 +107,8 @@ class Parser {
 
 using Kind = PythonLiteral::Kind;
 
-constexpr std::size_t maxFields = 256;
+constexpr std::size_t npyMaxFields = 256;
 constexpr std::size_t maxItemBytes = 4096;
-
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
 
 /// "<f8", ">i4", "|u1"; '=' is the machine's own order, which is little.
 Result<NpyField> parseType(const std::string& type, const std::string& where) {
@@ -184,7 +180,7 @@ Status parseDescription(const PythonLiteral& description, NpyHeader& header, con
         MOTE_ASSIGN_OR_RETURN(auto field, parseType(description.text, where));
         header.fields.push_back(std::move(field));
     } else if (description.kind == Kind::sequence && !description.items.empty() &&
-               description.items.size() <= maxFields) {
+               description.items.size() <= npyMaxFields) {
         for (const PythonLiteral& entry : description.items) {
             MOTE_ASSIGN_OR_RETURN(auto field, parseField(entry, where));
             header.fields.push_back(std::move(field));

@@ -34,10 +34,6 @@ std::uint64_t load64(std::string_view bytes, std::size_t at) {
     return loadNumber<std::uint64_t>(bytes.data() + at, false);
 }
 
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
-
 /// Bytes [offset, offset + count) of the archive, which must lie within it.
 Result<std::string> bytesAt(ByteSource& archive, std::uint64_t offset, std::uint64_t count) {
     if (offset > archive.fileBytes() || count > archive.fileBytes() - offset) {

@@ -19,7 +19,7 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t columns = 6, longitudinal = 4, maxFields = 16;
+constexpr std::size_t columns = 6, longitudinal = 4, opalMaxFields = 16;
 constexpr std::uint64_t linesPerQuestion = 1u << 16;
 // Of no beam that OPAL is used for: 5 TeV electrons. What is greater is in eV.
 constexpr double greatestBetaGamma = 1e7;
@@ -30,11 +30,7 @@ constexpr std::string_view noteOfTime =
     "the fifth column, which is never more than 1e-8, is taken for the time of emission in s";
 constexpr std::string_view noteOfPlace = "the fifth column is taken for z in m";
 
-using Fields = std::array<std::string_view, maxFields>;
-
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
+using OpalFields = std::array<std::string_view, opalMaxFields>;
 
 std::string_view commentOf(std::string_view line) {
     line = trim(line);
@@ -52,7 +48,7 @@ bool isWord(std::string_view field, std::string_view word) {
 }
 
 /// "x px y py z pz", with t in place of z where particles are emitted.
-bool isNames(const Fields& fields, std::size_t count) {
+bool isNames(const OpalFields& fields, std::size_t count) {
     static constexpr std::array<std::string_view, columns> names{"x", "px", "y", "py", "z", "pz"};
     if (count < columns) return false;
     for (std::size_t i = 0; i < columns; ++i) {
@@ -63,9 +59,9 @@ bool isNames(const Fields& fields, std::size_t count) {
 }
 
 /// One file, row by row.
-class Parser {
+class OpalParser {
   public:
-    Parser(HeldTable& table, HeldNumbers& held) : table_(table), held_(held) {
+    OpalParser(HeldTable& table, HeldNumbers& held) : table_(table), held_(held) {
         table_.values.resize(columns);
     }
 
@@ -149,7 +145,7 @@ class Parser {
 
     HeldTable& table_;
     HeldNumbers& held_;
-    Fields fields_;
+    OpalFields fields_;
     std::optional<std::uint64_t> declared_;
     bool names_ = false, emitted_ = false;
 };
@@ -158,7 +154,7 @@ Result<HeldTable> readFile(const std::filesystem::path& path, HeldNumbers& held,
     MOTE_ASSIGN_OR_RETURN(auto reader, LineReader::open(path));
     HeldTable table;
     table.where = reader.name();
-    Parser parser(table, held);
+    OpalParser parser(table, held);
     for (std::string_view line;;) {
         if (reader.lineNumber() % linesPerQuestion == 0 && progress.cancelled()) return cancelledError();
         MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
@@ -178,7 +174,7 @@ bool looksLikeOpal(std::string_view begin) {
     const std::size_t end = begin.find('\n');
     if (!parseId(first) || end == std::string_view::npos) return false;
     const std::string_view second = begin.substr(end + 1);
-    Fields fields;
+    OpalFields fields;
     const std::size_t count = splitFields(trim(second.substr(0, second.find('\n'))), ' ', fields);
     return isNames(fields, count);
 }

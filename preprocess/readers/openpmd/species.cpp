@@ -14,10 +14,6 @@ namespace {
 
 constexpr const char* axisNames[3] = {"x", "y", "z"};
 
-Error notFound(std::string where, std::string message) {
-    return {ErrorCode::notFound, std::move(where), std::move(message)};
-}
-
 }  // namespace
 
 Result<OpenpmdSpecies> OpenpmdSpecies::open(const H5File& file, const std::string& path,

@@ -11,10 +11,10 @@
 namespace mote::prep {
 namespace {
 
-constexpr std::size_t coordinates = 6, maxFields = 64;
+constexpr std::size_t coordinates = 6, pyorbitMaxFields = 64;
 constexpr std::uint64_t linesPerQuestion = 1u << 16;
 
-using Fields = std::array<std::string_view, maxFields>;
+using PyorbitFields = std::array<std::string_view, pyorbitMaxFields>;
 
 /// How many numbers PyORBIT keeps for an attribute; 0 of one that is not known here.
 std::size_t sizeOf(const std::string& attribute) {
@@ -41,7 +41,7 @@ class Parser {
 
   private:
     void says(std::string_view text) {
-        const std::size_t count = std::min(splitFields(text, ' ', fields_), maxFields);
+        const std::size_t count = std::min(splitFields(text, ' ', fields_), pyorbitMaxFields);
         if (count < 1) return;
         const std::string_view what = fields_[0];
         if (what == "PARTICLE_ATTRIBUTES_CONTROLLERS_NAMES") {
@@ -82,7 +82,7 @@ class Parser {
     Status row(std::string_view text, const std::string& where) {
         const std::size_t count = splitFields(text, ' ', fields_);
         auto& values = bunch_.values;
-        if (values.empty() && count >= coordinates && count <= maxFields) values.resize(count);
+        if (values.empty() && count >= coordinates && count <= pyorbitMaxFields) values.resize(count);
         if (count != values.size()) {
             return Error{ErrorCode::corrupt, where,
                          "has " + std::to_string(count) + " fields where " +
@@ -103,7 +103,7 @@ class Parser {
 
     PyorbitBunch& bunch_;
     HeldNumbers& held_;
-    Fields fields_;
+    PyorbitFields fields_;
 };
 
 }  // namespace

@@ -31,10 +31,6 @@ bool takeWord(std::string_view& text, std::string_view& word) {
     return true;
 }
 
-Error cancelled() {
-    return {ErrorCode::cancelled, "", "cancelled while a table was read"};
-}
-
 class AsciiPages : public SddsPages {
   public:
     AsciiPages(LineReader lines, const SddsHeader& header, Progress& progress)
@@ -98,7 +94,8 @@ Status AsciiPages::goTo(const Mark& mark) {
     if (!lines_.compressed()) return lines_.seek(mark.offset, mark.lines);
     if (lines_.lineNumber() > mark.lines) MOTE_RETURN_IF_ERROR(lines_.seek(0, 0));
     for (std::string_view text; lines_.lineNumber() < mark.lines;) {
-        if (lines_.lineNumber() % sddsRowsPerMark == 0 && progress_.cancelled()) return cancelled();
+        if (lines_.lineNumber() % sddsRowsPerMark == 0 && progress_.cancelled())
+            return wasCancelled("cancelled while a table was read");
         MOTE_ASSIGN_OR_RETURN(const auto more, lines_.next(text));
         if (!more) return corrupt("has changed since it was opened");
     }
@@ -109,7 +106,8 @@ Status AsciiPages::goTo(const Mark& mark) {
 Result<bool> AsciiPages::rawLine() {
     for (std::string_view text;;) {
         lineBegin_ = {0, lines_.offset(), lines_.lineNumber()};
-        if (lines_.lineNumber() % sddsRowsPerMark == 0 && progress_.cancelled()) return cancelled();
+        if (lines_.lineNumber() % sddsRowsPerMark == 0 && progress_.cancelled())
+            return wasCancelled("cancelled while a table was read");
         MOTE_ASSIGN_OR_RETURN(const auto more, lines_.next(text));
         if (!more) return false;
         line_ = trim(withoutSddsComment(text));

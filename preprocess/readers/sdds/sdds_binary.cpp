@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t blockBytes = 1u << 20;
 
-Error cancelled() {
-    return {ErrorCode::cancelled, "", "cancelled while a table was read"};
-}
-
 class BinaryPages : public SddsPages {
   public:
     BinaryPages(SddsStream stream, const SddsHeader& header, bool big, Progress& progress);
@@ -102,7 +98,7 @@ Status BinaryPages::skipValues(const SddsField& field, std::uint64_t count) {
     }
     for (std::uint64_t i = 0; i < count; ++i) {
         if (i % sddsRowsPerMark == sddsRowsPerMark - 1 && progress_.cancelled()) {
-            return cancelled();
+            return wasCancelled("cancelled while a table was read");
         }
         MOTE_RETURN_IF_ERROR(skipText());
     }
@@ -115,7 +111,7 @@ Status BinaryPages::scan() {
         MOTE_ASSIGN_OR_RETURN(const auto ended, stream_.atEnd());
         if (ended) return success();
         if (pages_.size() == maxSddsPages) return corrupt("has more than 100000 pages");
-        if (progress_.cancelled()) return cancelled();
+        if (progress_.cancelled()) return wasCancelled("cancelled while a table was read");
         Status status = scanPage();
         if (status) continue;
         Error error = status.error();
@@ -193,7 +189,7 @@ Status BinaryPages::scanRows(std::uint64_t rows, Place& place) {
     for (std::uint64_t row = 0; row < rows; ++row) {
         if (row % sddsRowsPerMark == 0 && row > 0) {
             place.marks.push_back(stream_.offset());
-            if (progress_.cancelled()) return cancelled();
+            if (progress_.cancelled()) return wasCancelled("cancelled while a table was read");
         }
         for (const SddsField& column : header_.columns) MOTE_RETURN_IF_ERROR(skipValues(column, 1));
     }

@@ -3,16 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "preprocess/constants.h"
 #include "preprocess/readers/text/number.h"
 
 namespace mote::prep {
 namespace {
 
 using Kind = FieldMeaning::Kind;
-
-constexpr double goldenAngle = std::numbers::pi * (3.0 - 2.23606797749978969641);
 
 /// Units as our table of them writes them: without the marks "$b", "$n", "$a" of sub- and superscripts, and
 /// elegant's "m$be$nc" as m c.
@@ -36,10 +34,6 @@ bool unitIsMassTimesC(const SddsField& field) {
 std::string named(std::string_view name, const SddsField& field) {
     const std::string unit = plainUnit(field.units);
     return std::string(name) + (unit.empty() ? "" : " [" + unit + "]");
-}
-
-bool isMomentum(Column column) {
-    return column == Column::px || column == Column::py || column == Column::pz;
 }
 
 Result<double> slopeFactor(const SddsField& field, const std::string& where) {

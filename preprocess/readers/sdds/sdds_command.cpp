@@ -38,7 +38,7 @@ std::string unquoted(std::string_view text) {
     return value;
 }
 
-bool blank(char c) {
+bool isGap(char c) {
     return c == ' ' || c == '\t' || c == '\r';
 }
 
@@ -71,7 +71,7 @@ Result<SddsCommand> SddsCommand::parse(std::string_view text, const std::string&
     }
     command.name = std::string(text.substr(1, nameEnd - 1));
     for (std::size_t at = nameEnd; at < text.size();) {
-        if (blank(text[at]) || text[at] == ',') {
+        if (isGap(text[at]) || text[at] == ',') {
             ++at;
             continue;
         }
@@ -81,9 +81,9 @@ Result<SddsCommand> SddsCommand::parse(std::string_view text, const std::string&
                          "has a field without '=' in its command &" + command.name};
         }
         std::size_t begin = equals + 1;
-        while (begin < text.size() && blank(text[begin])) ++begin;
+        while (begin < text.size() && isGap(text[begin])) ++begin;
         std::size_t end = findUnquoted(
-            text, begin, [&](std::size_t place) { return text[place] == ',' || blank(text[place]); });
+            text, begin, [&](std::size_t place) { return text[place] == ',' || isGap(text[place]); });
         // Words of a value without quotes go on to the next comma or the next name.
         const std::size_t comma =
             findUnquoted(text, begin, [&](std::size_t place) { return text[place] == ','; });

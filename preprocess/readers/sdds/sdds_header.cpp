@@ -13,7 +13,7 @@ namespace mote::prep {
 namespace {
 
 constexpr std::size_t maxCommandBytes = 64 * 1024;
-constexpr std::size_t maxFields = 65536;
+constexpr std::size_t sddsMaxFields = 65536;
 constexpr std::uint64_t maxLines = 1'000'000;
 constexpr std::uint64_t maxHeaderLines = 100'000;
 constexpr std::uint32_t maxDimensions = 32;
@@ -136,7 +136,7 @@ Status HeaderReader::addField(const SddsCommand& command, std::vector<SddsField>
     MOTE_RETURN_IF_ERROR(flag(command, "dimensions", maxDimensions, dimensions));
     if (dimensions == 0) return corrupt(what + "with 0 dimensions");
     field.dimensions = static_cast<std::uint32_t>(dimensions);
-    if (fields.size() == maxFields) return corrupt("declares more than 65536 fields of a kind");
+    if (fields.size() == sddsMaxFields) return corrupt("declares more than 65536 fields of a kind");
     fields.push_back(std::move(field));
     return success();
 }

@@ -14,10 +14,6 @@ using Q = TableQuantity;
 
 constexpr Q statusQuantities[] = {Q::status, Q::beamStatus, Q::state, Q::lost, Q::alive};
 
-bool isMomentum(Column column) {
-    return column == Column::px || column == Column::py || column == Column::pz;
-}
-
 }  // namespace
 
 Result<TableColumns> TableColumns::of(const std::vector<TableField>& fields,

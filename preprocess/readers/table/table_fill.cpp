@@ -3,16 +3,14 @@
 // How the rows of a table become those of a run.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "preprocess/constants.h"
 #include "preprocess/readers/table/table_columns.h"
 
 namespace mote::prep {
 namespace {
 
 using Q = TableQuantity;
-
-constexpr double goldenAngle = std::numbers::pi * (3.0 - 2.23606797749978969641);
 
 /// The momentum of a mass from what its energy is over it, without the difference of two large numbers.
 double momentumOf(double kinetic, double mass) {

@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t maxEntries = 64;
 
-Error wrong(std::string message) {
-    return {ErrorCode::invalidArgument, "map", std::move(message)};
-}
-
 /// Where an entry ends: at a comma that stands in no brackets.
 std::size_t entryEnd(std::string_view text) {
     int depth = 0;
@@ -73,17 +69,17 @@ Result<TableMap> TableMap::parse(std::string_view text) {
         text = trim(text.substr(std::min(end + 1, text.size())));
         const std::size_t equals = entry.find('=');
         if (equals == std::string_view::npos || equals == 0 || equals + 1 == entry.size()) {
-            return wrong("'" + std::string(entry.substr(0, 80)) +
-                         "' is not QUANTITY=COLUMN [UNIT], as in \"x=X [mm],px=PX [MeV/c]\"");
+            return invalid("map", "'" + std::string(entry.substr(0, 80)) +
+                                      "' is not QUANTITY=COLUMN [UNIT], as in \"x=X [mm],px=PX [MeV/c]\"");
         }
         const std::string quantity(trim(entry.substr(0, equals)));
         const auto meaning = tableMeaning(quantity, "map");
         if (!meaning || !meaning->has_value()) {
-            return wrong("'" + quantity.substr(0, 40) + "' is none of " + tableQuantityNames());
+            return invalid("map", "'" + quantity.substr(0, 40) + "' is none of " + tableQuantityNames());
         }
         const auto [column, unit] = splitUnit(entry.substr(equals + 1));
         map.entries_.push_back({quantity, std::string(column), std::string(unit)});
-        if (map.entries_.size() > maxEntries) return wrong("has more than 64 entries");
+        if (map.entries_.size() > maxEntries) return invalid("map", "has more than 64 entries");
     }
     return map;
 }
@@ -115,7 +111,7 @@ Status TableMap::apply(const std::vector<std::string>& names, std::vector<TableF
         const std::string name = entry.quantity + (entry.unit.empty() ? "" : " " + entry.unit);
         MOTE_ASSIGN_OR_RETURN(const auto meaning, tableMeaning(name, "map"));
         if (meaning->relative || meaning->inMass)
-            return wrong("a number cannot be in the unit " + entry.unit);
+            return invalid("map", "a number cannot be in the unit " + entry.unit);
         constants.push_back({meaning->quantity, *value * meaning->factor});
     }
     return success();

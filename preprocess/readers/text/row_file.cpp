@@ -13,10 +13,6 @@ constexpr std::size_t maxLineBytes = 64 * 1024;
 constexpr std::uint64_t rowsPerCheckpoint = 1u << 16;
 constexpr std::uint64_t rowsPerQuestion = 1u << 16;  // is it cancelled?
 
-Error cancelled() {
-    return {ErrorCode::cancelled, "", "cancelled while a table was read"};
-}
-
 }  // namespace
 
 Result<LineReader> LineReader::open(const std::filesystem::path& path) {
@@ -88,7 +84,8 @@ Result<RowFile> RowFile::open(const std::filesystem::path& path, std::uint64_t s
             file.checkpoints_.push_back({row, reader.offset(), reader.lineNumber()});
         }
         // Asked by lines, so that a file of nothing but comments can be left too.
-        if (reader.lineNumber() % rowsPerQuestion == 0 && progress.cancelled()) return cancelled();
+        if (reader.lineNumber() % rowsPerQuestion == 0 && progress.cancelled())
+            return wasCancelled("cancelled while a table was read");
         MOTE_ASSIGN_OR_RETURN(const auto more, reader.next(line));
         if (!more) break;
         if (isRow(line)) ++row;
@@ -122,7 +119,8 @@ Status RowFile::seek(std::uint64_t row, Progress& progress) {
         position_ = checkpoint.row;
     }
     for (std::string_view line; position_ < row;) {
-        if (position_ % rowsPerQuestion == 0 && progress.cancelled()) return cancelled();
+        if (position_ % rowsPerQuestion == 0 && progress.cancelled())
+            return wasCancelled("cancelled while a table was read");
         MOTE_ASSIGN_OR_RETURN(const auto more, nextRow(line));
         if (!more) return Error{ErrorCode::corrupt, reader_->name(), "has changed since it was opened"};
     }

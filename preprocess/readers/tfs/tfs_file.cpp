@@ -13,11 +13,11 @@ namespace mote::prep {
 namespace {
 
 constexpr std::string_view tracks[] = {"NUMBER", "TURN", "X", "PX", "Y", "PY", "T", "PT", "S", "E"};
-constexpr std::size_t maxFields = 1024;
+constexpr std::size_t tfsMaxFields = 1024;
 constexpr std::size_t maxSays = 4096;
 constexpr std::uint64_t linesPerQuestion = 1u << 16;
 
-using Fields = std::array<std::string_view, maxFields>;
+using TfsFields = std::array<std::string_view, tfsMaxFields>;
 
 std::string upper(std::string_view text) {
     std::string result(text);
@@ -64,7 +64,7 @@ class Parser {
 
     Status takeNames(std::string_view text, const std::string& where) {
         const std::size_t count = splitFields(text, ' ', fields_);
-        if (count > maxFields) return Error{ErrorCode::unsupported, where, "names more than 1024 columns"};
+        if (count > tfsMaxFields) return Error{ErrorCode::unsupported, where, "names more than 1024 columns"};
         if (!file_.names.empty()) return Error{ErrorCode::corrupt, where, "names the columns a second time"};
         columns_ = count;
         for (std::size_t i = 0; i < count; ++i) {
@@ -101,7 +101,7 @@ class Parser {
 
     TfsFile& file_;
     HeldNumbers& held_;
-    Fields fields_;
+    TfsFields fields_;
     std::size_t columns_ = 0;
     std::vector<std::size_t> used_;
 };

@@ -69,10 +69,6 @@ class DstFile {
     double mass_ = 0.0, weight_ = 0.0, angularFrequency_ = 0.0;
 };
 
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
-
 bool positive(double value) {
     return value > 0.0 && std::isfinite(value);
 }

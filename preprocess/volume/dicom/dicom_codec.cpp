@@ -47,10 +47,6 @@ const Syntax* find(std::string_view uid) {
     return found == syntaxes.end() ? nullptr : found;
 }
 
-Error corrupt(const std::string& where, std::string message) {
-    return {ErrorCode::corrupt, where, std::move(message)};
-}
-
 /// The bytes of one segment: runs, and bytes as they are (PS3.5, G.3.1).
 bool unpack(std::span<const char> from, std::span<char> pixels, std::size_t at, std::size_t step) {
     constexpr unsigned nothing = 128;

@@ -17,11 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t mostFiles = 1u << 20, mostEntries = 1u << 16;
-constexpr int deepest = 8;
-
-Error cancelled() {
-    return {ErrorCode::cancelled, "", "cancelled while DICOM files were looked for"};
-}
+constexpr int deepestFolder = 8;
 
 /// What a file of other kinds says when it is opened is not asked.
 bool isDicom(const DicomFile& file) {
@@ -58,14 +54,14 @@ Result<std::vector<fs::path>> filesBelow(const fs::path& folder, const Progress&
     const auto options = fs::directory_options::skip_permission_denied;
     fs::recursive_directory_iterator entry(folder, options, code);
     for (const fs::recursive_directory_iterator end; !code && entry != end; entry.increment(code)) {
-        if (isHidden(entry->path()) || entry.depth() >= deepest) {
+        if (isHidden(entry->path()) || entry.depth() >= deepestFolder) {
             entry.disable_recursion_pending();
             if (isHidden(entry->path())) continue;
         }
         std::error_code ignored;
         if (entry->is_regular_file(ignored)) files.push_back(entry->path());
         if (files.size() > mostFiles) return tooMany(folder);
-        if (progress.cancelled()) return cancelled();
+        if (progress.cancelled()) return wasCancelled("cancelled while DICOM files were looked for");
     }
     if (code) return unreadable(folder, code);
     sortNaturally(files);
@@ -143,7 +139,7 @@ Result<std::vector<DicomFile>> dicomFiles(const fs::path& input, const Progress&
     MOTE_ASSIGN_OR_RETURN(auto all, candidates(input, progress));
     std::vector<DicomFile> files;
     for (auto& file : all) {
-        if (progress.cancelled()) return cancelled();
+        if (progress.cancelled()) return wasCancelled("cancelled while DICOM files were looked for");
         if (most && files.size() == *most) break;
         if (isDicom(file)) files.push_back(std::move(file));
     }

@@ -25,10 +25,6 @@ std::uint64_t bytesOfFrame(const DicomHeader& header) {
     return std::uint64_t{header.rows} * header.columns * header.samples * header.allocated / 8;
 }
 
-Error unsupported(const std::string& where, std::string message) {
-    return {ErrorCode::unsupported, where, std::move(message)};
-}
-
 /// In colour, the numbers of a pixel must be known: red, green, blue, or the luminance first.
 Status checkColours(const DicomHeader& header, const std::string& where) {
     const bool coded = codingOf(header.syntax) == DicomCoding::coded;

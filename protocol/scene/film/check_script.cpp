@@ -15,10 +15,6 @@ namespace {
 
 constexpr double longest = 1e9;  // seconds: all frames there may be, at the lowest rate
 
-Error invalid(std::string where, std::string message) {
-    return {ErrorCode::invalidArgument, std::move(where), std::move(message)};
-}
-
 std::string at(std::string_view list, int index) {
     return fmt::format("{}[{}]", list, index);
 }

@@ -10,8 +10,8 @@
 namespace mote::server {
 namespace {
 
-constexpr float alike = 0.06F;      // of encoded colours: 15 of 255
-constexpr float littleInk = 0.05F;  // of a pixel: its colour is not looked at
+constexpr float alikeWithin = 0.06F;  // of encoded colours: 15 of 255
+constexpr float littleInk = 0.05F;    // of a pixel: its colour is not looked at
 constexpr float halfThrough = 0.5F;
 
 struct CoveredPixel {
@@ -58,7 +58,7 @@ std::vector<SeenDot> piecesOf(const render::Dot& dot, const std::vector<CoveredP
         const auto goesOn = [&](const CoveredPixel& next) {
             return next.row == first.row && next.column == first.column + (end - begin) &&
                    next.inFront.hidden() == first.inFront.hidden() &&
-                   difference(next.seen, first.seen) <= alike;
+                   difference(next.seen, first.seen) <= alikeWithin;
         };
         while (end < pixels.size() && goesOn(pixels[end])) ++end;
         const glm::dvec2 low(first.column, first.row);
@@ -94,7 +94,7 @@ std::vector<SeenDot> seenOf(const render::Dot& dot, const Sight& sight, const Pi
         return {{dot.color, {}}};
     }
     const bool even = std::all_of(pixels.begin(), pixels.end(), [&](const CoveredPixel& pixel) {
-        return pixel.covers < littleInk || difference(pixel.seen, mean.seen) <= alike;
+        return pixel.covers < littleInk || difference(pixel.seen, mean.seen) <= alikeWithin;
     });
     if (even) return {{mean.seen, {}}};
     return piecesOf(dot, pixels);

@@ -26,7 +26,7 @@ double penOf(double width) {
     return std::exp2(level / widthsPerOctave);
 }
 
-glm::dvec2 placeOf(const StrokePoint& point) {
+glm::dvec2 pointOf(const StrokePoint& point) {
     return {point.x, point.y};
 }
 
@@ -52,8 +52,8 @@ class InkLines {
   private:
     bool seen(const StrokePoint& from, const StrokePoint& to) const {
         const double reach = std::max(from.width, to.width);
-        const glm::dvec2 low = glm::min(placeOf(from), placeOf(to)) - reach;
-        const glm::dvec2 high = glm::max(placeOf(from), placeOf(to)) + reach;
+        const glm::dvec2 low = glm::min(pointOf(from), pointOf(to)) - reach;
+        const glm::dvec2 high = glm::max(pointOf(from), pointOf(to)) + reach;
         return reach > 0.0 && high.x > 0.0 && high.y > 0.0 && low.x < size_.x && low.y < size_.y;
     }
     void finish() {
@@ -70,7 +70,7 @@ class InkLines {
         std::vector<glm::dvec2> way;
         double sum = 0.0;
         for (const auto& point : points) {
-            way.push_back(placeOf(point));
+            way.push_back(pointOf(point));
             sum += point.width;
         }
         ink_.lines[penOf(sum / static_cast<double>(points.size()))].add(way);
@@ -121,7 +121,7 @@ PageInk inkOnPage(const Strokes& strokes, std::uint32_t width, std::uint32_t hei
         PagePaths outlines;
         for (auto i = area.begin; i < area.end; ++i) {
             std::vector<glm::dvec2> outline;
-            for (const auto& point : pointsOf(strokes.outlines[i])) outline.push_back(placeOf(point));
+            for (const auto& point : pointsOf(strokes.outlines[i])) outline.push_back(pointOf(point));
             if (outline.empty()) continue;
             if (plotter) outline.push_back(outline.front());
             outlines.add(outline);

@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "protocol/scene/length_scale.h"
 #include "protocol/scene/mote_check.h"
 #include "server/encode/vector/vector_drawing.h"
 #include "server/figures/cairo_surface.h"
@@ -17,7 +18,7 @@
 namespace mote::server {
 namespace {
 
-constexpr double pointsPerMm = 72.0 / 25.4;
+constexpr double pointsPerMm = inchInPoints / inchInMillimeters;
 /// A pen must be moved to leave a mark; so little that it is still a dot.
 constexpr double strokeLength = 0.01;  // mm
 

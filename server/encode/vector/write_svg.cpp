@@ -14,8 +14,8 @@
 namespace mote::server {
 namespace {
 
-constexpr double strokeLength = 0.01;  // mm: a pen must be moved to leave a mark
-constexpr double inkUnits = 100.0;     // of a pixel, in which strokes are told
+constexpr double dotStroke = 0.01;  // mm: a pen must be moved to leave a mark
+constexpr double inkUnits = 100.0;  // of a pixel, in which strokes are told
 
 /// A number to a micrometre, without zeros that say nothing.
 std::string number(double value) {
@@ -179,8 +179,8 @@ class SvgText {
     }
 
     void addStroke(const PageDot& dot) {
-        add("<path d=\"M{} {}h{}\" stroke=\"{}\" stroke-width=\"{}\"", number(dot.x - 0.5 * strokeLength),
-            number(dot.y), number(strokeLength), hexColor(dot.color), number(2.0 * dot.radius));
+        add("<path d=\"M{} {}h{}\" stroke=\"{}\" stroke-width=\"{}\"", number(dot.x - 0.5 * dotStroke),
+            number(dot.y), number(dotStroke), hexColor(dot.color), number(2.0 * dot.radius));
         text_ += faded("stroke-", dot.opacity) + "/>\n";
     }
 

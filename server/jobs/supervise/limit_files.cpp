@@ -37,10 +37,6 @@ constexpr std::uint64_t kNeverWritten = LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_AC
                                         LANDLOCK_ACCESS_FS_MAKE_BLOCK | LANDLOCK_ACCESS_FS_MAKE_SOCK |
                                         kDeviceIoctl;
 
-Error failure(const char* what) {
-    return {ErrorCode::internal, what, systemMessage(errno)};
-}
-
 std::uint64_t knownFileRights(long version) {
     std::uint64_t rights = (std::uint64_t{1} << 13) - 1;
     if (version >= 2) rights |= LANDLOCK_ACCESS_FS_REFER;
@@ -70,7 +66,7 @@ Status allow(int rules, const FileDescriptor& place, const std::filesystem::path
     rule.allowed_access = S_ISDIR(kind.st_mode) ? rights : rights & kFile;
     rule.parent_fd = place.get();
     if (syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) == 0) return success();
-    return failure(path.c_str());
+    return failedCall(path.c_str());
 }
 
 Status allowAll(int rules, const std::vector<std::filesystem::path>& paths, std::uint64_t rights) {
@@ -102,12 +98,12 @@ Status limitFiles(const Rights& rights) {
     const auto handled = handledBy(version, rights);
     const FileDescriptor rules(
         static_cast<int>(syscall(SYS_landlock_create_ruleset, &handled, sizeOfHandled(version), 0)));
-    if (!rules.valid()) return failure("landlock_create_ruleset");
+    if (!rules.valid()) return failedCall("landlock_create_ruleset");
     MOTE_RETURN_IF_ERROR(allowAll(rules.get(), rights.readable, kRead));
     MOTE_RETURN_IF_ERROR(allowAll(rules.get(), rights.executable, kExecute));
     MOTE_RETURN_IF_ERROR(allowWriting(rules.get(), rights.writable, handled.files & ~kNeverWritten));
     if (syscall(SYS_landlock_restrict_self, rules.get(), 0) == 0) return success();
-    return failure("landlock_restrict_self");
+    return failedCall("landlock_restrict_self");
 }
 
 }  // namespace mote::server

@@ -29,16 +29,12 @@ constexpr bool kLimitsMemory = false;  // their shadow is as large as the addres
 constexpr bool kLimitsMemory = true;
 #endif
 
-Error failure(const char* what) {
-    return {ErrorCode::internal, what, systemMessage(errno)};
-}
-
 Status lower(int resource, std::uint64_t value) {
     rlimit limit{};
     getrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
     limit.rlim_cur = limit.rlim_max = std::min<rlim_t>(value, limit.rlim_max);
     if (setrlimit(static_cast<__rlimit_resource_t>(resource), &limit) == 0) return success();
-    return failure("setrlimit");
+    return failedCall("setrlimit");
 }
 
 std::uint64_t memoryFor(std::uint64_t limit) {
@@ -67,13 +63,13 @@ void lowerSession(int niceness) {
 Status dropCapabilities() {
     __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
     __user_cap_data_struct sets[_LINUX_CAPABILITY_U32S_3] = {};
-    if (syscall(SYS_capget, &header, sets) != 0) return failure("capget");
+    if (syscall(SYS_capget, &header, sets) != 0) return failedCall("capget");
     constexpr auto reading = std::uint32_t{1} << CAP_DAC_READ_SEARCH;
     const auto kept = sets[0].permitted & reading;
     sets[0] = {kept, kept, 0};
     sets[1] = {};
     if (syscall(SYS_capset, &header, sets) == 0) return success();
-    return failure("capset");
+    return failedCall("capset");
 }
 
 }  // namespace
@@ -89,7 +85,7 @@ Status limitResources(const Rights& rights) {
         std::min(kLeastPriority, getpriority(PRIO_PROCESS, 0) + std::max(rights.niceness, 0));
     setpriority(PRIO_PROCESS, 0, niceness);
     lowerSession(niceness);
-    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failure("no_new_privs");
+    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failedCall("no_new_privs");
     return dropCapabilities();
 }
 

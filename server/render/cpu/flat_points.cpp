@@ -27,7 +27,7 @@ namespace mote::render {
 namespace {
 
 /// Leaves that a thread takes at a time: some hundred kilobytes of points.
-constexpr std::size_t chunkLeaves = 4096;
+constexpr std::size_t flatLeaves = 4096;
 /// Room for the counts of all threads, bytes: of very large pictures fewer threads count.
 constexpr std::size_t countBytes = std::size_t{1} << 30;
 
@@ -73,12 +73,12 @@ class Counting {
     }
 
   private:
-    std::size_t leafChunks() const { return (cells_.size() + chunkLeaves - 1) / chunkLeaves; }
+    std::size_t leafChunks() const { return (cells_.size() + flatLeaves - 1) / flatLeaves; }
 
     std::uint64_t countLeaves(std::size_t chunk, std::vector<std::uint32_t>& counts) const {
-        const std::size_t first = chunk * chunkLeaves;
-        const std::size_t size = std::min(chunkLeaves, cells_.size() - first);
-        std::array<std::uint32_t, chunkLeaves> seen;
+        const std::size_t first = chunk * flatLeaves;
+        const std::size_t size = std::min(flatLeaves, cells_.size() - first);
+        std::array<std::uint32_t, flatLeaves> seen;
         const std::uint32_t* drawn = layer_.selection->drawn.data() + first;
         if (!layer_.leavesInView.empty()) {
             for (std::size_t i = 0; i < size; ++i) seen[i] = layer_.drawn(first + i);

@@ -9,7 +9,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::size_t chunkLeaves = 4096;
+constexpr std::size_t streamedLeaves = 4096;
 
 /// A position in a cell of `level`, rounded down to steps of the whole box.
 std::uint16_t inBox(std::uint32_t cell, std::uint16_t position, std::uint32_t level) {
@@ -41,15 +41,15 @@ std::span<const storage::PreviewPoint> PointStream::of(const PointsPlan& layer,
     selection_.reset();
     const auto leaves = layer.step->leaves();
     const auto& drawn = layer.selection->drawn;
-    const std::size_t chunks = (cells.size() + chunkLeaves - 1) / chunkLeaves;
+    const std::size_t chunks = (cells.size() + streamedLeaves - 1) / streamedLeaves;
     std::vector<std::size_t> begin(chunks + 1, 0);
-    for (std::size_t i = 0; i < cells.size(); ++i) begin[i / chunkLeaves + 1] += drawn[i];
+    for (std::size_t i = 0; i < cells.size(); ++i) begin[i / streamedLeaves + 1] += drawn[i];
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) begin[chunk + 1] += begin[chunk];
     points_.resize(begin.back());
     tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
         auto* out = points_.data() + begin[chunk];
-        const std::size_t end = std::min(cells.size(), (chunk + 1) * chunkLeaves);
-        for (std::size_t i = chunk * chunkLeaves; i < end; ++i) {
+        const std::size_t end = std::min(cells.size(), (chunk + 1) * streamedLeaves);
+        for (std::size_t i = chunk * streamedLeaves; i < end; ++i) {
             const LeafCell cell = cells[i];
             const std::uint32_t level = cellLevel(cell);
             for (const auto& p : layer.step->positions(leaves.pointBegin[i], drawn[i])) {

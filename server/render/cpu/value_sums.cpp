@@ -19,7 +19,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::size_t chunkLeaves = 1024;
+constexpr std::size_t summedLeaves = 1024;
 constexpr std::size_t blockPoints = 1024;
 /// Room for the sums of all threads, bytes: of very large pictures fewer threads count.
 constexpr std::size_t sumBytes = std::size_t{1} << 30;
@@ -34,7 +34,7 @@ void least(std::uint64_t& word, std::uint64_t key) {
 
 /// Leaves that follow each other, with what is drawn of them.
 struct Chunk {
-    std::array<std::uint32_t, chunkLeaves> drawn{};
+    std::array<std::uint32_t, summedLeaves> drawn{};
     LeafRun run;
     std::uint64_t begin = 0;   ///< the first leaf's first point
     std::uint64_t points = 0;  ///< drawn
@@ -65,7 +65,7 @@ class Summing {
         const auto threads = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
         const std::size_t parts =
             discs_ ? threads : std::clamp<std::size_t>(sumBytes / (pixels * sizeof(ValueSum)), 1, threads);
-        const std::size_t chunks = (cells_.size() + chunkLeaves - 1) / chunkLeaves;
+        const std::size_t chunks = (cells_.size() + summedLeaves - 1) / summedLeaves;
         std::vector<Part> own(std::min(parts, chunks));
         forPartsInTurns(own.size(), chunks, stop, [&](std::size_t part, std::size_t number) {
             if (const Chunk chunk = chunkOf(number); chunk.points > 0) add(chunk, own[part]);
@@ -100,8 +100,8 @@ class Summing {
     }
 
     Chunk chunkOf(std::size_t number) const {
-        const std::size_t first = number * chunkLeaves;
-        const std::size_t size = std::min(chunkLeaves, cells_.size() - first);
+        const std::size_t first = number * summedLeaves;
+        const std::size_t size = std::min(summedLeaves, cells_.size() - first);
         Chunk chunk;
         for (std::size_t i = 0; i < size; ++i) {
             chunk.drawn[i] = points_.drawn(first + i);

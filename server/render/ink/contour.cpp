@@ -14,9 +14,9 @@
 namespace mote::render {
 namespace {
 
-constexpr double tolerance = 1.0 / 32;    // pixels that an outline may be off its points
+constexpr double outlineTolerance = 1.0 / 32;  // pixels that an outline may be off its points
 constexpr double leastShare = 1.0 / 256;  // of the way between two pixels: outlines meet in no pixel's middle
-constexpr std::size_t stopEvery = 65536;  // points
+constexpr std::size_t pointsPerStop = 65536;  // points
 constexpr std::uint32_t notTraced = std::numeric_limits<std::uint32_t>::max();
 
 /// A pixel, or what lies beside the picture.
@@ -61,8 +61,8 @@ class Cone {
         const glm::dvec2 off = point - tip_;
         const double distance = glm::length(off);
         farthest_ = distance;
-        if (distance <= tolerance) return;
-        const double sine = tolerance / distance, cosine = std::sqrt(1.0 - sine * sine);
+        if (distance <= outlineTolerance) return;
+        const double sine = outlineTolerance / distance, cosine = std::sqrt(1.0 - sine * sine);
         const glm::dvec2 side(-sine * off.y, sine * off.x);
         const glm::dvec2 first = cosine * off - side, last = cosine * off + side;
         if (!narrowed_ || cross(first_, first) > 0.0) first_ = first;
@@ -167,7 +167,7 @@ class Tracer {
         do {
             points_.push_back(placeOn(link));
             if (link.way % 2 == 0) numberOn(link) = number;
-            if (points_.size() % stopEvery == 0 && isStopped(stop_)) return;
+            if (points_.size() % pointsPerStop == 0 && isStopped(stop_)) return;
             link = next(link);
         } while (link.way != first.way || link.inside.x != first.inside.x || link.inside.y != first.inside.y);
         outlines_.push_back({simplified(points_), number});

@@ -27,7 +27,7 @@ constexpr double hatchBlur = 1.5;        // strokes' spacings over which the ton
 constexpr double sideShare = 0.5;        // of the reading distance: tones beside a line are taken so far off
 constexpr double contrast = 0.25;        // of tones that part two sides without a line, share of the paper
 constexpr double besideNothing = 0.999;  // step of a line
-constexpr std::size_t grain = std::size_t{1} << 16;  // pixels of a step
+constexpr std::size_t pixelsPerTask = std::size_t{1} << 16;  // pixels of a step
 
 /// take(value, the pixel's middle) for each pixel.
 template <class Take>
@@ -129,7 +129,7 @@ class DrawingMaker {
         rest.lines = linesBeside(scene_.lines, rest.solid.ground, scene_.modalities,
                                  {.leastStep = contourStep(), .shortest = reading_}, stop_);
         auto wanted = wanted_.copy();
-        forRangesInTurns(wanted.values.size(), grain, [&](const auto& range) {
+        forRangesInTurns(wanted.values.size(), pixelsPerTask, [&](const auto& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
                 if (rest.solid.ground.values[i] == Ground::solid) wanted.values[i] = 0.0F;
             }
@@ -186,7 +186,7 @@ class DrawingMaker {
     }
     HatchPlan hatchPlan(const Rest& rest, Segments regions, const ToneGrid& drawn) const {
         auto& labels = regions.label.values;
-        forRangesInTurns(labels.size(), grain, [&](const auto& range) {
+        forRangesInTurns(labels.size(), pixelsPerTask, [&](const auto& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
                 if (!rest.isSimple(i)) labels[i] = Segments::nothing;
             }

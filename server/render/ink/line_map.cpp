@@ -11,9 +11,9 @@
 namespace mote::render {
 namespace {
 
-constexpr double square = 4.0;      // pixels
-constexpr double reach = 1.5;       // pixels between a line and itself
-constexpr double leastAlong = 0.8;  // cosine of what it turns by
+constexpr double square = 4.0;       // pixels
+constexpr double reach = 1.5;        // pixels between a line and itself
+constexpr double leastCosine = 0.8;  // cosine of what it turns by
 
 }  // namespace
 
@@ -57,7 +57,7 @@ LineBefore LineMap::at(const PicturePlace& place, const glm::dvec2& direction, d
     const auto compare = [&](const Part& part) {
         const glm::dvec2 from(part.from), way = glm::dvec2(part.to) - from;
         const double length = glm::length(way);
-        if (!(std::abs(glm::dot(way, direction)) >= leastAlong * length)) return;
+        if (!(std::abs(glm::dot(way, direction)) >= leastCosine * length)) return;
         const double share =
             length > 0.0 ? std::clamp(glm::dot(place.at - from, way) / (length * length), 0.0, 1.0) : 0.0;
         const double off = glm::distance(place.at, from + share * way) / reach;

@@ -22,11 +22,11 @@ constexpr double nearer = 1e-3;
 constexpr double mostSlope = 0.01;
 // Of the extent: so much nearer a surface may bulge within a pixel of its silhouette.
 constexpr double mostBulge = 0.15;
-constexpr std::size_t stopEvery = 65536;  // pixels whose depth is spread
-constexpr double handEvery = 5.0;         // pixels between places of a stroke that a hand moves
-constexpr double wave = 24.0;             // pixels between the places where a hand leaves its way anew
-constexpr double mostTapered = 20.0;      // pixels at each end
-constexpr double thinnest = 0.25;         // of the width, at the end
+constexpr std::size_t depthsPerStop = 65536;  // pixels whose depth is spread
+constexpr double handEvery = 5.0;             // pixels between places of a stroke that a hand moves
+constexpr double wave = 24.0;                 // pixels between the places where a hand leaves its way anew
+constexpr double mostTapered = 20.0;          // pixels at each end
+constexpr double thinnest = 0.25;             // of the width, at the end
 
 /// A number from 0 to 1 that belongs to a stroke and a place on it, and changes with no other stroke.
 double noise(std::uint64_t stroke, std::uint64_t place) {
@@ -71,7 +71,7 @@ void spread(Raster<float>& depth, const std::stop_token& stop) {
     }
     const std::size_t width = depth.width;
     for (std::size_t next = 0; next < front.size(); ++next) {
-        if (next % stopEvery == 0 && isStopped(stop)) return;
+        if (next % depthsPerStop == 0 && isStopped(stop)) return;
         const std::size_t from = front[next], column = from % width;
         const auto take = [&](std::size_t pixel) {
             if (std::isfinite(depth.values[pixel])) return;

@@ -13,11 +13,11 @@
 namespace mote::render {
 namespace {
 
-using Link = RegionGraph::Link;
+using RegionLink = RegionGraph::Link;
 
 /// Links of one pair of regions become one, in the order of pairs.
-void gather(std::vector<Link>& links) {
-    std::stable_sort(links.begin(), links.end(), [](const Link& one, const Link& other) {
+void gather(std::vector<RegionLink>& links) {
+    std::stable_sort(links.begin(), links.end(), [](const RegionLink& one, const RegionLink& other) {
         return std::pair(one.a, one.b) < std::pair(other.a, other.b);
     });
     std::size_t count = 0;
@@ -33,7 +33,7 @@ void gather(std::vector<Link>& links) {
 }
 
 /// Sums of doubled directions.
-struct DirectionSum {
+struct RegionDirection {
     double x = 0.0, y = 0.0;
 };
 
@@ -78,7 +78,7 @@ class Melting {
     Merges& merges() { return merges_; }
 
   private:
-    static double mean(const Link& link) { return link.affinity / link.length; }
+    static double mean(const RegionLink& link) { return link.affinity / link.length; }
     double cosine(std::uint32_t a, std::uint32_t b) const {
         const auto &one = directions_[a], &other = directions_[b];
         const double length = std::hypot(one.x, one.y) * std::hypot(other.x, other.y);
@@ -99,9 +99,9 @@ class Melting {
         gather(links_);
     }
 
-    std::vector<Link> links_;
+    std::vector<RegionLink> links_;
     Merges merges_;
-    std::vector<DirectionSum> directions_;
+    std::vector<RegionDirection> directions_;
 };
 
 }  // namespace

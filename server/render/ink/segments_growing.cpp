@@ -12,7 +12,7 @@
 namespace mote::render {
 namespace {
 
-constexpr std::size_t stopEvery = std::size_t{1} << 16;  // pixels
+constexpr std::size_t growthsPerStop = std::size_t{1} << 16;  // pixels
 
 /// Calls take(neighbour, opposite, beyond) for the four neighbours of a pixel; `opposite` is the pixel on its
 /// other side, or the pixel itself at the picture's side, and `beyond` that behind the neighbour, or this.
@@ -46,7 +46,7 @@ Segments grow(const Modalities& modalities, const std::stop_token& stop, const M
         };
         take(seed);
         for (std::size_t next = 0; next < front.size(); ++next) {
-            if (++taken % stopEvery == 0 && isStopped(stop)) return made;
+            if (++taken % growthsPerStop == 0 && isStopped(stop)) return made;
             const std::size_t from = front[next];
             eachNeighbour(depth, from, [&](std::size_t pixel, std::size_t opposite, std::size_t beyond) {
                 if (made.label.values[pixel] != Segments::nothing || !std::isfinite(depth.values[pixel]) ||

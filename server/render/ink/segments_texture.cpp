@@ -12,11 +12,11 @@
 namespace mote::render {
 namespace {
 
-constexpr double windowShare = 1.5;  // of the side of the least region: the window's standard deviation
-constexpr double rough = 5.0;        // times the steps around that are no boundary
-constexpr double joinScale = 30.0;   // pixels by which a weight of 1 is overcome
-constexpr double meltedFrom = 0.8;   // mean affinity across what is no boundary
-constexpr double anyTurn = 4.0;      // radians: melts whatever the directions
+constexpr double windowShare = 1.5;        // of the side of the least region: the window's standard deviation
+constexpr double rough = 5.0;              // times the steps around that are no boundary
+constexpr double joinScale = 30.0;         // pixels by which a weight of 1 is overcome
+constexpr double textureMeltedFrom = 0.8;  // mean affinity across what is no boundary
+constexpr double anyTextureTurn = 4.0;     // radians: melts whatever the directions
 
 }  // namespace
 
@@ -26,7 +26,7 @@ Segments textureSegments(const Modalities& modalities, std::size_t leastPixels, 
     const auto weights = stepWeights(modalities, {}, stop, &roughness, rough);
     auto made = joinedByWeight(weights, modalities.depth, joinScale, stop);
     made = withoutSmall(std::move(made), modalities, leastPixels, stop);
-    return melted(std::move(made), modalities, weights, meltedFrom, anyTurn, stop);
+    return melted(std::move(made), modalities, weights, textureMeltedFrom, anyTextureTurn, stop);
 }
 
 }  // namespace mote::render

@@ -9,9 +9,9 @@
 namespace mote::render {
 namespace {
 
-constexpr double tolerance = 0.125;     // pixels that a line may be off its points
-constexpr double alikeSteps = 0.02;     // of depth, extents
-constexpr std::size_t longestRun = 32;  // points of which none is needed
+constexpr double lineTolerance = 0.125;  // pixels that a line may be off its points
+constexpr double alikeSteps = 0.02;      // of depth, extents
+constexpr std::size_t longestRun = 32;   // points of which none is needed
 
 double offLine(const LinePoint& point, const LinePoint& from, const LinePoint& to) {
     const glm::dvec2 way = to.at - from.at, off = point.at - from.at;
@@ -29,7 +29,7 @@ void simplify(std::vector<LinePoint>& points) {
         bool needed =
             i + 1 - anchor > longestRun || std::abs(points[i].step - points[anchor].step) > alikeSteps;
         for (std::size_t k = anchor + 1; !needed && k <= i; ++k)
-            needed = offLine(points[k], points[anchor], points[i + 1]) > tolerance;
+            needed = offLine(points[k], points[anchor], points[i + 1]) > lineTolerance;
         if (!needed) continue;
         kept.push_back(points[i]);
         anchor = i;

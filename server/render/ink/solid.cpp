@@ -15,14 +15,14 @@
 namespace mote::render {
 namespace {
 
-constexpr double toneBlur = 0.5;      // of the reading distance: details of a brush
-constexpr float softness = 0.1F;      // of the tone around the threshold, within which outlines are exact
-constexpr double crowdBlur = 2.0;     // reading distances: wider than a line is blurred
-constexpr float crowded = 0.4F;       // share of what is around: half at a straight side
-constexpr double lessComplex = 0.5;   // share of what is complex that is so among others
-constexpr double edgeBlur = 1.0;      // pixels: rounds the steps of pixels where regions end sharply
-constexpr double everyOnLine = 0.5;   // pixels between places of a line that are looked at
-constexpr double mostPlaces = 65536;  // on one straight part
+constexpr double toneBlur = 0.5;     // of the reading distance: details of a brush
+constexpr float softness = 0.1F;     // of the tone around the threshold, within which outlines are exact
+constexpr double crowdBlur = 2.0;    // reading distances: wider than a line is blurred
+constexpr float crowded = 0.4F;      // share of what is around: half at a straight side
+constexpr double lessComplex = 0.5;  // share of what is complex that is so among others
+constexpr double edgeBlur = 1.0;     // pixels: rounds the steps of pixels where regions end sharply
+constexpr double everyOnLine = 0.5;  // pixels between places of a line that are looked at
+constexpr double mostHiddenPlaces = 65536;  // on one straight part
 
 /// Connected pixels, by their sides, of one value that are fewer than some get the other one.
 void dropSmall(Raster<std::uint8_t>& mask, std::uint8_t value, std::size_t least,
@@ -133,7 +133,7 @@ class LineParting {
     }
     void walk(const LinePoint& from, const LinePoint& to, std::vector<InkLine>& out) {
         const double parts =
-            std::clamp(std::ceil(glm::distance(from.at, to.at) / everyOnLine), 1.0, mostPlaces);
+            std::clamp(std::ceil(glm::distance(from.at, to.at) / everyOnLine), 1.0, mostHiddenPlaces);
         for (double part = 0.0; part < parts; ++part) {
             const double share = (part + 0.5) / parts;
             const bool drawn = isDrawn(glm::mix(from.at, to.at, share), from.step);

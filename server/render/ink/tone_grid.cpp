@@ -6,12 +6,12 @@
 namespace mote::render {
 namespace {
 
-constexpr double reach = 3.0;         // deviations from which on nothing is blurred
+constexpr double blurReach = 3.0;     // deviations from which on nothing is blurred
 constexpr double cellsOfBlur = 2.0;   // cells of a deviation, at least
 constexpr double mostOfABlur = 64.0;  // deviation in cells that is blurred at once
 
 std::vector<float> gaussian(double deviation) {
-    const auto most = static_cast<int>(std::ceil(reach * std::min(deviation, mostOfABlur)));
+    const auto most = static_cast<int>(std::ceil(blurReach * std::min(deviation, mostOfABlur)));
     std::vector<float> weights;
     double sum = 0.0;
     for (int i = -most; i <= most; ++i) {

@@ -17,10 +17,6 @@ namespace {
 
 using storage::QuantityReader;
 
-Error stopped() {
-    return {ErrorCode::cancelled, "", "cancelled"};
-}
-
 Error noColumns() {
     return {
         ErrorCode::notFound, "",
@@ -96,7 +92,7 @@ Result<std::shared_ptr<const PointValues>> pointValues(const storage::StepNumber
     const auto take = [&](std::uint64_t begin, std::span<const double> block) {
         for (std::size_t i = 0; i < block.size(); ++i) values->codes[begin + i] = codeOf(block[i], range);
     };
-    if (!forValues(step, reader, cancelled, take)) return stopped();
+    if (!forValues(step, reader, cancelled, take)) return wasCancelled();
     step.columns->check();
     if (points.empty()) return finished(std::move(values));
     auto some = std::make_shared<PointValues>();
@@ -110,7 +106,7 @@ Result<std::shared_ptr<const PointPaths>> pointPaths(const storage::RunSteps& ru
                                                      const Cancelled& cancelled) {
     std::vector<std::vector<glm::dvec3>> ways(ids.size());
     for (int index = 0; index < run.manifest().steps_size(); ++index) {
-        if (cancelled && cancelled()) return stopped();
+        if (cancelled && cancelled()) return wasCancelled();
         MOTE_ASSIGN_OR_RETURN(const auto step, run.step(static_cast<std::uint32_t>(index)));
         if (!step.columns) return noColumns();
         if (!step.columns->hasIds()) return noIds();

@@ -20,12 +20,12 @@ constexpr double pointsInCell = 8.0;  ///< of the grid, about
 constexpr int mostCells = 64;         ///< of the grid, along a side of the tile
 /// The margin beyond the picture's edges, in spacings of the full density, so that what lies there keeps the
 /// dots at the edge in their places.
-constexpr double marginSpacings = 6.0;
+constexpr double tileMarginSpacings = 6.0;
 
 Tiling tilingOf(const PixelMap& wanted, double side, double spacing) {
     Tiling tiling;
     tiling.side = side;
-    tiling.margin = marginSpacings * spacing;
+    tiling.margin = tileMarginSpacings * spacing;
     tiling.right = wanted.width() + tiling.margin;
     tiling.bottom = wanted.height() + tiling.margin;
     tiling.firstColumn = tiling.firstRow = static_cast<int>(std::floor(-tiling.margin / side));

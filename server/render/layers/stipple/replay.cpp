@@ -9,7 +9,8 @@ namespace mote::render {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
-constexpr std::size_t grain = 4096;  // points: below some ten microseconds a task costs more than it brings
+constexpr std::size_t replayedPerTask =
+    4096;  // points: below some ten microseconds a task costs more than it brings
 
 }  // namespace
 
@@ -34,7 +35,7 @@ std::size_t StippleReplay::bytes() const {
 std::vector<std::uint8_t> StippleReplay::select(std::span<const float> shares) const {
     MOTE_CHECK(shares.size() == size());
     std::vector<std::uint8_t> drawn(size());
-    forRangesInTurns(size(), grain, [&](const Range& range) {
+    forRangesInTurns(size(), replayedPerTask, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) drawn[i] = selects(i, shares[i]) ? 1 : 0;
     });
     return drawn;
@@ -53,7 +54,7 @@ std::vector<PlacedPoint> StippleReplay::place(std::span<const std::uint8_t> draw
     for (std::uint32_t i = 0; i < size(); ++i) {
         if (drawn[i] != 0) points.push_back({i, {}});
     }
-    forRangesInTurns(points.size(), grain, [&](const Range& range) {
+    forRangesInTurns(points.size(), replayedPerTask, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) {
             points[i].position = placed(points[i].point, drawn);
         }

@@ -14,7 +14,7 @@ namespace mote::render {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
-constexpr std::size_t grain = 512;  // points a task: each takes a ray
+constexpr std::size_t pointsPerTask = 512;  // points a task: each takes a ray
 
 /// A number from -1 to 1 that is a point's own in every picture (the finaliser of SplitMix64).
 double randomOf(std::uint32_t point) {
@@ -65,7 +65,7 @@ bool SurfaceDots::visible(std::size_t point, const glm::vec3& position) const {
 
 std::vector<ShownPoint> SurfaceDots::seen(const std::vector<PlacedPoint>& points) const {
     std::vector<std::uint8_t> visibility(points.size());
-    forRangesInTurns(points.size(), grain, [&](const Range& range) {
+    forRangesInTurns(points.size(), pointsPerTask, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i)
             visibility[i] = visible(points[i].point, points[i].position) ? 1 : 0;
     });
@@ -78,7 +78,7 @@ std::vector<ShownPoint> SurfaceDots::seen(const std::vector<PlacedPoint>& points
 
 Dots SurfaceDots::onScreen(const std::vector<ShownPoint>& points) const {
     Dots dots(points.size());
-    forRangesInTurns(points.size(), grain, [&](const Range& range) {
+    forRangesInTurns(points.size(), pointsPerTask, [&](const Range& range) {
         for (auto i = range.begin(); i != range.end(); ++i) dots[i] = dotOf(points[i]);
     });
     return dots;
